@@ -1,0 +1,51 @@
+"""A teaching ray tracer in Taichi: what accuracy costs in time, and what keeps hard cases stable.
+
+    import taichi_tracer as tt
+    scene = tt.load_scene_data("cornell_box")
+    renderer = tt.A1Renderer(scene_data=scene)
+    renderer.use("normal").render()
+    tt.save_image("normal.png", renderer.image())
+
+Names are loaded when they are first used: importing the package starts nothing.
+"""
+
+import importlib
+
+__version__ = "0.1.0"
+
+_HOME_OF = {
+    "init": "runtime",
+    "InputError": "errors",
+    "StaleSceneError": "errors",
+    "Ray": "ray",
+    "HitData": "ray",
+    "Camera": "camera",
+    "Mesh": "geometry",
+    "Geometry": "geometry",
+    "Material": "materials",
+    "MaterialLibrary": "materials",
+    "RayIntersector": "ray_intersector",
+    "BruteForceRayIntersector": "ray_intersector",
+    "SceneData": "scene_data",
+    "scene_from_mesh": "scene_data",
+    "load_scene_data": "scene_data_loader",
+    "scene_names": "scene_data_loader",
+    "A1Renderer": "renderer",
+    "save_image": "files.images",
+    "read_image": "files.images",
+}
+
+__all__ = ["__version__", *_HOME_OF]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'taichi_tracer' has no attribute {name!r}")
+    module = importlib.import_module(f"taichi_tracer.{_HOME_OF[name]}")
+    value = getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

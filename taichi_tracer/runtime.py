@@ -1,0 +1,226 @@
+"""Which backend runs the kernels, in which precision: chosen once, safely, and said.
+
+Taichi is one global runtime per process; starting it again frees the memory of everything made before. This module is the
+only one that starts it.
+"""
+
+import contextlib
+import ctypes
+import ctypes.util
+import io
+import os
+import struct
+import sys
+import weakref
+from dataclasses import dataclass
+
+# Both are read when taichi is imported: no call home, no banner.
+os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+
+import numpy as np
+import taichi as ti
+from taichi.lang import impl
+
+from taichi_tracer.errors import InputError, StaleSceneError, one_of
+
+ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
+PRECISIONS = ("f32", "f64")
+F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only as an extension that Taichi does not ask for
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the running Taichi was started with."""
+
+    arch: str
+    precision: str
+    fast_math: bool
+
+    def __str__(self) -> str:
+        return f"{self.arch}, {self.precision}, fast_math={self.fast_math}"
+
+
+def init(
+    arch: str = "auto",
+    precision: str = "f32",
+    fast_math: bool = False,
+    *,
+    force: bool = False,
+    debug: bool = False,
+    threads: int | None = None,
+) -> Settings:
+    """Start Taichi; optional, since the first scene starts it with these defaults.
+
+    Args:
+        arch: "cpu", "cuda", "metal", "vulkan", or "auto": the first GPU backend that has a device, else the CPU.
+        precision: "f32" or "f64", of every coordinate and colour.
+        fast_math: lets the compiler treat NaN, infinity and rounding freely. Off, because the watertight triangle test
+            and the film's compensated sums need exact rounding; the accuracy study shows what it would gain.
+        force: start again although Taichi runs with other settings. Every scene made before becomes unusable.
+        debug: check the bounds of every read and the ``assert`` in kernels (slow).
+        threads: CPU threads; None is all.
+
+    Calling it again with the settings that are in force does nothing.
+
+    Raises:
+        InputError: a name that is not known, or f64 on a backend that has none.
+        RuntimeError: Taichi runs with other settings and ``force`` is False.
+    """
+    if arch not in ARCHS:
+        raise one_of("arch", arch, ARCHS)
+    if precision not in PRECISIONS:
+        raise one_of("precision", precision, PRECISIONS)
+    if precision == "f64" and arch not in ("auto", *F64_ARCHS):
+        raise InputError(f"precision 'f64' does not exist on arch {arch!r}: use one of {', '.join(F64_ARCHS)}")
+
+    running = current()
+    if running is not None and not force:
+        chosen = running.arch if arch == "auto" else arch
+        if Settings(chosen, precision, bool(fast_math)) == running:
+            return running
+        raise RuntimeError(
+            f"Taichi already runs with ({running}); starting it again with "
+            f"(arch={arch}, {precision}, fast_math={fast_math}) frees the memory of every scene made so far. "
+            "Call init(..., force=True) if that is what you want."
+        )
+
+    chosen, message = _choose(arch, precision)
+    options = {} if threads is None else {"cpu_max_num_threads": int(threads)}
+    with contextlib.redirect_stdout(io.StringIO()):  # Taichi prints its arch; _choose has the better line
+        ti.init(
+            arch=getattr(ti, chosen),
+            default_fp=getattr(ti, precision),
+            fast_math=bool(fast_math),
+            debug=debug,
+            log_level=ti.ERROR,
+            **options,
+        )
+    if message is not None:
+        print(f"taichi_tracer: {message}", file=sys.stderr)
+    return current()
+
+
+def ensure() -> Settings:
+    """The running settings; starts Taichi with the defaults if nobody has."""
+    running = current()
+    return init() if running is None else running
+
+
+def current() -> Settings | None:
+    """What Taichi runs with, whoever started it; None before that."""
+    if impl.get_runtime().prog is None:
+        return None
+    arch = "cpu" if ti.cfg.arch in (ti.x64, ti.arm64) else ti.cfg.arch.name
+    return Settings(arch, "f64" if ti.cfg.default_fp == ti.f64 else "f32", bool(ti.cfg.fast_math))
+
+
+def dtype() -> type:
+    """The numpy type of the running precision."""
+    return np.float64 if ti.cfg.default_fp == ti.f64 else np.float32
+
+
+def has_f64() -> bool:
+    """Whether kernels may compute in f64, whatever the default precision."""
+    return ensure().arch in F64_ARCHS
+
+
+def can_widen() -> bool:
+    """Whether kernels run in f32 and may compute a detail in f64."""
+    return has_f64() and dtype() is np.float32
+
+
+class Lifetime:
+    """Remembers which start of Taichi an object's fields belong to; touching fields of an earlier one would crash."""
+
+    def __init__(self) -> None:
+        ensure()
+        self._program = weakref.ref(impl.get_runtime().prog)
+
+    def is_over(self) -> bool:
+        """Whether Taichi was started again, or reset, since."""
+        program = self._program()
+        return program is None or program is not impl.get_runtime().prog
+
+    def check(self, what: str) -> None:
+        """Raise instead of crashing when the fields of ``what`` are gone."""
+        if self.is_over():
+            raise StaleSceneError(
+                f"this {what} was made before Taichi was initialised again, which freed its memory: make it anew"
+            )
+
+
+def _choose(arch: str, precision: str) -> tuple[str, str | None]:
+    """The backend to start, and what to tell the user about it. ``ti.gpu`` would crash where no driver is."""
+    wanted = [arch] if arch != "auto" else ["cuda", "metal", "vulkan"]
+    wanted = [a for a in wanted if precision == "f32" or a in F64_ARCHS]
+    for candidate in wanted:
+        if candidate == "cpu" or has_device(candidate):
+            return candidate, None
+    if arch == "auto":
+        return "cpu", f"running on the CPU; no GPU was found for {', '.join(wanted)}"
+    return "cpu", f"running on the CPU; arch {arch!r} was asked for, but there is no device for it"
+
+
+def has_device(arch: str) -> bool:
+    """Whether a real GPU answers for "cuda", "metal" or "vulkan"; software Vulkan is slower than the CPU backend."""
+    core = ti._lib.core
+    if arch == "vulkan":
+        return core.with_vulkan() and any(not d.is_software for d in vulkan_devices())
+    return {"cuda": core.with_cuda, "metal": core.with_metal}[arch]()
+
+
+@dataclass(frozen=True)
+class VulkanDevice:
+    """A device that the Vulkan loader offers; ``is_software`` when it is a program running on the CPU."""
+
+    name: str
+    is_software: bool
+
+
+class _InstanceCreateInfo(ctypes.Structure):
+    """VkInstanceCreateInfo of the Vulkan 1.0 specification, chapter 4.2."""
+
+    _fields_ = (
+        ("sType", ctypes.c_int),
+        ("pNext", ctypes.c_void_p),
+        ("flags", ctypes.c_uint32),
+        ("pApplicationInfo", ctypes.c_void_p),
+        ("enabledLayerCount", ctypes.c_uint32),
+        ("ppEnabledLayerNames", ctypes.c_void_p),
+        ("enabledExtensionCount", ctypes.c_uint32),
+        ("ppEnabledExtensionNames", ctypes.c_void_p),
+    )
+
+
+def vulkan_devices() -> list[VulkanDevice]:
+    """Devices of the Vulkan loader, asked directly: Taichi itself ends the process when there is none."""
+    library = ctypes.util.find_library("vulkan") or ctypes.util.find_library("vulkan-1")
+    if library is None:
+        return []
+    try:
+        vk = ctypes.CDLL(library)
+    except OSError:
+        return []
+    instance = ctypes.c_void_p()
+    structure_type_instance_create_info = 1
+    create_info = _InstanceCreateInfo(sType=structure_type_instance_create_info)
+    if vk.vkCreateInstance(ctypes.byref(create_info), None, ctypes.byref(instance)) != 0:
+        return []
+    count = ctypes.c_uint32()
+    vk.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), None)
+    handles = (ctypes.c_void_p * count.value)()
+    vk.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), handles)
+    devices = [_describe(vk, handle) for handle in handles]
+    vk.vkDestroyInstance(instance, None)
+    return devices
+
+
+def _describe(vk: ctypes.CDLL, handle: int) -> VulkanDevice:
+    """Read deviceType and deviceName of VkPhysicalDeviceProperties: five uint32, then char[256]."""
+    properties = (ctypes.c_uint8 * 1024)()  # the structure has 824 bytes
+    vk.vkGetPhysicalDeviceProperties(ctypes.c_void_p(handle), properties)
+    raw = bytes(properties)
+    device_type = struct.unpack_from("<5I", raw)[4]
+    physical_device_type_cpu = 4
+    return VulkanDevice(raw[20:276].split(b"\0")[0].decode(errors="replace"), device_type == physical_device_type_cpu)

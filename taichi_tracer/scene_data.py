@@ -1,0 +1,258 @@
+"""A scene: geometry, materials and an intersector, and the questions that can be asked of it from Python."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer import runtime
+from taichi_tracer.camera import view_of_box
+from taichi_tracer.errors import InputError, one_of
+from taichi_tracer.geometry import Geometry, Mesh, check, clean
+from taichi_tracer.materials import MaterialLibrary
+from taichi_tracer.ray import Ray
+from taichi_tracer.ray_intersector import BruteForceRayIntersector
+
+INTERSECTORS = {c.name: c for c in (BruteForceRayIntersector,)}
+
+
+@dataclass
+class RayHits:
+    """The answers to ``SceneData.intersect``: arrays with one row per ray, as in ``HitData``."""
+
+    is_hit: np.ndarray
+    distance: np.ndarray
+    triangle_id: np.ndarray
+    barycentric_coords: np.ndarray
+    normal: np.ndarray
+    geometric_normal: np.ndarray
+    material_id: np.ndarray
+    is_backfacing: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.is_hit)
+
+    def _repr_html_(self, most: int = 20) -> str:
+        """The first rows as an HTML table, for notebooks."""
+        names = [f.name for f in fields(self)]
+        head = "".join(f"<th>{name}</th>" for name in ["ray", *names])
+        rows = "".join(
+            f"<tr><td>{i}</td>" + "".join(f"<td>{_cell(getattr(self, name)[i])}</td>" for name in names) + "</tr>"
+            for i in range(min(most, len(self)))
+        )
+        rest = f"<p>… and {len(self) - most:,} more rays</p>" if len(self) > most else ""
+        summary = f"<p>{len(self):,} rays, {int(self.is_hit.sum()):,} hits</p>"
+        return f"{summary}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{rest}"
+
+
+def _cell(value: np.ndarray) -> str:
+    if np.ndim(value) > 0:
+        return "(" + ", ".join(f"{component:.4g}" for component in value) + ")"
+    if isinstance(value, np.bool_):
+        return "yes" if value else "no"
+    return f"{value:.6g}"
+
+
+@ti.data_oriented
+class SceneData:
+    """Everything that rays can meet. Its memory is freed with it, or by ``destroy``.
+
+    Args:
+        mesh: triangles and materials.
+        intersector: a name in ``INTERSECTORS``.
+        triangle_test: a name in ``ray_intersector.TRIANGLE_TESTS``.
+        view: camera parameters (eye, at, up, fov) that show the scene; computed from its box when None.
+
+    Attributes:
+        geometry, material_library, ray_intersector: see their classes.
+        view: camera parameters that show the scene.
+        notes: what the user should know about the input, a line each.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        intersector: str = "brute_force",
+        triangle_test: str = "watertight",
+        view: dict | None = None,
+    ) -> None:
+        if intersector not in INTERSECTORS:
+            raise one_of("intersector", intersector, INTERSECTORS)
+        self._lifetime = runtime.Lifetime()
+        check(mesh)
+        mesh = clean(mesh, runtime.dtype())
+        self.source, self.notes, self.dropped = mesh.source, mesh.notes, mesh.dropped
+
+        builder = ti.FieldsBuilder()
+        self.geometry = Geometry(mesh, builder)
+        self.material_library = MaterialLibrary(mesh.materials, builder)
+        self._fields = builder.finalize()
+        self.geometry.load(mesh)
+        self.material_library.load()
+        self.ray_intersector = INTERSECTORS[intersector](self.geometry, triangle_test)
+        self.view = view_of_box(self.geometry.low, self.geometry.high) if view is None else dict(view)
+
+    @property
+    def num_triangles(self) -> int:
+        """Triangles in the file's order, those included that no ray can hit."""
+        return self.geometry.num_triangles
+
+    @property
+    def materials(self) -> list:
+        """The ``Material`` of every material id."""
+        return self.material_library.materials
+
+    def check_alive(self) -> None:
+        """Raise StaleSceneError when Taichi was initialised again after the scene was made."""
+        self._lifetime.check("scene")
+
+    def destroy(self) -> None:
+        """Free the scene's memory now; it cannot be used afterwards."""
+        if self._fields is not None and not self._lifetime.is_over():
+            self._fields.destroy()
+        self._fields = None
+
+    def intersect(self, origins, directions, t_min=0.0, t_max=np.inf) -> RayHits:
+        """The nearest hit of every ray with t_min < t < t_max.
+
+        Args:
+            origins, directions: (N, 3) or (3,) arrays. A direction of any non-zero length is legal and ``distance``
+                counts in units of it; rays with NaN, infinity or a zero direction miss.
+            t_min, t_max: a number, or (N,) for one per ray.
+        """
+        rays = self._as_rays(origins, directions, t_min, t_max)
+        n, dtype = len(rays[0]), runtime.dtype()
+        hits = RayHits(
+            is_hit=np.empty(n, np.int32),
+            distance=np.empty(n, dtype),
+            triangle_id=np.empty(n, np.int32),
+            barycentric_coords=np.empty((n, 2), dtype),
+            normal=np.empty((n, 3), dtype),
+            geometric_normal=np.empty((n, 3), dtype),
+            material_id=np.empty(n, np.int32),
+            is_backfacing=np.empty(n, np.int32),
+        )
+        if n > 0:
+            self._intersect(*rays, *(getattr(hits, f.name) for f in fields(hits)))
+        hits.is_hit = hits.is_hit.astype(bool)
+        hits.is_backfacing = hits.is_backfacing.astype(bool)
+        return hits
+
+    def occluded(self, origins, directions, t_min=0.0, t_max=np.inf) -> np.ndarray:
+        """(N,) bool: whether anything lies on the ray with t_min < t < t_max. Arguments as for ``intersect``."""
+        rays = self._as_rays(origins, directions, t_min, t_max)
+        blocked = np.empty(len(rays[0]), np.int32)
+        if len(blocked) > 0:
+            self._occluded(*rays, blocked)
+        return blocked.astype(bool)
+
+    def _as_rays(self, origins, directions, t_min, t_max) -> tuple[np.ndarray, ...]:
+        """Contiguous (N, 3), (N, 3), (N,), (N,) arrays in the running precision; one ray may meet many of the other."""
+        self.check_alive()
+        dtype = runtime.dtype()
+        arrays = []
+        for name, value in (("origins", origins), ("directions", directions)):
+            array = np.asarray(value, dtype=dtype)
+            if array.ndim == 1 and array.size == 0:
+                array = array.reshape(0, 3)
+            if array.ndim not in (1, 2) or array.shape[-1] != 3:
+                raise InputError(f"intersect: {name} must have the shape (n, 3), not {array.shape}")
+            arrays.append(array.reshape(-1, 3))
+        try:
+            n = np.broadcast_shapes(arrays[0].shape[:1], arrays[1].shape[:1])[0]
+            o, d = (np.ascontiguousarray(np.broadcast_to(a, (n, 3))) for a in arrays)
+            lo, hi = (np.ascontiguousarray(np.broadcast_to(np.asarray(t, dtype), (n,))) for t in (t_min, t_max))
+        except ValueError:
+            shapes = ", ".join(str(np.shape(a)) for a in (origins, directions, t_min, t_max))
+            raise InputError(f"intersect: origins, directions, t_min, t_max do not fit together: {shapes}") from None
+        return o, d, lo, hi
+
+    @ti.kernel
+    def _intersect(
+        self,
+        origins: ti.types.ndarray(ndim=2),
+        directions: ti.types.ndarray(ndim=2),
+        t_min: ti.types.ndarray(ndim=1),
+        t_max: ti.types.ndarray(ndim=1),
+        is_hit: ti.types.ndarray(ndim=1),
+        distance: ti.types.ndarray(ndim=1),
+        triangle_id: ti.types.ndarray(ndim=1),
+        barycentric_coords: ti.types.ndarray(ndim=2),
+        normal: ti.types.ndarray(ndim=2),
+        geometric_normal: ti.types.ndarray(ndim=2),
+        material_id: ti.types.ndarray(ndim=1),
+        is_backfacing: ti.types.ndarray(ndim=1),
+    ):
+        for i in range(origins.shape[0]):
+            ray = ray_from(origins, directions, i)
+            data = self.ray_intersector.query_segment(ray, t_min[i], t_max[i])
+            is_hit[i] = data.is_hit
+            distance[i] = data.distance
+            triangle_id[i] = data.triangle_id
+            material_id[i] = data.material_id
+            is_backfacing[i] = data.is_backfacing
+            for k in ti.static(range(2)):
+                barycentric_coords[i, k] = data.barycentric_coords[k]
+            for k in ti.static(range(3)):
+                normal[i, k] = data.normal[k]
+                geometric_normal[i, k] = data.geometric_normal[k]
+
+    @ti.kernel
+    def _occluded(
+        self,
+        origins: ti.types.ndarray(ndim=2),
+        directions: ti.types.ndarray(ndim=2),
+        t_min: ti.types.ndarray(ndim=1),
+        t_max: ti.types.ndarray(ndim=1),
+        blocked: ti.types.ndarray(ndim=1),
+    ):
+        for i in range(origins.shape[0]):
+            ray = ray_from(origins, directions, i)
+            blocked[i] = self.ray_intersector.is_blocked(ray, t_min[i], t_max[i])
+
+    def __repr__(self) -> str:
+        return (
+            f"SceneData({self.source!r}: {self.num_triangles:,} triangles, {len(self.materials)} materials, "
+            f"{self.ray_intersector.name}, {self.ray_intersector.triangle_test})"
+        )
+
+
+@ti.func
+def ray_from(origins: ti.template(), directions: ti.template(), i):
+    """Row i of two (N, 3) arrays as a ray."""
+    return Ray(
+        origin=tm.vec3(origins[i, 0], origins[i, 1], origins[i, 2]),
+        direction=tm.vec3(directions[i, 0], directions[i, 1], directions[i, 2]),
+    )
+
+
+def scene_from_mesh(vertices, faces=None, **options) -> SceneData:
+    """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
+
+    Args:
+        vertices: (V, 3) float positions, or the trimesh object.
+        faces: (F, 3) int vertex ids, 0-based, counter-clockwise seen from the front.
+        options: as for ``SceneData``.
+    """
+    if faces is None:
+        from taichi_tracer.files.meshes import from_trimesh
+
+        return SceneData(from_trimesh(vertices), **options)
+    return SceneData(mesh_from_arrays(vertices, faces), **options)
+
+
+def mesh_from_arrays(vertices, faces) -> Mesh:
+    """A ``Mesh`` with one material from (V, 3) and (F, 3) arrays or lists."""
+    try:
+        vertices = np.asarray(vertices, dtype=np.float64)
+        ids = np.asarray(faces)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"mesh: vertices and faces must be (n, 3) arrays of numbers ({error})") from None
+    if ids.size == 0:
+        ids = np.zeros((0, 3), np.int32)
+    if vertices.size == 0:
+        vertices = np.zeros((0, 3))
+    if ids.dtype.kind not in "iu":
+        raise InputError(f"mesh: faces must be integers, not {ids.dtype}")
+    return Mesh(vertices=vertices, faces=ids.astype(np.int64), source="mesh")
