@@ -98,10 +98,12 @@ class Geometry:
         vertices: (V,) vec3. faces: (F,) ivec3 vertex ids. face_materials: (F,) int.
         normals, face_normals: (N,) vec3 and (F,) ivec3, only where ``has_normals``.
         low, high: corners of the bounding box, numpy float64 (3,).
+        arrays: the same vertices and faces as numpy arrays, for builders of accelerators.
     """
 
     def __init__(self, mesh: Mesh, fields: ti.FieldsBuilder) -> None:
         self.num_triangles = len(mesh.faces)
+        self.arrays = mesh.vertices, mesh.faces
         self.has_normals = bool((mesh.face_normals >= 0).any())
         used = mesh.vertices[np.unique(mesh.faces)] if self.num_triangles > 0 else np.zeros((1, 3))
         self.low, self.high = used.min(axis=0).astype(np.float64), used.max(axis=0).astype(np.float64)
@@ -117,6 +119,11 @@ class Geometry:
             self.face_normals = ti.Vector.field(3, ti.i32)
             fields.dense(ti.i, len(mesh.normals)).place(self.normals)
             per_face.place(self.face_normals)
+
+    def hittable_ids(self) -> np.ndarray:
+        """(n,) ids of the triangles that ``clean`` did not collapse."""
+        faces = self.arrays[1]
+        return np.flatnonzero((faces[:, 0] != faces[:, 1]) | (faces[:, 1] != faces[:, 2]))
 
     def load(self, mesh: Mesh) -> None:
         """Copy the arrays into the fields; after the builder's ``finalize``."""

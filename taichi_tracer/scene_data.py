@@ -7,6 +7,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import runtime
+from taichi_tracer.bvh import BVHRayIntersector
 from taichi_tracer.camera import view_of_box
 from taichi_tracer.errors import InputError, one_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
@@ -14,7 +15,7 @@ from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
 
-INTERSECTORS = {c.name: c for c in (BruteForceRayIntersector,)}
+INTERSECTORS = {c.name: c for c in (BVHRayIntersector, BruteForceRayIntersector)}
 
 
 @dataclass
@@ -73,7 +74,7 @@ class SceneData:
     def __init__(
         self,
         mesh: Mesh,
-        intersector: str = "brute_force",
+        intersector: str = "bvh",
         triangle_test: str = "watertight",
         view: dict | None = None,
     ) -> None:

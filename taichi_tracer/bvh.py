@@ -1,0 +1,232 @@
+"""A bounding volume hierarchy, and the way of one ray through it.
+
+The binary tree of ``bvh_build`` is collapsed into nodes of eight children (Wald, Benthin & Boulos, "Getting rid of
+packets", RT 2008): the same six planes of all eight boxes lie next to each other, so that a CPU tests them at once.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer import bvh_build, runtime
+from taichi_tracer.geometry import Geometry
+from taichi_tracer.ray_intersector import RayIntersector
+
+WIDTH = 8
+LEAF_BITS = 4  # a leaf is written as −1 − (first·2^LEAF_BITS + count)
+
+
+@dataclass
+class WideTree:
+    """Nodes of ``WIDTH`` children; node 0 is the root, ``root`` its reference (a leaf when there is one node only).
+
+    Attributes:
+        planes: (W, 6, 8) low x y z, high x y z of the children's boxes; an absent child's box is inside out.
+        children: (W, 8) int32, the index of a node, or a leaf (see ``leaf_reference``).
+        depth: nodes on the longest way down.
+        stack_size: the most references that wait while a ray is on its way.
+    """
+
+    planes: np.ndarray
+    children: np.ndarray
+    root: int
+    depth: int
+    stack_size: int
+
+
+def leaf_reference(begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """How a leaf over the range [begin, end) of the ordered triangles is written: a negative number."""
+    return -1 - ((begin << LEAF_BITS) + (end - begin))
+
+
+def collapse(tree: bvh_build.BinaryTree) -> WideTree:
+    """Pull grandchildren up, largest box first, until every node has eight children or only leaves."""
+    if tree.child[0] < 0:
+        dtype = tree.box.dtype
+        root = int(leaf_reference(tree.begin[0], tree.end[0]))
+        return WideTree(np.zeros((1, 6, WIDTH), dtype), np.zeros((1, WIDTH), np.int32), root, 1, 1)
+    size = tree.box[:, 3:] - tree.box[:, :3]
+    area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
+    area[tree.child < 0] = -1  # leaves stay as they are
+
+    levels, waiting, level = [], [], np.array([0])
+    first_of_next = 1
+    while len(level) > 0:
+        members = _adopt(tree.child, area, level)
+        is_inner = (members >= 0) & (tree.child[members] >= 0)
+        children = np.where(members >= 0, leaf_reference(tree.begin[members], tree.end[members]), 0)
+        children[is_inner] = first_of_next + np.arange(is_inner.sum())
+        levels.append((members, children))
+        waiting.append(is_inner)
+        level = members[is_inner]
+        first_of_next += len(level)
+
+    members = np.concatenate([m for m, _ in levels])
+    planes = np.where(members[:, None] >= 0, tree.box[members].transpose(0, 2, 1), 0)
+    planes[:, :3][np.broadcast_to(members[:, None] < 0, planes[:, :3].shape)] = np.inf
+    planes[:, 3:][np.broadcast_to(members[:, None] < 0, planes[:, 3:].shape)] = -np.inf
+    children = np.concatenate([c for _, c in levels]).astype(np.int32)
+    return WideTree(np.ascontiguousarray(planes), children, 0, len(levels), _stack_size(levels, waiting))
+
+
+def _adopt(child: np.ndarray, area: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """(K, 8) binary nodes that become the children of K wide ones, −1 where there are fewer."""
+    members = np.full((len(level), WIDTH), -1, np.int64)
+    members[:, 0], members[:, 1] = child[level], child[level] + 1
+    rows = np.arange(len(level))
+    for count in range(2, WIDTH):
+        open_area = np.where(members >= 0, area[members], -1)
+        slot = open_area.argmax(axis=1)
+        can = open_area[rows, slot] >= 0
+        opened = child[members[rows[can], slot[can]]]
+        members[rows[can], slot[can]] = opened
+        members[rows[can], count] = opened + 1
+    # A row that ran out of inner nodes has its gaps at the end, where they were.
+    return members
+
+
+def _stack_size(levels: list, waiting: list[np.ndarray]) -> int:
+    """The most references that wait at once: all children of a node lie on the stack before the first is taken."""
+    need = np.zeros(0, np.int64)
+    for (members, _), is_inner in zip(reversed(levels), reversed(waiting), strict=True):
+        below = np.zeros(members.shape, np.int64)
+        below[is_inner] = need
+        count = (members >= 0).sum(axis=1)
+        need = np.maximum(count, count - 1 + below.max(axis=1))
+    return int(need[0])
+
+
+@ti.data_oriented
+class BVHRayIntersector(RayIntersector):
+    """Tries only triangles whose boxes the ray meets, nearest box first; answers exactly as brute force does."""
+
+    name = "bvh"
+
+    def __init__(self, geometry: Geometry, triangle_test: str = "watertight") -> None:
+        super().__init__(geometry, triangle_test)
+        start = time.perf_counter()
+        vertices, faces = geometry.arrays
+        ids = geometry.hittable_ids()
+        corners = vertices[faces[ids]]
+        self.tree = None
+        if len(ids) > 0:
+            box = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
+            self.tree = bvh_build.build(box)
+            order = self.tree.order
+            wide = collapse(self.tree)
+        else:
+            order = np.zeros(0, np.int32)
+            empty = leaf_reference(np.int64(0), np.int64(0))
+            wide = WideTree(np.zeros((1, 6, WIDTH), runtime.dtype()), np.zeros((1, WIDTH), np.int32), int(empty), 0, 1)
+        self.root, self.depth, self.stack_size = wide.root, wide.depth, wide.stack_size
+        self.num_nodes = len(wide.children)
+
+        builder = ti.FieldsBuilder()
+        self.planes = ti.Vector.field(WIDTH, float)
+        self.children = ti.field(ti.i32)
+        self.leaf_vertices = ti.Vector.field(3, float)
+        self.leaf_ids = ti.field(ti.i32)
+        nodes = builder.dense(ti.i, self.num_nodes)
+        nodes.dense(ti.j, 6).place(self.planes)
+        builder.dense(ti.ij, (self.num_nodes, WIDTH)).place(self.children)
+        builder.dense(ti.ij, (max(1, len(ids)), 3)).place(self.leaf_vertices)
+        builder.dense(ti.i, max(1, len(ids))).place(self.leaf_ids)
+        self._fields = builder.finalize()
+        self._load(wide.planes, wide.children, np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
+        self.build_seconds = time.perf_counter() - start
+
+    def destroy(self) -> None:
+        """Free the tree's memory."""
+        self._fields.destroy()
+
+    @ti.kernel
+    def _load(
+        self,
+        planes: ti.types.ndarray(ndim=3),
+        children: ti.types.ndarray(ndim=2),
+        corners: ti.types.ndarray(ndim=3),
+        ids: ti.types.ndarray(ndim=1),
+    ):
+        for i in range(planes.shape[0]):
+            for plane in range(6):
+                for k in ti.static(range(WIDTH)):
+                    self.planes[i, plane][k] = planes[i, plane, k]
+            for k in range(WIDTH):
+                self.children[i, k] = children[i, k]
+        for i in range(ids.shape[0]):
+            self.leaf_ids[i] = ids[i]
+            for corner in ti.static(range(3)):
+                for k in ti.static(range(3)):
+                    self.leaf_vertices[i, corner][k] = corners[i, corner, k]
+
+    @ti.func
+    def nearest(self, ray, t_min, t_max):
+        return self.traverse(ray, t_min, t_max, False)
+
+    @ti.func
+    def is_blocked(self, ray, t_min, t_max):
+        t, triangle_id = self.traverse(ray, t_min, t_max, True)
+        return triangle_id >= 0
+
+    @ti.func
+    def traverse(self, ray, t_min, t_max, any_hit: ti.template()):
+        """(t, id) of the nearest hit, or of the first one found with ``any_hit``; (t_max, −1) for none."""
+        bounds = self.ray_bounds(ray)
+        best, best_id = t_max, -1
+        waiting = ti.Vector([0] * self.stack_size, ti.i32)
+        waiting_t = ti.Vector([0.0] * self.stack_size, float)
+        top = 0
+        if self.is_legal(ray):
+            waiting[0], waiting_t[0] = self.root, t_min
+            top = 1
+        while top > 0:
+            top -= 1
+            reference = waiting[top]
+            if waiting_t[top] <= best:
+                if reference >= 0:
+                    t_near, mask = self.met_children(bounds, reference, t_min, best)
+                    nearest_t, nearest_at = tm.inf, top
+                    while mask != 0:
+                        k = ti.math.popcnt((mask & -mask) - 1)
+                        mask &= mask - 1
+                        waiting[top], waiting_t[top] = self.children[reference, k], t_near[k]
+                        if t_near[k] < nearest_t:
+                            nearest_t, nearest_at = t_near[k], top
+                        top += 1
+                    if nearest_t < tm.inf:
+                        last = top - 1
+                        waiting[nearest_at], waiting[last] = waiting[last], waiting[nearest_at]
+                        waiting_t[nearest_at], waiting_t[last] = waiting_t[last], waiting_t[nearest_at]
+                else:
+                    first = (-1 - reference) >> LEAF_BITS
+                    count = (-1 - reference) & ((1 << LEAF_BITS) - 1)
+                    for i in range(first, first + count):
+                        v0, v1, v2 = self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
+                        t = self.candidate_distance(ray, bounds, v0, v1, v2)
+                        if t_min < t and t <= best:
+                            triangle_id = self.leaf_ids[i]
+                            if t < best or (triangle_id < best_id):
+                                best, best_id = t, triangle_id
+                    if ti.static(any_hit):
+                        if best_id >= 0:
+                            top = 0
+        return best, best_id
+
+    @ti.func
+    def met_children(self, bounds, node, t_min, t_max):
+        """Where the ray enters each of the eight boxes, and a bit for each that it meets: ``box_interval``, by lanes."""
+        t_near = ti.Vector([t_min] * WIDTH)
+        t_far = ti.Vector([t_max] * WIDTH)
+        for k in ti.static(range(3)):
+            is_forward = bounds.inverse[k] >= 0
+            near = (self.planes[node, ti.select(is_forward, k, k + 3)] - bounds.near_origin[k]) * bounds.inverse[k]
+            far = (self.planes[node, ti.select(is_forward, k + 3, k)] - bounds.far_origin[k]) * bounds.inverse[k]
+            t_near = ti.select(near > t_near, near, t_near)
+            t_far = ti.select(far < t_far, far, t_far)
+        mask = 0
+        for k in ti.static(range(WIDTH)):
+            mask |= ti.cast(t_near[k] <= t_far[k], ti.i32) << k
+        return t_near, mask

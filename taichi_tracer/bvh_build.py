@@ -1,0 +1,300 @@
+"""A binary tree of boxes by the surface-area heuristic (Wald, "On fast construction of SAH-based BVHs", RT 2007).
+
+Two levels, as in HLBVH (Pantaleoni & Luebke 2010): the triangles are grouped by the cell of a coarse grid, each group is
+built on its own (in parallel), then a tree over the groups is built by the same kernel.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer import runtime
+
+NUM_BINS = 16
+MAX_LEAF = 8  # the most triangles of a leaf; the heuristic stops earlier
+COST_OF_BOX = 1.2  # of visiting a node, in units of one triangle test
+GROUP_FROM = 8192  # triangles from which grouping pays
+CELLS_PER_AXIS = 32  # 15 bits of Morton code, which numpy sorts by radix
+
+
+@dataclass
+class BinaryTree:
+    """A binary tree over boxes, as arrays: node 0 is the root.
+
+    Attributes:
+        box: (N, 6) low and high corner of every node.
+        child: (N,) the left child, the right one follows it; −1 in a leaf.
+        begin, end: (N,) the range of ``order`` below a node.
+        order: (F,) item ids, those of a leaf next to each other.
+    """
+
+    box: np.ndarray
+    child: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+    order: np.ndarray
+
+
+def build(box: np.ndarray) -> BinaryTree:
+    """The tree over (F, 6) boxes, F ≥ 1."""
+    n = len(box)
+    if n < GROUP_FROM:
+        starts = np.array([0], np.int32)
+        order = np.arange(n, dtype=np.int32)
+    else:
+        order, starts = grid_groups(box)
+    ends = np.append(starts[1:], n).astype(np.int32)
+    nodes = Nodes(2 * n + 2 * len(starts), box.dtype)
+    _build_ranges(starts, ends, 0, MAX_LEAF, box, order, nodes.box, nodes.links, *_scratch(len(starts), box.dtype))
+    if len(starts) == 1:
+        return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
+    return _join(nodes, starts, order)
+
+
+class Nodes:
+    """Box and links (child, begin, end) of nodes while the tree grows."""
+
+    def __init__(self, count: int, dtype: np.dtype) -> None:
+        self.box = np.zeros((count, 6), dtype)
+        self.links = np.full((count, 3), -1, np.int32)
+
+
+def _join(nodes: Nodes, starts: np.ndarray, order: np.ndarray) -> BinaryTree:
+    """Build the tree over the groups' roots behind the groups' nodes, and put its root first."""
+    n, base = len(order), 2 * len(order)
+    roots = 2 * starts
+    group_order = np.arange(len(starts), dtype=np.int32)
+    group_box = np.ascontiguousarray(nodes.box[roots])
+    top = Nodes(2 * len(starts), nodes.box.dtype)
+    _build_ranges(
+        np.zeros(1, np.int32),
+        np.array([len(starts)], np.int32),
+        base,
+        1,
+        group_box,
+        group_order,
+        top.box,
+        top.links,
+        *_scratch(1, nodes.box.dtype),
+    )
+    # A leaf over one group becomes that group's root; an inner node covers no range of triangles of its own.
+    is_leaf = (top.links[:, 0] < 0) & (top.links[:, 1] >= 0)
+    top.links[is_leaf] = nodes.links[roots[group_order[top.links[is_leaf, 1]]]]
+    nodes.box[base:], nodes.links[base:] = top.box, top.links
+    nodes.box[0], nodes.links[0] = top.box[0], top.links[0]
+    assert n == len(order)
+    return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
+
+
+def grid_groups(box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Items sorted by the Morton code of their grid cell: (F,) int32 order and (G,) int32 start of every group."""
+    centre = box[:, :3] + box[:, 3:]
+    low, high = centre.min(axis=0), centre.max(axis=0)
+    size = np.where(high > low, high - low, 1)
+    code = np.zeros(len(box), np.uint16)
+    for axis in range(3):
+        cell = ((centre[:, axis] - low[axis]) * (CELLS_PER_AXIS / size[axis])).astype(np.uint16)
+        np.minimum(cell, CELLS_PER_AXIS - 1, out=cell)
+        for bit in range(5):
+            code |= ((cell >> bit) & 1) << (3 * bit + axis)
+    order = np.argsort(code, kind="stable").astype(np.int32)
+    sorted_code = code[order]
+    starts = np.flatnonzero(np.append(True, sorted_code[1:] != sorted_code[:-1])).astype(np.int32)
+    return order, starts
+
+
+def _scratch(tasks: int, dtype: np.dtype) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Per task: bins (3 axes × NUM_BINS boxes and counts), areas to the right of every bin, and a stack of nodes."""
+    bins = np.empty((tasks, 3 * NUM_BINS, 7), dtype)
+    areas = np.empty((tasks, NUM_BINS), dtype)
+    stack = np.empty((tasks, 64), np.int32)  # the larger half waits on it, so that 32 entries serve 2^32 items
+    return bins, areas, stack
+
+
+@ti.kernel
+def _build_ranges(
+    starts: ti.types.ndarray(dtype=ti.i32, ndim=1),
+    ends: ti.types.ndarray(dtype=ti.i32, ndim=1),
+    base: ti.i32,
+    max_leaf: ti.i32,
+    box: ti.types.ndarray(ndim=2),
+    order: ti.types.ndarray(dtype=ti.i32, ndim=1),
+    node_box: ti.types.ndarray(ndim=2),
+    links: ti.types.ndarray(dtype=ti.i32, ndim=2),
+    bins: ti.types.ndarray(ndim=3),
+    areas: ti.types.ndarray(ndim=2),
+    stack: ti.types.ndarray(dtype=ti.i32, ndim=2),
+):
+    """One tree per range [starts, ends) of ``order``, its root at 2·start.
+
+    A split at position m of ``order`` happens once, so its children are the nodes 2m and 2m + 1: no counter is shared.
+    Children are written as ``base`` + their index.
+    """
+    for task in range(starts.shape[0]):
+        root = 2 * starts[task]
+        links[root, 1] = starts[task]
+        links[root, 2] = ends[task]
+        stack[task, 0] = root
+        waiting = 1
+        while waiting > 0:
+            waiting -= 1
+            node = stack[task, waiting]
+            begin, end = links[node, 1], links[node, 2]
+            low, high, c_low, c_high = bound(box, order, begin, end)
+            for k in ti.static(range(3)):
+                node_box[node, k] = low[k]
+                node_box[node, k + 3] = high[k]
+            middle = -1
+            if end - begin > 1:
+                middle = split(task, box, order, begin, end, low, high, c_low, c_high, max_leaf, bins, areas)
+            if middle >= 0:
+                left = 2 * middle
+                links[node, 0] = base + left
+                links[left, 1], links[left, 2] = begin, middle
+                links[left + 1, 1], links[left + 1, 2] = middle, end
+                smaller_is_left = middle - begin <= end - middle
+                stack[task, waiting] = ti.select(smaller_is_left, left + 1, left)
+                stack[task, waiting + 1] = ti.select(smaller_is_left, left, left + 1)
+                waiting += 2
+
+
+@ti.func
+def corners(box: ti.template(), i):
+    """Low and high corner of box i."""
+    return tm.vec3(box[i, 0], box[i, 1], box[i, 2]), tm.vec3(box[i, 3], box[i, 4], box[i, 5])
+
+
+@ti.func
+def half_area(low, high):
+    """Half the surface of a box."""
+    size = high - low
+    return size.x * size.y + size.y * size.z + size.z * size.x
+
+
+@ti.func
+def bound(box: ti.template(), order: ti.template(), begin, end):
+    """The box of a range of items, and the box of their (doubled) centres."""
+    low, high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
+    c_low, c_high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
+    for i in range(begin, end):
+        a, b = corners(box, order[i])
+        low, high = ti.min(low, a), ti.max(high, b)
+        c_low, c_high = ti.min(c_low, a + b), ti.max(c_high, a + b)
+    return low, high, c_low, c_high
+
+
+@ti.func
+def bin_of(centre, c_low, bins_per_unit):
+    """The bin of a (doubled) centre along each axis."""
+    return ti.min(ti.cast((centre - c_low) * bins_per_unit, ti.i32), NUM_BINS - 1)
+
+
+@ti.func
+def split(
+    task,
+    box: ti.template(),
+    order: ti.template(),
+    begin,
+    end,
+    low,
+    high,
+    c_low,
+    c_high,
+    max_leaf,
+    bins: ti.template(),
+    areas: ti.template(),
+):
+    """Reorder a range so that [begin, middle) and [middle, end) are its halves; −1 when a leaf is cheaper."""
+    size = c_high - c_low
+    bins_per_unit = tm.vec3(0)
+    for k in ti.static(range(3)):
+        if size[k] > 0:
+            bins_per_unit[k] = NUM_BINS * (1 - 1e-6) / size[k]
+            if not bins_per_unit[k] < tm.inf:
+                bins_per_unit[k] = 0
+    fill_bins(task, box, order, begin, end, c_low, bins_per_unit, bins)
+
+    best_cost, best_axis, best_bin = tm.inf, -1, -1
+    for axis in range(3):
+        cost, last = cheapest_plane(task, axis, bins, areas)
+        if cost < best_cost:
+            best_cost, best_axis, best_bin = cost, axis, last
+
+    n = end - begin
+    middle = -1
+    leaf_is_cheaper = best_cost + COST_OF_BOX * half_area(low, high) >= n * half_area(low, high)
+    if n > max_leaf or not leaf_is_cheaper:
+        middle = (begin + end) // 2  # one centroid, or areas beyond the precision: any halves will do
+        if best_axis >= 0:
+            middle = partition(box, order, begin, end, best_axis, best_bin, c_low, bins_per_unit)
+    return middle
+
+
+@ti.func
+def fill_bins(task, box: ti.template(), order: ti.template(), begin, end, c_low, bins_per_unit, bins: ti.template()):
+    """Box and count of the items in every bin of every axis."""
+    for j in range(3 * NUM_BINS):
+        for k in ti.static(range(3)):
+            bins[task, j, k] = tm.inf
+            bins[task, j, k + 3] = -tm.inf
+        bins[task, j, 6] = 0
+    for i in range(begin, end):
+        a, b = corners(box, order[i])
+        where = bin_of(a + b, c_low, bins_per_unit)
+        for axis in ti.static(range(3)):
+            j = axis * NUM_BINS + where[axis]
+            for k in ti.static(range(3)):
+                bins[task, j, k] = ti.min(bins[task, j, k], a[k])
+                bins[task, j, k + 3] = ti.max(bins[task, j, k + 3], b[k])
+            bins[task, j, 6] += 1
+
+
+@ti.func
+def bin_corners(bins: ti.template(), task, j):
+    """Low and high corner of a bin."""
+    low = tm.vec3(bins[task, j, 0], bins[task, j, 1], bins[task, j, 2])
+    return low, tm.vec3(bins[task, j, 3], bins[task, j, 4], bins[task, j, 5])
+
+
+@ti.func
+def cheapest_plane(task, axis, bins: ti.template(), areas: ti.template()):
+    """min over the planes between bins of area(left)·count(left) + area(right)·count(right), and the last left bin."""
+    low, high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
+    count = 0.0
+    for step in range(NUM_BINS - 1):
+        j = NUM_BINS - 1 - step
+        a, b = bin_corners(bins, task, axis * NUM_BINS + j)
+        low, high = ti.min(low, a), ti.max(high, b)
+        count += bins[task, axis * NUM_BINS + j, 6]
+        areas[task, j] = tm.inf
+        if count > 0:
+            areas[task, j] = half_area(low, high) * count
+    best, best_bin = tm.inf, -1
+    low, high, count = tm.vec3(tm.inf), tm.vec3(-tm.inf), 0.0
+    for j in range(NUM_BINS - 1):
+        a, b = bin_corners(bins, task, axis * NUM_BINS + j)
+        low, high = ti.min(low, a), ti.max(high, b)
+        count += bins[task, axis * NUM_BINS + j, 6]
+        if count > 0:
+            cost = half_area(low, high) * count + areas[task, j + 1]
+            if cost < best:
+                best, best_bin = cost, j
+    return best, best_bin
+
+
+@ti.func
+def partition(box: ti.template(), order: ti.template(), begin, end, axis, last_left, c_low, bins_per_unit):
+    """Swap the items of the bins up to ``last_left`` to the front; returns where the others begin."""
+    i, j = begin, end - 1
+    while i <= j:
+        a, b = corners(box, order[i])
+        where = bin_of(a + b, c_low, bins_per_unit)
+        own = ti.select(axis == 0, where.x, ti.select(axis == 1, where.y, where.z))
+        if own <= last_left:
+            i += 1
+        else:
+            order[i], order[j] = order[j], order[i]
+            j -= 1
+    return i
