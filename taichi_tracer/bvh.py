@@ -129,11 +129,13 @@ class BVHRayIntersector(RayIntersector):
         self.children = ti.field(ti.i32)
         self.leaf_vertices = ti.Vector.field(3, float)
         self.leaf_ids = ti.field(ti.i32)
-        nodes = builder.dense(ti.i, self.num_nodes)
-        nodes.dense(ti.j, 6).place(self.planes)
-        builder.dense(ti.ij, (self.num_nodes, WIDTH)).place(self.children)
-        builder.dense(ti.ij, (max(1, len(ids)), 3)).place(self.leaf_vertices)
-        builder.dense(ti.i, max(1, len(ids))).place(self.leaf_ids)
+        # Nested, so that all of a node, and all of a triangle, lies in one piece of memory.
+        node = builder.dense(ti.i, self.num_nodes)
+        node.dense(ti.j, 6).place(self.planes)
+        node.dense(ti.j, WIDTH).place(self.children)
+        triangle = builder.dense(ti.i, max(1, len(ids)))
+        triangle.dense(ti.j, 3).place(self.leaf_vertices)
+        triangle.place(self.leaf_ids)
         self._fields = builder.finalize()
         self._load(wide.planes, wide.children, np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
         self.build_seconds = time.perf_counter() - start
@@ -226,7 +228,8 @@ class BVHRayIntersector(RayIntersector):
             far = (self.planes[node, ti.select(is_forward, k + 3, k)] - bounds.far_origin[k]) * bounds.inverse[k]
             t_near = ti.select(near > t_near, near, t_near)
             t_far = ti.select(far < t_far, far, t_far)
+        entry = ti.select(t_near <= t_far, t_near, ti.Vector([tm.inf] * WIDTH))
         mask = 0
         for k in ti.static(range(WIDTH)):
-            mask |= ti.cast(t_near[k] <= t_far[k], ti.i32) << k
-        return t_near, mask
+            mask |= ti.cast(entry[k] < tm.inf, ti.i32) << k
+        return entry, mask
