@@ -84,10 +84,10 @@ def studio(width=512, height=256):
 
 # --- sunny ------------------------------------------------------------------------------------------------------------
 
-TURBIDITY = 3.5
+TURBIDITY = 2.5
 SUN_LUMINANCE = 2.0e6  # kcd / m^2, outside the atmosphere, mean over the disc
 SUN_RADIUS = np.radians(0.2665)  # as seen from the earth
-SUN_VALUE = 40000.0  # the brightest channel of the sun in the map, below the largest half float
+SUN_VALUE = 45000.0  # the brightest channel of the disc in the map; the largest half float is 65,504
 GROUND_ALBEDO = np.array([0.20, 0.18, 0.14])
 RGB_WAVELENGTHS = np.array([0.61, 0.55, 0.465])  # micrometres
 XYZ_TO_SRGB = np.array(
@@ -123,14 +123,15 @@ def clear_sky(d, sun):
     perez_y = [-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537]
     perez_y += [-0.0109 * t + 0.0529]
 
-    cos_zenith = np.maximum(d[..., 1], 0.01)  # the model has no value at the horizon itself
     gamma = np.arccos(np.clip(d @ sun, -1, 1))
 
-    def relative(coefficients):
-        return perez(cos_zenith, gamma, *coefficients) / perez(1.0, s, *coefficients)
+    def relative(coefficients, lowest):
+        return perez(np.maximum(d[..., 1], lowest), gamma, *coefficients) / perez(1.0, s, *coefficients)
 
-    luminance = zenith_luminance * relative(perez_luminance)
-    x, y = zenith_x * relative(perez_x), zenith_y * relative(perez_y)
+    # The model has no value at the horizon, and its colour turns pink there: colour is held below 7 degrees.
+    luminance = zenith_luminance * relative(perez_luminance, lowest=0.01)
+    x = zenith_x * relative(perez_x, lowest=0.12)
+    y = zenith_y * relative(perez_y, lowest=0.12)
     xyz = np.stack([x / y, np.ones_like(x), (1 - x - y) / y], axis=-1) * luminance[..., None]
     return np.maximum(xyz @ XYZ_TO_SRGB.T, 0)
 
@@ -154,7 +155,6 @@ def sunny(width=768, height=384, sun_row=104, sun_column=608):
     d = direction(u, v)
     sun = d[sun_row, sun_column]
     disc = sun_colour(sun)
-    scale = SUN_VALUE / disc.max()
 
     samples = 32
     near = (slice(sun_row - 2, sun_row + 3), slice(sun_column - 2, sun_column + 3))
@@ -166,7 +166,7 @@ def sunny(width=768, height=384, sun_row=104, sun_column=608):
     coverage = np.zeros((height, width, 1))
     coverage[near] = (fine @ sun > np.cos(SUN_RADIUS)).mean(axis=(1, 3))[..., None]
 
-    image = scale * (clear_sky(d, sun) + coverage * disc)
+    image = (clear_sky(d, sun) + coverage * disc) * (SUN_VALUE / disc.max())
 
     # The horizon runs between two rows of texels, so that each texel is all sky or all ground.
     solid_angle = (2 * np.pi / width) * (np.pi / height) * np.cos(np.pi * (v - 0.5))

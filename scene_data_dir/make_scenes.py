@@ -4,7 +4,8 @@
     python scene_data_dir/make_scenes.py --check    compare with the files on disk; exit 1 on a difference
 
 Needs numpy. The same bytes come out on every machine: coordinates are computed with + - * / and sqrt alone, which
-IEEE 754 rounds alike everywhere, and are written with a fixed number of decimals.
+IEEE 754 rounds alike everywhere, and are written with a fixed number of decimals. (The environments use numpy's sin and
+exp: half floats are a thousand million times coarser than the last bit in which processors differ.)
 
 Coordinates are right-handed, y up; fronts are counter-clockwise seen from the side that the normal points to.
 Every scene is framed for the course's camera: eye (0, 1, 3), at (0, 1, 0), up (0, 1, 0), vertical fov 60 degrees.
@@ -135,6 +136,7 @@ BLOB_WAVES = np.array(
     ]
 )
 BLOB_RADIUS = 1.1
+BLOB_SHIFT = np.array([-0.065, -0.04, 0.0])  # brings it to the middle of the view
 
 
 def blob(rings):
@@ -177,7 +179,7 @@ def torus_knot(around, across, major=0.76, minor=0.34, tube=0.17):
 
     i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
     i_next, j_next = (i + 1) % around, (j + 1) % across
-    quads = np.stack([i * across + j, i_next * across + j, i_next * across + j_next, i * across + j_next], axis=-1)
+    quads = np.stack([i * across + j, i * across + j_next, i_next * across + j_next, i_next * across + j], axis=-1)
     return points.reshape(-1, 3), normals.reshape(-1, 3), quads.reshape(-1, 4)
 
 
@@ -384,7 +386,7 @@ Tube around the (2, 3) torus knot, the trefoil: {len(quads)} quads = {2 * len(qu
 def blob_ply():
     points, normals, faces = blob(100)
     comment = f"star-shaped closed surface, {len(faces)} triangles, analytic normals"
-    return {"blob.ply": ply_bytes(comment, points + CENTRE, normals, faces)}
+    return {"blob.ply": ply_bytes(comment, points + CENTRE + BLOB_SHIFT, normals, faces)}
 
 
 # --- program ----------------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ import taichi.math as tm
 
 from taichi_tracer import bvh_build, runtime
 from taichi_tracer.geometry import Geometry
+from taichi_tracer.packets import LANES, PACKET_TESTS
 from taichi_tracer.ray_intersector import RayIntersector
 
 WIDTH = 8
@@ -99,6 +100,22 @@ def _stack_size(levels: list, waiting: list[np.ndarray]) -> int:
     return int(need[0])
 
 
+@ti.func
+def leaf_range(reference):
+    """First triangle and count of a leaf, see ``leaf_reference``."""
+    return (-1 - reference) >> LEAF_BITS, (-1 - reference) & ((1 << LEAF_BITS) - 1)
+
+
+@ti.func
+def entries(t_near, t_far):
+    """Where eight boxes are entered, ∞ for those that are not, and a bit for each that is."""
+    entry = ti.select(t_near <= t_far, t_near, ti.Vector([tm.inf] * WIDTH))
+    mask = 0
+    for k in ti.static(range(WIDTH)):
+        mask |= ti.cast(entry[k] < tm.inf, ti.i32) << k
+    return entry, mask
+
+
 @ti.data_oriented
 class BVHRayIntersector(RayIntersector):
     """Tries only triangles whose boxes the ray meets, nearest box first; answers exactly as brute force does."""
@@ -107,6 +124,7 @@ class BVHRayIntersector(RayIntersector):
 
     def __init__(self, geometry: Geometry, triangle_test: str = "watertight") -> None:
         super().__init__(geometry, triangle_test)
+        self.solve_packet = PACKET_TESTS.get(triangle_test)
         start = time.perf_counter()
         vertices, faces = geometry.arrays
         ids = geometry.hittable_ids()
@@ -190,24 +208,12 @@ class BVHRayIntersector(RayIntersector):
             if waiting_t[top] <= best:
                 if reference >= 0:
                     t_near, mask = self.met_children(bounds, reference, t_min, best)
-                    nearest_t, nearest_at = tm.inf, top
-                    while mask != 0:
-                        k = ti.math.popcnt((mask & -mask) - 1)
-                        mask &= mask - 1
-                        waiting[top], waiting_t[top] = self.children[reference, k], t_near[k]
-                        if t_near[k] < nearest_t:
-                            nearest_t, nearest_at = t_near[k], top
-                        top += 1
-                    if nearest_t < tm.inf:
-                        last = top - 1
-                        waiting[nearest_at], waiting[last] = waiting[last], waiting[nearest_at]
-                        waiting_t[nearest_at], waiting_t[last] = waiting_t[last], waiting_t[nearest_at]
+                    top = self.push(waiting, waiting_t, top, reference, t_near, mask)
                 else:
-                    first = (-1 - reference) >> LEAF_BITS
-                    count = (-1 - reference) & ((1 << LEAF_BITS) - 1)
+                    first, count = leaf_range(reference)
                     for i in range(first, first + count):
                         v0, v1, v2 = self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
-                        t = self.candidate_distance(ray, bounds, v0, v1, v2)
+                        t, u, v = self.candidate(ray, bounds, v0, v1, v2)
                         if t_min < t and t <= best:
                             triangle_id = self.leaf_ids[i]
                             if t < best or (triangle_id < best_id):
@@ -216,6 +222,23 @@ class BVHRayIntersector(RayIntersector):
                         if best_id >= 0:
                             top = 0
         return best, best_id
+
+    @ti.func
+    def push(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
+        """Let the children that were met wait, the nearest on top; returns the new top."""
+        nearest_t, nearest_at = tm.inf, top
+        while mask != 0:
+            k = ti.math.popcnt((mask & -mask) - 1)
+            mask &= mask - 1
+            waiting[top], waiting_t[top] = self.children[node, k], t_near[k]
+            if t_near[k] < nearest_t:
+                nearest_t, nearest_at = t_near[k], top
+            top += 1
+        if nearest_t < tm.inf:
+            last = top - 1
+            waiting[nearest_at], waiting[last] = waiting[last], waiting[nearest_at]
+            waiting_t[nearest_at], waiting_t[last] = waiting_t[last], waiting_t[nearest_at]
+        return top
 
     @ti.func
     def met_children(self, bounds, node, t_min, t_max):
@@ -228,8 +251,52 @@ class BVHRayIntersector(RayIntersector):
             far = (self.planes[node, ti.select(is_forward, k + 3, k)] - bounds.far_origin[k]) * bounds.inverse[k]
             t_near = ti.select(near > t_near, near, t_near)
             t_far = ti.select(far < t_far, far, t_far)
-        entry = ti.select(t_near <= t_far, t_near, ti.Vector([tm.inf] * WIDTH))
-        mask = 0
-        for k in ti.static(range(WIDTH)):
-            mask |= ti.cast(entry[k] < tm.inf, ti.i32) << k
-        return entry, mask
+        return entries(t_near, t_far)
+
+    @ti.func
+    def trace_packet(self, packets: ti.template(), c, t_min):
+        """``nearest`` of the sixteen rays of a packet, one heading after the other; the answers are in the packet."""
+        for lane in range(LANES):
+            heading = packets.heading[c][lane]
+            if heading >= 0:
+                packets.take_heading(c, heading)
+                self.trace_heading(packets, c, heading, t_min)
+                packets.heading[c] = ti.select(packets.heading[c] == heading, -1, packets.heading[c])
+
+    @ti.func
+    def trace_heading(self, packets: ti.template(), c, heading, t_min):
+        """``traverse`` of all rays of a heading: into every box that one of them can meet."""
+        bounds = packets.common_bounds(c, heading)
+        best = packets.farthest(c)
+        waiting = ti.Vector([0] * self.stack_size, ti.i32)
+        waiting_t = ti.Vector([0.0] * self.stack_size, float)
+        waiting[0], waiting_t[0] = self.root, t_min
+        top = 1
+        while top > 0:
+            top -= 1
+            reference = waiting[top]
+            if waiting_t[top] <= best:
+                if reference >= 0:
+                    t_near, mask = self.children_met_by_any(bounds, heading, reference, t_min, best)
+                    top = self.push(waiting, waiting_t, top, reference, t_near, mask)
+                else:
+                    first, count = leaf_range(reference)
+                    for i in range(first, first + count):
+                        v0, v1, v2 = self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
+                        packets.try_triangle(c, heading, self, v0, v1, v2, self.leaf_ids[i], t_min)
+                    best = packets.farthest(c)
+
+    @ti.func
+    def children_met_by_any(self, bounds, heading, node, t_min, t_max):
+        """``met_children`` for all rays between the extremes of ``bounds``: never later in, never earlier out."""
+        t_near = ti.Vector([t_min] * WIDTH)
+        t_far = ti.Vector([t_max] * WIDTH)
+        for k in ti.static(range(3)):
+            is_backward = (heading >> k) & 1
+            to_near = self.planes[node, k + 3 * is_backward] - bounds.near_origin[k]
+            to_far = self.planes[node, k + 3 - 3 * is_backward] - bounds.far_origin[k]
+            near = to_near * ti.select(to_near >= 0, bounds.low[k], bounds.high[k])
+            far = to_far * ti.select(to_far >= 0, bounds.high[k], bounds.low[k])
+            t_near = ti.select(near > t_near, near, t_near)
+            t_far = ti.select(far < t_far, far, t_far)
+        return entries(t_near, t_far)

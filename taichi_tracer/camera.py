@@ -157,6 +157,7 @@ class Camera:
         if ti.static(jitter):
             within_pixel = xi
         ndc = self.generate_ndc_coords(pixel_x, pixel_y, within_pixel)
-        direction = self.camera_to_world[None] @ self.generate_camera_coords(ndc)
-        eye = self.camera_to_world[None] @ tm.vec4(0, 0, 0, 1)
-        return Ray(origin=eye.xyz, direction=tm.normalize(direction.xyz))
+        camera_to_world = self.camera_to_world[None]
+        eye = tm.vec3(camera_to_world[0, 3], camera_to_world[1, 3], camera_to_world[2, 3])
+        direction = (camera_to_world @ self.generate_camera_coords(ndc)).xyz
+        return Ray(origin=eye, direction=direction * (1 / direction.norm()))

@@ -3,41 +3,103 @@
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer import runtime
 from taichi_tracer.camera import Camera
+from taichi_tracer.packets import LANES, PACKET_TESTS, TILE, Packets
 from taichi_tracer.ray_intersector import no_hit
 from taichi_tracer.scene_data import SceneData
 
 
+PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
+
+
 @ti.data_oriented
 class PrimaryHits:
-    """t, triangle id and barycentrics (u, v) of the nearest hit of every pixel; id −1 where there is none."""
+    """t, triangle id and barycentrics (u, v) of the nearest hit of every pixel; id −1 where there is none.
 
-    def __init__(self, scene_data: SceneData, camera: Camera) -> None:
+    Pixels are kept by tiles of 4 × 4, one lane each. Two forms fill them with the same bits: one ray per thread, and on
+    a CPU, where the intersector can, a packet per tile.
+
+    Args:
+        scene_data: what is hit.
+        camera: where the rays come from.
+        use_packets: None chooses packets on a CPU with an intersector and a triangle test that have them.
+    """
+
+    def __init__(self, scene_data: SceneData, camera: Camera, use_packets: bool | None = None) -> None:
         self.scene_data, self.camera = scene_data, camera
-        shape = (camera.width, camera.height)
-        self.distance = ti.field(float, shape=shape)
-        self.triangle_id = ti.field(ti.i32, shape=shape)
-        self.barycentric_coords = ti.Vector.field(2, float, shape=shape)
+        self.width, self.height = camera.width, camera.height
+        intersector = scene_data.ray_intersector
+        can_use_packets = hasattr(intersector, "trace_packet") and intersector.triangle_test in PACKET_TESTS
+        on_cpu = runtime.ensure().arch == "cpu"
+        self.use_packets = on_cpu and can_use_packets if use_packets is None else use_packets
+        self.tiles_x, self.tiles_y = -(-self.width // TILE), -(-self.height // TILE)
+        shape = self.tiles_x * self.tiles_y
+        self.distance = ti.Vector.field(LANES, float, shape=shape)
+        self.triangle_id = ti.Vector.field(LANES, ti.i32, shape=shape)
+        self.u = ti.Vector.field(LANES, float, shape=shape)
+        self.v = ti.Vector.field(LANES, float, shape=shape)
+        if self.use_packets:
+            self.packets = Packets(PLACES)
+
+    def trace(self) -> None:
+        """Send one eye ray through the centre of every pixel."""
+        if self.use_packets:
+            self._trace_packets()
+        else:
+            self._trace_rays()
+
+    @ti.func
+    def tile_and_lane(self, x, y):
+        """Where a pixel is kept."""
+        return (x // TILE) * self.tiles_y + y // TILE, (x % TILE) * TILE + y % TILE
+
+    @ti.func
+    def pixel(self, tile, lane):
+        """The pixel kept there; beyond the right and top edges it repeats the last one."""
+        x = (tile // self.tiles_y) * TILE + lane // TILE
+        y = (tile % self.tiles_y) * TILE + lane % TILE
+        return ti.min(x, self.width - 1), ti.min(y, self.height - 1)
 
     @ti.kernel
-    def trace(self):
-        """Send one eye ray through the centre of every pixel."""
-        for x, y in self.triangle_id:
+    def _trace_rays(self):
+        for x, y in ti.ndrange(self.width, self.height):
+            tile, lane = self.tile_and_lane(x, y)
             ray = self.camera.generate_ray(x, y)
             t, triangle_id = self.scene_data.ray_intersector.nearest(ray, 0.0, tm.inf)
-            self.distance[x, y] = t
-            self.triangle_id[x, y] = triangle_id
+            self.distance[tile][lane] = t
+            self.triangle_id[tile][lane] = triangle_id
             if triangle_id >= 0:
                 u, v = self.scene_data.ray_intersector.barycentrics(ray, triangle_id)
-                self.barycentric_coords[x, y] = tm.vec2(u, v)
+                self.u[tile][lane], self.v[tile][lane] = u, v
+
+    @ti.kernel
+    def _trace_packets(self):
+        for i in range(PLACES * runtime.CPU_BLOCK):
+            c = i // runtime.CPU_BLOCK
+            low, high = tm.vec3(self.scene_data.geometry.low), tm.vec3(self.scene_data.geometry.high)
+            tile = c + (i % runtime.CPU_BLOCK) * PLACES
+            while tile < self.tiles_x * self.tiles_y:
+                for lane in range(LANES):
+                    x, y = self.pixel(tile, lane)
+                    self.packets.put_ray(c, lane, self.camera.generate_ray(x, y))
+                self.packets.prepare(c, low, high, self.scene_data.ray_intersector.pad_factor, tm.inf)
+                self.scene_data.ray_intersector.trace_packet(self.packets, c, 0.0)
+                self.distance[tile] = self.packets.t[c]
+                self.triangle_id[tile] = self.packets.triangle_id[c]
+                self.u[tile] = self.packets.u[c]
+                self.v[tile] = self.packets.v[c]
+                tile += PLACES * runtime.CPU_BLOCK
 
     @ti.func
     def hit_data(self, x, y):
         """HitData of a pixel's eye ray."""
+        tile, lane = self.tile_and_lane(x, y)
         data = no_hit()
-        triangle_id = self.triangle_id[x, y]
+        triangle_id = self.triangle_id[tile][lane]
         if triangle_id >= 0:
             ray = self.camera.generate_ray(x, y)
-            uv = self.barycentric_coords[x, y]
-            data = self.scene_data.ray_intersector.describe(ray, self.distance[x, y], triangle_id, uv.x, uv.y)
+            data = self.scene_data.ray_intersector.describe(
+                ray, self.distance[tile][lane], triangle_id, self.u[tile][lane], self.v[tile][lane]
+            )
         return data

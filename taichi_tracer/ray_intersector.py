@@ -1,7 +1,7 @@
 """What does the ray meet? Two triangle tests as their papers have them, and the nearest hit by trying every triangle.
 
 A triangle test is a formula: it solves, and says whether the ray passes inside the edges. Whether that is a hit is
-decided in one place, ``RayIntersector.candidate_distance``, for every test and every accelerator.
+decided in one place, ``RayIntersector.candidate``, for every test and every accelerator.
 """
 
 from abc import ABC, abstractmethod
@@ -184,8 +184,8 @@ class RayIntersector(ABC):
         return RayBounds(inverse=inverse, near_origin=o + towards, far_origin=o - towards)
 
     @ti.func
-    def candidate_distance(self, ray, bounds, v0, v1, v2):
-        """t of the ray on one triangle, or −∞ when it misses.
+    def candidate(self, ray, bounds, v0, v1, v2):
+        """(t, u, v) of the ray on one triangle; t is −∞ when it misses.
 
         t is kept within the triangle's own box: where the plane is almost parallel to the ray the quotient is noise.
         The same boxes, by the same arithmetic, guide the accelerators, which therefore never skip a hit.
@@ -197,7 +197,7 @@ class RayIntersector(ABC):
             t_near, t_far = box_interval(bounds, low, high, -tm.inf, tm.inf)
             if t_near <= t_far:
                 distance = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
-        return distance
+        return distance, u, v
 
     @ti.func
     def is_legal(self, ray):
@@ -209,10 +209,9 @@ class RayIntersector(ABC):
     def intersect_triangle(self, ray, triangle_id):
         """HitData of one triangle, whatever lies before it (A1-14); t > 0."""
         v0, v1, v2 = self.geometry.triangle(triangle_id)
-        t = self.candidate_distance(ray, self.ray_bounds(ray), v0, v1, v2)
+        t, u, v = self.candidate(ray, self.ray_bounds(ray), v0, v1, v2)
         data = no_hit()
         if self.is_legal(ray) and t > 0:
-            u, v = self.barycentrics(ray, triangle_id)
             data = self.describe(ray, t, triangle_id, u, v)
         return data
 
@@ -291,7 +290,7 @@ class BruteForceRayIntersector(RayIntersector):
         if self.is_legal(ray):
             for i in range(self.geometry.num_triangles):
                 v0, v1, v2 = self.geometry.triangle(i)
-                t = self.candidate_distance(ray, bounds, v0, v1, v2)
+                t, u, v = self.candidate(ray, bounds, v0, v1, v2)
                 if t_min < t and t < best:
                     best, best_id = t, i
         return best, best_id
@@ -303,7 +302,7 @@ class BruteForceRayIntersector(RayIntersector):
         if self.is_legal(ray):
             for i in range(self.geometry.num_triangles):
                 v0, v1, v2 = self.geometry.triangle(i)
-                t = self.candidate_distance(ray, bounds, v0, v1, v2)
+                t, u, v = self.candidate(ray, bounds, v0, v1, v2)
                 if t_min < t and t < t_max:
                     blocked = True
                     break

@@ -27,6 +27,7 @@ from taichi_tracer.errors import InputError, StaleSceneError, one_of
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
 F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only as an extension that Taichi does not ask for
+CPU_BLOCK = 512  # iterations of a parallel loop that Taichi gives to one CPU thread at a time, whatever block_dim says
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,120 @@
+"""How keys and the mouse move a camera: plain functions from one pose to the next, without a window."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from taichi_tracer.camera import Camera, camera_frame
+from taichi_tracer.errors import InputError
+
+SPEED = 1.5  # units per second, along every axis (A1-16)
+ZOOM_RATE = 1.0  # the distance to ``at`` changes by a factor of e in one second
+ORBIT_ANGLE = math.pi  # a drag across the whole picture turns the camera by half a circle
+ZOOM_DRAG = 2.0  # a drag over the whole height changes the distance by a factor of e²
+POLE_ANGLE = math.radians(1.0)  # an orbit stops this close to ``up``, where no frame exists
+
+# key → (the point that moves, axis of the screen or the world, sign)
+WORLD_KEYS = {"w": (1, 1), "s": (1, -1), "e": (2, 1), "q": (2, -1)}
+SIDE_KEYS = {"d": 1, "a": -1}
+ARROWS = {"Right": (0, 1), "Left": (0, -1), "Up": (1, 1), "Down": (1, -1)}
+ZOOM_KEYS = {"i": -1, "o": 1}
+KEYS = (*WORLD_KEYS, *SIDE_KEYS, *ARROWS, *ZOOM_KEYS)
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a camera is: eye, at, up are (3,) float64 in world space."""
+
+    eye: np.ndarray
+    at: np.ndarray
+    up: np.ndarray
+    handedness: str = "left"
+
+    @classmethod
+    def of(cls, camera: Camera) -> "Pose":
+        """The pose of a camera."""
+        return cls(camera.eye, camera.at, camera.up, camera.handedness)
+
+    def frame(self) -> np.ndarray:
+        """(4, 4) camera-to-world matrix; its first column points right in the picture, the second up."""
+        return camera_frame(self.eye, self.at, self.up, self.handedness)
+
+
+def is_legal(pose: Pose) -> bool:
+    """Whether a camera exists there, in f32 as kernels have it: numbers finite, eye ≠ at, up not along the gaze."""
+    with np.errstate(over="ignore"):
+        eye, at = pose.eye.astype(np.float32), pose.at.astype(np.float32)
+    if not (np.isfinite(eye).all() and np.isfinite(at).all()):
+        return False
+    try:
+        camera_frame(eye.astype(np.float64), at.astype(np.float64), pose.up, pose.handedness)
+    except InputError:
+        return False
+    return True
+
+
+def step(
+    pose: Pose, keys: set[str], seconds: float, orbit: tuple[float, float] = (0.0, 0.0), zoom: float = 0.0
+) -> Pose:
+    """The pose after one frame; the same pose where the move would leave no camera.
+
+    Args:
+        keys: those held down, of ``KEYS``; others mean nothing.
+        seconds: elapsed since the last frame.
+        orbit: mouse drag (right, up) as fractions of the picture.
+        zoom: drag that zooms, as a fraction of the picture's height; up is nearer.
+    """
+    moved = pan(pose, keys, SPEED * seconds)
+    moved = turn(moved, *orbit)
+    farther = sum(sign for key, sign in ZOOM_KEYS.items() if key in keys) * ZOOM_RATE * seconds - ZOOM_DRAG * zoom
+    largest_exponent = 88.0  # e to the power of more is beyond f32
+    moved = dolly(moved, math.exp(min(farther, largest_exponent)))
+    return moved if is_legal(moved) else pose
+
+
+def pan(pose: Pose, keys: set[str], distance: float) -> Pose:
+    """Move ``eye`` and ``at`` by ``distance`` for every key that is held (A1-16).
+
+    w/s move the eye along the world's +y/−y, e/q along +z/−z, a/d along the world's x, to the left/right of the
+    picture. Arrows move ``at`` along the picture's own axes.
+    """
+    right, top = pose.frame()[:3, 0], pose.frame()[:3, 1]
+    eye, at = pose.eye.copy(), pose.at.copy()
+    x_sign = 1.0 if right[0] >= 0 else -1.0
+    for key, sign in SIDE_KEYS.items():
+        if key in keys:
+            eye[0] += sign * x_sign * distance
+    for key, (axis, sign) in WORLD_KEYS.items():
+        if key in keys:
+            eye[axis] += sign * distance
+    for key, (axis, sign) in ARROWS.items():
+        if key in keys:
+            at += sign * distance * (right, top)[axis]
+    return replace(pose, eye=eye, at=at)
+
+
+def turn(pose: Pose, drag_right: float, drag_up: float) -> Pose:
+    """Orbit the eye about ``at``, so that the scene follows the mouse; never over the pole."""
+    if (drag_right == 0 and drag_up == 0) or not is_legal(pose):
+        return pose
+    up = pose.up / np.linalg.norm(pose.up)
+    offset = pose.eye - pose.at
+    # Turning about up by a positive angle moves the eye along −(up × z_c): to the left of a left-handed picture.
+    side = 1.0 if pose.handedness == "left" else -1.0
+    offset = rotate(offset, up, side * drag_right * ORBIT_ANGLE)
+    from_pole = math.acos(np.clip(np.dot(offset, up) / np.linalg.norm(offset), -1.0, 1.0))
+    lower = min(max(from_pole + drag_up * ORBIT_ANGLE, POLE_ANGLE), math.pi - POLE_ANGLE) - from_pole
+    axis = np.cross(up, offset)
+    offset = rotate(offset, axis / np.linalg.norm(axis), lower)
+    return replace(pose, eye=pose.at + offset)
+
+
+def rotate(v: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
+    """``v`` turned about the unit vector ``axis``, counter-clockwise seen from its tip (Rodrigues)."""
+    return v * math.cos(angle) + np.cross(axis, v) * math.sin(angle) + axis * np.dot(axis, v) * (1.0 - math.cos(angle))
+
+
+def dolly(pose: Pose, factor: float) -> Pose:
+    """Multiply the distance from ``at`` to the eye."""
+    return replace(pose, eye=pose.at + factor * (pose.eye - pose.at))

@@ -1,0 +1,92 @@
+"""From the words on the command line to scenes and renderers. Names are read where they are defined."""
+
+import difflib
+import sys
+from argparse import Namespace
+from collections.abc import Iterable
+from pathlib import Path
+
+from taichi_tracer import renderer as renderer_module
+from taichi_tracer import runtime
+from taichi_tracer.errors import InputError
+from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_data_loader import load_scene_data, scene_names
+
+
+def renderers() -> list[type[ProgressiveRenderer]]:
+    """Every renderer of ``renderer.py`` that offers something, in the file's order."""
+    classes = [c for c in vars(renderer_module).values() if isinstance(c, type) and issubclass(c, ProgressiveRenderer)]
+    return [c for c in classes if len(c.offers) > 0]
+
+
+def find_views(text: str) -> list[tuple[type[ProgressiveRenderer], object]]:
+    """(renderer class, choice) for every name in a comma-separated list; "all" is all that the first renderer offers.
+
+    A name that several renderers offer belongs to the first of them.
+
+    Raises:
+        InputError: a name that none of them offers.
+    """
+    if text == "all":
+        return [(renderers()[0], choice) for choice in renderers()[0].offers]
+    known = {}
+    for renderer_class in renderers():
+        for choice in renderer_class.offers:
+            for name in (choice.name, *choice.aliases):
+                known.setdefault(name, (renderer_class, choice))
+    found = []
+    for name in text.split(","):
+        if name not in known:
+            raise unknown("view", name, [*view_names(), "all"])
+        found.append(known[name])
+    return found
+
+
+def view_names() -> list[str]:
+    """Every name that some renderer offers, once."""
+    return list(dict.fromkeys(name for c in renderers() for name in c.names()))
+
+
+def help_text() -> str:
+    """The end of a command's help: the names that can be given."""
+    return f"\nviews:  {', '.join(view_names())}, all\nscenes: {', '.join(scene_names())}\n"
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> InputError:
+    """The error for a name that is not among the known ones, with the nearest one where there is one."""
+    known = list(known)
+    near = difflib.get_close_matches(name, known, n=1)
+    guess = f"did you mean {near[0]!r}? " if near else ""
+    return InputError(f"unknown {what} {name!r}: {guess}known are {', '.join(known)}")
+
+
+def load_scene(args: Namespace) -> SceneData:
+    """Start Taichi and read the scene as the arguments say; what the user should know about it goes to stderr."""
+    if is_bare_name(args.scene) and args.scene not in scene_names() and not Path(args.scene).exists():
+        raise unknown("scene", args.scene, [*scene_names(), "or the path of a file"])
+    runtime.init(args.arch, args.precision, args.fast_math)
+    options = {"intersector": args.intersector, "triangle_test": args.triangle_test}
+    scene = load_scene_data(args.scene, **{name: value for name, value in options.items() if value is not None})
+    for note in scene.notes:
+        print(f"taichi-tracer: note: {note}", file=sys.stderr)
+    return scene
+
+
+def is_bare_name(text: str) -> bool:
+    """Whether ``text`` can only be the name of a scene: no folder, no ending."""
+    path = Path(text)
+    return path.suffix == "" and path.name == text
+
+
+def make_renderer(renderer_class: type[ProgressiveRenderer], scene: SceneData, args: Namespace) -> ProgressiveRenderer:
+    """A renderer with the size and the camera that the arguments ask for."""
+    width, height = args.size
+    renderer = renderer_class(scene_data=scene, width=width, height=height)
+    renderer.camera.set_camera_parameters(args.eye, args.at, args.up, args.fov, args.handedness)
+    return renderer
+
+
+def scene_label(scene: SceneData) -> str:
+    """A short name of the scene, for file names: that of its file."""
+    return Path(scene.source).stem

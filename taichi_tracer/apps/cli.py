@@ -1,0 +1,176 @@
+"""The command line: what can be typed, and how errors are told. Each command lives in a module of its own.
+
+Nothing here imports Taichi: ``--help`` and ``--version`` answer at once, and a command loads what it needs.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable
+
+import taichi_tracer
+from taichi_tracer.errors import InputError, StaleSceneError
+
+USER_ERROR, INTERRUPTED = 2, 130  # exit codes
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one command; returns the exit code: 0, 2 when the input cannot be used, 130 when Ctrl-C was pressed.
+
+    Args:
+        argv: the words after the program's name; those of this process when None.
+    """
+    words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
+    try:
+        args = make_parser().parse_args(words)
+        return args.command(args)
+    except (InputError, StaleSceneError, OSError) as error:
+        if isinstance(error, BrokenPipeError):  # the reader of our output has gone, as in "... | head"
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        if "--debug" in words:
+            raise
+        print(f"taichi-tracer: error: {' '.join(str(error).split())}", file=sys.stderr)
+        return USER_ERROR
+    except KeyboardInterrupt:
+        print("taichi-tracer: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def as_value(word: str) -> str:
+    """``word``, marked with a space when it is a negative number: argparse would take -1e-3 for an option."""
+    try:
+        float(word)
+    except ValueError:
+        return word
+    return f" {word}" if word.startswith("-") else word
+
+
+class Parser(argparse.ArgumentParser):
+    """An ArgumentParser whose errors are ours, and whose help may end with names that cost time to find."""
+
+    names: Callable[[], str] | None = None
+
+    def error(self, message: str) -> None:
+        """Raise instead of printing the whole usage."""
+        raise InputError(f"{message} (see: {self.prog} --help)")
+
+    def format_help(self) -> str:
+        """The help, and the names that ``names`` finds now."""
+        return super().format_help() + ("" if self.names is None else self.names())
+
+
+def make_parser() -> Parser:
+    """The whole grammar of the command line."""
+    parser = Parser(prog="taichi-tracer", description="A teaching ray tracer: pictures, and questions to a scene.")
+    parser.add_argument("--version", action="version", version=f"taichi-tracer {taichi_tracer.__version__}")
+    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=Parser)
+
+    render = add_command(commands, "render", "write pictures of a scene", "render:run")
+    add_scene_options(render)
+    add_picture_options(render)
+    render.add_argument("--spp", type=at_least_one, default=1, metavar="N", help="samples per pixel (default: 1)")
+    render.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="picture to write, or a folder; its ending says the format (default: renders/SCENE_VIEW.png)",
+    )
+
+    view = add_command(commands, "view", "open the interactive window", "viewer:run")
+    add_scene_options(view)
+    add_picture_options(view)
+
+    info = add_command(commands, "info", "what a scene is made of", "info:run")
+    add_scene_options(info)
+
+    add_command(commands, "doctor", "what works on this machine, and what would mend the rest", "doctor:run")
+    return parser
+
+
+def add_command(commands: argparse._SubParsersAction, name: str, what: str, target: str) -> Parser:
+    """A command that runs ``module:function`` of this folder with the parsed arguments."""
+    parser = commands.add_parser(name, help=what, description=what[0].upper() + what[1:] + ".")
+    parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help="show the traceback of errors")
+    parser.set_defaults(command=lambda args: load(target)(args))
+    return parser
+
+
+def load(target: str) -> Callable:
+    """The function that "module:function" names, its module imported only now."""
+    import importlib
+
+    module, function = target.split(":")
+    return getattr(importlib.import_module(f"taichi_tracer.apps.{module}"), function)
+
+
+def add_scene_options(parser: Parser) -> None:
+    """The scene, how its rays are intersected, and where that runs."""
+    parser.names = lambda: load("choices:help_text")()
+    parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or a file: .obj .ply .stl .glb ...")
+    rays = parser.add_argument_group("how rays are intersected")
+    rays.add_argument("--intersector", metavar="NAME", help="acceleration structure (default: bvh)")
+    rays.add_argument("--triangle-test", metavar="NAME", help="ray-triangle test (default: watertight)")
+    machine = parser.add_argument_group("where it runs")
+    machine.add_argument("--arch", default="auto", help="auto, cpu, cuda, metal or vulkan (default: auto)")
+    machine.add_argument("--precision", default="f32", help="f32 or f64 (default: f32)")
+    machine.add_argument("--fast-math", action="store_true", help="let the compiler round and treat NaN freely")
+
+
+def add_picture_options(parser: Parser) -> None:
+    """What is shown, how large, and from where."""
+    parser.add_argument(
+        "--view",
+        "--estimator",
+        dest="view",
+        default="normal",
+        metavar="NAME",
+        help="what to show: one name, several with commas, or 'all' (default: normal)",
+    )
+    parser.add_argument("--size", type=size, default=(512, 512), metavar="WxH", help="pixels (default: 512x512)")
+    camera = parser.add_argument_group("camera", "what is not given is the scene's own")
+    for name, what in (("eye", "position"), ("at", "point looked at"), ("up", "which way is up")):
+        camera.add_argument(f"--{name}", type=number, nargs=3, metavar=("X", "Y", "Z"), help=what)
+    camera.add_argument("--fov", type=number, metavar="D", help="vertical field of view in degrees, between 0 and 180")
+    camera.add_argument(
+        "--handedness",
+        metavar="left|right",
+        help="left mirrors, as the course does; right shows the scene as a modelling program does (default: left)",
+    )
+
+
+def number(text: str) -> float:
+    """A number, for argparse."""
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def at_least_one(text: str) -> int:
+    """A whole number of at least 1, for argparse."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a whole number of at least 1")
+    return value
+
+
+def size(text: str) -> tuple[int, int]:
+    """Width and height from "640x480", for argparse; "512" is a square."""
+    most = 16384  # beyond it, the fields of a picture no longer fit into the memory of usual machines
+    parts = text.lower().replace("×", "x").split("x")
+    if len(parts) == 1:
+        parts *= 2
+    try:
+        width, height = (int(part) for part in parts)
+    except ValueError:
+        width = height = 0
+    if not (1 <= width <= most and 1 <= height <= most):
+        raise argparse.ArgumentTypeError(
+            f"{text.strip()!r} is not WIDTHxHEIGHT, two whole numbers from 1 to {most}, such as 640x480"
+        )
+    return width, height

@@ -1,0 +1,106 @@
+"""Can a window be opened here? Asked beforehand, because ``ti.ui`` ends the whole process where it cannot."""
+
+import contextlib
+import ctypes
+import ctypes.util
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+
+import taichi as ti
+
+from taichi_tracer import runtime
+
+# Opens a real, small window for one frame; the surface of a hidden one is never made.
+TRIAL = """
+import taichi as ti
+ti.init(arch=ti.cpu, log_level=ti.ERROR)
+window = ti.ui.Window("taichi_tracer tries a window", (64, 64))
+window.get_canvas().set_background_color((0, 0, 0))
+window.show()
+print("opened")
+"""
+TRIAL_SECONDS = 20.0  # a window that takes longer is of no use
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a window can be opened; if not, why, and what would mend it."""
+
+    can_open: bool
+    reason: str
+    remedy: str = ""
+
+
+def can_open_window() -> Verdict:
+    """Whether ``ti.ui.Window`` will open, from facts where they suffice, else by trying it in a child process."""
+    if not ti._lib.core.GGUI_AVAILABLE:
+        return Verdict(False, "this build of Taichi has no windows", "pip install --force-reinstall taichi")
+    display = find_display()
+    if not display.can_open:
+        return display
+    devices = runtime.vulkan_devices()
+    if sys.platform != "darwin" and len(devices) == 0:
+        return Verdict(False, "no Vulkan driver was found", vulkan_remedy())
+    if is_certain():
+        return Verdict(True, f"{display.reason}; Vulkan on {devices[0].name}")
+    return try_in_child()
+
+
+def is_certain() -> bool:
+    """Whether a display and a Vulkan device are proof enough: not over a network, and not where Metal takes part."""
+    remote = "SSH_CONNECTION" in os.environ or not os.environ.get("DISPLAY", ":").startswith((":", "unix:"))
+    return sys.platform != "darwin" and not remote
+
+
+def find_display() -> Verdict:
+    """Whether there is a screen to open a window on."""
+    if not sys.platform.startswith("linux"):
+        return Verdict(True, "the desktop")
+    name = os.environ.get("DISPLAY", "")
+    if name == "":
+        if os.environ.get("WAYLAND_DISPLAY", "") != "":
+            return Verdict(False, "Wayland without X11, which Taichi's windows need", "install and start xwayland")
+        remedy = "run it on a desktop, or with: xvfb-run -s '-screen 0 1280x1024x24'"
+        return Verdict(False, "no display (DISPLAY is not set)", remedy)
+    if not x11_opens(name):
+        return Verdict(False, f"the display {name!r} cannot be opened", "check DISPLAY, or `xhost` and `ssh -X`")
+    return Verdict(True, f"display {name}")
+
+
+def x11_opens(name: str) -> bool:
+    """Whether the X server ``name`` accepts a connection."""
+    library = ctypes.util.find_library("X11")
+    if library is None:
+        return False
+    with contextlib.suppress(OSError, AttributeError):
+        x11 = ctypes.CDLL(library)
+        x11.XOpenDisplay.restype = ctypes.c_void_p
+        connection = x11.XOpenDisplay(name.encode())
+        if connection is not None:
+            x11.XCloseDisplay(ctypes.c_void_p(connection))
+            return True
+    return False
+
+
+def vulkan_remedy() -> str:
+    """What to install for a Vulkan driver."""
+    if sys.platform.startswith("linux"):
+        return "sudo apt install libvulkan1 mesa-vulkan-drivers (or the driver of your graphics card)"
+    return "install the newest driver of your graphics card"
+
+
+def try_in_child() -> Verdict:
+    """Open a window in a process that may die."""
+    environment = {**os.environ, "TI_SKIP_VERSION_CHECK": "ON", "ENABLE_TAICHI_HEADER_PRINT": "0"}
+    try:
+        child = subprocess.run(
+            [sys.executable, "-c", TRIAL], env=environment, capture_output=True, text=True, timeout=TRIAL_SECONDS
+        )
+    except subprocess.TimeoutExpired:
+        return Verdict(False, f"a trial window did not open within {TRIAL_SECONDS:g} s", vulkan_remedy())
+    if "opened" in child.stdout:
+        return Verdict(True, "a trial window opened")
+    last = (child.stderr.strip().splitlines() or ["no message"])[-1]
+    return Verdict(False, f"a trial window failed: {last}", vulkan_remedy())

@@ -1,0 +1,102 @@
+"""``taichi-tracer doctor``: what works on this machine, and what would mend the rest."""
+
+import importlib.metadata
+import importlib.util
+import platform
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import taichi as ti
+from taichi.lang import impl
+
+import taichi_tracer
+from taichi_tracer import runtime
+from taichi_tracer.apps import display
+
+# What is no dependency of the package: module → (what it is for, what installs it)
+EXTRAS = {
+    "OpenEXR": ("EXR pictures", "pip install 'taichi_tracer[exr]'"),
+    "matplotlib": ("charts in notebooks", "pip install 'taichi_tracer[notebook]'"),
+    "ipykernel": ("notebooks", "pip install 'taichi_tracer[notebook]'"),
+    "pytest": ("the tests", "pip install 'taichi_tracer[test]'"),
+}
+NAME_WIDTH, FOUND_WIDTH = 18, 48
+
+
+@dataclass(frozen=True)
+class Line:
+    """One fact: what was looked at, what was found, whether that is well, and if not what would mend it."""
+
+    name: str
+    found: str
+    is_ok: bool = True
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        text = f"{self.name:<{NAME_WIDTH}}{self.found:<{FOUND_WIDTH}} {'ok' if self.is_ok else 'missing'}"
+        return f"{text}\n{'':<{NAME_WIDTH}}-> {self.remedy}" if not self.is_ok and self.remedy else text
+
+
+def run(_: Namespace) -> int:
+    """Print every fact as it is found."""
+    for line in examine():
+        print(line, flush=True)
+    return 0
+
+
+def examine() -> Iterator[Line]:
+    """Every fact about this machine."""
+    yield Line("taichi_tracer", taichi_tracer.__version__)
+    yield Line("Python", f"{platform.python_version()} on {platform.system()} {platform.machine()}")
+    for package in ("taichi", "numpy", "trimesh", "Pillow", "tqdm"):
+        yield package_line(package)
+    yield from backend_lines()
+    yield from window_lines()
+    for module, (purpose, remedy) in EXTRAS.items():
+        has = importlib.util.find_spec(module) is not None
+        yield Line(module, f"for {purpose}", has, remedy)
+    yield cache_line()
+
+
+def package_line(package: str) -> Line:
+    """The installed version of something that the package needs."""
+    try:
+        return Line(package, importlib.metadata.version(package))
+    except importlib.metadata.PackageNotFoundError:
+        return Line(package, "not installed", False, f"{sys.executable} -m pip install {package}")
+
+
+def backend_lines() -> Iterator[Line]:
+    """Which backends have a device, and a kernel run on the one that is chosen."""
+    for arch in ("metal",) if sys.platform == "darwin" else ("cuda", "vulkan"):
+        has = runtime.has_device(arch)
+        found = "has a device" if has else "no GPU answers"
+        yield Line(f"backend {arch}", found, has, "optional, the CPU does everything: a GPU and its driver")
+    start = time.perf_counter()
+    settings = runtime.ensure()
+    ti.field(float, shape=8).fill(1.0)
+    ti.sync()
+    yield Line("backend chosen", f"{settings.arch}; a first kernel took {time.perf_counter() - start:.2f} s")
+
+
+def window_lines() -> Iterator[Line]:
+    """Display, Vulkan devices, and whether a window can be opened."""
+    screen = display.find_display()
+    yield Line("display", screen.reason, screen.can_open, screen.remedy)
+    devices = runtime.vulkan_devices()
+    names = ", ".join(f"{d.name} ({'software' if d.is_software else 'hardware'})" for d in devices)
+    yield Line("Vulkan devices", names or "none", len(devices) > 0, display.vulkan_remedy())
+    verdict = display.can_open_window()
+    yield Line("window", "can be opened" if verdict.can_open else "cannot", verdict.can_open, verdict.remedy)
+
+
+def cache_line() -> Line:
+    """Where Taichi keeps compiled kernels, and how much is there."""
+    folder = Path(impl.default_cfg().offline_cache_file_path)
+    files = [p for p in folder.rglob("*") if p.is_file()] if folder.is_dir() else []
+    megabytes = sum(p.stat().st_size for p in files) / 1e6
+    return Line("kernel cache", f"{folder}: {len(files)} files, {megabytes:.1f} MB; may be deleted")

@@ -1,0 +1,253 @@
+"""The interactive window (A1-16): a control panel beside the picture. The only file that uses ``ti.ui``.
+
+The panel stands in a margin of its own and so hides nothing of the scene. ``ti.ui`` tells a program neither of the
+mouse wheel nor of F1: zooming is a drag with the right button, or the keys i and o; help is the key h, or a button.
+"""
+
+import shlex
+import time
+from argparse import Namespace
+from pathlib import Path
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.apps import camera_controller
+from taichi_tracer.apps.camera_controller import Pose
+from taichi_tracer.apps.choices import find_views, load_scene, make_renderer, scene_label
+from taichi_tracer.apps.display import can_open_window
+from taichi_tracer.errors import InputError
+from taichi_tracer.files.images import check_writable, save_image
+from taichi_tracer.renderer import ProgressiveRenderer
+
+TITLE = "Interactive Renderer"
+PANEL_WIDTH, PANEL_LINE = 248, 24  # pixels; they fit 32 characters, and a button, in ti.ui's only font
+HELP_WIDTH, HELP_HEIGHT = 300, 210  # pixels; they fit HELP
+SMALLEST_PICTURE = 384  # pixels: smaller pictures are shown enlarged, pixel by pixel
+FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
+BACKGROUND = 0.12
+OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
+TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
+HELP = (
+    "a d         eye left, right (along x)",
+    "w s         eye up, down (along y)",
+    "e q         eye to +z, to -z",
+    "arrows      move the point looked at",
+    "drag        orbit about that point",
+    "right drag  up: nearer, down: farther",
+    "i o         nearer, farther",
+    "p           save the picture",
+    "h           this help",
+    "Esc         close",
+)
+
+
+def run(args: Namespace) -> int:
+    """``taichi-tracer view``: the window of the renderer that offers the view asked for."""
+    renderer_class, choice = find_views(args.view)[0]
+    return show(make_renderer(renderer_class, load_scene(args), args).use(choice.name))
+
+
+def show(renderer: ProgressiveRenderer, folder: str | Path = "renders") -> int:
+    """Open the window, until it is closed; where none can open, write every view into ``folder`` instead.
+
+    Returns:
+        0, in both cases: the exit code of a program that shows pictures.
+    """
+    verdict = can_open_window()
+    if verdict.can_open:
+        Viewer(renderer, Path(folder)).run()
+        return 0
+    paths = write_all(renderer, Path(folder))
+    print(f"No window can open here: {verdict.reason}.")
+    print(f"What {type(renderer).__name__} shows is in {paths[0].parent.resolve()}:")
+    for path in paths:
+        print(f"  {path}")
+    print(f"For a window: {verdict.remedy}")
+    return 0
+
+
+def write_all(renderer: ProgressiveRenderer, folder: Path) -> list[Path]:
+    """One picture per thing that the renderer offers; returns their paths."""
+    spp = OFFLINE_SPP if renderer.srgb else 1
+    return [save(renderer.use(name).render(spp), folder) for name in renderer.names()]
+
+
+def save(renderer: ProgressiveRenderer, folder: Path) -> Path:
+    """Write what the renderer shows now to <folder>/<scene>_<view>.png; InputError where that cannot be."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{scene_label(renderer.scene_data)}_{renderer.active.name}.png"
+    check_writable(path)
+    save_image(path, renderer.image(), srgb=renderer.srgb)
+    return path
+
+
+@ti.data_oriented
+class Screen:
+    """What the window shows: the picture, enlarged where it is small, to the right of the panel's margin.
+
+    Attributes:
+        pixels: the field [x, y] for ``ti.ui``, y up.
+        width, height: of the whole window, in pixels.
+        panel: the panel's width as a fraction of the window's.
+    """
+
+    def __init__(self, renderer: ProgressiveRenderer, panel_lines: int) -> None:
+        self.source, self.srgb = renderer.canvas, renderer.srgb
+        self.scale = max(1, SMALLEST_PICTURE // max(renderer.width, renderer.height))
+        self.shown_width, self.shown_height = renderer.width * self.scale, renderer.height * self.scale
+        self.width = PANEL_WIDTH + self.shown_width
+        self.height = max(self.shown_height, PANEL_LINE * panel_lines)
+        self.below = (self.height - self.shown_height) // 2
+        self.panel = PANEL_WIDTH / self.width
+        self.pixels = ti.Vector.field(3, ti.f32, shape=(self.width, self.height))
+        self.pixels.fill(BACKGROUND)
+
+    @ti.kernel
+    def update(self):
+        """Copy the canvas into its place."""
+        for x, y in ti.ndrange(self.shown_width, self.shown_height):
+            color = ti.cast(self.source[x // self.scale, y // self.scale], ti.f32)
+            if ti.static(self.srgb):
+                color = encode_srgb(color)
+            self.pixels[PANEL_WIDTH + x, self.below + y] = color
+
+    def holds(self, cursor: tuple[float, float]) -> bool:
+        """Whether a point of the window, in fractions, is beside the panel."""
+        return cursor[0] >= self.panel
+
+    def as_drag(self, start: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
+        """A way of the mouse, in fractions of the picture instead of the window."""
+        across = (end[0] - start[0]) * self.width / self.shown_width
+        return across, (end[1] - start[1]) * self.height / self.shown_height
+
+
+@ti.func
+def encode_srgb(linear):
+    """The sRGB transfer function of IEC 61966-2-1, as files are written (C-14)."""
+    c = tm.clamp(linear, 0.0, 1.0)
+    return ti.select(c <= 0.0031308, 12.92 * c, 1.055 * tm.pow(c, tm.vec3(1 / 2.4)) - 0.055)
+
+
+class Viewer:
+    """The window's loop: read keys and mouse, move the camera, render one sample, show it with the panel."""
+
+    def __init__(self, renderer: ProgressiveRenderer, folder: Path) -> None:
+        self.renderer, self.folder = renderer, folder
+        self.screen = Screen(renderer, panel_lines=len(renderer.offers) + len(TEXTS) + 8)
+        self.message: list[str] = []
+        self.shows_help = False
+        self.frame_seconds = 0.0
+
+    def run(self) -> None:
+        """Show the window until it is closed."""
+        self.draw()  # compiles, so that the window does not open black
+        self.frame_seconds = 0.0
+        self.window = ti.ui.Window(TITLE, (self.screen.width, self.screen.height), fps_limit=FRAMES_PER_SECOND)
+        self.cursor = self.window.get_cursor_pos()
+        self.drags_picture = False
+        last = time.perf_counter()
+        while self.window.running:
+            view = self.renderer.active
+            self.read_events()
+            now = time.perf_counter()
+            self.move_camera(now - last)
+            last = now
+            self.draw()
+            self.window.get_canvas().set_image(self.screen.pixels)
+            self.draw_panel(self.window.get_gui())
+            self.window.show()
+            if self.renderer.active is not view:
+                self.draw()  # compiles: not time in which a held key moves the camera, and not that of a frame
+                self.frame_seconds = 0.0
+                last = time.perf_counter()
+        self.window.destroy()
+
+    def draw(self) -> None:
+        """Render a sample and bring it to the screen; measures the time, smoothed so that it can be read."""
+        start = time.perf_counter()
+        self.renderer.render()
+        self.screen.update()
+        ti.sync()
+        seconds = time.perf_counter() - start
+        smoothing = 0.1
+        self.frame_seconds += (seconds - self.frame_seconds) * (smoothing if self.frame_seconds > 0 else 1.0)
+
+    def read_events(self) -> None:
+        """What was pressed once since the last frame."""
+        for event in self.window.get_events(ti.ui.PRESS):
+            if event.key == ti.ui.ESCAPE:
+                self.window.running = False
+            elif event.key == "p":
+                self.save_picture()
+            elif event.key == "h":
+                self.shows_help = not self.shows_help
+            elif event.key in (ti.ui.LMB, ti.ui.RMB):
+                self.cursor = self.window.get_cursor_pos()
+                self.drags_picture = self.screen.holds(self.cursor) and not self.shows_help
+
+    def move_camera(self, seconds: float) -> None:
+        """Let held keys and the mouse move the camera; a camera that stays put keeps its samples."""
+        keys = {key for key in camera_controller.KEYS if self.window.is_pressed(key)}
+        last, self.cursor = self.cursor, self.window.get_cursor_pos()
+        orbit, zoom = (0.0, 0.0), 0.0
+        if self.drags_picture:
+            drag = self.screen.as_drag(last, self.cursor)
+            if self.window.is_pressed(ti.ui.LMB):
+                orbit = drag
+            elif self.window.is_pressed(ti.ui.RMB):
+                zoom = drag[1]
+        camera = self.renderer.camera
+        if keys or zoom != 0 or orbit != (0, 0):
+            pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom)
+            camera.set_camera_parameters(eye=pose.eye, at=pose.at)
+
+    def save_picture(self) -> None:
+        """Write the picture; say where, or why not, in the panel and on the terminal."""
+        try:
+            told = ("Saved", str(save(self.renderer, self.folder)))
+            print(*told)
+            print("The same again:", as_command(self.renderer), flush=True)
+        except (OSError, InputError) as error:
+            told = ("Not saved:", str(error))
+            print(*told, flush=True)
+        self.message = [line for text in told for line in wrap(text)]
+
+    def draw_panel(self, gui) -> None:
+        """The control panel, and the help over the picture while it is asked for."""
+        with gui.sub_window("Control Panel", 0.0, 0.0, self.screen.panel, 1.0) as panel:
+            for text in TEXTS:
+                panel.text(text)
+            for choice in self.renderer.offers:
+                is_active = choice is self.renderer.active
+                if panel.button(choice.label + (" [Active]" if is_active else "")):
+                    self.renderer.use(choice.name)
+            panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms, {self.renderer.samples} spp")
+            if panel.button("Save picture (p)"):
+                self.save_picture()
+            if panel.button("Help (h)"):
+                self.shows_help = not self.shows_help
+            for line in self.message:
+                panel.text(line)
+        if self.shows_help:
+            width, height = HELP_WIDTH / self.screen.width, HELP_HEIGHT / self.screen.height
+            with gui.sub_window("Help", self.screen.panel + 0.02, 0.05, width, height) as overlay:
+                for line in HELP:
+                    overlay.text(line)
+
+
+def as_command(renderer: ProgressiveRenderer) -> str:
+    """The command line that makes the picture that the renderer shows."""
+    camera = renderer.camera
+    vectors = (f"--{name} {' '.join(f'{x:.9g}' for x in getattr(camera, name))}" for name in ("eye", "at", "up"))
+    return (
+        f"taichi-tracer render {shlex.quote(renderer.scene_data.source)} --view {renderer.active.name} "
+        f"--size {renderer.width}x{renderer.height} {' '.join(vectors)} --fov {camera.fov:.9g} "
+        f"--handedness {camera.handedness}"
+    )
+
+
+def wrap(text: str) -> list[str]:
+    """``text`` in lines that fit into the panel; a path is broken where it must be."""
+    fits = 32  # characters
+    return [text[i : i + fits] for i in range(0, len(text), fits)]

@@ -1,0 +1,324 @@
+"""The command line, called as a function where that is enough and as a process where that is the point."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import taichi_tracer as tt
+from taichi_tracer.apps import choices, cli, render
+from taichi_tracer.apps.cli import as_value, main, make_parser
+from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
+from taichi_tracer.surface_views import View
+
+PACKAGE = Path(tt.__file__).parents[1]  # this copy, for processes that start elsewhere
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+
+
+def run(*words, **options):
+    """The command line in a process of its own, without a terminal."""
+    command = [sys.executable, *words]
+    return subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=120, **options)
+
+
+def environment():
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([str(PACKAGE), os.environ.get("PYTHONPATH", "")])}
+
+
+def pixels(path):
+    return np.asarray(Image.open(path).convert("RGB")).astype(int)
+
+
+# ── as a process ──
+
+
+def test_help_and_version_load_nothing_heavy():
+    code = """
+import sys
+from taichi_tracer.apps.cli import main
+for word in ("--version", "--help"):
+    try:
+        main([word])
+    except SystemExit as end:
+        assert end.code == 0
+loaded = {"taichi", "numpy", "trimesh", "PIL", "tqdm", "matplotlib"} & set(sys.modules)
+print("loaded:", sorted(loaded))
+"""
+    result = run("-c", code)
+    assert result.stderr == ""
+    assert result.stdout.startswith(f"taichi-tracer {tt.__version__}\nusage: taichi-tracer")
+    assert result.stdout.endswith("loaded: []\n")
+
+
+def test_a_picture_from_a_new_process_without_a_terminal(tmp_path):
+    words = ("render", "cube", "--view", "normal", "--size", "64x48", "--spp", "3", "-o", "cube.png")
+    result = run("-m", "taichi_tracer", *words, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.startswith("cube.png: 64x48, 3 spp (")
+    assert result.stdout.count("\n") == 1
+    assert "%|" not in result.stderr  # no progress bar in a pipe
+    assert pixels(tmp_path / "cube.png").shape == (48, 64, 3)
+
+
+def test_rendering_does_not_load_what_it_does_not_need(tmp_path):
+    code = f"""
+import sys
+from taichi_tracer.apps.cli import main
+assert main(["render", "cube", "--size", "8x8", "-o", {str(tmp_path / "x.png")!r}]) == 0
+print("loaded:", sorted({{"trimesh", "scipy", "matplotlib", "tqdm", "OpenEXR"}} & set(sys.modules)))
+"""
+    assert run("-c", code).stdout.endswith("loaded: []\n")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+def test_ctrl_c_on_a_terminal_keeps_the_picture_and_says_how_far_it_came(tmp_path):
+    import pty
+
+    master, slave = pty.openpty()
+    words = ("render", "cube", "--size", "512x512", "--spp", "10000000", "-o", str(tmp_path / "cube.png"))
+    command = [sys.executable, "-m", "taichi_tracer", *words]
+    child = subprocess.Popen(command, env=environment(), stderr=slave, stdout=subprocess.PIPE, text=True)
+    os.close(slave)
+    shown, deadline = b"", time.monotonic() + 60
+    while b"%|" not in shown and time.monotonic() < deadline:  # tqdm's bar: so the samples have begun
+        shown += os.read(master, 4096)
+    child.send_signal(signal.SIGINT)
+    while b"interrupted after" not in shown and time.monotonic() < deadline:
+        shown += os.read(master, 4096)
+    told, _ = child.communicate(timeout=30)
+    os.close(master)
+    assert b"of 10000000 samples" in shown
+    assert child.returncode == 130
+    assert "cube.png: 512x512" in told
+    assert pixels(tmp_path / "cube.png").max() > 0
+
+
+# ── render ──
+
+
+def test_every_view_is_the_renderers_own_picture(tmp_path, capsys):
+    assert main(["render", "cornell_box", "--view", "all", "--size", "40x30", "-o", f"{tmp_path}/all/"]) == 0
+    renderer = A1Renderer(tt.load_scene_data("cornell_box"), width=40, height=30)
+    assert len(capsys.readouterr().out.splitlines()) == len(A1Renderer.offers)
+    for name in A1Renderer.names():
+        expected = np.rint(renderer.use(name).image() * 255)
+        written = pixels(tmp_path / "all" / f"cornell_box_{name}.png")
+        assert abs(written - expected).max() <= 1  # the last bit is the encoder's rounding
+        assert written.max() > 0
+
+
+def test_the_camera_is_the_one_asked_for(tmp_path):
+    camera = {"eye": (-1.5, 0.5, -2e0), "at": (0.0, -0.25, 0.0), "up": (0.0, 0.0, 1.0), "fov": 45.0}
+    words = ["--eye", "-1.5", ".5", "-2e0", "--at", "0", "-.25", "0", "--up", "0", "0", "1", "--fov", "45"]
+    words += ["--handedness", "right", "--size", "32x20", "--view", "distance", "-o", str(tmp_path / "x.npy")]
+    assert main(["render", "cube", *words]) == 0
+    renderer = A1Renderer(tt.load_scene_data("cube"), width=32, height=20).use("distance")
+    renderer.camera.set_camera_parameters(**camera, handedness="right")
+    np.testing.assert_array_equal(np.load(tmp_path / "x.npy"), renderer.image())
+
+
+def test_without_output_pictures_go_to_renders(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["render", "cube", "--size", "8x8", "--view", "hit,normal"]) == 0
+    assert sorted(p.name for p in (tmp_path / "renders").iterdir()) == ["cube_hit.png", "cube_normal.png"]
+
+
+def test_options_reach_the_scene(capsys):
+    words = ["--intersector", "brute_force", "--triangle-test", "moller_trumbore"]
+    assert main(["info", "cube", *words]) == 0
+    out = capsys.readouterr().out
+    assert "brute_force" in out
+    assert "moller_trumbore" in out
+
+
+def test_a_new_view_needs_no_edit_here(tmp_path, monkeypatch):
+    normal = next(view for view in A1Renderer.offers if view.name == "normal")
+    added = View("a_new_view", "A New View", normal.color, aliases=("new",))
+    monkeypatch.setattr(A1Renderer, "offers", (*A1Renderer.offers, added))
+    assert "a_new_view" in choices.help_text()
+    for name in ("a_new_view", "new", "normal"):
+        assert main(["render", "cube", "--view", name, "--size", "16x16", "-o", str(tmp_path / f"{name}.png")]) == 0
+    assert (pixels(tmp_path / "a_new_view.png") == pixels(tmp_path / "normal.png")).all()
+    assert (pixels(tmp_path / "new.png") == pixels(tmp_path / "normal.png")).all()
+
+
+def test_a_new_renderer_needs_no_edit_here(tmp_path, monkeypatch):
+    offers = (View("its_own", "Its own", A1Renderer.offers[0].color),)
+    monkeypatch.setattr(choices.renderer_module, "Another", type("Another", (A1Renderer,), {"offers": offers}), False)
+    assert main(["render", "cube", "--estimator", "its_own", "--size", "8x8", "-o", str(tmp_path / "x.png")]) == 0
+    assert [c.__name__ for c, _ in choices.find_views("normal,its_own")] == ["A1Renderer", "Another"]
+
+
+def test_the_base_class_is_no_renderer_to_choose():
+    assert A1Renderer in choices.renderers()
+    assert ProgressiveRenderer not in choices.renderers()
+
+
+def test_ctrl_c_keeps_the_samples_done(tmp_path, monkeypatch, capsys):
+    render_once = A1Renderer.add_sample
+
+    def interrupted_at_the_third(self):
+        if self.samples == 2:
+            raise KeyboardInterrupt
+        render_once(self)
+
+    monkeypatch.setattr(A1Renderer, "add_sample", interrupted_at_the_third)
+    words = ["render", "cube", "--view", "hit,normal", "--size", "8x8", "--spp", "9", "-o", str(tmp_path)]
+    assert main(words) == 130
+    told = capsys.readouterr()
+    assert "2 spp" in told.out
+    assert "interrupted after 2 of 9 samples" in told.err
+    assert [p.name for p in tmp_path.iterdir()] == ["cube_hit.png"]  # the second view was never begun
+
+
+# ── bad input: one line that names what is wrong, and exit code 2 ──
+
+
+BAD_WORDS = {
+    "no command": ([], ["COMMAND"]),
+    "unknown command": (["rendr", "cube"], ["rendr", "render"]),
+    "unknown option": (["render", "cube", "--sice", "8x8"], ["--sice"]),
+    "missing file": (["info", "no/such.obj"], ["no/such.obj"]),
+    "unknown scene": (["info", "cornel_box"], ["'cornel_box'", "did you mean 'cornell_box'?", "torus_knot"]),
+    "unknown scene, none near": (["info", "zzz"], ["'zzz'", "known are", "cube"]),
+    "unknown view": (["render", "cube", "--view", "norml"], ["'norml'", "did you mean 'normal'?", "distance"]),
+    "unknown intersector": (["info", "cube", "--intersector", "octree"], ["'octree'", "bvh", "brute_force"]),
+    "unknown triangle test": (["info", "cube", "--triangle-test", "x"], ["'x'", "watertight"]),
+    "unknown arch": (["info", "cube", "--arch", "gpu"], ["'gpu'", "cuda"]),
+    "unknown precision": (["info", "cube", "--precision", "f16"], ["'f16'", "f64"]),
+    "fov 0": (["render", "cube", "--fov", "0"], ["fov", "not 0"]),
+    "fov 180": (["render", "cube", "--fov", "180"], ["fov", "not 180"]),
+    "fov negative": (["render", "cube", "--fov", "-1e1"], ["fov", "not -10"]),
+    "fov no number": (["render", "cube", "--fov", "wide"], ["--fov", "'wide'"]),
+    "eye = at": (["render", "cube", "--eye", "1", "2", "3", "--at", "1", "2", "3"], ["eye", "at", "(1, 2, 3)"]),
+    "eye is NaN": (["render", "cube", "--eye", "nan", "2", "3"], ["eye", "nan"]),
+    "up along the gaze": (["render", "cube", "--up", "0", "0", "-2"], ["up", "(0, 0, -2)", "parallel"]),
+    "two numbers": (["render", "cube", "--eye", "1", "2"], ["--eye", "3"]),
+    "handedness": (["render", "cube", "--handedness", "middle"], ["handedness", "'middle'", "right"]),
+    "size 0": (["render", "cube", "--size", "0x8"], ["--size", "'0x8'", "640x480"]),
+    "size negative": (["render", "cube", "--size", "-5"], ["--size", "'-5'"]),
+    "size no numbers": (["render", "cube", "--size", "8by8"], ["--size", "'8by8'"]),
+    "size three numbers": (["render", "cube", "--size", "8x8x8"], ["--size", "'8x8x8'"]),
+    "size huge": (["render", "cube", "--size", "99999x99999"], ["--size", "'99999x99999'", "16384"]),
+    "spp 0": (["render", "cube", "--spp", "0"], ["--spp", "'0'"]),
+    "spp a fraction": (["render", "cube", "--spp", "1.5"], ["--spp", "'1.5'"]),
+    "no such folder": (["render", "cube", "-o", "no/such/folder/x.png"], ["no/such/folder"]),
+    "unknown format": (["render", "cube", "-o", "x.docx"], ["x.docx", ".png"]),
+    "one file, two views": (["render", "cube", "--view", "hit,normal", "-o", "x.png"], ["x.png", "folder"]),
+}
+
+BAD_FILES = {
+    "missing MTL": ("mtllib gone.mtl\n" + TRIANGLE + "f 1 2 3\n", ["x.obj:1", "gone.mtl"]),
+    "empty mesh": ("# nothing\n", ["x.obj", "no triangles"]),
+    "index out of range": (TRIANGLE + "f 1 2 9\n", ["x.obj:4", "9"]),
+    "no number": ("v 0 zero 0\n", ["x.obj:1", "zero"]),
+}
+
+
+def assert_one_line(error, words):
+    lines = [line for line in error.splitlines() if line.startswith("taichi-tracer: error: ")]
+    assert len(lines) == 1, error
+    assert "Traceback" not in error
+    for word in words:
+        assert word in lines[0]
+
+
+@pytest.mark.parametrize("case", BAD_WORDS)
+def test_bad_words(case, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words, expected = BAD_WORDS[case]
+    assert main(words) == 2
+    assert_one_line(capsys.readouterr().err, expected)
+
+
+@pytest.mark.parametrize("case", BAD_FILES)
+def test_bad_files(case, tmp_path, capsys):
+    text, expected = BAD_FILES[case]
+    (tmp_path / "x.obj").write_text(text)
+    assert main(["render", str(tmp_path / "x.obj"), "-o", str(tmp_path / "x.png")]) == 2
+    assert_one_line(capsys.readouterr().err, expected)
+    assert not (tmp_path / "x.png").exists()
+
+
+def test_a_nan_vertex_drops_its_triangle_and_says_so(tmp_path, capsys):
+    path = tmp_path / "x.obj"
+    path.write_text(TRIANGLE + "v nan 0 0\nf 1 2 3\nf 1 2 4\n")
+    assert main(["render", str(path), "--size", "16x16", "--view", "hit", "-o", str(tmp_path / "x.png")]) == 0
+    notes = [line for line in capsys.readouterr().err.splitlines() if line.startswith("taichi-tracer: note: ")]
+    assert len(notes) == 1
+    assert "1 of 2 triangles dropped" in notes[0]
+    assert pixels(tmp_path / "x.png").max() == 255  # the other triangle is there
+
+
+@pytest.mark.parametrize("output", ["no/such/x.png", "x.docx", "taken/x/"])
+def test_an_unwritable_output_is_noticed_before_the_scene_is_read(output, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").write_text("a file where a folder should be")
+    monkeypatch.setattr(render, "load_scene", lambda args: pytest.fail("the scene was read first"))
+    assert main(["render", "cube", "-o", output]) == 2
+    assert_one_line(capsys.readouterr().err, [output.rstrip("/")])
+
+
+def test_debug_shows_the_traceback():
+    with pytest.raises(tt.InputError, match="no_such_scene"):
+        main(["info", "no_such_scene", "--debug"])
+    with pytest.raises(tt.InputError, match="no_such_scene"):
+        main(["--debug", "info", "no_such_scene"])
+
+
+def test_a_message_of_several_lines_becomes_one(monkeypatch, capsys):
+    def fails(args):
+        raise tt.InputError("first\n  second")
+
+    monkeypatch.setattr(cli, "load", lambda target: fails)
+    assert main(["info", "cube"]) == 2
+    assert capsys.readouterr().err == "taichi-tracer: error: first second\n"
+
+
+# ── the grammar ──
+
+
+@pytest.mark.parametrize("word", ["-1", "-.5", "-1e-3", "-inf", "-1.5E+2"])
+def test_negative_numbers_are_values(word):
+    args = make_parser().parse_args([as_value(w) for w in ["render", "cube", "--eye", word, word, word]])
+    assert args.eye == [float(word)] * 3
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"), [("640x480", (640, 480)), ("64", (64, 64)), ("3X2", (3, 2)), ("5×4", (5, 4))]
+)
+def test_sizes(text, expected):
+    assert make_parser().parse_args(["render", "cube", "--size", text]).size == expected
+
+
+# ── info ──
+
+
+def test_info_tells_what_the_scene_is_made_of(capsys):
+    assert main(["info", "cornell_box"]) == 0
+    out = capsys.readouterr().out
+    scene = tt.load_scene_data("cornell_box")
+    facts = dict(line.split(maxsplit=1) for line in out.splitlines()[:3])
+    assert facts["triangles"] == str(scene.num_triangles)
+    assert facts["dropped"] == "0"
+    lamp = next(line for line in out.splitlines() if " lamp " in line)
+    assert lamp.split() == ["7", "lamp", "(0.78,", "0.78,", "0.78)", "1", "(17,", "12,", "4)"]
+    assert "view eye        (0, 1, 3)" in out
+
+
+def test_info_prints_what_intersector_and_effects_say_of_themselves(monkeypatch, capsys):
+    from taichi_tracer.apps.info import describe
+
+    scene = tt.load_scene_data("cube")
+    monkeypatch.setattr(type(scene.ray_intersector), "facts", lambda self: {"leaf size": "4"}, raising=False)
+    receipt = type("Effects", (), {"receipt": lambda self: ["mirror: not simulated"]})()
+    monkeypatch.setattr(type(scene), "effects", receipt, raising=False)
+    lines = describe(scene)
+    assert "leaf size       4" in lines
+    assert lines[-1] == "  mirror: not simulated"

@@ -1,0 +1,40 @@
+"""The doctor: every line says whether it is well, and what would mend it if not."""
+
+import pytest
+
+from taichi_tracer.apps import display, doctor
+from taichi_tracer.apps.cli import main
+
+
+def test_the_doctor_finds_nothing_to_fail_on(capsys):
+    assert main(["doctor"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    facts = [line for line in lines if not line.lstrip().startswith("->")]
+    assert all(line.endswith((" ok", " missing")) for line in facts)
+    for name in ("Python", "taichi", "numpy", "trimesh", "backend chosen", "display", "window", "kernel cache"):
+        assert any(line.startswith(name) for line in facts)
+    for above, below in zip(lines, [*lines[1:], ""], strict=True):
+        if above.endswith(" missing"):
+            assert below.lstrip().startswith("-> ")
+
+
+def test_what_is_missing_is_told_with_its_remedy(monkeypatch):
+    monkeypatch.setattr(doctor.importlib.util, "find_spec", lambda name: None)
+    no_window = display.Verdict(False, "no screen", "plug one in")
+    monkeypatch.setattr(display, "can_open_window", lambda: no_window)
+    told = "\n".join(str(line) for line in doctor.examine())
+    assert "taichi_tracer[exr]" in told
+    assert "-> plug one in" in told
+
+
+def test_a_package_that_is_not_there():
+    line = doctor.package_line("no-such-package")
+    assert not line.is_ok
+    assert "pip install no-such-package" in str(line)
+
+
+@pytest.mark.parametrize("is_ok", [True, False])
+def test_a_line(is_ok):
+    text = str(doctor.Line("name", "found", is_ok, "do this"))
+    assert ("do this" in text) is not is_ok
+    assert text.splitlines()[0].endswith("ok" if is_ok else "missing")

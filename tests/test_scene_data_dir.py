@@ -1,0 +1,395 @@
+"""The shipped scenes are what their README says, and their script remakes them to the byte."""
+
+import sys
+from itertools import combinations
+from pathlib import Path
+from subprocess import run
+
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).parent.parent / "scene_data_dir"
+sys.path.insert(0, str(Path(__file__).parent / "oracles"))
+
+from tiny_obj import read_mtl, read_obj  # noqa: E402
+
+OBJ_NAMES = ["cornell_box", "cube", "specular_spheres", "sphere", "torus_knot"]
+SPECULAR = ["diffuse", "phong", "mirror"]
+
+# Cornell Box Data, www.graphics.cornell.edu/online/box/data.html, in millimetres: four corners for each face.
+PUBLISHED = {
+    "floor": ["552.8 0 0  0 0 0  0 0 559.2  549.6 0 559.2"],
+    "back_wall": ["549.6 0 559.2  0 0 559.2  0 548.8 559.2  556 548.8 559.2"],
+    "right_wall": ["0 0 559.2  0 0 0  0 548.8 0  0 548.8 559.2"],
+    "left_wall": ["552.8 0 0  549.6 0 559.2  556 548.8 559.2  556 548.8 0"],
+    "short_box": [
+        "130 165 65  82 165 225  240 165 272  290 165 114",
+        "290 0 114  290 165 114  240 165 272  240 0 272",
+        "130 0 65  130 165 65  290 165 114  290 0 114",
+        "82 0 225  82 165 225  130 165 65  130 0 65",
+        "240 0 272  240 165 272  82 165 225  82 0 225",
+    ],
+    "tall_box": [
+        "423 330 247  265 330 296  314 330 456  472 330 406",
+        "423 0 247  423 330 247  472 330 406  472 0 406",
+        "472 0 406  472 330 406  314 330 456  314 0 456",
+        "314 0 456  314 330 456  265 330 296  265 0 296",
+        "265 0 296  265 330 296  423 330 247  423 0 247",
+    ],
+    "lamp": ["343 548.8 227  343 548.8 332  213 548.8 332  213 548.8 227"],
+}
+PUBLISHED_CEILING = "556 548.8 0  556 548.8 559.2  0 548.8 559.2  0 548.8 0"
+ROOM = ["floor", "ceiling", "back_wall", "right_wall", "left_wall", "lamp"]
+
+
+def corners(text):
+    return np.array(text.split(), dtype=float).reshape(4, 3)
+
+
+def read_blob():
+    """-> points (n, 3), normals (n, 3), faces (m, 3), in float64"""
+    header, data = (FOLDER / "blob.ply").read_bytes().split(b"end_header\n", 1)
+    words = header.decode("ascii").split()
+    n, m = (int(words[words.index(kind) + 1]) for kind in ("vertex", "face"))
+    vertex = np.frombuffer(data, dtype="<f4", count=6 * n).reshape(n, 6).astype(np.float64)
+    face = np.frombuffer(data, dtype=[("count", "u1"), ("ids", "<u2", 3)], offset=24 * n)
+    assert len(face) == m
+    assert (face["count"] == 3).all()
+    return vertex[:, :3], vertex[:, 3:], face["ids"].astype(int)
+
+
+@pytest.fixture(scope="module")
+def objs():
+    return {name: read_obj(FOLDER / f"{name}.obj") for name in OBJ_NAMES}
+
+
+@pytest.fixture(scope="module")
+def closed_surfaces(objs):
+    """Name -> points, triangles."""
+    surfaces = {name: (objs[name].vertices, objs[name].triangles()) for name in ("cube", "sphere", "torus_knot")}
+    for name in SPECULAR:
+        surfaces[name] = objs["specular_spheres"].vertices, objs["specular_spheres"].triangles(name)
+    points, _, faces = read_blob()
+    surfaces["blob"] = points, faces
+    return surfaces
+
+
+@pytest.fixture(scope="module")
+def smooth_surfaces(objs):
+    """Name -> points, normals, triangles; vertex i has normal i."""
+    surfaces = {n: (objs[n].vertices, objs[n].normals, objs[n].triangles()) for n in OBJ_NAMES if len(objs[n].normals)}
+    return {**surfaces, "blob": read_blob()}
+
+
+def edges_without_twin(triangles):
+    """Directed edges whose reverse is not there; each directed edge occurs once."""
+    edges = [(a, b) for i in range(3) for a, b in zip(*triangles[:, [i, (i + 1) % 3]].T.tolist(), strict=True)]
+    present = set(edges)
+    assert len(present) == len(edges)
+    return {(a, b) for a, b in edges if (b, a) not in present}
+
+
+def signed_volume(points, triangles):
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    return np.sum(a * np.cross(b, c)) / 6
+
+
+def face_normals(points, triangles):
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    n = np.cross(b - a, c - a)
+    return n / np.linalg.norm(n, axis=1, keepdims=True)
+
+
+# --- The files --------------------------------------------------------------------------------------------------------
+
+
+def test_script_remakes_every_file_to_the_byte():
+    command = [sys.executable, "-B", str(FOLDER / "make_scenes.py"), "--check"]
+    result = run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_folder_is_small():
+    assert sum(p.stat().st_size for p in FOLDER.rglob("*") if p.is_file()) < 6e6
+
+
+def test_readme_lists_every_scene_and_environment():
+    text = (FOLDER / "README.md").read_text(encoding="utf-8")
+    for path in FOLDER.rglob("*"):
+        if path.suffix in (".obj", ".ply", ".npy"):
+            assert f"`{path.relative_to(FOLDER).as_posix()}`" in text
+
+
+@pytest.mark.parametrize("name", OBJ_NAMES)
+def test_materials_used_are_those_defined_in_the_same_order(objs, name):
+    assert objs[name].mtllib == f"{name}.mtl"
+    assert list(dict.fromkeys(objs[name].materials)) == list(read_mtl(FOLDER / f"{name}.mtl"))
+
+
+# --- Meshes -----------------------------------------------------------------------------------------------------------
+
+
+def test_triangle_counts(objs):
+    counts = {name: len(obj.triangles()) for name, obj in objs.items()}
+    assert counts == {"cornell_box": 38, "cube": 12, "specular_spheres": 2940, "sphere": 5120, "torus_knot": 20000}
+    assert [len(objs["specular_spheres"].triangles(name)) for name in SPECULAR] == [980] * 3
+    assert len(read_blob()[2]) == 80000
+
+
+@pytest.mark.parametrize("name", ["cube", "sphere", "torus_knot", "blob", *SPECULAR])
+def test_closed_and_facing_outwards(closed_surfaces, name):
+    points, triangles = closed_surfaces[name]
+    assert not edges_without_twin(triangles)
+    assert signed_volume(points, triangles) > 0
+
+
+@pytest.mark.parametrize(("name", "volume"), [("cube", 8), ("sphere", 4.18879), ("mirror", 0.463246)])
+def test_volume_is_that_of_the_solid(closed_surfaces, name, volume):
+    assert signed_volume(*closed_surfaces[name]) == pytest.approx(volume, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["sphere", "specular_spheres", "torus_knot", "blob"])
+def test_normals_are_unit_and_agree_with_the_faces(smooth_surfaces, name):
+    points, normals, triangles = smooth_surfaces[name]
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=2e-5)
+    cosine = np.einsum("tk,tik->ti", face_normals(points, triangles), normals[triangles])
+    assert cosine.min() > 0.9
+
+
+@pytest.mark.parametrize("name", ["torus_knot", "blob"])
+def test_normals_are_the_limit_of_the_area_weighted_ones(smooth_surfaces, name):
+    """An error in the analytic gradient shows as a tilt that no refinement removes."""
+    points, normals, triangles = smooth_surfaces[name]
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    mean = np.zeros_like(points)
+    for i in range(3):
+        np.add.at(mean, triangles[:, i], np.cross(b - a, c - a))
+    mean /= np.linalg.norm(mean, axis=1, keepdims=True)
+    assert np.mean(np.sum(mean * normals, axis=1)) > np.cos(np.radians(1))
+
+
+@pytest.mark.parametrize("name", ["sphere", "specular_spheres", "torus_knot"])
+def test_a_vertex_and_its_normal_have_one_index(objs, name):
+    assert objs[name].normal_ids == objs[name].polygons
+
+
+@pytest.mark.parametrize(("name", "x", "radius"), [("sphere", 0, 1), ("diffuse", -1.08, 0.48), ("mirror", 1.08, 0.48)])
+def test_vertices_lie_on_the_sphere(closed_surfaces, name, x, radius):
+    points, triangles = closed_surfaces[name]
+    distance = np.linalg.norm(points[np.unique(triangles)] - [x, 1, 0], axis=1)
+    np.testing.assert_allclose(distance, radius, atol=2e-6)
+
+
+def test_specular_spheres_differ_in_the_exponent_only():
+    materials = read_mtl(FOLDER / "specular_spheres.mtl")
+    assert {name: m["Ns"] for name, m in materials.items()} == {"diffuse": [1], "phong": [50], "mirror": [1e21]}
+    assert all(m["Kd"] == [0.8, 0.8, 0.8] for m in materials.values())
+
+
+def test_cube_sides_face_as_they_are_named(objs):
+    cube = objs["cube"]
+    normals = face_normals(cube.vertices, cube.triangles())
+    for name, n in zip(cube.triangle_materials(), normals, strict=True):
+        sign, axis = name.split("_")
+        expected = np.eye(3)["xyz".index(axis)] * (1 if sign == "plus" else -1)
+        np.testing.assert_allclose(n, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", [*OBJ_NAMES, "blob"])
+def test_the_course_camera_sees_all_of_it(objs, name):
+    """eye (0, 1, 3), at (0, 1, 0), fov 60: 60 % of the half-height or more is filled, with a margin of 2 %."""
+    points = read_blob()[0] if name == "blob" else objs[name].vertices
+    depth = 3 - points[:, 2]
+    ndc = np.stack([points[:, 0], points[:, 1] - 1], axis=-1) / (depth[:, None] * np.tan(np.radians(30)))
+    assert depth.min() > 0
+    assert 0.6 < np.abs(ndc).max() < 0.98
+
+
+# --- Cornell box ------------------------------------------------------------------------------------------------------
+
+
+def millimetres(vertices):
+    """The inverse of the transform that the file states: x = s (278 - X), y = s Y, z = 1.15 - s Z."""
+    s = 2 / 548.8
+    return np.stack([278 - vertices[:, 0] / s, vertices[:, 1] / s, (1.15 - vertices[:, 2]) / s], axis=-1)
+
+
+def test_cornell_faces_have_the_published_corners_in_the_published_order(objs):
+    box = objs["cornell_box"]
+    mm = millimetres(box.vertices)
+    for material, faces in PUBLISHED.items():
+        stored = [mm[p] for p, m in zip(box.polygons, box.materials, strict=True) if m == material]
+        assert len(stored) == len(faces)
+        for polygon, text in zip(stored, faces, strict=True):
+            np.testing.assert_allclose(polygon, corners(text), atol=2e-4)
+
+
+def test_cornell_ceiling_and_lamp_tile_the_published_ceiling(objs):
+    box = objs["cornell_box"]
+    frame = np.concatenate([box.triangles("ceiling"), box.triangles("lamp")])
+    outline = {a for edge in edges_without_twin(frame) for a in edge}
+    stored = millimetres(box.vertices)[sorted(outline)]
+    published = corners(PUBLISHED_CEILING)
+    assert len(stored) == 4
+    assert all(np.abs(stored - corner).max(axis=1).min() < 2e-4 for corner in published)
+    assert np.allclose(box.vertices[np.unique(frame), 1], 2, atol=0)
+
+
+def test_cornell_room_is_open_in_front_only(objs):
+    box = objs["cornell_box"]
+    room = np.concatenate([box.triangles(name) for name in ROOM])
+    open_edges = edges_without_twin(room)
+    assert len(open_edges) == 4
+    np.testing.assert_allclose([box.vertices[list(e), 2] for e in open_edges], 1.15, atol=1e-9)
+
+
+def test_cornell_walls_face_the_room_and_blocks_face_outwards(objs):
+    box = objs["cornell_box"]
+    triangles = box.triangles()
+    centroid = box.vertices[triangles].mean(axis=1)
+    towards = {name: np.array([0, 1, 0.13]) for name in ROOM}
+    for name in ("short_box", "tall_box"):
+        towards[name] = box.vertices[np.unique(box.triangles(name))].mean(axis=0)
+    for name, n, c in zip(box.triangle_materials(), face_normals(box.vertices, triangles), centroid, strict=True):
+        inwards = np.dot(n, towards[name] - c) > 0
+        assert inwards == (name in ROOM), name
+
+
+def overlap(p, q, length=1e-6):
+    """Do two triangles share area? Coplanar within `length`, and no side of either separates them in that plane."""
+    n = np.cross(p[1] - p[0], p[2] - p[0])
+    n /= np.linalg.norm(n)
+    if np.abs((q - p[0]) @ n).max() > length:
+        return False
+    for s, t in ((p, q), (q, p)):
+        for i in range(3):
+            a, b, c = s[i], s[(i + 1) % 3], s[(i + 2) % 3]
+            outwards = np.cross(b - a, n)
+            outwards *= -np.sign(np.dot(outwards, c - a)) / np.linalg.norm(outwards)
+            if ((t - a) @ outwards).min() > -length:
+                return False
+    return True
+
+
+def test_overlap_tells_a_lamp_in_the_ceiling_from_one_in_a_hole():
+    ceiling = np.array([[0.0, 2, 0], [4, 2, 0], [0, 2, 4]])
+    assert overlap(ceiling, ceiling * [0.5, 1, 0.5] + [0.1, 0, 0.1])
+    assert not overlap(ceiling, ceiling + [0, -0.01, 0])
+    assert not overlap(ceiling, np.array([[4.0, 2, 0], [4, 2, 4], [0, 2, 4]]))
+
+
+def test_cornell_has_no_coplanar_overlap(objs):
+    triangles = objs["cornell_box"].vertices[objs["cornell_box"].triangles()]
+    assert not [(i, j) for i, j in combinations(range(len(triangles)), 2) if overlap(triangles[i], triangles[j])]
+
+
+def test_cornell_red_is_on_the_left_of_a_right_handed_camera(objs):
+    """Along -z with y up, a right-handed camera has +x on its right (C-5)."""
+    box = objs["cornell_box"]
+    materials = read_mtl(FOLDER / "cornell_box.mtl")
+    for name, side, channel in (("left_wall", -1, 0), ("right_wall", 1, 1)):
+        assert (np.sign(box.vertices[np.unique(box.triangles(name)), 0]) == side).all()
+        assert np.argmax(materials[name]["Kd"]) == channel
+
+
+def test_cornell_only_the_lamp_emits():
+    materials = read_mtl(FOLDER / "cornell_box.mtl")
+    assert materials["lamp"]["Ke"] == [17, 12, 4]
+    assert [name for name, m in materials.items() if "Ke" in m] == ["lamp"]
+    assert all(m["Ns"] == [1] for m in materials.values())
+
+
+# --- Environments -----------------------------------------------------------------------------------------------------
+
+
+def environment(name):
+    return np.load(FOLDER / "environments" / f"{name}.npy")
+
+
+def directions(image):
+    """Through the centres of the texels, by inverting A2-5; row 0 is the top."""
+    height, width = image.shape[:2]
+    azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+    elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)[:, None]
+    flat = np.cos(elevation)
+    d = np.broadcast_arrays(flat * np.cos(azimuth), np.sin(elevation), flat * np.sin(azimuth))
+    return np.stack(d, axis=-1)
+
+
+def solid_angle(image):
+    height, width = image.shape[:2]
+    elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
+    return np.broadcast_to(2 * np.pi**2 / (width * height) * np.cos(elevation)[:, None], (height, width))
+
+
+SIZES = {"studio": (256, 512), "sunny": (384, 768), "white": (2, 4), "black": (2, 4)}
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_environment_is_half_float_finite_and_not_negative(name):
+    image = environment(name)
+    assert image.shape == (*SIZES[name], 3)
+    assert image.dtype == np.float16
+    assert np.isfinite(image).all()
+    assert (image >= 0).all()
+
+
+def test_white_is_one_and_black_is_zero():
+    assert (environment("white") == 1).all()
+    assert (environment("black") == 0).all()
+
+
+def test_sun_stands_where_it_should_and_outshines_the_sky_10000_times():
+    image = environment("sunny").astype(np.float64)
+    luminance = image @ [0.2126, 0.7152, 0.0722]
+    d = directions(image)
+    assert luminance.max() > 1e4 * np.median(luminance[d[..., 1] > 0])
+    sun = d[np.unravel_index(luminance.argmax(), luminance.shape)]
+    assert np.degrees(np.arcsin(sun[1])) == pytest.approx(41, abs=1)
+    assert sun[0] < 0 < sun[2]
+
+
+def test_sun_covers_the_solid_angle_of_the_real_one():
+    """The disc's radius is 0.2665 degrees; its brightest texel is inside it almost entirely."""
+    image = environment("sunny").astype(np.float64)
+    luminance = image @ [0.2126, 0.7152, 0.0722]
+    disc = luminance > 50
+    covered = np.sum((luminance * solid_angle(image))[disc]) / luminance.max()
+    assert covered == pytest.approx(np.pi * np.radians(0.2665) ** 2, rel=0.05)
+
+
+def test_sunny_sky_is_blue_and_brighter_near_the_sun():
+    image = environment("sunny").astype(np.float64)
+    d = directions(image)
+    sun = d[np.unravel_index(image.sum(axis=-1).argmax(), image.shape[:2])]
+    angle = np.degrees(np.arccos(np.clip(d @ sun, -1, 1)))
+    high = d[..., 1] > 0.5
+    near, far = high & (angle > 5) & (angle < 15), high & (angle > 80)
+    assert image[near].mean() > 2 * image[far].mean()
+    red, _, blue = image[far].mean(axis=0)
+    assert blue > 2 * red
+
+
+def test_sunny_ground_reflects_what_falls_on_it():
+    """Lambert: radiance = albedo x irradiance / pi, albedo (0.20, 0.18, 0.14)."""
+    image = environment("sunny").astype(np.float64)
+    up = directions(image)[..., 1]
+    irradiance = (image * (np.maximum(up, 0) * solid_angle(image))[..., None]).sum(axis=(0, 1))
+    expected = np.array([0.20, 0.18, 0.14]) * irradiance / np.pi
+    np.testing.assert_allclose(image[up < 0], np.broadcast_to(expected, image[up < 0].shape), rtol=2e-3)
+
+
+def test_studio_has_three_soft_boxes_of_different_colour_in_a_dark_room():
+    image = environment("studio").astype(np.float64)
+    d = directions(image)
+    assert 25 < image.max() < 32
+    assert np.median(image) < 0.1
+    boxes = {"key": (-0.75, 0.62, 0.62), "rim": (0.95, 0.18, -0.30), "top": (0.10, 1.00, -0.10)}
+    colour = {}
+    for name, towards in boxes.items():
+        row, column = np.unravel_index(np.argmax(d @ np.array(towards)), d.shape[:2])
+        colour[name] = image[row, column]
+        assert colour[name].min() > 3
+    assert colour["key"][0] > colour["key"][2]
+    assert colour["rim"][0] < colour["rim"][2]
+    assert np.ptp(colour["top"]) < 0.1 * colour["top"].max()
