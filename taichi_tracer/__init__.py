@@ -10,6 +10,11 @@ Names are loaded when they are first used: importing the package starts nothing.
 """
 
 import importlib
+import os
+
+# Taichi reads both when it is imported: no call home, no banner.
+os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 __version__ = "0.1.0"
 

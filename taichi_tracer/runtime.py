@@ -8,15 +8,10 @@ import contextlib
 import ctypes
 import ctypes.util
 import io
-import os
 import struct
 import sys
 import weakref
 from dataclasses import dataclass
-
-# Both are read when taichi is imported: no call home, no banner.
-os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
-os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 import numpy as np
 import taichi as ti

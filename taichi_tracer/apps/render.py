@@ -1,5 +1,6 @@
 """``taichi-tracer render``: pictures into files."""
 
+import contextlib
 import sys
 import time
 from argparse import Namespace
@@ -48,18 +49,19 @@ def add_samples(renderer: ProgressiveRenderer, spp: int) -> tuple[float, float]:
         renderer.render()
         ti.sync()
         compiled = time.perf_counter()
-        for _ in progress(spp - 1):
-            renderer.render()
-            ti.sync()
+        with progress(spp - 1) as steps:
+            for _ in steps:
+                renderer.render()
+                ti.sync()
     except KeyboardInterrupt:
         pass
     return compiled - start, time.perf_counter() - compiled
 
 
 def progress(count: int):
-    """``range(count)`` with a progress bar on stderr, when that is a terminal and the work is long."""
+    """A context of ``range(count)``, with a progress bar on stderr when that is a terminal and the work is long."""
     if count < 1 or not sys.stderr.isatty():
-        return range(count)
+        return contextlib.nullcontext(range(count))
     from tqdm import tqdm
 
     return tqdm(range(count), unit="spp", delay=SHOW_PROGRESS_AFTER, leave=False)

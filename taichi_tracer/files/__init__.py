@@ -1,0 +1,30 @@
+"""Readers and writers: every quirk of a file format ends in this folder."""
+
+from pathlib import Path
+
+from taichi_tracer.errors import InputError, MissingFileError
+from taichi_tracer.files import meshes
+from taichi_tracer.geometry import Mesh
+
+EXTENSIONS = (".obj", *meshes.EXTENSIONS)
+
+
+def read(path: str | Path) -> Mesh:
+    """Read a mesh by the file's extension.
+
+    Raises:
+        InputError: the extension is not known, or the file cannot be used.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise InputError(f"{path}: this is a folder: give a file in it")
+    if not path.exists():
+        raise MissingFileError(f"{path}: no such file")
+    extension = path.suffix.lower()
+    if extension not in EXTENSIONS:
+        raise InputError(f"{path}: unknown file type {path.suffix!r}: known are {', '.join(EXTENSIONS)}")
+    if extension == ".obj":
+        from taichi_tracer.files.obj import read_obj
+
+        return read_obj(path)
+    return meshes.read_mesh(path)

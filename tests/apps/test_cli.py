@@ -1,6 +1,7 @@
 """The command line, called as a function where that is enough and as a process where that is the point."""
 
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -78,25 +79,49 @@ print("loaded:", sorted({{"trimesh", "scipy", "matplotlib", "tqdm", "OpenEXR"}} 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 def test_ctrl_c_on_a_terminal_keeps_the_picture_and_says_how_far_it_came(tmp_path):
-    import pty
-
-    master, slave = pty.openpty()
-    words = ("render", "cube", "--size", "512x512", "--spp", "10000000", "-o", str(tmp_path / "cube.png"))
-    command = [sys.executable, "-m", "taichi_tracer", *words]
-    child = subprocess.Popen(command, env=environment(), stderr=slave, stdout=subprocess.PIPE, text=True)
-    os.close(slave)
-    shown, deadline = b"", time.monotonic() + 60
-    while b"%|" not in shown and time.monotonic() < deadline:  # tqdm's bar: so the samples have begun
-        shown += os.read(master, 4096)
-    child.send_signal(signal.SIGINT)
-    while b"interrupted after" not in shown and time.monotonic() < deadline:
-        shown += os.read(master, 4096)
-    told, _ = child.communicate(timeout=30)
-    os.close(master)
-    assert b"of 10000000 samples" in shown
+    output = tmp_path / "cube.png"
+    words = ["-m", "taichi_tracer", "render", "cube", "--spp", "10000000", "-o", str(output)]
+    terminal, slave = open_terminal(rows=24, columns=100)
+    with subprocess.Popen(
+        [sys.executable, *words],
+        env=environment(),
+        stderr=slave,
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # may be ignored, as in CI
+    ) as child:
+        os.close(slave)
+        shown = read_until(b"%|", terminal)  # tqdm's bar: the samples have begun
+        child.send_signal(signal.SIGINT)
+        shown += read_until(b"of 10000000 samples", terminal)
+        told = child.stdout.read()
+    os.close(terminal)
     assert child.returncode == 130
-    assert "cube.png: 512x512" in told
-    assert pixels(tmp_path / "cube.png").max() > 0
+    assert b"interrupted after" in shown
+    assert f"{output}: 512x512, " in told
+    assert pixels(output).max() > 0
+
+
+def open_terminal(rows, columns):
+    """A pseudo-terminal of a size: the end that reads, and the end that a process writes to."""
+    import fcntl
+    import pty
+    import struct
+    import termios
+
+    reading, writing = pty.openpty()
+    fcntl.ioctl(writing, termios.TIOCSWINSZ, struct.pack("4H", rows, columns, 0, 0))
+    return reading, writing
+
+
+def read_until(text, terminal, seconds=60):
+    """What comes out of a terminal up to ``text``; fails when it does not come in time."""
+    shown, deadline = b"", time.monotonic() + seconds
+    while text not in shown:
+        ready, _, _ = select.select([terminal], [], [], max(0.0, deadline - time.monotonic()))
+        assert ready, f"{text} did not appear in {shown}"
+        shown += os.read(terminal, 4096)
+    return shown
 
 
 # ── render ──
