@@ -13,7 +13,7 @@ import taichi.math as tm
 
 from taichi_tracer import bvh_build, runtime
 from taichi_tracer.geometry import Geometry
-from taichi_tracer.packets import LANES, PACKET_TESTS
+from taichi_tracer.packets import PACKET_TESTS
 from taichi_tracer.ray_intersector import RayIntersector
 
 WIDTH = 8
@@ -188,14 +188,14 @@ class BVHRayIntersector(RayIntersector):
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):
-        t, triangle_id = self.traverse(ray, t_min, t_max, True)
+        t, triangle_id, u, v = self.traverse(ray, t_min, t_max, True)
         return triangle_id >= 0
 
     @ti.func
     def traverse(self, ray, t_min, t_max, any_hit: ti.template()):
-        """(t, id) of the nearest hit, or of the first one found with ``any_hit``; (t_max, −1) for none."""
+        """(t, id, u, v) of the nearest hit, or of the first one found with ``any_hit``; t_max, −1 for none."""
         bounds = self.ray_bounds(ray)
-        best, best_id = t_max, -1
+        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
         waiting_t = ti.Vector([0.0] * self.stack_size, float)
         top = 0
@@ -217,11 +217,11 @@ class BVHRayIntersector(RayIntersector):
                         if t_min < t and t <= best:
                             triangle_id = self.leaf_ids[i]
                             if t < best or (triangle_id < best_id):
-                                best, best_id = t, triangle_id
+                                best, best_id, best_u, best_v = t, triangle_id, u, v
                     if ti.static(any_hit):
                         if best_id >= 0:
                             top = 0
-        return best, best_id
+        return best, best_id, best_u, best_v
 
     @ti.func
     def push(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
@@ -256,7 +256,7 @@ class BVHRayIntersector(RayIntersector):
     @ti.func
     def trace_packet(self, packets: ti.template(), c, t_min):
         """``nearest`` of the sixteen rays of a packet, one heading after the other; the answers are in the packet."""
-        for lane in range(LANES):
+        for lane in range(packets.count[None]):
             heading = packets.heading[c][lane]
             if heading >= 0:
                 packets.take_heading(c, heading)

@@ -100,8 +100,8 @@ class Camera:
         values = {**self._values, **{name: value for name, value in given.items() if value is not None}}
         self._values = self._check(values)
         self.handedness = self.handedness if handedness is None else handedness
-        self.camera_to_world[None] = self.compute_matrix().tolist()
-        self.half_size[None] = self.compute_half_size()
+        matrix, half_size = self.compute_matrix(), np.array(self.compute_half_size())
+        self._load(matrix.astype(runtime.dtype()), half_size.astype(runtime.dtype()))
         self.version += 1
 
     @staticmethod
@@ -135,6 +135,13 @@ class Camera:
         """Half the width and height of the image plane at distance 1: tan(fov/2) · width/height, and tan(fov/2)."""
         tan_half_fov = math.tan(math.radians(self.fov) / 2)
         return tan_half_fov * self.width / self.height, tan_half_fov
+
+    @ti.kernel
+    def _load(self, matrix: ti.types.ndarray(ndim=2), half_size: ti.types.ndarray(ndim=1)):
+        for i, j in ti.static(ti.ndrange(4, 4)):
+            self.camera_to_world[None][i, j] = matrix[i, j]
+        for i in ti.static(range(2)):
+            self.half_size[None][i] = half_size[i]
 
     @ti.func
     def generate_ndc_coords(self, pixel_x, pixel_y, xi):

@@ -75,11 +75,13 @@ class Packets:
         self.shear_x, self.shear_y, self.t, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
         self.reach = ti.Vector.field(LANES, float)
         self.triangle_id, self.heading, self.is_undecided = (ti.Vector.field(LANES, ti.i32) for _ in range(3))
+        self.count = ti.field(ti.i32, shape=())  # LANES, in memory: the compiler copies a loop out that it can count
         place = ti.root.dense(ti.i, places)
         for by_axis in (self.o, self.d, self.i, self.n, self.f):
             place.dense(ti.j, 3).place(by_axis)
         place.place(self.shear_x, self.shear_y, self.t, self.u, self.v, self.reach)
         place.place(self.triangle_id, self.heading, self.is_undecided)
+        self.count[None] = LANES
 
     @ti.func
     def put_ray(self, c, lane, ray):
@@ -140,7 +142,7 @@ class Packets:
         sign = tm.vec3(0)
         for k in ti.static(range(3)):
             sign[k] = ti.select((heading >> k) & 1, 1, -1)
-        for lane in range(LANES):
+        for lane in range(self.count[None]):
             if self.heading[c][lane] == heading:
                 for k in ti.static(range(3)):
                     low[k] = smaller(self.i[c, k][lane], low[k])
@@ -153,7 +155,7 @@ class Packets:
     def farthest(self, c):
         """The largest t at which a ray at work can still find a nearer hit."""
         farthest = -tm.inf
-        for lane in range(LANES):
+        for lane in range(self.count[None]):
             farthest = larger(self.reach[c][lane], farthest)
         return farthest
 
@@ -178,7 +180,7 @@ class Packets:
             self.v[c] = ti.select(taken, v, self.v[c])
         if ti.static(runtime.can_widen() and intersector.triangle_test == "watertight"):
             if self.is_undecided[c].max() > 0:
-                for lane in range(LANES):
+                for lane in range(self.count[None]):
                     if self.is_undecided[c][lane] != 0:
                         self.try_one(c, lane, intersector, v0, v1, v2, triangle_id, t_min)
 

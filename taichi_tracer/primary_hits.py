@@ -18,36 +18,43 @@ class PrimaryHits:
     """t, triangle id and barycentrics (u, v) of the nearest hit of every pixel; id −1 where there is none.
 
     Pixels are kept by tiles of 4 × 4, one lane each. Two forms fill them with the same bits: one ray per thread, and on
-    a CPU, where the intersector can, a packet per tile.
+    a CPU, where the intersector can, a packet per tile. Packets are several times as fast and take longer to compile.
 
     Args:
         scene_data: what is hit.
         camera: where the rays come from.
-        use_packets: None chooses packets on a CPU with an intersector and a triangle test that have them.
+        use_packets: None takes packets, where they can be had, from the second picture on: a single one is sooner done
+            without.
     """
 
     def __init__(self, scene_data: SceneData, camera: Camera, use_packets: bool | None = None) -> None:
         self.scene_data, self.camera = scene_data, camera
         self.width, self.height = camera.width, camera.height
         intersector = scene_data.ray_intersector
-        can_use_packets = hasattr(intersector, "trace_packet") and intersector.triangle_test in PACKET_TESTS
         on_cpu = runtime.ensure().arch == "cpu"
-        self.use_packets = on_cpu and can_use_packets if use_packets is None else use_packets
+        self.can_use_packets = (
+            on_cpu and hasattr(intersector, "trace_packet") and intersector.triangle_test in PACKET_TESTS
+        )
+        self.use_packets = use_packets
+        self.packets = None
+        self.traces = 0
         self.tiles_x, self.tiles_y = -(-self.width // TILE), -(-self.height // TILE)
         shape = self.tiles_x * self.tiles_y
         self.distance = ti.Vector.field(LANES, float, shape=shape)
         self.triangle_id = ti.Vector.field(LANES, ti.i32, shape=shape)
         self.u = ti.Vector.field(LANES, float, shape=shape)
         self.v = ti.Vector.field(LANES, float, shape=shape)
-        if self.use_packets:
-            self.packets = Packets(PLACES)
 
     def trace(self) -> None:
         """Send one eye ray through the centre of every pixel."""
-        if self.use_packets:
-            self._trace_packets()
-        else:
+        use_packets = self.can_use_packets and self.traces > 0 if self.use_packets is None else self.use_packets
+        self.traces += 1
+        if not use_packets:
             self._trace_rays()
+            return
+        if self.packets is None:
+            self.packets = Packets(PLACES)
+        self._trace_packets()
 
     @ti.func
     def tile_and_lane(self, x, y):
@@ -66,12 +73,9 @@ class PrimaryHits:
         for x, y in ti.ndrange(self.width, self.height):
             tile, lane = self.tile_and_lane(x, y)
             ray = self.camera.generate_ray(x, y)
-            t, triangle_id = self.scene_data.ray_intersector.nearest(ray, 0.0, tm.inf)
-            self.distance[tile][lane] = t
-            self.triangle_id[tile][lane] = triangle_id
-            if triangle_id >= 0:
-                u, v = self.scene_data.ray_intersector.barycentrics(ray, triangle_id)
-                self.u[tile][lane], self.v[tile][lane] = u, v
+            t, triangle_id, u, v = self.scene_data.ray_intersector.nearest(ray, 0.0, tm.inf)
+            self.distance[tile][lane], self.triangle_id[tile][lane] = t, triangle_id
+            self.u[tile][lane], self.v[tile][lane] = u, v
 
     @ti.kernel
     def _trace_packets(self):
@@ -80,7 +84,7 @@ class PrimaryHits:
             low, high = tm.vec3(self.scene_data.geometry.low), tm.vec3(self.scene_data.geometry.high)
             tile = c + (i % runtime.CPU_BLOCK) * PLACES
             while tile < self.tiles_x * self.tiles_y:
-                for lane in range(LANES):
+                for lane in range(self.packets.count[None]):
                     x, y = self.pixel(tile, lane)
                     self.packets.put_ray(c, lane, self.camera.generate_ray(x, y))
                 self.packets.prepare(c, low, high, self.scene_data.ray_intersector.pad_factor, tm.inf)

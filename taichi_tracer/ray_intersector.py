@@ -76,14 +76,12 @@ def watertight(o, d, v0, v1, v2):
 @ti.func
 def shear_axes(d):
     """Two axes x, y with x·d = y·d = 0, whose dot products project along d onto the plane of d's two smaller axes."""
-    x_axis = tm.vec3(1, 0, -d.x / d.z)
-    y_axis = tm.vec3(0, 1, -d.y / d.z)
-    if abs(d.x) > abs(d.y) and abs(d.x) > abs(d.z):
-        x_axis = tm.vec3(-d.y / d.x, 1, 0)
-        y_axis = tm.vec3(-d.z / d.x, 0, 1)
-    elif abs(d.y) > abs(d.z):
-        x_axis = tm.vec3(0, -d.z / d.y, 1)
-        y_axis = tm.vec3(1, -d.x / d.y, 0)
+    is_x = abs(d.x) > abs(d.y) and abs(d.x) > abs(d.z)
+    is_y = abs(d.y) > abs(d.z)
+    largest = ti.select(is_x, d.x, ti.select(is_y, d.y, d.z))
+    x, y, z = -d.x / largest, -d.y / largest, -d.z / largest
+    x_axis = ti.select(is_x, tm.vec3(y, 1, 0), ti.select(is_y, tm.vec3(0, z, 1), tm.vec3(1, 0, x)))
+    y_axis = ti.select(is_x, tm.vec3(z, 0, 1), ti.select(is_y, tm.vec3(1, x, 0), tm.vec3(0, 1, y)))
     return x_axis, y_axis
 
 
@@ -107,11 +105,11 @@ def stable_normal(v0, v1, v2):
     e0 = v1 - v0
     e1 = v2 - v1
     e2 = v0 - v2
-    p, q = e0, e1
-    if e0.norm_sqr() >= e1.norm_sqr() and e0.norm_sqr() >= e2.norm_sqr():
-        p, q = e1, e2
-    elif e1.norm_sqr() >= e2.norm_sqr():
-        p, q = e2, e0
+    l0, l1, l2 = e0.norm_sqr(), e1.norm_sqr(), e2.norm_sqr()
+    is_0_longest = l0 >= l1 and l0 >= l2
+    is_1_longest = l1 >= l2
+    p = ti.select(is_0_longest, e1, ti.select(is_1_longest, e2, e0))
+    q = ti.select(is_0_longest, e2, ti.select(is_1_longest, e0, e1))
     return tm.cross(p, q)
 
 
@@ -167,7 +165,7 @@ class RayIntersector(ABC):
 
     @abstractmethod
     def nearest(self, ray, t_min, t_max):
-        """(t, triangle_id) of the nearest hit with t_min < t < t_max; ties to the lowest id; (t_max, −1) for none."""
+        """(t, triangle_id, u, v) of the nearest hit with t_min < t < t_max; ties to the lowest id; t_max, −1 for none."""
 
     @abstractmethod
     def is_blocked(self, ray, t_min, t_max):
@@ -223,10 +221,9 @@ class RayIntersector(ABC):
     @ti.func
     def query_segment(self, ray, t_min, t_max):
         """HitData of the nearest hit with t_min < t < t_max."""
-        t, triangle_id = self.nearest(ray, t_min, t_max)
+        t, triangle_id, u, v = self.nearest(ray, t_min, t_max)
         data = no_hit()
         if triangle_id >= 0:
-            u, v = self.barycentrics(ray, triangle_id)
             data = self.describe(ray, t, triangle_id, u, v)
         return data
 
@@ -234,13 +231,6 @@ class RayIntersector(ABC):
     def is_occluded(self, ray, t_max):
         """Whether anything lies on the ray before t_max."""
         return self.is_blocked(ray, 0.0, t_max)
-
-    @ti.func
-    def barycentrics(self, ray, triangle_id):
-        """(u, v) where the ray meets a triangle: computed once, for the nearest."""
-        v0, v1, v2 = self.geometry.triangle(triangle_id)
-        is_inside, t, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
-        return u, v
 
     @ti.func
     def describe(self, ray, t, triangle_id, u, v):
@@ -286,14 +276,14 @@ class BruteForceRayIntersector(RayIntersector):
     @ti.func
     def nearest(self, ray, t_min, t_max):
         bounds = self.ray_bounds(ray)
-        best, best_id = t_max, -1
+        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
         if self.is_legal(ray):
             for i in range(self.geometry.num_triangles):
                 v0, v1, v2 = self.geometry.triangle(i)
                 t, u, v = self.candidate(ray, bounds, v0, v1, v2)
                 if t_min < t and t < best:
-                    best, best_id = t, i
-        return best, best_id
+                    best, best_id, best_u, best_v = t, i, u, v
+        return best, best_id, best_u, best_v
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):

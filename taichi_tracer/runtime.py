@@ -148,6 +148,7 @@ class Lifetime:
 
 def _choose(arch: str, precision: str) -> tuple[str, str | None]:
     """The backend to start, and what to tell the user about it. ``ti.gpu`` would crash where no driver is."""
+    ti.set_logging_level(ti.ERROR)  # else Taichi reports every driver library that it does not find
     wanted = [arch] if arch != "auto" else ["cuda", "metal", "vulkan"]
     wanted = [a for a in wanted if precision == "f32" or a in F64_ARCHS]
     for candidate in wanted:

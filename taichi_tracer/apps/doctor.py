@@ -4,22 +4,25 @@ import importlib.metadata
 import importlib.util
 import platform
 import sys
+import tempfile
 import time
 from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
 import taichi_tracer
 from taichi_tracer import runtime
 from taichi_tracer.apps import display
+from taichi_tracer.errors import InputError
+from taichi_tracer.files.images import ENCODERS, save_image
 
 # What is no dependency of the package: module → (what it is for, what installs it)
 EXTRAS = {
-    "OpenEXR": ("EXR pictures", "pip install 'taichi_tracer[exr]'"),
     "matplotlib": ("charts in notebooks", "pip install 'taichi_tracer[notebook]'"),
     "ipykernel": ("notebooks", "pip install 'taichi_tracer[notebook]'"),
     "pytest": ("the tests", "pip install 'taichi_tracer[test]'"),
@@ -56,6 +59,7 @@ def examine() -> Iterator[Line]:
         yield package_line(package)
     yield from backend_lines()
     yield from window_lines()
+    yield from image_lines()
     for module, (purpose, remedy) in EXTRAS.items():
         has = importlib.util.find_spec(module) is not None
         yield Line(module, f"for {purpose}", has, remedy)
@@ -92,6 +96,17 @@ def window_lines() -> Iterator[Line]:
     yield Line("Vulkan devices", names or "none", len(devices) > 0, display.vulkan_remedy())
     verdict = display.can_open_window()
     yield Line("window", "can be opened" if verdict.can_open else "cannot", verdict.can_open, verdict.remedy)
+
+
+def image_lines() -> Iterator[Line]:
+    """Every picture format, tried by writing one pixel."""
+    with tempfile.TemporaryDirectory() as folder:
+        for extension in ENCODERS:
+            try:
+                save_image(Path(folder) / f"pixel{extension}", np.zeros((1, 1, 3)))
+                yield Line(f"pictures {extension}", "can be written")
+            except InputError as error:
+                yield Line(f"pictures {extension}", "cannot be written", False, str(error))
 
 
 def cache_line() -> Line:

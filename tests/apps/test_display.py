@@ -57,7 +57,8 @@ def test_a_local_display_and_a_device_are_enough(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("name", "ssh", "expected"), [(":0", "", True), ("unix:0", "", True), ("far:0", "", False), (":0", "1 2 3 4", False)]
+    ("name", "ssh", "expected"),
+    [(":0", "", True), ("unix:0", "", True), ("far:0", "", False), (":0", "1 2 3 4", False)],
 )
 def test_a_display_over_a_network_is_tried(name, ssh, expected, monkeypatch):
     monkeypatch.setattr(display.sys, "platform", "linux")

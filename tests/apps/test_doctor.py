@@ -1,5 +1,7 @@
 """The doctor: every line says whether it is well, and what would mend it if not."""
 
+import sys
+
 import pytest
 
 from taichi_tracer.apps import display, doctor
@@ -20,10 +22,14 @@ def test_the_doctor_finds_nothing_to_fail_on(capsys):
 
 def test_what_is_missing_is_told_with_its_remedy(monkeypatch):
     monkeypatch.setattr(doctor.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "OpenImageIO", None)  # importing it fails
     no_window = display.Verdict(False, "no screen", "plug one in")
     monkeypatch.setattr(display, "can_open_window", lambda: no_window)
     told = "\n".join(str(line) for line in doctor.examine())
-    assert "taichi_tracer[exr]" in told
+    assert "taichi_tracer[notebook]" in told
+    exr = told[told.index("pictures .exr") :].splitlines()
+    assert exr[0].endswith("missing")
+    assert "taichi_tracer[exr]" in exr[1]
     assert "-> plug one in" in told
 
 

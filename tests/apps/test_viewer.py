@@ -1,0 +1,382 @@
+"""The window: its parts without one, and the whole under a virtual display, with real keys and a real mouse."""
+
+import contextlib
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image, ImageGrab, features
+
+import taichi_tracer as tt
+from taichi_tracer import runtime
+from taichi_tracer.apps import camera_controller, viewer
+from taichi_tracer.apps.choices import make_renderer
+from taichi_tracer.apps.cli import as_value, make_parser
+from taichi_tracer.apps.display import Verdict
+from taichi_tracer.files.images import to_bytes
+from taichi_tracer.renderer import A1Renderer
+
+QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return tt.load_scene_data("cornell_box", **QUICK)
+
+
+@pytest.fixture(scope="module")
+def renderer(scene):
+    return A1Renderer(scene, width=400, height=390)
+
+
+@pytest.fixture(scope="module")
+def small_renderer(scene):
+    return A1Renderer(scene, width=100, height=50)
+
+
+# ── without a window ──
+
+
+class FakePanel:
+    """Records what ``ti.ui``'s panels are asked to show; ``pressed`` is the button that the mouse is on."""
+
+    def __init__(self, pressed=None):
+        self.pressed, self.windows, self.texts, self.buttons = pressed, [], [], []
+
+    @contextlib.contextmanager
+    def sub_window(self, name, x, y, width, height):
+        assert 0 <= x <= x + width <= 1
+        assert 0 <= y <= y + height <= 1
+        self.windows.append(name)
+        yield self
+
+    def text(self, text):
+        self.texts.append(text)
+
+    def button(self, label):
+        self.buttons.append(label)
+        return label == self.pressed
+
+
+def test_the_panel_has_the_courses_texts_and_a_button_per_view(renderer, tmp_path):
+    view = viewer.Viewer(renderer.use("normal"), tmp_path)
+    panel = FakePanel()
+    view.draw_panel(panel)
+    assert panel.windows == ["Control Panel"]
+    assert panel.texts[:2] == ["'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys"]
+    views = ["Hit", "Triangle ID", "Distance", "Barycentric", "Normal [Active]", "Material ID"]
+    assert panel.buttons == [*views, "Save picture (p)", "Help (h)"]
+    assert any(text.startswith("Frame: ") for text in panel.texts)
+
+
+def test_a_button_makes_its_view_the_active_one(renderer, tmp_path):
+    view = viewer.Viewer(renderer.use("normal"), tmp_path)
+    view.draw_panel(FakePanel(pressed="Material ID"))
+    assert renderer.active.name == "material_id"
+    panel = FakePanel()
+    view.draw_panel(panel)
+    assert [label for label in panel.buttons if "[Active]" in label] == ["Material ID [Active]"]
+
+
+def test_help_comes_and_goes_and_names_every_key(renderer, tmp_path):
+    view = viewer.Viewer(renderer, tmp_path)
+    view.draw_panel(FakePanel(pressed="Help (h)"))
+    panel = FakePanel()
+    view.draw_panel(panel)
+    assert panel.windows == ["Control Panel", "Help"]
+    told = " ".join(panel.texts).split()
+    assert [key for key in camera_controller.KEYS if len(key) == 1 and key not in told] == []
+    view.draw_panel(FakePanel(pressed="Help (h)"))
+    assert not view.shows_help
+
+
+def test_texts_fit_into_the_panel():
+    assert max(len(line) for line in (*viewer.TEXTS, *viewer.wrap("x" * 100))) * 7 + 16 <= viewer.PANEL_WIDTH
+    assert max(len(line) for line in viewer.HELP) * 7 + 16 <= viewer.HELP_WIDTH
+    assert "".join(viewer.wrap("a long/path")) == "a long/path"
+
+
+def test_saving_tells_where_and_how_to_make_it_again(renderer, tmp_path, capsys):
+    view = viewer.Viewer(renderer.use("distance"), tmp_path / "renders")
+    renderer.render()
+    view.draw_panel(FakePanel(pressed="Save picture (p)"))
+    path = tmp_path / "renders" / "cornell_box_distance.png"
+    assert (np.asarray(Image.open(path)) == to_bytes(renderer.image())).all()
+    assert "".join(view.message) == f"Saved{path}"
+    assert "taichi-tracer render" in capsys.readouterr().out
+
+
+def test_a_picture_that_cannot_be_saved_is_told_and_not_fatal(renderer, tmp_path):
+    (tmp_path / "taken").write_text("a file where the folder should be")
+    view = viewer.Viewer(renderer, tmp_path / "taken")
+    view.save_picture()
+    assert view.message[0] == "Not saved:"
+
+
+def test_small_pictures_are_enlarged_whole_pixels_beside_the_panel(small_renderer):
+    screen = viewer.Screen(small_renderer.use("triangle_id").render(), panel_lines=10)
+    screen.update()
+    shown = np.flipud(screen.pixels.to_numpy().swapaxes(0, 1))
+    assert screen.scale == 3
+    assert (shown[:, : viewer.PANEL_WIDTH] == np.float32(viewer.BACKGROUND)).all()
+    picture = shown[(screen.height - 150) // 2 :][:150, viewer.PANEL_WIDTH :]
+    np.testing.assert_array_equal(picture, small_renderer.image().repeat(3, axis=0).repeat(3, axis=1))
+
+
+def test_radiance_is_shown_as_it_is_written(small_renderer, monkeypatch):
+    small_renderer.use("distance").render()
+    monkeypatch.setattr(A1Renderer, "srgb", True)
+    screen = viewer.Screen(small_renderer, panel_lines=1)
+    screen.update()
+    shown = np.flipud(screen.pixels.to_numpy().swapaxes(0, 1))[1::3, viewer.PANEL_WIDTH + 1 :: 3]
+    expected = to_bytes(small_renderer.image(), srgb=True).astype(int)
+    assert abs(to_bytes(shown).astype(int) - expected).max() <= 1
+    assert expected.max() > to_bytes(small_renderer.image()).max()
+
+
+def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(False, "no screen", "plug one in"))
+    assert viewer.show(small_renderer, tmp_path / "renders") == 0
+    out = capsys.readouterr().out
+    assert "no screen" in out
+    assert "plug one in" in out
+    assert str(tmp_path / "renders") in out
+    for name in A1Renderer.names():
+        path = tmp_path / "renders" / f"cornell_box_{name}.png"
+        assert str(path) in out
+        expected = to_bytes(small_renderer.use(name).render().image())
+        assert (np.asarray(Image.open(path)) == expected).all()
+
+
+# ── the real window ──
+
+TIME_OUT = 60.0  # seconds, of a machine that is busy
+SIZE = 384
+BUTTON_TOP, BUTTON_STEP = 71, 23  # pixels from the window's top to the first button's middle, and to the next
+
+
+def why_no_window() -> str:
+    """What is missing for a window under a virtual display; empty where nothing is."""
+    if not sys.platform.startswith("linux"):
+        return "virtual displays are an X11 thing"
+    missing = [program for program in ("Xvfb", "xdotool") if shutil.which(program) is None]
+    if not runtime.vulkan_devices():
+        missing.append("a Vulkan driver (mesa-vulkan-drivers)")
+    if not features.check("xcb"):
+        missing.append("Pillow with xcb")
+    return f"missing: {', '.join(missing)}" if missing else ""
+
+
+class Desktop:
+    """A virtual display with the viewer on it."""
+
+    def __init__(self, name, process, log):
+        self.name, self.process, self.log = name, process, log
+        found = poll(lambda: self.xdotool("search", "--name", f"^{viewer.TITLE}$").split(), "the window")
+        where = self.xdotool("getwindowgeometry", "--shell", found[0])
+        self.x, self.y, self.width, self.height = (int(re.search(rf"{n}=(\d+)", where)[1]) for n in GEOMETRY)
+
+    def xdotool(self, *words):
+        environment = {**os.environ, "DISPLAY": self.name}
+        return subprocess.run(["xdotool", *words], env=environment, capture_output=True, text=True, timeout=20).stdout
+
+    def window(self):
+        """(h, w, 3) pixels of the window."""
+        box = (self.x, self.y, self.x + self.width, self.y + self.height)
+        return np.asarray(ImageGrab.grab(bbox=box, xdisplay=self.name).convert("RGB")).astype(int)
+
+    def picture(self):
+        """(h, w, 3) pixels of the picture beside the panel."""
+        top = (self.height - SIZE) // 2
+        return self.window()[top : top + SIZE, viewer.PANEL_WIDTH :]
+
+    def point(self, x, y):
+        """Move the mouse to a point of the window."""
+        self.xdotool("mousemove", str(self.x + x), str(self.y + y))
+
+    def saved(self):
+        """Press p; returns the arguments of the command that the viewer says makes the same picture."""
+        before = self.log.read_text().count("The same again:")
+        self.xdotool("key", "p")
+        poll(lambda: self.log.read_text().count("The same again:") > before, "the saved picture's command")
+        line = [line for line in self.log.read_text().splitlines() if line.startswith("The same again:")][-1]
+        words = shlex.split(line.removeprefix("The same again: taichi-tracer "))
+        return make_parser().parse_args([as_value(word) for word in words])
+
+
+GEOMETRY = ("X", "Y", "WIDTH", "HEIGHT")
+
+
+def poll(question, what):
+    """The first true answer; fails when none comes in time."""
+    deadline = time.monotonic() + TIME_OUT
+    while time.monotonic() < deadline:
+        answer = question()
+        if answer:
+            return answer
+        time.sleep(0.05)
+    pytest.fail(f"{what} did not appear within {TIME_OUT:g} s")
+
+
+@pytest.fixture(scope="module")
+def desktop(tmp_path_factory):
+    if why_no_window() != "":
+        pytest.skip(why_no_window())
+    folder = tmp_path_factory.mktemp("desktop")
+    log = folder / "log"
+    display = subprocess.Popen(
+        ["Xvfb", "-displayfd", "1", "-screen", "0", "1024x768x24"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    name = f":{display.stdout.readline().strip()}"
+    package = Path(tt.__file__).parents[1]
+    environment = {**os.environ, "DISPLAY": name, "PYTHONPATH": f"{package}{os.pathsep}{os.environ.get('PYTHONPATH')}"}
+    options = ["--size", str(SIZE), "--intersector", QUICK["intersector"], "--triangle-test", QUICK["triangle_test"]]
+    words = ["-m", "taichi_tracer", "view", "cornell_box", *options]
+    with log.open("w") as output:
+        process = subprocess.Popen(
+            [sys.executable, *words], cwd=folder, env=environment, stdout=output, stderr=subprocess.STDOUT
+        )
+    try:
+        yield Desktop(name, process, log)
+    finally:
+        process.kill()
+        process.wait()
+        display.terminate()
+        display.wait()
+
+
+@pytest.fixture(scope="module")
+def offline(scene):
+    """The picture that the window should show: of a view, at a camera given as command line arguments."""
+    renderers = []
+
+    def render(name, args=None):
+        if not renderers:
+            renderers.append(A1Renderer(scene, width=SIZE, height=SIZE))
+        if args is not None:
+            renderers[0].camera.set_camera_parameters(args.eye, args.at, args.up, args.fov, args.handedness)
+        return to_bytes(renderers[0].use(name).render().image()).astype(int)
+
+    return render
+
+
+def shows(desktop, expected):
+    """Whether the window shows a picture, to the last bit but one."""
+    return lambda: abs(desktop.picture() - expected).max() <= 1
+
+
+def test_the_window_opens_on_the_offline_picture(desktop, offline):
+    poll(shows(desktop, offline("normal")), "the normal view")
+
+
+@pytest.mark.parametrize(
+    ("key", "point", "axis", "sign"),
+    [("w", "eye", 1, 1), ("e", "eye", 2, 1), ("a", "eye", 0, 1), ("Left", "at", 0, 1)],
+)
+def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, desktop, offline):
+    before = desktop.saved()
+    desktop.point(viewer.PANEL_WIDTH + 200, 200)
+    start = time.monotonic()
+    desktop.xdotool("keydown", key)
+    time.sleep(0.3)
+    desktop.xdotool("keyup", key)
+    longest = time.monotonic() - start + 0.5  # the viewer may see the release a frame or more later
+    after = desktop.saved()
+    moved = np.subtract(getattr(after, point), getattr(before, point))
+    assert 0.5 * 0.3 * camera_controller.SPEED < sign * moved[axis] <= longest * camera_controller.SPEED
+    others = [k for k in range(3) if k != axis]
+    if point == "eye":
+        assert (moved[others] == 0).all()
+    assert getattr(after, "at" if point == "eye" else "eye") == getattr(before, "at" if point == "eye" else "eye")
+    expected = offline("normal", after)
+    poll(shows(desktop, expected), "the view from the new camera")
+    saved = np.asarray(Image.open(desktop.log.parent / "renders" / "cornell_box_normal.png")).astype(int)
+    assert abs(saved - expected).max() <= 1
+
+
+@pytest.mark.parametrize("name", ["distance", "triangle_id"])
+def test_a_buttons_press_shows_its_view(name, desktop, offline):
+    desktop.point(30, BUTTON_TOP + BUTTON_STEP * A1Renderer.names().index(name))
+    desktop.xdotool("click", "1")
+    poll(shows(desktop, offline(name, desktop.saved())), f"the view {name!r}")
+    assert desktop.saved().view == name
+
+
+def test_help_lies_over_the_picture_and_goes_again(desktop, offline):
+    desktop.point(viewer.PANEL_WIDTH + 200, 300)
+    bare = offline(desktop.saved().view)
+    poll(shows(desktop, bare), "the picture")
+    desktop.xdotool("key", "h")
+    poll(lambda: not shows(desktop, bare)(), "the help")
+    covered = (abs(desktop.picture() - bare).max(axis=2) > 1).mean()
+    assert covered < 0.5
+    desktop.xdotool("key", "h")
+    poll(shows(desktop, bare), "the picture without help")
+
+
+def test_a_drag_orbits_and_a_right_drag_zooms(desktop, offline):
+    def distance(args):
+        return np.linalg.norm(np.subtract(args.eye, args.at))
+
+    start = desktop.saved()
+    for button, is_orbit in (("1", True), ("3", False)):
+        desktop.point(viewer.PANEL_WIDTH + 150, 250)
+        time.sleep(0.3)
+        desktop.xdotool("mousedown", button)
+        for _ in range(4):
+            time.sleep(0.15)
+            desktop.xdotool("mousemove_relative", "--", "12", "-12")
+        time.sleep(0.3)
+        desktop.xdotool("mouseup", button)
+        end = desktop.saved()
+        assert end.eye != start.eye
+        assert end.at == start.at
+        if is_orbit:
+            assert distance(end) == pytest.approx(distance(start), rel=1e-6)
+        else:
+            assert distance(end) < 0.95 * distance(start)
+            np.testing.assert_allclose(
+                np.subtract(end.eye, end.at) / distance(end),
+                np.subtract(start.eye, start.at) / distance(start),
+                atol=1e-6,
+            )
+        poll(shows(desktop, offline(end.view, end)), "the picture after the drag")
+        start = end
+
+
+def test_a_drag_on_the_panel_leaves_the_camera(desktop):
+    start = desktop.saved()
+    desktop.point(150, 420)
+    desktop.xdotool("mousedown", "1")
+    time.sleep(0.2)
+    desktop.xdotool("mousemove_relative", "40", "0")
+    time.sleep(0.2)
+    desktop.xdotool("mouseup", "1")
+    assert desktop.saved().eye == start.eye
+
+
+def test_escape_closes_the_window_with_exit_code_0(desktop):
+    desktop.xdotool("key", "Escape")
+    assert desktop.process.wait(timeout=TIME_OUT) == 0
+    assert "Traceback" not in desktop.log.read_text()
+
+
+def test_the_command_of_a_saved_picture_makes_that_picture(renderer, scene):
+    renderer.camera.set_camera_parameters(eye=(-0.1234567891, 1, 2.5), at=(1e-7, 1, 0), fov=47.3, handedness="right")
+    words = shlex.split(viewer.as_command(renderer))
+    assert words[0] == "taichi-tracer"
+    again = make_renderer(A1Renderer, scene, make_parser().parse_args([as_value(word) for word in words[1:]]))
+    for name in ("eye", "at", "up", "fov"):
+        np.testing.assert_allclose(getattr(again.camera, name), getattr(renderer.camera, name), rtol=1e-8)
+    assert again.camera.handedness == "right"
+    assert (again.width, again.height) == (renderer.width, renderer.height)

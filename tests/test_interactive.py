@@ -1,0 +1,47 @@
+"""interactive/: thin programs that run from any folder, with a window or without one."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import taichi_tracer as tt
+from taichi_tracer.files.images import to_bytes
+from taichi_tracer.renderer import A1Renderer
+
+PROGRAMS = sorted((Path(__file__).parents[1] / "interactive").glob("*.py"))
+
+
+def test_there_are_programs():
+    assert "A1.py" in [p.name for p in PROGRAMS]
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda p: p.name)
+def test_programs_stay_thin(program):
+    assert len(program.read_text(encoding="utf-8").splitlines()) < 30
+
+
+def test_a1_without_a_display_writes_the_six_views_of_the_course(tmp_path):
+    program = next(p for p in PROGRAMS if p.name == "A1.py")
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    environment["PYTHONPATH"] = os.pathsep.join([str(Path(tt.__file__).parents[1]), environment.get("PYTHONPATH", "")])
+    if not sys.platform.startswith("linux"):
+        pytest.skip("a window would open")
+    command = [sys.executable, str(program)]
+    result = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    assert result.returncode == 0, result.stderr
+    assert str(tmp_path / "renders") in result.stdout
+    assert "For a window: " in result.stdout
+    written = sorted(p.name for p in (tmp_path / "renders").iterdir())
+    assert written == sorted(f"cornell_box_{name}.png" for name in A1Renderer.names())
+
+    scene = tt.load_scene_data("cornell_box", intersector="brute_force")
+    renderer = A1Renderer(scene, width=512, height=512)
+    renderer.camera.set_camera_parameters(eye=(0, 1, 3), at=(0, 1, 0), up=(0, 1, 0), fov=60.0)
+    for name in ("distance", "material_id"):
+        expected = to_bytes(renderer.use(name).render().image())
+        assert (np.asarray(Image.open(tmp_path / "renders" / f"cornell_box_{name}.png")) == expected).all()
