@@ -1,104 +1,20 @@
 """A bounding volume hierarchy, and the way of one ray through it.
 
-The binary tree of ``bvh_build`` is collapsed into nodes of eight children (Wald, Benthin & Boulos, "Getting rid of
-packets", RT 2008): the same six planes of all eight boxes lie next to each other, so that a CPU tests them at once.
+The nodes have eight children (Wald, Benthin & Boulos, "Getting rid of packets", RT 2008): each of the six planes of all
+eight boxes lies next to its like, so that a CPU tests the boxes at once.
 """
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import bvh_build, runtime
+from taichi_tracer.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.packets import PACKET_TESTS
 from taichi_tracer.ray_intersector import RayIntersector
-
-WIDTH = 8
-LEAF_BITS = 4  # a leaf is written as −1 − (first·2^LEAF_BITS + count)
-
-
-@dataclass
-class WideTree:
-    """Nodes of ``WIDTH`` children; node 0 is the root, ``root`` its reference (a leaf when there is one node only).
-
-    Attributes:
-        planes: (W, 6, 8) low x y z, high x y z of the children's boxes; an absent child's box is inside out.
-        children: (W, 8) int32, the index of a node, or a leaf (see ``leaf_reference``).
-        depth: nodes on the longest way down.
-        stack_size: the most references that wait while a ray is on its way.
-    """
-
-    planes: np.ndarray
-    children: np.ndarray
-    root: int
-    depth: int
-    stack_size: int
-
-
-def leaf_reference(begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """How a leaf over the range [begin, end) of the ordered triangles is written: a negative number."""
-    return -1 - ((begin << LEAF_BITS) + (end - begin))
-
-
-def collapse(tree: bvh_build.BinaryTree) -> WideTree:
-    """Pull grandchildren up, largest box first, until every node has eight children or only leaves."""
-    if tree.child[0] < 0:
-        dtype = tree.box.dtype
-        root = int(leaf_reference(tree.begin[0], tree.end[0]))
-        return WideTree(np.zeros((1, 6, WIDTH), dtype), np.zeros((1, WIDTH), np.int32), root, 1, 1)
-    size = tree.box[:, 3:] - tree.box[:, :3]
-    area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
-    area[tree.child < 0] = -1  # leaves stay as they are
-
-    levels, waiting, level = [], [], np.array([0])
-    first_of_next = 1
-    while len(level) > 0:
-        members = _adopt(tree.child, area, level)
-        is_inner = (members >= 0) & (tree.child[members] >= 0)
-        children = np.where(members >= 0, leaf_reference(tree.begin[members], tree.end[members]), 0)
-        children[is_inner] = first_of_next + np.arange(is_inner.sum())
-        levels.append((members, children))
-        waiting.append(is_inner)
-        level = members[is_inner]
-        first_of_next += len(level)
-
-    members = np.concatenate([m for m, _ in levels])
-    planes = np.where(members[:, None] >= 0, tree.box[members].transpose(0, 2, 1), 0)
-    planes[:, :3][np.broadcast_to(members[:, None] < 0, planes[:, :3].shape)] = np.inf
-    planes[:, 3:][np.broadcast_to(members[:, None] < 0, planes[:, 3:].shape)] = -np.inf
-    children = np.concatenate([c for _, c in levels]).astype(np.int32)
-    return WideTree(np.ascontiguousarray(planes), children, 0, len(levels), _stack_size(levels, waiting))
-
-
-def _adopt(child: np.ndarray, area: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """(K, 8) binary nodes that become the children of K wide ones, −1 where there are fewer."""
-    members = np.full((len(level), WIDTH), -1, np.int64)
-    members[:, 0], members[:, 1] = child[level], child[level] + 1
-    rows = np.arange(len(level))
-    for count in range(2, WIDTH):
-        open_area = np.where(members >= 0, area[members], -1)
-        slot = open_area.argmax(axis=1)
-        can = open_area[rows, slot] >= 0
-        opened = child[members[rows[can], slot[can]]]
-        members[rows[can], slot[can]] = opened
-        members[rows[can], count] = opened + 1
-    # A row that ran out of inner nodes has its gaps at the end, where they were.
-    return members
-
-
-def _stack_size(levels: list, waiting: list[np.ndarray]) -> int:
-    """The most references that wait at once: all children of a node lie on the stack before the first is taken."""
-    need = np.zeros(0, np.int64)
-    for (members, _), is_inner in zip(reversed(levels), reversed(waiting), strict=True):
-        below = np.zeros(members.shape, np.int64)
-        below[is_inner] = need
-        count = (members >= 0).sum(axis=1)
-        need = np.maximum(count, count - 1 + below.max(axis=1))
-    return int(need[0])
-
 
 @ti.func
 def leaf_range(reference):
@@ -129,18 +45,12 @@ class BVHRayIntersector(RayIntersector):
         vertices, faces = geometry.arrays
         ids = geometry.hittable_ids()
         corners = vertices[faces[ids]]
-        self.tree = None
+        order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
         if len(ids) > 0:
-            box = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-            self.tree = bvh_build.build(box)
-            order = self.tree.order
-            wide = collapse(self.tree)
-        else:
-            order = np.zeros(0, np.int32)
-            empty = leaf_reference(np.int64(0), np.int64(0))
-            wide = WideTree(np.zeros((1, 6, WIDTH), runtime.dtype()), np.zeros((1, WIDTH), np.int32), int(empty), 0, 1)
+            tree = bvh_build.build(np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1))
+            order, wide = tree.order, collapse(tree)
         self.root, self.depth, self.stack_size = wide.root, wide.depth, wide.stack_size
-        self.num_nodes = len(wide.children)
+        self.num_nodes, self.cost = len(wide.children), wide.cost
 
         builder = ti.FieldsBuilder()
         self.planes = ti.Vector.field(WIDTH, float)

@@ -26,7 +26,7 @@ class BinaryTree:
     Attributes:
         box: (N, 6) low and high corner of every node.
         child: (N,) the left child, the right one follows it; −1 in a leaf.
-        begin, end: (N,) the range of ``order`` below a node.
+        begin, end: (N,) the range of ``order`` below a node; above the groups it is of no use and longer than any leaf.
         order: (F,) item ids, those of a leaf next to each other.
     """
 
@@ -79,12 +79,12 @@ def _join(nodes: Nodes, starts: np.ndarray, order: np.ndarray) -> BinaryTree:
         top.links,
         *_scratch(1, nodes.box.dtype),
     )
-    # A leaf over one group becomes that group's root; an inner node covers no range of triangles of its own.
+    # A leaf over one group becomes that group's root; an inner node has no range of triangles of its own.
     is_leaf = (top.links[:, 0] < 0) & (top.links[:, 1] >= 0)
+    top.links[~is_leaf, 1:] = 0, n
     top.links[is_leaf] = nodes.links[roots[group_order[top.links[is_leaf, 1]]]]
     nodes.box[base:], nodes.links[base:] = top.box, top.links
     nodes.box[0], nodes.links[0] = top.box[0], top.links[0]
-    assert n == len(order)
     return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
 
 

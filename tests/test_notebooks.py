@@ -3,10 +3,12 @@
 import os
 from pathlib import Path
 
-import nbformat
 import pytest
 
 import taichi_tracer as tt
+
+nbclient = pytest.importorskip("nbclient", reason="the extra [test] is not installed")
+import nbformat  # noqa: E402  it comes with nbclient
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "docs" / "notebooks").glob("*.ipynb"))
 
@@ -25,7 +27,6 @@ def test_notebooks_are_kept_without_outputs(path):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.name)
 def test_notebooks_run(path, tmp_path, monkeypatch):
-    nbclient = pytest.importorskip("nbclient")
     monkeypatch.setenv("PYTHONPATH", str(Path(tt.__file__).parents[1]) + os.pathsep + os.environ.get("PYTHONPATH", ""))
     notebook = nbformat.read(path, as_version=4)
     nbclient.NotebookClient(notebook, timeout=120, resources={"metadata": {"path": tmp_path}}).execute()

@@ -141,8 +141,7 @@ class Viewer:
 
     def run(self) -> None:
         """Show the window until it is closed."""
-        self.draw()  # compiles, so that the window does not open black
-        self.frame_seconds = 0.0
+        self.warm_up()
         self.window = ti.ui.Window(TITLE, (self.screen.width, self.screen.height), fps_limit=FRAMES_PER_SECOND)
         self.cursor = self.window.get_cursor_pos()
         self.drags_picture = False
@@ -162,6 +161,13 @@ class Viewer:
                 self.frame_seconds = 0.0
                 last = time.perf_counter()
         self.window.destroy()
+
+    def warm_up(self) -> None:
+        """Compile before the window opens, and what a moving camera needs too: it would freeze at the first key."""
+        self.draw()
+        self.renderer.camera.set_camera_parameters()
+        self.draw()
+        self.frame_seconds = 0.0
 
     def draw(self) -> None:
         """Render a sample and bring it to the screen; measures the time, smoothed so that it can be read."""

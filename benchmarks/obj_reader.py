@@ -1,0 +1,65 @@
+"""How long does it take to read an OBJ file of a million triangles? ``python -m benchmarks.obj_reader``"""
+
+import argparse
+import statistics
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from taichi_tracer.files.obj import read_obj
+
+CORNERS = {"f a b c": "{0}", "f a/t b/t c/t": "{0}/{0}", "f a//n b//n c//n": "{0}//{0}", "f a/t/n b/t/n c/t/n": "{0}/{0}/{0}"}
+
+
+def displaced_sphere(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
+    """(columns (rows + 1), 3) points on a bumpy sphere and (2 columns rows, 3) 1-based triangles between them."""
+    phi, theta = np.meshgrid(np.linspace(0, 2 * np.pi, columns, endpoint=False), np.linspace(0, np.pi, rows + 1))
+    radius = 1 + 0.05 * np.sin(9 * phi) * np.sin(7 * theta)
+    points = radius[..., None] * np.stack(
+        [np.sin(theta) * np.cos(phi), np.cos(theta), np.sin(theta) * np.sin(phi)], axis=-1
+    )
+    column, row = np.meshgrid(np.arange(columns), np.arange(rows))
+    a, b = row * columns + column + 1, row * columns + (column + 1) % columns + 1
+    triangles = np.stack([a, a + columns, b, b, a + columns, b + columns], axis=-1)
+    return points.reshape(-1, 3), triangles.reshape(-1, 3)
+
+
+def write_obj(path: Path, points: np.ndarray, triangles: np.ndarray, corner: str) -> None:
+    """An OBJ file with a normal (and where ``corner`` has them, texture coordinates) for every vertex."""
+    face = "f " + " ".join(corner.replace("{0}", f"{{{k}}}") for k in range(3)) + "\n"
+    with open(path, "w") as file:
+        file.writelines("v {:.6f} {:.6f} {:.6f}\n".format(*p) for p in points.tolist())
+        if corner.count("{0}") > 1 + corner.count("//"):
+            file.writelines("vt {:.6f} {:.6f}\n".format(*p[:2]) for p in points.tolist())
+        if corner != "{0}":
+            file.writelines("vn {:.6f} {:.6f} {:.6f}\n".format(*p) for p in points.tolist())
+        file.writelines(face.format(*t) for t in triangles.tolist())
+
+
+def seconds_to_read(path: Path) -> float:
+    start = time.perf_counter()
+    read_obj(path)
+    return time.perf_counter() - start
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--triangles", type=int, default=1_000_000, help="how many, about (default: %(default)s)")
+    parser.add_argument("--repeats", type=int, default=5, help="readings of each file (default: %(default)s)")
+    arguments = parser.parse_args()
+
+    side = max(2, round((arguments.triangles / 2) ** 0.5))
+    points, triangles = displaced_sphere(side, side)
+    print(f"{len(triangles)} triangles, {len(points)} vertices, median of {arguments.repeats}")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "sphere.obj"
+        for style, corner in CORNERS.items():
+            write_obj(path, points, triangles, corner)
+            seconds = statistics.median(seconds_to_read(path) for _ in range(arguments.repeats))
+            print(f"{style:<20} {path.stat().st_size / 1e6:6.1f} MB {seconds:6.2f} s {len(triangles) / seconds:12,.0f} triangles/s")
+
+
+if __name__ == "__main__":
+    main()
