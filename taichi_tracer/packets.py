@@ -84,11 +84,11 @@ class Packets:
         self.count[None] = LANES
 
     @ti.func
-    def put_ray(self, c, lane, ray):
-        """One ray into its lane."""
+    def put_rays(self, c, o, dx, dy, dz):
+        """Sixteen rays with a common origin."""
         for k in ti.static(range(3)):
-            self.o[c, k][lane] = ray.origin[k]
-            self.d[c, k][lane] = ray.direction[k]
+            self.o[c, k] = lanes(o[k])
+        self.d[c, 0], self.d[c, 1], self.d[c, 2] = dx, dy, dz
 
     @ti.func
     def prepare(self, c, low, high, pad_factor, t_max):
@@ -162,7 +162,7 @@ class Packets:
     @ti.func
     def try_triangle(self, c, heading, intersector: ti.template(), v0, v1, v2, triangle_id, t_min):
         """``candidate`` of sixteen rays, and its acceptance: keep it in the lanes where it is the nearest."""
-        is_inside, t, u, v = intersector.solve_packet(self, c, heading, v0, v1, v2)
+        is_inside, is_undecided, t, u, v = intersector.solve_packet(self, c, heading, v0, v1, v2)
         if any_lane(is_inside):
             low, high = ti.min(v0, v1, v2), ti.max(v0, v1, v2)
             for k in ti.static(range(3)):
@@ -179,10 +179,22 @@ class Packets:
             self.u[c] = ti.select(taken, u, self.u[c])
             self.v[c] = ti.select(taken, v, self.v[c])
         if ti.static(runtime.can_widen() and intersector.triangle_test == "watertight"):
-            if self.is_undecided[c].max() > 0:
+            if any_lane(is_undecided):
+                self.is_undecided[c] = ti.select(is_undecided, ti.Vector([1] * LANES), ti.Vector([0] * LANES))
                 for lane in range(self.count[None]):
                     if self.is_undecided[c][lane] != 0:
                         self.try_one(c, lane, intersector, v0, v1, v2, triangle_id, t_min)
+
+    @ti.func
+    def project(self, c, heading, vertex):
+        """A vertex on the plane of the two smaller axes of the rays, sheared along the largest (Woop et al.)."""
+        kz = heading >> 3
+        kx, ky = ti.select(kz == 2, 0, kz + 1), ti.select(kz == 0, 2, kz - 1)
+        x = ti.select(kz == 2, vertex.x, ti.select(kz == 0, vertex.y, vertex.z))
+        y = ti.select(kz == 1, vertex.x, ti.select(kz == 2, vertex.y, vertex.z))
+        z = ti.select(kz == 0, vertex.x, ti.select(kz == 1, vertex.y, vertex.z))
+        along = z - self.o[c, kz]
+        return (x - self.o[c, kx]) - self.shear_x[c] * along, (y - self.o[c, ky]) - self.shear_y[c] * along
 
     @ti.func
     def try_one(self, c, lane, intersector: ti.template(), v0, v1, v2, triangle_id, t_min):
@@ -200,16 +212,13 @@ class Packets:
 
 @ti.func
 def packet_watertight(p: ti.template(), c, heading, v0, v1, v2):
-    """``watertight`` of sixteen rays on one triangle: (is_inside, t, u, v), each of sixteen lanes.
+    """``watertight`` of sixteen rays on one triangle: (is_inside, is_undecided, t, u, v), each of sixteen lanes.
 
-    Lanes with an edge function of exactly 0 are left to the plain form, which widens them: ``p.is_undecided``.
+    Undecided are the lanes with an edge function of exactly 0, which the plain form computes in f64.
     """
-    kz = heading >> 3
-    kx, ky = (kz + 1) % 3, (kz + 2) % 3
-    az, bz, cz = v0[kz] - p.o[c, kz], v1[kz] - p.o[c, kz], v2[kz] - p.o[c, kz]
-    ax, ay = (v0[kx] - p.o[c, kx]) - p.shear_x[c] * az, (v0[ky] - p.o[c, ky]) - p.shear_y[c] * az
-    bx, by = (v1[kx] - p.o[c, kx]) - p.shear_x[c] * bz, (v1[ky] - p.o[c, ky]) - p.shear_y[c] * bz
-    cx, cy = (v2[kx] - p.o[c, kx]) - p.shear_x[c] * cz, (v2[ky] - p.o[c, ky]) - p.shear_y[c] * cz
+    ax, ay = p.project(c, heading, v0)
+    bx, by = p.project(c, heading, v1)
+    cx, cy = p.project(c, heading, v2)
 
     u_edge = cx * by - cy * bx
     v_edge = ax * cy - ay * cx
@@ -217,10 +226,10 @@ def packet_watertight(p: ti.template(), c, heading, v0, v1, v2):
     lowest = smaller(u_edge, smaller(v_edge, w_edge))
     highest = larger(u_edge, larger(v_edge, w_edge))
     is_inside = (lowest >= 0) | (highest <= 0)
+    is_undecided = lowest > highest  # in no lane
     if ti.static(runtime.can_widen()):
-        is_zero = (u_edge == 0) | (v_edge == 0) | (w_edge == 0)
-        p.is_undecided[c] = ti.select(is_zero, ti.Vector([1] * LANES), ti.Vector([0] * LANES))
-        is_inside = is_inside & (p.is_undecided[c] == 0)
+        is_undecided = (u_edge == 0) | (v_edge == 0) | (w_edge == 0)
+        is_inside = is_inside & (u_edge != 0) & (v_edge != 0) & (w_edge != 0)
 
     t, u, v = lanes(0.0), lanes(0.0), lanes(0.0)
     if any_lane(is_inside):
@@ -230,12 +239,12 @@ def packet_watertight(p: ti.template(), c, heading, v0, v1, v2):
         t = -((v0.x - p.o[c, 0]) * n.x + (v0.y - p.o[c, 1]) * n.y + (v0.z - p.o[c, 2]) * n.z) / det
         u, v = v_edge / total, w_edge / total
         is_inside = is_inside & (total != 0) & (det != 0)
-    return is_inside, t, u, v
+    return is_inside, is_undecided, t, u, v
 
 
 @ti.func
 def packet_moller_trumbore(p: ti.template(), c, heading, v0, v1, v2):
-    """``moller_trumbore`` of sixteen rays on one triangle: (is_inside, t, u, v), each of sixteen lanes."""
+    """``moller_trumbore`` of sixteen rays on one triangle; what it returns is as for ``packet_watertight``."""
     e1 = v1 - v0
     e2 = v2 - v0
     dx, dy, dz = p.d[c, 0], p.d[c, 1], p.d[c, 2]
@@ -250,7 +259,7 @@ def packet_moller_trumbore(p: ti.template(), c, heading, v0, v1, v2):
     t = (e2.x * qx + e2.y * qy + e2.z * qz) / det
 
     is_inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (det != 0)
-    return is_inside, t, u, v
+    return is_inside, det != det, t, u, v
 
 
 PACKET_TESTS = {"watertight": packet_watertight, "moller_trumbore": packet_moller_trumbore}

@@ -13,6 +13,14 @@ from taichi_tracer.scene_data import SceneData
 PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
 
 
+def has_both(part: object, plain: str, packet: str) -> bool:
+    """Whether the packet form is of the class that has the plain form: whoever replaces one alone gets that one."""
+    for cls in type(part).__mro__:
+        if plain in vars(cls) or packet in vars(cls):
+            return plain in vars(cls) and packet in vars(cls)
+    return False
+
+
 @ti.data_oriented
 class PrimaryHits:
     """t, triangle id and barycentrics (u, v) of the nearest hit of every pixel; id −1 where there is none.
@@ -33,7 +41,10 @@ class PrimaryHits:
         intersector = scene_data.ray_intersector
         on_cpu = runtime.ensure().arch == "cpu"
         self.can_use_packets = (
-            on_cpu and hasattr(intersector, "trace_packet") and intersector.triangle_test in PACKET_TESTS
+            on_cpu
+            and has_both(camera, "generate_ray", "generate_rays")
+            and has_both(intersector, "nearest", "trace_packet")
+            and intersector.triangle_test in PACKET_TESTS
         )
         self.use_packets = use_packets
         self.packets = None
@@ -61,13 +72,6 @@ class PrimaryHits:
         """Where a pixel is kept."""
         return (x // TILE) * self.tiles_y + y // TILE, (x % TILE) * TILE + y % TILE
 
-    @ti.func
-    def pixel(self, tile, lane):
-        """The pixel kept there; beyond the right and top edges it repeats the last one."""
-        x = (tile // self.tiles_y) * TILE + lane // TILE
-        y = (tile % self.tiles_y) * TILE + lane % TILE
-        return ti.min(x, self.width - 1), ti.min(y, self.height - 1)
-
     @ti.kernel
     def _trace_rays(self):
         for x, y in ti.ndrange(self.width, self.height):
@@ -84,9 +88,10 @@ class PrimaryHits:
             low, high = tm.vec3(self.scene_data.geometry.low), tm.vec3(self.scene_data.geometry.high)
             tile = c + (i % runtime.CPU_BLOCK) * PLACES
             while tile < self.tiles_x * self.tiles_y:
-                for lane in range(self.packets.count[None]):
-                    x, y = self.pixel(tile, lane)
-                    self.packets.put_ray(c, lane, self.camera.generate_ray(x, y))
+                x = ti.Vector([ti.min((tile // self.tiles_y) * TILE + k // TILE, self.width - 1) for k in range(LANES)])
+                y = ti.Vector([ti.min((tile % self.tiles_y) * TILE + k % TILE, self.height - 1) for k in range(LANES)])
+                o, dx, dy, dz = self.camera.generate_rays(x, y)
+                self.packets.put_rays(c, o, dx, dy, dz)
                 self.packets.prepare(c, low, high, self.scene_data.ray_intersector.pad_factor, tm.inf)
                 self.scene_data.ray_intersector.trace_packet(self.packets, c, 0.0)
                 self.distance[tile] = self.packets.t[c]

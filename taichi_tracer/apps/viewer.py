@@ -25,6 +25,7 @@ PANEL_WIDTH, PANEL_LINE = 248, 24  # pixels; they fit 32 characters, and a butto
 HELP_WIDTH, HELP_HEIGHT = 300, 210  # pixels; they fit HELP
 SMALLEST_PICTURE = 384  # pixels: smaller pictures are shown enlarged, pixel by pixel
 FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
+SLOW_FRAME = 0.06  # seconds; a moving picture stutters beyond it
 BACKGROUND = 0.12
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
 TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
@@ -163,10 +164,20 @@ class Viewer:
         self.window.destroy()
 
     def warm_up(self) -> None:
-        """Compile before the window opens, and what a moving camera needs too: it would freeze at the first key."""
+        """Compile before the window opens what a moving camera needs; otherwise it would freeze at the first key.
+
+        Packets (``PrimaryHits``) take seconds to compile: only pictures that are slow without are worth that.
+        """
+        self.renderer.hits.use_packets = False
         self.draw()
-        self.renderer.camera.set_camera_parameters()
+        self.renderer.camera.set_camera_parameters()  # as if moved
+        self.frame_seconds = 0.0
         self.draw()
+        if self.frame_seconds > SLOW_FRAME:
+            print("compiling the fast form for a picture of this size ...", flush=True)
+            self.renderer.hits.use_packets = None  # let the renderer decide
+            self.renderer.camera.set_camera_parameters()
+            self.draw()
         self.frame_seconds = 0.0
 
     def draw(self) -> None:

@@ -1,0 +1,78 @@
+"""The documents say what is so: their commands parse, their pictures are there, their Python runs."""
+
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from taichi_tracer.apps.choices import find_views
+from taichi_tracer.apps.cli import as_value, make_parser
+from taichi_tracer.renderer import A1Renderer
+from taichi_tracer.scene_data_loader import find_scene, scene_names
+
+ROOT = Path(__file__).parents[2]
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+README = DOCUMENTS[0].read_text(encoding="utf-8")
+
+
+def blocks(text, language):
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def commands():
+    lines = [
+        line
+        for path in DOCUMENTS
+        for block in blocks(path.read_text(encoding="utf-8"), "sh")
+        for line in block.splitlines()
+    ]
+    return [line for line in lines if line.startswith("taichi-tracer ")]
+
+
+def test_there_are_commands():
+    assert len(commands()) >= 6
+
+
+@pytest.mark.parametrize("line", commands())
+def test_commands_parse_and_name_what_exists(line):
+    args = make_parser().parse_args([as_value(word) for word in shlex.split(line)[1:]])
+    if "scene" in args:
+        assert find_scene(args.scene).exists()
+    if "view" in args:
+        assert find_views(args.view)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda p: p.name)
+def test_links_lead_somewhere(document):
+    targets = re.findall(r"\]\(([^)#]+)", document.read_text(encoding="utf-8"))
+    missing = [t for t in targets if not t.startswith("https://") and not (document.parent / t).exists()]
+    assert missing == []
+
+
+def test_the_readme_shows_every_view_and_names_every_scene():
+    for name in A1Renderer.names():
+        picture = np.asarray(Image.open(ROOT / "docs" / "images" / f"cornell_box_{name}.png"))
+        assert f"docs/images/cornell_box_{name}.png" in README
+        assert picture.shape == (256, 256, 3)
+        assert picture.max() > 100
+    for name in scene_names():
+        assert f"`{name}`" in README
+
+
+def test_the_readmes_python_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (code,) = blocks(README, "python")
+    exec(compile(code, "README.md", "exec"), {})
+    assert "tall_box" in capsys.readouterr().out
+    assert (tmp_path / "normal.png").exists()
+
+
+def test_files_that_the_design_names_exist():
+    tree = blocks((ROOT / "docs" / "design.md").read_text(encoding="utf-8"), "")[0]
+    names = re.findall(r"^ *([a-z_]+\.py|[a-z_]+/)(?= |\n)", tree, re.MULTILINE)
+    assert len(names) > 20
+    for name in names:
+        assert (ROOT / name).exists() or (ROOT / "taichi_tracer" / name).exists(), name
