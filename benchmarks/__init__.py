@@ -1,1 +1,1 @@
-"""Measurements that are run by hand: ``python -m benchmarks.NAME``."""
+"""Side-by-side measurements with the renderers that a user could pick instead; never part of the tests."""

@@ -10,7 +10,12 @@ import numpy as np
 
 from taichi_tracer.files.obj import read_obj
 
-CORNERS = {"f a b c": "{0}", "f a/t b/t c/t": "{0}/{0}", "f a//n b//n c//n": "{0}//{0}", "f a/t/n b/t/n c/t/n": "{0}/{0}/{0}"}
+CORNERS = {
+    "f a b c": "{0}",
+    "f a/t b/t c/t": "{0}/{0}",
+    "f a//n b//n c//n": "{0}//{0}",
+    "f a/t/n b/t/n c/t/n": "{0}/{0}/{0}",
+}
 
 
 def displaced_sphere(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
@@ -58,7 +63,9 @@ def main() -> None:
         for style, corner in CORNERS.items():
             write_obj(path, points, triangles, corner)
             seconds = statistics.median(seconds_to_read(path) for _ in range(arguments.repeats))
-            print(f"{style:<20} {path.stat().st_size / 1e6:6.1f} MB {seconds:6.2f} s {len(triangles) / seconds:12,.0f} triangles/s")
+            print(
+                f"{style:<20} {path.stat().st_size / 1e6:6.1f} MB {seconds:6.2f} s {len(triangles) / seconds:12,.0f} triangles/s"
+            )
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from taichi_tracer.geometry import Geometry
 from taichi_tracer.packets import PACKET_TESTS
 from taichi_tracer.ray_intersector import RayIntersector
 
+
 @ti.func
 def leaf_range(reference):
     """First triangle and count of a leaf, see ``leaf_reference``."""

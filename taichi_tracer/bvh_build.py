@@ -10,8 +10,6 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
-
 NUM_BINS = 16
 MAX_LEAF = 8  # the most triangles of a leaf; the heuristic stops earlier
 COST_OF_BOX = 1.2  # of visiting a node, in units of one triangle test

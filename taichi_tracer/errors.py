@@ -1,5 +1,6 @@
 """Errors that are the user's to mend: one line with the file, line, value and what would have worked."""
 
+import difflib
 from collections.abc import Iterable
 
 
@@ -19,5 +20,8 @@ class StaleSceneError(RuntimeError):
 
 
 def one_of(what: str, value: object, known: Iterable[str]) -> InputError:
-    """The error for a name that is not among the known ones: ``unknown view 'norml': known are hit, normal, ...``."""
-    return InputError(f"unknown {what} {value!r}: known are {', '.join(known)}")
+    """The error for a name that is not among the known ones, with the nearest one where there is one."""
+    known = list(known)
+    near = difflib.get_close_matches(str(value), known, n=1)
+    guess = f"did you mean {near[0]!r}? " if near else ""
+    return InputError(f"unknown {what} {value!r}: {guess}known are {', '.join(known)}")

@@ -2,7 +2,6 @@
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer import runtime
 

@@ -9,7 +9,6 @@ from taichi_tracer.packets import LANES, PACKET_TESTS, TILE, Packets
 from taichi_tracer.ray_intersector import no_hit
 from taichi_tracer.scene_data import SceneData
 
-
 PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
 
 

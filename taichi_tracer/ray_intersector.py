@@ -13,7 +13,7 @@ import taichi.math as tm
 from taichi_tracer import runtime
 from taichi_tracer.errors import one_of
 from taichi_tracer.geometry import Geometry
-from taichi_tracer.ray import HitData, Ray
+from taichi_tracer.ray import HitData
 
 
 @ti.func

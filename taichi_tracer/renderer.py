@@ -77,14 +77,17 @@ class ProgressiveRenderer:
         self.scene_data.check_alive()
         if int(spp) != spp or spp < 1:
             raise InputError(f"render: spp must be a whole number of at least 1, not {spp!r}")
-        shown = (self.active.name, self.camera.version)
-        if shown != self._shown:
+        if not self.is_current():
             self.reset()
-            self._shown = shown
+            self._shown = (self.active.name, self.camera.version)
         for _ in range(int(spp)):
             self.add_sample()
             self.film.samples += 1
         return self
+
+    def is_current(self) -> bool:
+        """Whether the samples on the film are of what the camera and the choice would show now."""
+        return self._shown == (self.active.name, self.camera.version)
 
     def add_sample(self) -> None:
         """One sample for every pixel; a subclass says of what."""
@@ -97,9 +100,9 @@ class ProgressiveRenderer:
             self._traced = self.camera.version
 
     def image(self) -> np.ndarray:
-        """(height, width, 3) float32, linear, top row first; rendered first if no sample was taken."""
+        """(height, width, 3) float32, linear, top row first; rendered first if no sample of it was taken."""
         self.scene_data.check_alive()
-        if self.samples == 0:
+        if self.samples == 0 or not self.is_current():
             self.render()
         return self.film.image()
 

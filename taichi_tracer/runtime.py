@@ -90,6 +90,9 @@ def init(
             fast_math=bool(fast_math),
             debug=debug,
             log_level=ti.ERROR,
+            # Taichi's own passes take half of the compilation and LLVM finds the same: benchmarks/RESULTS.md.
+            advanced_optimization=False,
+            cfg_optimization=False,
             **options,
         )
     if message is not None:
@@ -148,7 +151,6 @@ class Lifetime:
 
 def _choose(arch: str, precision: str) -> tuple[str, str | None]:
     """The backend to start, and what to tell the user about it. ``ti.gpu`` would crash where no driver is."""
-    ti.set_logging_level(ti.ERROR)  # else Taichi reports every driver library that it does not find
     wanted = [arch] if arch != "auto" else ["cuda", "metal", "vulkan"]
     wanted = [a for a in wanted if precision == "f32" or a in F64_ARCHS]
     for candidate in wanted:
@@ -161,6 +163,7 @@ def _choose(arch: str, precision: str) -> tuple[str, str | None]:
 
 def has_device(arch: str) -> bool:
     """Whether a real GPU answers for "cuda", "metal" or "vulkan"; software Vulkan is slower than the CPU backend."""
+    ti.set_logging_level(ti.ERROR)  # else Taichi reports every driver library that it does not find
     core = ti._lib.core
     if arch == "vulkan":
         return core.with_vulkan() and any(not d.is_software for d in vulkan_devices())

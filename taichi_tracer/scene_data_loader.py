@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from taichi_tracer.errors import InputError, MissingFileError
+from taichi_tracer.errors import InputError, MissingFileError, one_of
 from taichi_tracer.files import EXTENSIONS, read
 from taichi_tracer.scene_data import SceneData
 
@@ -36,7 +36,7 @@ def find_scene(name: str | Path) -> Path:
     if path.exists():
         return path
     if path.suffix == "" and path.parent == Path("."):
-        raise MissingFileError(f"unknown scene {str(name)!r}: known are {', '.join(shipped)}, or give a file's path")
+        raise MissingFileError(str(one_of("scene", str(name), [*shipped, "or the path of a file"])))
     raise MissingFileError(f"{path}: no such file")
 
 

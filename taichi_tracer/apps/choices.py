@@ -1,17 +1,15 @@
 """From the words on the command line to scenes and renderers. Names are read where they are defined."""
 
-import difflib
 import sys
 from argparse import Namespace
-from collections.abc import Iterable
 from pathlib import Path
 
 from taichi_tracer import renderer as renderer_module
 from taichi_tracer import runtime
-from taichi_tracer.errors import InputError
+from taichi_tracer.errors import one_of
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.scene_data_loader import load_scene_data, scene_names
+from taichi_tracer.scene_data_loader import find_scene, load_scene_data, scene_names
 
 
 def renderers() -> list[type[ProgressiveRenderer]]:
@@ -38,7 +36,7 @@ def find_views(text: str) -> list[tuple[type[ProgressiveRenderer], object]]:
     found = []
     for name in text.split(","):
         if name not in known:
-            raise unknown("view", name, [*view_names(), "all"])
+            raise one_of("view", name, [*view_names(), "all"])
         found.append(known[name])
     return found
 
@@ -53,30 +51,15 @@ def help_text() -> str:
     return f"\nviews:  {', '.join(view_names())}, all\nscenes: {', '.join(scene_names())}\n"
 
 
-def unknown(what: str, name: str, known: Iterable[str]) -> InputError:
-    """The error for a name that is not among the known ones, with the nearest one where there is one."""
-    known = list(known)
-    near = difflib.get_close_matches(name, known, n=1)
-    guess = f"did you mean {near[0]!r}? " if near else ""
-    return InputError(f"unknown {what} {name!r}: {guess}known are {', '.join(known)}")
-
-
 def load_scene(args: Namespace) -> SceneData:
     """Start Taichi and read the scene as the arguments say; what the user should know about it goes to stderr."""
-    if is_bare_name(args.scene) and args.scene not in scene_names() and not Path(args.scene).exists():
-        raise unknown("scene", args.scene, [*scene_names(), "or the path of a file"])
+    find_scene(args.scene)  # before Taichi starts
     runtime.init(args.arch, args.precision, args.fast_math)
     options = {"intersector": args.intersector, "triangle_test": args.triangle_test}
     scene = load_scene_data(args.scene, **{name: value for name, value in options.items() if value is not None})
     for note in scene.notes:
         print(f"taichi-tracer: note: {note}", file=sys.stderr)
     return scene
-
-
-def is_bare_name(text: str) -> bool:
-    """Whether ``text`` can only be the name of a scene: no folder, no ending."""
-    path = Path(text)
-    return path.suffix == "" and path.name == text
 
 
 def make_renderer(renderer_class: type[ProgressiveRenderer], scene: SceneData, args: Namespace) -> ProgressiveRenderer:

@@ -12,6 +12,7 @@ import taichi_tracer
 from taichi_tracer.errors import InputError, StaleSceneError
 
 USER_ERROR, INTERRUPTED = 2, 130  # exit codes
+MOST_PIXELS = 8192**2  # their fields take 3 GB
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -161,7 +162,6 @@ def at_least_one(text: str) -> int:
 
 def size(text: str) -> tuple[int, int]:
     """Width and height from "640x480", for argparse; "512" is a square."""
-    most = 16384  # beyond it, the fields of a picture no longer fit into the memory of usual machines
     parts = text.lower().replace("×", "x").split("x")
     if len(parts) == 1:
         parts *= 2
@@ -169,8 +169,10 @@ def size(text: str) -> tuple[int, int]:
         width, height = (int(part) for part in parts)
     except ValueError:
         width = height = 0
-    if not (1 <= width <= most and 1 <= height <= most):
+    if width < 1 or height < 1:
         raise argparse.ArgumentTypeError(
-            f"{text.strip()!r} is not WIDTHxHEIGHT, two whole numbers from 1 to {most}, such as 640x480"
+            f"{text.strip()!r} is not WIDTHxHEIGHT, two whole numbers of at least 1, such as 640x480"
         )
+    if width * height > MOST_PIXELS:
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} has more than {MOST_PIXELS:,} pixels")
     return width, height

@@ -147,8 +147,9 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
     path = Path(path)
     check_writable(path)
     content = ENCODERS[path.suffix.lower()](_as_rgb(np.asarray(image), str(path)), srgb)
-    handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+    part = None
     try:
+        handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
         with os.fdopen(handle, "wb") as file:
             file.write(content)
         umask = os.umask(0)
@@ -156,7 +157,8 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
         os.chmod(part, 0o666 & ~umask)  # mkstemp makes private files
         os.replace(part, path)
     except OSError as error:
-        Path(part).unlink(missing_ok=True)
+        if part is not None:
+            Path(part).unlink(missing_ok=True)
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
 
 

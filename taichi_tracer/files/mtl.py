@@ -1,47 +1,65 @@
 """Wavefront MTL: the materials of an OBJ file (A1-17)."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
 from taichi_tracer.errors import InputError, MissingFileError
-from taichi_tracer.files.text import logical_lines, number, read_text
+from taichi_tracer.files.text import name_in, number, numbered_lines, read_text
 from taichi_tracer.materials import Material
 
 COLORS = {"kd": "Kd", "ka": "Ka", "ks": "Ks", "ke": "Ke", "f0": "F0"}
 NUMBERS = {"ns": "Ns", "ni": "Ni", "d": "d", "alpha_x": "alpha_x", "alpha_y": "alpha_y"}
+MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 
 
-def read_mtl(path: Path) -> dict[str, Material]:
-    """Name → material of every ``newmtl``; of two with one name the last counts. Texture maps are ignored.
+def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Material]:
+    """Name → material of every ``newmtl``; of two with one name the last counts.
+
+    Args:
+        path: the file.
+        notes: gets one line when the file names texture maps, which are not used.
 
     Raises:
         InputError: a value that is no number, with file and line.
     """
     materials: dict[str, Material] = {}
+    maps: dict[str, None] = {}
     name = None
-    for line_number, line in logical_lines(read_text(path)):
+    for line_number, line in numbered_lines(read_text(path)):
         words = line.split("#", 1)[0].split()
         if not words:
             continue
         where = f"{path}:{line_number}"
         keyword = words[0].lower()
         if keyword == "newmtl":
-            name = line.split(None, 1)[1].strip() if len(words) > 1 else ""
-            if name == "":
-                raise InputError(f"{where}: newmtl needs a name")
+            name = _name(line, where)
             materials[name] = Material(name=name)
         elif keyword in COLORS or keyword in NUMBERS or keyword == "tr":
             if name is None:
                 raise InputError(f"{where}: {words[0]} stands before the first newmtl")
             materials[name] = replace(materials[name], **_values(keyword, words, where))
+        elif keyword.startswith(MAPS):
+            maps[words[0]] = None
+    if maps and notes is not None:
+        notes.append(f"{path}: texture maps are not used ({', '.join(maps)})")
     return materials
+
+
+def _name(line: str, where: str) -> str:
+    name = name_in(line.strip()[len("newmtl") :])
+    if name == "":
+        raise InputError(f"{where}: newmtl needs a name")
+    return name
 
 
 def _values(keyword: str, words: list[str], where: str) -> dict:
     """The field of ``Material`` that a line sets."""
     if keyword in COLORS and len(words) > 1 and words[1].lower() in ("spectral", "xyz"):
         raise InputError(f"{where}: {words[0]} {words[1]} is not supported: give three numbers r g b")
-    values = [number(word, where) for word in words[1:]]
+    if keyword == "d" and words[1:2] == ["-halo"]:
+        words = [words[0], *words[2:]]
+    values = [_finite(word, where) for word in words[1:]]
     if keyword in COLORS:
         if len(values) not in (1, 3):
             raise InputError(f"{where}: {words[0]} needs 1 or 3 numbers, not {len(values)}")
@@ -53,11 +71,27 @@ def _values(keyword: str, words: list[str], where: str) -> dict:
     return {NUMBERS[keyword]: values[0]}
 
 
+def _finite(word: str, where: str) -> float:
+    value = number(word, where)
+    if not math.isfinite(value):
+        raise InputError(f"{where}: {word!r} is no value for a material: give a finite number")
+    return value
+
+
 def find_library(statement: str, beside: Path, where: str) -> list[Path]:
-    """The files that an ``mtllib`` line names: one whose name may have spaces, or several."""
+    """The files that an ``mtllib`` line names: one whose name may have blanks, or several."""
     folder = beside.parent
-    for names in ([statement], statement.split()):
+    attempts = [[statement], [name_in(statement)], name_in(statement).split()]
+    for names in attempts:
         paths = [folder / name.replace("\\", "/") for name in names]
-        if all(path.is_file() for path in paths):
+        if names and all(path.is_file() for path in paths):
             return paths
-    raise MissingFileError(f"{where}: material library {statement!r} not found in {folder}/")
+    missing = next((name for name, path in zip(names, paths, strict=True) if not path.is_file()), None)
+    if missing is None:
+        raise InputError(f"{where}: mtllib needs the name of a file")
+    if not any(path.is_file() for path in paths):
+        missing = statement
+    beside_it = ", ".join(sorted(p.name for p in folder.iterdir() if p.suffix.lower() == ".mtl")) or "no .mtl file"
+    raise MissingFileError(
+        f"{where}: material library {missing!r} not found beside the file (looked in {folder.resolve()}: {beside_it})"
+    )

@@ -1,31 +1,30 @@
 """Wavefront OBJ: triangles in the file's order, exact floats, materials by first use (A1-17, C-16, C-18).
 
-Lines are sorted by keyword and parsed in one go for each keyword and shape. Whatever does not have the common shape is
-parsed line by line, which gives the same result and knows the line of every error.
+The lines of one keyword are parsed in one go. First their shapes are compared (``f 12//7 3//7 40//7`` has the shape
+``0//0 0//0 0//0``): a shape says which number means what, and whether the line is well formed. Where any line is not,
+every line of its keyword is parsed by itself: the same result, slower, and it knows the line of the error.
 """
 
+import re
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from taichi_tracer.errors import InputError
 from taichi_tracer.files.mtl import find_library, read_mtl
-from taichi_tracer.files.text import logical_lines, number, read_text
+from taichi_tracer.files.text import SPACES, Block, Lines, name_in, number, read_text, shapes
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 
-SPACE, TAB, NEWLINE, SLASH, COMMENT = b" \t\n/#"
-PARTS_OF_STYLE = {"v": 1, "v/t": 2, "v//n": 2, "v/t/n": 3}
+# Classes of characters, see ``shapes``: words of any kind; or runs of digits, and every other character as it is.
+WORDS = bytes(c if c == ord("\n") else ord(" ") if c in SPACES else ord("x") for c in range(256))
+DIGITS = bytes(ord(" ") if c in b" \t\r\f\v" else ord("0") if c in b"0123456789" else c for c in range(256))
 
-
-@dataclass
-class Statements:
-    """Lines of one keyword without it, and their line numbers."""
-
-    lines: list[str] = field(default_factory=list)
-    numbers: list[int] = field(default_factory=list)
+CORNER = re.compile(r"([+-]?\d+)(?:/([+-]?\d+)?(?:/([+-]?\d+)?)?)?", re.ASCII)  # v, v/vt, v//vn, v/vt/vn
+INT64 = np.iinfo(np.int64)
+IGNORED = ["o", "g", "s", "l", "p", "vt", "vp"]
 
 
 def read_obj(path: str | Path) -> Mesh:
@@ -35,82 +34,67 @@ def read_obj(path: str | Path) -> Mesh:
     ``usemtl`` get the material "default". Groups, smoothing groups, texture coordinates, lines and points are ignored.
 
     Raises:
-        InputError: with file, line and value, for what cannot be used.
+        InputError: with file, line and value, for what cannot be used. A joined line has the number of its first part.
     """
     path = Path(path)
-    statements = _sort_lines(read_text(path))
-    vertices = _rows(statements["v"], path)
-    normals = _rows(statements["vn"], path)
-    corners = _Corners(statements["f"], path)
-    counts = {
-        "vertex": (len(vertices), statements["v"], "vertices"),
-        "normal": (len(normals), statements["vn"], "normals"),
-    }
-    faces = _resolve(corners.vertex, corners.line, counts["vertex"], "vertex", path)
-    face_normals = np.zeros((0, 3), np.int32)
-    if corners.normal is not None:
-        face_normals = _resolve(corners.normal, corners.line, counts["normal"], "normal", path)
-    face_materials, materials = _materials(statements, corners.line, path)
+    lines = Lines(_read(path))
+    positions = lines.take(b"v").without_comments()
+    directions = lines.take(b"vn").without_comments()
+    faces = lines.take(b"f").without_comments()
+
+    polygons = _polygons(faces, path)
+    corners, polygon_of = fan(polygons.sizes)
+    vertex_ids = _resolve(polygons.vertex, polygons, faces, positions, "vertex", path)
+    normal_ids = _resolve(polygons.normal, polygons, faces, directions, "normal", path)
+    has_normals = bool((normal_ids >= 0).any())
+    notes: list[str] = []
+    material_ids, materials = _materials(lines, faces.ids, path, notes)
     return Mesh(
-        vertices=vertices,
-        faces=faces,
-        normals=normals if len(face_normals) > 0 else np.zeros((0, 3)),
-        face_normals=face_normals,
-        face_materials=face_materials,
+        vertices=_rows(positions, path),
+        faces=vertex_ids[corners],
+        normals=_rows(directions, path) if has_normals else np.zeros((0, 3)),
+        face_normals=normal_ids[corners] if has_normals else np.zeros((0, 3), np.int32),
+        face_materials=material_ids[polygon_of],
         materials=materials,
         source=str(path),
+        notes=notes,
     )
 
 
-def _sort_lines(text: str) -> dict[str, Statements]:
-    """Lines by keyword; those of other keywords are left out."""
-    kept = {keyword: Statements() for keyword in ("v", "vn", "f", "usemtl", "mtllib")}
-    v, vn, f = kept["v"], kept["vn"], kept["f"]
-    lines = logical_lines(text) if "\\\n" in text else enumerate(text.split("\n"), 1)
-    for line_number, line in lines:
-        start = line[:2]
-        if start == "f ":
-            f.lines.append(line[2:])
-            f.numbers.append(line_number)
-        elif start == "v ":
-            v.lines.append(line[2:])
-            v.numbers.append(line_number)
-        elif start == "vn" and line[2:3] == " ":
-            vn.lines.append(line[3:])
-            vn.numbers.append(line_number)
-        elif start not in ("vt", "", "# ", "g ", "s ", "o "):
-            words = line.split(None, 1)
-            if words and words[0] in kept:
-                kept[words[0]].lines.append(words[1] if len(words) > 1 else "")
-                kept[words[0]].numbers.append(line_number)
-    return kept
+def _read(path: Path) -> bytes:
+    """The text of a file that looks like OBJ at all."""
+    text = read_text(path)
+    if not text.strip():
+        raise InputError(f"{path}: the file is empty")
+    known = "|".join(["#", *(rf"(?:{word})\s" for word in ("v", "vn", "f", "usemtl", "mtllib", *IGNORED))])
+    if re.search(rf"^\s*(?:{known})".encode(), text, re.MULTILINE) is None:
+        raise InputError(f"{path}: no line begins with v, f or another word of OBJ: this is some other kind of file")
+    return text
 
 
-def _token_counts(joined: np.ndarray) -> np.ndarray:
-    """Words on each line of text that ends with a newline, given as bytes."""
-    is_end = joined == NEWLINE
-    is_gap = is_end | (joined == SPACE) | (joined == TAB)
-    is_start = ~is_gap
-    is_start[1:] &= is_gap[:-1]
-    return _per_line(is_start, is_end)
+def fan(sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles 0 1 2, 0 2 3, 0 3 4 … of polygons (C-18).
+
+    Args:
+        sizes: (P,) corners of each polygon, at least 3.
+
+    Returns:
+        (F, 3) positions in the list of all corners, and (F,) the polygon of each triangle.
+    """
+    if (sizes == 3).all():
+        return np.arange(3 * len(sizes)).reshape(-1, 3), np.arange(len(sizes))
+    triangles = sizes - 2
+    polygon_of = np.repeat(np.arange(len(sizes)), triangles)
+    first_corner = (np.cumsum(sizes) - sizes)[polygon_of]
+    first_triangle = (np.cumsum(triangles) - triangles)[polygon_of]
+    second_corner = first_corner + 1 + np.arange(len(polygon_of)) - first_triangle
+    return np.stack([first_corner, second_corner, second_corner + 1], axis=-1), polygon_of
 
 
-def _per_line(what: np.ndarray, is_end: np.ndarray) -> np.ndarray:
-    """How often something is true on each line."""
-    before_end = np.searchsorted(np.flatnonzero(what), np.flatnonzero(is_end))
-    return np.diff(before_end, prepend=0)
-
-
-def _as_bytes(lines: list[str]) -> np.ndarray:
-    """Lines as one array of bytes; a character beyond ASCII counts as one that no number has."""
-    return np.frombuffer(("\n".join(lines) + "\n").encode("ascii", "replace"), np.uint8)
-
-
-def _parse(lines: list[str], dtype: type, separators: str = "") -> np.ndarray | None:
-    """Every number of some lines in a row, or None where something is not a number."""
-    text = " ".join(lines)
-    for separator in separators:
-        text = text.replace(separator, " ")
+def _numbers(text: bytes, dtype: type) -> np.ndarray | None:
+    """Every number of a text, or None where something is none. ``1.5.3`` is two: the caller counts."""
+    if b"(" in text:  # C reads nan(1) as a number
+        return None
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
@@ -119,158 +103,171 @@ def _parse(lines: list[str], dtype: type, separators: str = "") -> np.ndarray | 
             return None
 
 
-def _rows(statements: Statements, path: Path) -> np.ndarray:
-    """(n, 3) float64 from ``v`` or ``vn`` lines; what follows the third number (w, colours) is ignored."""
-    if not statements.lines:
+def _rows(block: Block, path: Path) -> np.ndarray:
+    """(n, 3) float64 from ``v`` or ``vn`` lines; what follows the third number (w, a colour) is ignored."""
+    if len(block) == 0:
         return np.zeros((0, 3))
-    counts = _token_counts(_as_bytes(statements.lines))
-    width = int(counts[0])
-    if width >= 3 and (counts == width).all():
-        numbers = _parse(statements.lines, np.float64)
-        if numbers is not None and numbers.size == width * len(statements.lines):
-            return np.ascontiguousarray(numbers.reshape(-1, width)[:, :3])
-    return np.array([_row(line, f"{path}:{n}") for line, n in zip(statements.lines, statements.numbers, strict=True)])
+    rows = _rows_at_once(block)
+    return rows if rows is not None else _rows_one_by_one(block, path)
 
 
-def _row(line: str, where: str) -> list[float]:
-    words = line.split("#", 1)[0].split()
-    if len(words) < 3:
-        raise InputError(f"{where}: 3 numbers are needed, not {len(words)}")
-    return [number(word, where) for word in words[:3]]
+def _rows_at_once(block: Block) -> np.ndarray | None:
+    known, which = shapes(block.text, WORDS)
+    words = np.array([shape.count(b"x") for shape in known])
+    widths = words[which]
+    if words.min() < 3:
+        return None
+    numbers = _numbers(block.text, np.float64)
+    if numbers is None or numbers.size != widths.sum():
+        return None
+    if len(known) == 1:
+        return np.ascontiguousarray(numbers.reshape(len(block), -1)[:, :3])
+    return numbers[(np.cumsum(widths) - widths)[:, None] + np.arange(3)]
 
 
-class _Corners:
-    """The corners of all triangles as the file writes them: 1-based, negative from the end, 0 for absent.
+def _rows_one_by_one(block: Block, path: Path) -> np.ndarray:
+    rows = []
+    for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
+        words = line.split()
+        if len(words) < 3:
+            raise InputError(f"{path}:{line_number}: x y z are needed, and there are {len(words)} numbers")
+        rows.append([number(word, f"{path}:{line_number}") for word in words[:3]])
+    return np.array(rows)
+
+
+@dataclass(frozen=True)
+class Polygons:
+    """All corners of all faces in a row, as the file numbers them: from 1, or negative from the end, 0 for absent.
 
     Attributes:
-        vertex: (F, 3) int64. normal: the same, or None when no face has any. line: (F,) line numbers.
+        sizes: (P,) corners of each face.
+        vertex, normal: (sum of sizes,) int64.
     """
 
-    def __init__(self, statements: Statements, path: Path) -> None:
-        count = len(statements.lines)
-        sizes, styles = _shapes(statements.lines)
-        triangles_of = np.maximum(sizes - 2, 0)
-        first = np.cumsum(triangles_of) - triangles_of
-        total = int(triangles_of.sum())
-        self.vertex = np.zeros((total, 3), np.int64)
-        normal = np.zeros((total, 3), np.int64)
-        self.line = np.repeat(np.asarray(statements.numbers, np.int64).reshape(count), triangles_of)
-        has_normals = False
-        for size, style in sorted({*zip(sizes.tolist(), styles.tolist(), strict=True)}):
-            chosen = np.flatnonzero((sizes == size) & (styles == style))
-            lines = statements.lines if len(chosen) == count else [statements.lines[i] for i in chosen]
-            polygons = _polygons(lines, size, style)
-            if polygons is None:
-                numbers = [statements.numbers[i] for i in chosen]
-                polygons = np.array([_polygon(*pair, path) for pair in zip(lines, numbers, strict=True)])
-            has_normals |= bool((polygons[..., 1] != 0).any())
-            for k in range(size - 2):
-                rows = first[chosen] + k
-                fan = polygons[:, (0, k + 1, k + 2)]
-                self.vertex[rows], normal[rows] = fan[..., 0], fan[..., 1]
-        self.normal = normal if has_normals else None
+    sizes: np.ndarray
+    vertex: np.ndarray
+    normal: np.ndarray
 
 
-def _shapes(lines: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Corners and style of every face line; style "?" where only a careful look can tell."""
-    if not lines:
-        return np.zeros(0, np.int64), np.zeros(0, "U5")
-    joined = _as_bytes(lines)
-    is_end, is_slash = joined == NEWLINE, joined == SLASH
-    sizes = _token_counts(joined)
-    slashes = _per_line(is_slash, is_end)
-    is_double = is_slash.copy()
-    is_double[1:] &= is_slash[:-1]
-    is_double[0] = False
-    doubles = _per_line(is_double, is_end)
-    styles = np.full(len(lines), "?", "U5")
-    styles[slashes == 0] = "v"
-    styles[(slashes == sizes) & (doubles == 0)] = "v/t"
-    styles[(slashes == 2 * sizes) & (doubles == sizes)] = "v//n"
-    styles[(slashes == 2 * sizes) & (doubles == 0)] = "v/t/n"
-    odd = np.flatnonzero((styles == "?") | (sizes < 3) | (_per_line(joined == COMMENT, is_end) > 0))
-    styles[odd] = "?"
-    for i in odd:  # a comment on the line is no corner
-        sizes[i] = max(len(lines[i].split("#", 1)[0].split()), 3)
-    return sizes.astype(np.int64), styles
+def _polygons(block: Block, path: Path) -> Polygons:
+    if len(block) == 0:
+        return Polygons(*np.zeros((3, 0), np.int64))
+    polygons = _polygons_at_once(block)
+    return polygons if polygons is not None else _polygons_one_by_one(block, path)
 
 
-def _polygons(lines: list[str], size: int, style: str) -> np.ndarray | None:
-    """(n, size, 2) vertex and normal index of faces of one shape, or None where they are not."""
-    if style == "?":
+def _columns(shape: bytes) -> tuple[np.ndarray, np.ndarray, int] | None:
+    """What the numbers of a face line are: places of vertex and normal of each corner (−1: none), and how many numbers.
+
+    None for a line that is no face.
+    """
+    corners = [CORNER.fullmatch(word) for word in shape.decode("latin-1").split()]
+    if len(corners) < 3 or None in corners:
         return None
-    numbers = _parse(lines, np.int64, "/")
-    parts = PARTS_OF_STYLE[style]
-    if numbers is None or numbers.size != len(lines) * size * parts:
-        return None
-    corners = numbers.reshape(len(lines), size, parts)
-    if (corners == 0).any():
-        return None
-    normal = corners[..., -1] if style.endswith("n") else np.zeros_like(corners[..., 0])
-    return np.stack([corners[..., 0], normal], axis=-1)
+    ends = np.cumsum([len([part for part in corner.groups() if part is not None]) for corner in corners])
+    vertex = np.concatenate(([0], ends[:-1]))
+    normal = np.where([corner[3] is not None for corner in corners], ends - 1, -1)
+    return vertex, normal, int(ends[-1])
 
 
-def _polygon(line: str, line_number: int, path: Path) -> list[tuple[int, int]]:
-    """Vertex and normal index (0 for none) of every corner of one face."""
-    where = f"{path}:{line_number}"
-    words = line.split("#", 1)[0].split()
-    if len(words) < 3:
-        raise InputError(f"{where}: a face needs at least 3 corners, not {len(words)}")
-    return [_corner(word, where) for word in words]
+def _polygons_at_once(block: Block) -> Polygons | None:
+    known, which = shapes(block.text, DIGITS)
+    columns = [_columns(shape) for shape in known]
+    if None in columns:
+        return None
+    numbers = _numbers(block.text.replace(b"/", b" "), np.int64)
+    widths = np.array([width for _, _, width in columns])[which]
+    if numbers is None or numbers.size != widths.sum():
+        return None
+
+    sizes = np.array([len(vertex) for vertex, _, _ in columns])[which]
+    first_number, first_corner = np.cumsum(widths) - widths, np.cumsum(sizes) - sizes
+    polygons = Polygons(sizes, np.zeros(sizes.sum(), np.int64), np.zeros(sizes.sum(), np.int64))
+    by_shape = np.split(np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))[:-1])
+    for (vertex, normal, width), lines in zip(columns, by_shape, strict=True):
+        if len(known) == 1:
+            table, corners = numbers.reshape(-1, width), slice(None)
+        else:
+            table = numbers[first_number[lines][:, None] + np.arange(width)]
+            corners = (first_corner[lines][:, None] + np.arange(len(vertex))).ravel()
+        polygons.vertex[corners] = table[:, vertex].ravel()
+        if (normal >= 0).any():
+            normals = table[:, normal]
+            if (normals == 0).any():
+                return None
+            polygons.normal[corners] = np.where(normal >= 0, normals, 0).ravel()
+    return polygons if (polygons.vertex != 0).all() else None
+
+
+def _polygons_one_by_one(block: Block, path: Path) -> Polygons:
+    sizes, corners = [], []
+    for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
+        where, words = f"{path}:{line_number}", line.split()
+        if len(words) < 3:
+            raise InputError(f"{where}: a face needs at least 3 corners, not {len(words)}")
+        sizes.append(len(words))
+        corners += [_corner(word, where) for word in words]
+    vertex, normal = np.array(corners, np.int64).T
+    return Polygons(np.array(sizes), vertex, normal)
 
 
 def _corner(word: str, where: str) -> tuple[int, int]:
-    parts = word.split("/")
-    try:
-        if len(parts) > 3 or "_" in word:
-            raise ValueError
-        ids = [0 if part == "" and i > 0 else int(part) for i, part in enumerate(parts)]
-    except ValueError:
-        raise InputError(f"{where}: {word!r} is not a corner: write v, v/vt, v//vn or v/vt/vn") from None
-    if any(i == 0 and part != "" for i, part in zip(ids, parts, strict=True)):
+    """Vertex and normal index of ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``; 0 for no normal."""
+    match = CORNER.fullmatch(word)
+    if match is None:
+        raise InputError(f"{where}: {word!r} is not a corner: write v, v/vt, v//vn or v/vt/vn")
+    vertex, _, normal = (None if part is None else max(INT64.min, min(INT64.max, int(part))) for part in match.groups())
+    if vertex == 0 or normal == 0:
         raise InputError(f"{where}: index 0 in {word!r}: OBJ indices start at 1")
-    return ids[0], ids[2] if len(ids) == 3 else 0
+    return vertex, normal or 0
 
 
-def _resolve(ids: np.ndarray, line: np.ndarray, counted: tuple, what: str, path: Path) -> np.ndarray:
+def _resolve(ids: np.ndarray, polygons: Polygons, faces: Block, of: Block, what: str, path: Path) -> np.ndarray:
     """0-based int32 ids from the file's; −1 where there is none."""
-    count, statements, plural = counted
-    before = count
-    if (ids < 0).any():
-        before = np.searchsorted(np.asarray(statements.numbers), line)[:, None]
-    resolved = np.where(ids > 0, ids - 1, np.where(ids < 0, before + ids, -1))
-    wrong = (ids > count) | ((ids < 0) & (resolved < 0))
-    if wrong.any():
-        triangle, corner = np.argwhere(wrong)[0]
-        raise InputError(
-            f"{path}:{line[triangle]}: {what} index {ids[triangle, corner]} is out of range "
-            f"(the file has {count} {plural})"
-        )
+    count = len(of)
+    if ids.min(initial=0) >= 0 and ids.max(initial=0) <= count:
+        return (ids - 1).astype(np.int32)
+    before = np.repeat(np.searchsorted(of.ids, faces.ids), polygons.sizes)
+    resolved = np.where(ids < 0, before + ids, ids - 1)
+    wrong = np.flatnonzero((ids > count) | ((ids < 0) & (resolved < 0)))
+    if len(wrong) > 0:
+        ends = np.cumsum(polygons.sizes)
+        face = int(np.searchsorted(ends, wrong[0], side="right"))
+        word = faces.lines()[face].split()[wrong[0] - (ends[face] - polygons.sizes[face])]
+        plural = {"vertex": "vertices", "normal": "normals"}[what]
+        has = f"the file has {count} {plural}" if ids[wrong[0]] > 0 else f"{before[wrong[0]]} {plural} stand before it"
+        index = word.split("/")[0 if what == "vertex" else 2]
+        raise InputError(f"{path}:{faces.numbers[face]}: {what} index {index} is out of range ({has})")
     return resolved.astype(np.int32)
 
 
-def _materials(
-    statements: dict[str, Statements], face_line: np.ndarray, path: Path
-) -> tuple[np.ndarray, list[Material]]:
-    """(F,) material ids in order of first use, and the materials."""
+def _materials(lines: Lines, face_ids: np.ndarray, path: Path, notes: list[str]) -> tuple[np.ndarray, list[Material]]:
+    """(P,) the material of each face, in order of first use, and the materials (C-16)."""
     library: dict[str, Material] = {}
-    for statement, line_number in zip(statements["mtllib"].lines, statements["mtllib"].numbers, strict=True):
-        for mtl in find_library(statement.strip(), path, f"{path}:{line_number}"):
-            library |= read_mtl(mtl)
+    mtllib = lines.take(b"mtllib")
+    for line_number, line in zip(mtllib.numbers, mtllib.lines(), strict=True):
+        for mtl in find_library(line.strip(), path, f"{path}:{line_number}"):
+            library |= read_mtl(mtl, notes)
 
-    uses = statements["usemtl"]
-    names = [name.strip() for name in uses.lines]
-    for name, line_number in zip(names, uses.numbers, strict=True):
-        if name not in library:
-            known = ", ".join(library) if library else "none, the file names no material library"
-            raise InputError(f"{path}:{line_number}: unknown material {name!r}: known are {known}")
-    use = np.searchsorted(np.asarray(uses.numbers, np.int64), face_line) - 1  # −1: before the first usemtl
-    position = {name: i for i, name in enumerate(dict.fromkeys(names))}
-    by_use = np.array([position[name] for name in names] + [len(position)])  # the last serves use −1
-    wanted = by_use[use]
-    used, first = np.unique(wanted, return_index=True)
-    in_order = used[np.argsort(first)]
-    id_of = np.zeros(len(position) + 1, np.int32)
-    id_of[in_order] = np.arange(len(in_order))
-    all_materials = [library[name] for name in position] + [Material()]
-    return id_of[wanted], [all_materials[i] for i in in_order] or [Material()]
+    usemtl = lines.take(b"usemtl")
+    candidates = [Material()]
+    position: dict[str, int] = {}
+    by_statement = [0]  # faces before the first usemtl
+    for line_number, line in zip(usemtl.numbers, usemtl.lines(), strict=True):
+        name = name_in(line)
+        if name not in position:
+            position[name] = len(candidates)
+            candidates.append(_find(name, library, f"{path}:{line_number}"))
+        by_statement.append(position[name])
+
+    wanted = np.array(by_statement)[np.searchsorted(usemtl.ids, face_ids)]
+    used, first_face, ids = np.unique(wanted, return_index=True, return_inverse=True)
+    order = np.argsort(first_face)
+    return np.argsort(order)[ids].astype(np.int32), [candidates[used[i]] for i in order] or [Material()]
+
+
+def _find(name: str, library: dict[str, Material], where: str) -> Material:
+    if name not in library:
+        known = ", ".join(library) if library else "none, for the file names no material library (mtllib)"
+        raise InputError(f"{where}: unknown material {name!r}: known are {known}")
+    return library[name]

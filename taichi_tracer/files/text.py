@@ -1,9 +1,21 @@
-"""Text files as they come: encodings, line ends, continued lines, and numbers that may not be any."""
+"""Text files as they come: encodings, line ends, continued lines, comments, and numbers that may not be any."""
 
+import codecs
+import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from taichi_tracer.errors import InputError, MissingFileError
+
+SPACES = b" \t\n\r\f\v"
+IS_SPACE = np.isin(np.arange(256), list(SPACES))
+NEWLINE, SLASH, BLANK = b"\n/ "
+INDENT = re.compile(rb"[^\S\n]*")
+COMMENT = re.compile(rb"#[^\n]*")
+COMMENT_OR_CONTINUATION = re.compile(rb"(#[^\n]*)|\\[ \t]*\n")
 
 
 def read_bytes(path: Path) -> bytes:
@@ -16,40 +28,134 @@ def read_bytes(path: Path) -> bytes:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
 
 
-def read_text(path: Path) -> str:
-    """The content of a text file with ``\\n`` at the line ends; UTF-8, or Latin-1 where it is not."""
-    raw = read_bytes(path)
-    if b"\0" in raw[:4096]:
+def read_text(path: Path) -> bytes:
+    """The lines of a text file, each with ``\\n`` at its end.
+
+    A line that ends in a backslash is joined to the next; a carriage return marks the place, so that lines can still be
+    counted. A backslash inside a comment continues nothing: ``# made in C:\\scenes\\`` swallows no line.
+    """
+    text = read_bytes(path)
+    if b"\0" in text:
         raise InputError(f"{path}: this is a binary file, not text")
+    text = text.removeprefix(codecs.BOM_UTF8)
+    if b"\r" in text:
+        text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if b"\\" in text:
+        text = COMMENT_OR_CONTINUATION.sub(lambda match: match[1] or b" \r", text)
+    return text if text.endswith(b"\n") else text + b"\n"
+
+
+def numbered_lines(text: bytes) -> Iterator[tuple[int, str]]:
+    """(line number, line) of every line of ``read_text``; a joined line has the number of its first part."""
+    line_number = 1
+    for line in text.split(b"\n")[:-1]:
+        yield line_number, decode(line)
+        line_number += 1 + line.count(b"\r")
+
+
+def decode(line: bytes) -> str:
+    """UTF-8, or Latin-1 where it is not."""
     try:
-        text = raw.decode("utf-8-sig")
+        return line.decode("utf-8")
     except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    if "\r" in text:
-        text = text.replace("\r\n", "\n").replace("\r", "\n")
-    return text
+        return line.decode("latin-1")
 
 
-def logical_lines(text: str) -> Iterator[tuple[int, str]]:
-    """(line number, line) with lines that end in a backslash joined to the next; the number is the first one's."""
-    first, parts = 0, []
-    for line_number, line in enumerate(text.split("\n"), 1):
-        if not parts:
-            first = line_number
-        if line.endswith("\\"):
-            parts.append(line[:-1])
-            continue
-        yield first, (" ".join((*parts, line)) if parts else line)
-        parts = []
-    if parts:
-        yield first, " ".join(parts)
+def name_in(rest: str) -> str:
+    """The name that fills the rest of a line. It may hold blanks and ``Wall #2``; `` # `` begins a comment."""
+    return re.split(r"(?:^|\s)#(?:\s|$)", rest, maxsplit=1)[0].strip()
 
 
 def number(word: str, where: str) -> float:
     """The float64 nearest to a decimal number."""
     try:
-        if "_" in word:
+        if "_" in word or not word.isascii():  # Python's own liberties
             raise ValueError
         return float(word)
     except ValueError:
         raise InputError(f"{where}: {word!r} is not a number") from None
+
+
+@dataclass(frozen=True)
+class Block:
+    """All lines of one keyword, without the keyword.
+
+    Attributes:
+        text: the lines, each with ``\\n`` at its end.
+        ids: (n,) which lines of the file they are, 0-based, a joined line counting once.
+        numbers: (n,) their line numbers for messages.
+    """
+
+    text: bytes
+    ids: np.ndarray
+    numbers: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def lines(self) -> list[str]:
+        """The lines without their ends."""
+        return [decode(line) for line in self.text.split(b"\n")[:-1]]
+
+    def without_comments(self) -> "Block":
+        """The same lines up to ``#``."""
+        if b"#" not in self.text:
+            return self
+        return Block(COMMENT.sub(b"", self.text), self.ids, self.numbers)
+
+
+class Lines:
+    """The lines of a text, found by their first word."""
+
+    def __init__(self, text: bytes) -> None:
+        self.text = bytearray(text)
+        self.bytes = np.frombuffer(self.text, np.uint8)
+        self.ends = np.flatnonzero(self.bytes == NEWLINE)
+        self.starts = np.concatenate(([0], self.ends[:-1] + 1))
+        first = self.bytes[self.starts]
+        indented = np.flatnonzero(IS_SPACE[first] & (first != NEWLINE))
+        self.starts[indented] = [INDENT.match(text, start).end() for start in self.starts[indented].tolist()]
+        self.joints = np.flatnonzero(self.bytes == ord("\r")) if b"\r" in text else np.zeros(0, np.int64)
+
+    def take(self, keyword: bytes) -> Block:
+        """The lines that begin with this word, which is blanked out: no later call finds them."""
+        ids = np.arange(len(self.starts))
+        for k, letter in enumerate(keyword):
+            ids = ids[self.bytes[self.starts[ids] + k] == letter]
+        ids = ids[IS_SPACE[self.bytes[self.starts[ids] + len(keyword)]]]
+        for k in range(len(keyword)):
+            self.bytes[self.starts[ids] + k] = BLANK
+        numbers = 1 + ids + np.searchsorted(self.joints, self.starts[ids])
+        return Block(self._runs(ids), ids, numbers)
+
+    def _runs(self, ids: np.ndarray) -> bytes:
+        """The text of some lines; neighbours are copied in one piece."""
+        breaks = np.flatnonzero(np.diff(ids) != 1)
+        firsts, lasts = ids[np.r_[0, breaks + 1]] if len(ids) else ids, ids[np.r_[breaks, -1]] if len(ids) else ids
+        begin, end = self.starts[firsts].tolist(), (self.ends[lasts] + 1).tolist()
+        view = memoryview(self.text)
+        return b"".join([view[b:e] for b, e in zip(begin, end, strict=True)])
+
+
+def shapes(text: bytes, classes: bytes) -> tuple[list[bytes], np.ndarray]:
+    """What the lines look like once every run of one class of characters, slashes apart, is a single character.
+
+    Args:
+        text: lines, each with ``\\n`` at its end.
+        classes: the character that stands for the class of each of the 256 bytes.
+
+    Returns:
+        The distinct shapes, and (n,) which of them each line has.
+    """
+    kinds = np.frombuffer(text.translate(classes), np.uint8)
+    keep = np.ones(len(kinds), bool)
+    keep[1:] = (kinds[1:] != kinds[:-1]) | (kinds[1:] == SLASH)
+    joined = kinds[keep].tobytes()
+    count = int(np.count_nonzero(kinds == NEWLINE))
+    first = joined[: joined.find(b"\n") + 1]
+    if len(first) * count == len(joined) and first * count == joined:
+        return [first[:-1]], np.zeros(count, np.int64)
+    known: dict[bytes, int] = {}
+    which = (known.setdefault(line, len(known)) for line in joined.split(b"\n")[:-1])
+    which = np.fromiter(which, np.int64, count)
+    return list(known), which

@@ -245,7 +245,7 @@ BAD_WORDS = {
     "size negative": (["render", "cube", "--size", "-5"], ["--size", "'-5'"]),
     "size no numbers": (["render", "cube", "--size", "8by8"], ["--size", "'8by8'"]),
     "size three numbers": (["render", "cube", "--size", "8x8x8"], ["--size", "'8x8x8'"]),
-    "size huge": (["render", "cube", "--size", "99999x99999"], ["--size", "'99999x99999'", "16384"]),
+    "size huge": (["render", "cube", "--size", "99999x99999"], ["--size", "'99999x99999'", "67,108,864"]),
     "spp 0": (["render", "cube", "--spp", "0"], ["--spp", "'0'"]),
     "spp a fraction": (["render", "cube", "--spp", "1.5"], ["--spp", "'1.5'"]),
     "no such folder": (["render", "cube", "-o", "no/such/folder/x.png"], ["no/such/folder"]),

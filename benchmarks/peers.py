@@ -1,0 +1,70 @@
+"""Mitsuba 3 and Embree on the same mesh and the same rays."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+
+class MitsubaScene:
+    """A mesh in Mitsuba 3; rays stay in its memory between calls."""
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray, variant: str = "llvm_ad_rgb") -> None:
+        import drjit
+        import mitsuba
+
+        mitsuba.set_variant(variant)
+        self.mi, self.dr = mitsuba, drjit
+        mesh = mitsuba.Mesh("mesh", len(vertices), len(faces))
+        parameters = mitsuba.traverse(mesh)
+        parameters["vertex_positions"] = vertices.astype(np.float32).ravel()
+        parameters["faces"] = faces.astype(np.uint32).ravel()
+        parameters.update()
+        self.scene = mitsuba.load_dict({"type": "scene", "mesh": mesh})
+
+    def rays(self, origins: np.ndarray, directions: np.ndarray):
+        """(N, 3) arrays as Mitsuba rays."""
+        o = self.mi.Point3f(np.ascontiguousarray(origins.T, np.float32))
+        d = self.mi.Vector3f(np.ascontiguousarray(directions.T, np.float32))
+        self.dr.eval(o, d)
+        return o, d
+
+    def nearest(self, rays, coherent: bool = False) -> Callable[[], None]:
+        """A call that finds t, triangle and barycentrics of every ray."""
+
+        def call() -> None:
+            hit = self.scene.ray_intersect_preliminary(self.mi.Ray3f(*rays), coherent=coherent)
+            self.dr.eval(hit.t, hit.prim_index, hit.prim_uv)
+            self.dr.sync_thread()
+
+        return call
+
+    def normals(self, rays) -> Callable[[], None]:
+        """A call that finds the shading normal of every coherent ray."""
+
+        def call() -> None:
+            flags = self.mi.RayFlags.Minimal | self.mi.RayFlags.ShadingFrame
+            hit = self.scene.ray_intersect(self.mi.Ray3f(*rays), flags, True)
+            color = self.dr.select(hit.is_valid(), 0.5 * hit.sh_frame.n + 0.5, 0)
+            self.dr.eval(color)
+            self.dr.sync_thread()
+
+        return call
+
+    def occluded(self, rays) -> Callable[[], None]:
+        """A call that finds whether anything lies on every ray."""
+
+        def call() -> None:
+            self.dr.eval(self.scene.ray_test(self.mi.Ray3f(*rays)))
+            self.dr.sync_thread()
+
+        return call
+
+
+def embree_scene(vertices: np.ndarray, faces: np.ndarray):
+    """A mesh in Embree, by embreex."""
+    from embreex import rtcore_scene
+    from embreex.mesh_construction import TriangleMesh
+
+    scene = rtcore_scene.EmbreeScene()
+    TriangleMesh(scene, vertices.astype(np.float32), faces.astype(np.int32))
+    return scene

@@ -1,0 +1,152 @@
+"""Rays per second beside Mitsuba 3 and Embree: primary, incoherent, occlusion, whole frames, numpy in and out.
+
+python -m benchmarks.rays [TRIANGLES | FILE ...]
+"""
+
+import sys
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+import taichi_tracer as tt
+from benchmarks.measure import describe_machine, interleaved, ratio_table
+from benchmarks.meshes import from_arguments
+from benchmarks.peers import MitsubaScene, embree_scene
+from taichi_tracer.camera import Camera
+from taichi_tracer.primary_hits import PrimaryHits
+from taichi_tracer.ray import Ray
+
+RESOLUTION = 1024
+NUM_RAYS = 1 << 20
+VIEW = {"eye": (0.0, 0.5, 2.8), "at": (0.0, 0.0, 0.0), "fov": 60.0}
+
+
+@ti.data_oriented
+class RayKernels:
+    """Kernels over rays that wait in Taichi fields."""
+
+    def __init__(self, scene: tt.SceneData, origins: np.ndarray, directions: np.ndarray) -> None:
+        self.intersector = scene.ray_intersector
+        n = len(origins)
+        self.origin, self.direction = ti.Vector.field(3, float, n), ti.Vector.field(3, float, n)
+        self.t, self.triangle_id = ti.field(float, n), ti.field(ti.i32, n)
+        self.uv = ti.Vector.field(2, float, n)
+        self.origin.from_numpy(origins)
+        self.direction.from_numpy(directions)
+
+    @ti.kernel
+    def _nearest(self):
+        for i in self.t:
+            ray = Ray(origin=self.origin[i], direction=self.direction[i])
+            t, triangle_id, u, v = self.intersector.nearest(ray, 0.0, tm.inf)
+            self.t[i], self.triangle_id[i], self.uv[i] = t, triangle_id, tm.vec2(u, v)
+
+    @ti.kernel
+    def _occluded(self):
+        for i in self.t:
+            ray = Ray(origin=self.origin[i], direction=self.direction[i])
+            self.triangle_id[i] = self.intersector.is_blocked(ray, 0.0, tm.inf)
+
+    def nearest(self) -> None:
+        """t, id, u, v of every ray."""
+        self._nearest()
+        ti.sync()
+
+    def occluded(self) -> None:
+        """Whether anything lies on every ray."""
+        self._occluded()
+        ti.sync()
+
+
+def incoherent_rays(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Origins uniform in a box, directions uniform on the sphere; float32."""
+    rng = np.random.default_rng(1)
+    origins = rng.uniform(low, high, (NUM_RAYS, 3)).astype(np.float32)
+    directions = rng.normal(size=(NUM_RAYS, 3))
+    return origins, (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
+
+
+def primary_rays(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+    """The camera's rays, tile by tile as the packets take them: the order that suits Mitsuba best, too."""
+    size, tile = camera.width, 4
+    index = np.arange(size * size)
+    block, lane = index // tile**2, index % tile**2
+    x = block // (size // tile) * tile + lane // tile
+    y = block % (size // tile) * tile + lane % tile
+    half_x, half_y = camera.compute_half_size()
+    plane = [(2 * (x + 0.5) / size - 1) * half_x, (2 * (y + 0.5) / size - 1) * half_y, np.ones(len(index))]
+    directions = np.stack(plane, axis=-1) @ camera.compute_matrix()[:3, :3].T
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return np.broadcast_to(camera.eye, directions.shape), directions
+
+
+def frame(scene: tt.SceneData, size: int):
+    """A call that renders the normal view after the camera has moved."""
+    renderer = tt.A1Renderer(scene, size, size).use("normal")
+    renderer.camera.set_camera_parameters(**VIEW)
+
+    def call() -> None:
+        renderer.camera.version += 1  # as a move would, without the cost of the same matrix again
+        renderer.render()
+        ti.sync()
+
+    return call
+
+
+def measure(name: str, vertices: np.ndarray, faces: np.ndarray) -> str:
+    """Markdown tables for one mesh."""
+    scenes = {
+        test: tt.scene_from_mesh(vertices, faces, triangle_test=test) for test in ("watertight", "moller_trumbore")
+    }
+    peer = MitsubaScene(vertices, faces)
+    camera = Camera(RESOLUTION, RESOLUTION, **VIEW)
+    eye_rays = peer.rays(*primary_rays(camera))
+    primary = {"Mitsuba llvm, coherent": peer.nearest(eye_rays, coherent=True)}
+    for test, scene in scenes.items():
+        for form, use_packets in (("packets", True), ("single rays", False)):
+            hits = PrimaryHits(scene, camera, use_packets=use_packets)
+            primary[f"taichi_tracer, {test}, {form}"] = lambda hits=hits: (hits.trace(), ti.sync())
+    base = "Mitsuba llvm"
+    report = ratio_table(
+        f"{name}: primary rays, {RESOLUTION}²",
+        interleaved(primary),
+        f"{base}, coherent",
+        "million rays/s",
+        RESOLUTION**2,
+    )
+
+    frames = {}
+    for size in (512, 1024):
+        rays = peer.rays(*primary_rays(Camera(size, size, **VIEW)))
+        medians = interleaved({base: peer.normals(rays), "taichi_tracer": frame(scenes["watertight"], size)})
+        frames |= {f"{who}, {size}²": seconds for who, seconds in medians.items()}
+        report += ratio_table(f"{name}: normal view, whole frame, {size}²", medians, base, "ms")
+
+    origins, directions = incoherent_rays(vertices.min(axis=0), vertices.max(axis=0))
+    rays = peer.rays(origins, directions)
+    nearest, occluded = {base: peer.nearest(rays)}, {base: peer.occluded(rays)}
+    for test, scene in scenes.items():
+        kernels = RayKernels(scene, origins, directions)
+        nearest[f"taichi_tracer, {test}"], occluded[f"taichi_tracer, {test}"] = kernels.nearest, kernels.occluded
+    report += ratio_table(f"{name}: incoherent rays", interleaved(nearest), base, "million rays/s", NUM_RAYS)
+    report += ratio_table(f"{name}: occlusion rays", interleaved(occluded), base, "million rays/s", NUM_RAYS)
+
+    embree = embree_scene(vertices, faces)
+    outside = {
+        "embreex": lambda: embree.run(origins, directions, output=True),
+        "taichi_tracer": lambda: scenes["watertight"].intersect(origins, directions),
+    }
+    return report + ratio_table(
+        f"{name}: numpy in and out, all outputs", interleaved(outside), "embreex", "million rays/s", NUM_RAYS
+    )
+
+
+def report(arguments: list[str]) -> str:
+    """Tables for every mesh that was asked for."""
+    tt.init(arch="auto")
+    return "".join(measure(name, *mesh) for name, mesh in from_arguments(arguments).items())
+
+
+if __name__ == "__main__":
+    print(describe_machine() + report(sys.argv[1:]))
