@@ -64,7 +64,8 @@ def main() -> None:
             write_obj(path, points, triangles, corner)
             seconds = statistics.median(seconds_to_read(path) for _ in range(arguments.repeats))
             print(
-                f"{style:<20} {path.stat().st_size / 1e6:6.1f} MB {seconds:6.2f} s {len(triangles) / seconds:12,.0f} triangles/s"
+                f"{style:<20} {path.stat().st_size / 1e6:6.1f} MB {seconds:6.2f} s "
+                f"{len(triangles) / seconds:12,.0f} triangles/s"
             )
 
 

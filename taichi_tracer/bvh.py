@@ -153,7 +153,7 @@ class BVHRayIntersector(RayIntersector):
 
     @ti.func
     def met_children(self, bounds, node, t_min, t_max):
-        """Where the ray enters each of the eight boxes, and a bit for each that it meets: ``box_interval``, by lanes."""
+        """Where the ray enters each of the eight boxes, and a bit for each that it meets: ``box_interval`` by lanes."""
         t_near = ti.Vector([t_min] * WIDTH)
         t_far = ti.Vector([t_max] * WIDTH)
         for k in ti.static(range(3)):

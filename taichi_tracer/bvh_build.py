@@ -1,7 +1,7 @@
 """A binary tree of boxes by the surface-area heuristic (Wald, "On fast construction of SAH-based BVHs", RT 2007).
 
-Two levels, as in HLBVH (Pantaleoni & Luebke 2010): the triangles are grouped by the cell of a coarse grid, each group is
-built on its own (in parallel), then a tree over the groups is built by the same kernel.
+Two levels, as in HLBVH (Pantaleoni & Luebke 2010): the triangles are grouped by the cell of a coarse grid, each group
+is built on its own (in parallel), then a tree over the groups is built by the same kernel.
 """
 
 from dataclasses import dataclass

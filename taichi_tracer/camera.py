@@ -11,6 +11,7 @@ from taichi_tracer.errors import InputError, one_of
 from taichi_tracer.ray import Ray
 
 HANDEDNESS = ("left", "right")
+CENTRE = tm.vec2(0.5, 0.5)  # of a pixel
 
 
 def camera_frame(eye: np.ndarray, at: np.ndarray, up: np.ndarray, handedness: str = "left") -> np.ndarray:
@@ -155,7 +156,7 @@ class Camera:
         return tm.vec4(ndc.x * half.x, ndc.y * half.y, 1, 0)
 
     @ti.func
-    def generate_ray(self, pixel_x, pixel_y, jitter: ti.template() = False, xi=tm.vec2(0)):
+    def generate_ray(self, pixel_x, pixel_y, jitter: ti.template() = False, xi=CENTRE):
         """The eye ray through the centre of a pixel, or with ``jitter`` through its point ``xi`` in [0, 1)² (A2-1).
 
         ``pixel_x`` and ``pixel_y`` may be fractions of a pixel. The direction has unit length.

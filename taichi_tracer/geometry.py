@@ -1,4 +1,4 @@
-"""Indexed triangles: as numpy arrays (``Mesh``, what files hold) and as Taichi fields (``Geometry``, what rays meet)."""
+"""Indexed triangles: numpy arrays (``Mesh``, what files hold) and Taichi fields (``Geometry``, what rays meet)."""
 
 from dataclasses import dataclass, field, replace
 

@@ -1,12 +1,12 @@
 """Sixteen rays at once: the plain form's arithmetic, lane by lane, for rays that go almost the same way.
 
-The formulas are those of ``ray_intersector`` with sixteen lanes in place of one number and the same order of operations,
-so that both forms give the same bits. Conditions become ``select``, and results are stored in memory as sixteen
-neighbours: that is how a CPU's compiler sees that one vector instruction will do (Wald et al., "Interactive rendering
-with coherent ray tracing", 2001).
+The formulas are those of ``ray_intersector`` with sixteen lanes in place of one number and the same order of
+operations, so that both forms give the same bits. Conditions become ``select``, and results are stored in memory as
+sixteen neighbours: that is how a CPU's compiler sees that one vector instruction will do (Wald et al., "Interactive
+rendering with coherent ray tracing", 2001).
 
-What the rays have in common is taken out of the lanes: a packet works on the lanes of one *heading* at a time, which have
-the same signs and the same largest component of their directions. Most packets have one heading.
+What the rays have in common is taken out of the lanes: a packet works on the lanes of one *heading* at a time, which
+have the same signs and the same largest component of their directions. Most packets have one heading.
 """
 
 import taichi as ti
@@ -47,8 +47,8 @@ def any_lane(condition):
 class CommonBounds:
     """What the rays of one heading have in common (Boulos et al., "Interactive distribution ray tracing", 2006).
 
-    low, high: the smallest and largest 1/d on each axis. near_origin, far_origin: of the origins in ``RayBounds``, those
-    of the rays that come first to a plane and that leave it last.
+    low, high: the smallest and largest 1/d on each axis. near_origin, far_origin: of the origins in ``RayBounds``,
+    those of the rays that come first to a plane and that leave it last.
     """
 
     low: tm.vec3

@@ -20,8 +20,8 @@ from taichi_tracer.ray import HitData
 def moller_trumbore(o, d, v0, v1, v2):
     """Solve  o + t d = (1 − u − v) v0 + u v1 + v v2  by Cramer's rule (Möller & Trumbore 1997; A1-11).
 
-    Returns (is_inside, t, u, v, det). det > 0 when the triangle faces the ray; 0 when the two are parallel: then t, u, v
-    are not finite. No ε: det scales with size²·|d|, so a fixed one would delete small triangles (C-8).
+    Returns (is_inside, t, u, v, det). det > 0 when the triangle faces the ray; 0 when the two are parallel: then t, u
+    and v are not finite. No ε: det scales with size²·|d|, so a fixed one would delete small triangles (C-8).
     """
     e1 = v1 - v0
     e2 = v2 - v0
@@ -113,6 +113,13 @@ def stable_normal(v0, v1, v2):
     return tm.cross(p, q)
 
 
+@ti.func
+def unit(v):
+    """v / |v|, also where |v|² is beyond the largest or below the smallest number: scaled by its largest component."""
+    w = v / abs(v).max()
+    return w / w.norm()
+
+
 TRIANGLE_TESTS = {"watertight": watertight, "moller_trumbore": moller_trumbore}
 
 
@@ -165,7 +172,7 @@ class RayIntersector(ABC):
 
     @abstractmethod
     def nearest(self, ray, t_min, t_max):
-        """(t, triangle_id, u, v) of the nearest hit with t_min < t < t_max; ties to the lowest id; t_max, −1 for none."""
+        """(t, id, u, v) of the nearest hit with t_min < t < t_max, ties to the lowest id; (t_max, −1, 0, 0) for none."""
 
     @abstractmethod
     def is_blocked(self, ray, t_min, t_max):
@@ -236,7 +243,7 @@ class RayIntersector(ABC):
     def describe(self, ray, t, triangle_id, u, v):
         """HitData from t, id and barycentrics; both normals face the origin of the ray (A1-13, C-17)."""
         v0, v1, v2 = self.geometry.triangle(triangle_id)
-        geometric_normal = tm.normalize(stable_normal(v0, v1, v2))
+        geometric_normal = unit(stable_normal(v0, v1, v2))
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
         is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
         facing = ti.select(is_backfacing, -1, 1)

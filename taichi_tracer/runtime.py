@@ -1,7 +1,7 @@
 """Which backend runs the kernels, in which precision: chosen once, safely, and said.
 
-Taichi is one global runtime per process; starting it again frees the memory of everything made before. This module is the
-only one that starts it.
+Taichi is one global runtime per process; starting it again frees the memory of everything made before. This module is
+the only one that starts it.
 """
 
 import contextlib

@@ -1,4 +1,4 @@
-"""The six views of what a ray hit (A1-15). A view is one function of the hit; adding one here makes it known everywhere.
+"""The six views of what a ray hit (A1-15). A view is one function of the hit; one added here is known everywhere.
 
 The command line, the window's buttons, ``A1Renderer``'s setters and the tests all read ``ALL``.
 """

@@ -1,11 +1,13 @@
 """Images in and out: linear floating point, (height, width, 3), top row first (C-15).
 
-PNG and JPEG go through Pillow, EXR and HDR through OpenImageIO (the extra ``exr``: one library that reads and writes both
-right), PFM and PPM and NPY are plain enough to be written here.
+PNG and JPEG go through Pillow; EXR, HDR and 16-bit PNG through OpenImageIO, the extra ``exr``. It alone reads and writes all
+three, with wheels for every supported Python on Linux, Windows and macOS under Apache-2.0: OpenCV's wheels come with
+EXR switched off, and the package OpenEXR knows neither HDR nor PNG. PFM, PPM and NPY are plain enough to be written here.
 """
 
 import io
 import os
+import re
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +17,9 @@ import numpy as np
 from taichi_tracer.errors import InputError
 from taichi_tracer.files.text import read_bytes
 
-MAX_PIXELS = 1 << 28  # 16384², more than any environment or film needs: a larger header is damage or an attack
+MAX_PIXELS = 1 << 27  # 16384 x 8192, the largest environments there are: a larger header is damage or an attack
+MAX_JPEG_SIDE = 65_500  # libjpeg's
+LARGEST_RGBE = 255 * 2.0**119
 
 
 def to_bytes(image: np.ndarray, srgb: bool = False) -> np.ndarray:
@@ -50,6 +54,8 @@ def _encode_pillow(image: np.ndarray, srgb: bool, kind: str) -> bytes:
     from PIL import Image
 
     buffer = io.BytesIO()
+    if kind == "JPEG" and max(image.shape) > MAX_JPEG_SIDE:
+        raise InputError(f"a JPEG has at most {MAX_JPEG_SIDE} pixels on a side, not {max(image.shape)}: use .png")
     options = {"quality": 95, "subsampling": 0} if kind == "JPEG" else {}
     Image.fromarray(to_bytes(image, srgb)).save(buffer, kind, **options)
     return buffer.getvalue()
@@ -72,25 +78,34 @@ def _encode_npy(image: np.ndarray, srgb: bool) -> bytes:
     return buffer.getvalue()
 
 
-def _encode_openimageio(extension: str) -> Callable:
-    def encode(image: np.ndarray, srgb: bool) -> bytes:
-        oiio = _openimageio(extension)
-        height, width, _ = image.shape
-        with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "image" + extension)
-            output = oiio.ImageOutput.create(path)
-            pixels = np.ascontiguousarray(image, np.float32)
-            written = (
-                output is not None
-                and output.open(path, oiio.ImageSpec(width, height, 3, "float"))
-                and output.write_image(pixels)
-                and output.close()
-            )
-            if not written:
-                raise InputError(f"{extension} cannot be written ({oiio.geterror()})")
-            return Path(path).read_bytes()
+def _encode_openimageio(image: np.ndarray, extension: str) -> bytes:
+    oiio = _openimageio(extension)
+    height, width, _ = image.shape
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "image" + extension)
+        output = oiio.ImageOutput.create(path)
+        written = (
+            output is not None
+            and output.open(path, oiio.ImageSpec(width, height, 3, "float"))
+            and output.write_image(np.ascontiguousarray(image, np.float32))
+            and output.close()
+        )
+        if not written:
+            raise InputError(f"{extension} cannot be written ({output.geterror() if output else oiio.geterror()})")
+        return Path(path).read_bytes()
 
-    return encode
+
+def to_rgbe(image: np.ndarray) -> np.ndarray:
+    """(h, w, 3) float32: the nearest values that HDR files hold, 8 bits each with a common exponent (Ward 1991).
+
+    Encoders cut off what they cannot hold, which darkens a picture by half a step; these values have nothing to cut off.
+    Negative values and NaN become 0.
+    """
+    values = np.clip(np.nan_to_num(np.asarray(image, np.float64), nan=0.0), 0.0, LARGEST_RGBE)
+    largest = values.max(axis=-1, keepdims=True)
+    step = np.exp2(np.frexp(largest)[1] - 8.0)
+    step = np.exp2(np.frexp(np.floor(largest / step + 0.5) * step)[1] - 8.0)  # 255.7 steps round into the next exponent
+    return (np.floor(values / step + 0.5) * step).astype(np.float32)
 
 
 def _openimageio(extension: str):
@@ -107,8 +122,8 @@ ENCODERS: dict[str, Callable[[np.ndarray, bool], bytes]] = {
     ".png": encode_png,
     ".jpg": lambda image, srgb: _encode_pillow(image, srgb, "JPEG"),
     ".jpeg": lambda image, srgb: _encode_pillow(image, srgb, "JPEG"),
-    ".exr": _encode_openimageio(".exr"),
-    ".hdr": _encode_openimageio(".hdr"),
+    ".exr": lambda image, srgb: _encode_openimageio(image, ".exr"),
+    ".hdr": lambda image, srgb: _encode_openimageio(to_rgbe(image), ".hdr"),
     ".pfm": _encode_pfm,
     ".npy": _encode_npy,
     ".ppm": _encode_ppm,
@@ -146,20 +161,29 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
     """
     path = Path(path)
     check_writable(path)
-    content = ENCODERS[path.suffix.lower()](_as_rgb(np.asarray(image), str(path)), srgb)
-    part = None
+    rgb = _as_rgb(np.asarray(image), str(path))
     try:
-        handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+        content = ENCODERS[path.suffix.lower()](rgb, srgb)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    try:
+        _replace(path, content)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Put ``content`` where ``path`` is, all of it or nothing."""
+    handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+    try:
         with os.fdopen(handle, "wb") as file:
             file.write(content)
         umask = os.umask(0)
         os.umask(umask)
         os.chmod(part, 0o666 & ~umask)  # mkstemp makes private files
         os.replace(part, path)
-    except OSError as error:
-        if part is not None:
-            Path(part).unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+    finally:
+        Path(part).unlink(missing_ok=True)
 
 
 def _as_rgb(image: np.ndarray, source: str) -> np.ndarray:
@@ -175,27 +199,19 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
     """(h, w, 3) float32, top row first.
 
     Args:
-        path: .png .jpg .jpeg .ppm .exr .hdr .pfm .npy.
-        srgb: 8- and 16-bit files hold sRGB values: make them linear. Without it they are divided by 255 or 65535.
+        path: .png .jpg .jpeg .exr .hdr .pfm .npy; grey images become RGB, a fourth channel is left out.
+        srgb: PNG and JPEG hold sRGB values: make them linear. Without it they are divided by 255, or 65535 (16 bits).
 
     Raises:
         InputError: the file is missing, damaged, too large, or of an unknown type.
     """
     path = Path(path)
     extension = path.suffix.lower()
-    if extension not in ENCODERS:
-        raise InputError(f"{path}: unknown image type {path.suffix!r}: known are {', '.join(ENCODERS)}")
+    if extension not in DECODERS:
+        raise InputError(f"{path}: unknown image type {path.suffix!r}: known are {', '.join(DECODERS)}")
     raw = read_bytes(path)
     try:
-        if extension == ".npy":
-            image = np.load(io.BytesIO(raw), allow_pickle=False)
-        elif extension == ".pfm":
-            image = _decode_pfm(raw)
-        elif extension in NEED_OPENIMAGEIO:
-            image = _decode_openimageio(path, extension)
-        else:
-            image = _decode_pillow(raw)
-            image = linear_from_srgb(image) if srgb else image
+        image = DECODERS[extension](path, raw)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except Exception as error:  # damaged files make decoders raise anything
@@ -203,43 +219,76 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
         raise InputError(f"{path}: cannot be read as {extension[1:].upper()} ({reason[:200]})") from None
     if image.dtype.kind not in "fiu":
         raise InputError(f"{path}: an image must hold numbers, not {image.dtype}")
+    if srgb and extension in (".png", ".jpg", ".jpeg"):
+        image = linear_from_srgb(image)
     return np.ascontiguousarray(_as_rgb(image, str(path)), np.float32)
 
 
-def _decode_pillow(raw: bytes) -> np.ndarray:
+def _check_size(width: int, height: int) -> None:
+    if width < 1 or height < 1 or width * height > MAX_PIXELS:
+        raise InputError(f"{width} x {height} pixels: from 1 to {MAX_PIXELS} can be read")
+
+
+def _decode_pillow(path: Path, raw: bytes) -> np.ndarray:
     from PIL import Image
 
-    with Image.open(io.BytesIO(raw)) as image:
-        if image.width * image.height > MAX_PIXELS:
-            raise InputError(f"{image.width}x{image.height} pixels are too many")
+    with Image.open(io.BytesIO(raw), formats=("PNG", "JPEG")) as image:
+        _check_size(image.width, image.height)
         if image.mode.startswith("I"):  # 16-bit grey
-            return np.asarray(image, np.float64) / 65535
-        if raw[:4] == b"\x89PNG" and raw[24] == 16:  # Pillow would cut 16-bit colour to 8 bits without a word
-            raise InputError("16-bit colour PNG is not supported: convert it to .exr, .hdr or .pfm")
-        return np.asarray(image.convert("RGB"), np.float64) / 255
+            return np.asarray(image).astype(np.float32) / 65535
+        if image.format == "PNG" and raw[24] == 16:  # Pillow would cut 16-bit colour to 8 bits without a word
+            return _decode_openimageio(path, raw)
+        return np.asarray(image.convert("RGB"), np.float32) / 255
 
 
-def _decode_pfm(raw: bytes) -> np.ndarray:
+def _decode_npy(path: Path, raw: bytes) -> np.ndarray:
+    image = np.load(path, mmap_mode="r", allow_pickle=False)  # mapped: the header cannot ask for more than the file has
+    if not isinstance(image, np.ndarray):
+        raise InputError("this is an archive of arrays: give one array (.npy)")
+    return image
+
+
+def _decode_pfm(path: Path, raw: bytes) -> np.ndarray:
     """Portable float map: "PF" or "Pf", width height, scale (negative: little endian), rows from the bottom."""
-    kind, size, scale = raw.split(b"\n", 3)[:3]
-    channels = {b"PF": 3, b"Pf": 1}[kind.strip()]
-    width, height = (int(word) for word in size.split())
-    if width < 1 or height < 1 or width * height > MAX_PIXELS:
-        raise InputError(f"{width}x{height} pixels are not a possible size")
-    start = len(kind) + len(size) + len(scale) + 3
-    values = np.frombuffer(raw, "<f4" if float(scale) < 0 else ">f4", width * height * channels, start)
+    header = PFM_HEADER.match(raw)
+    if header is None:
+        raise InputError("this is no PFM file: it must begin with PF or Pf, width, height and scale")
+    channels = {b"PF": 3, b"Pf": 1}[header[1]]
+    width, height = int(header[2]), int(header[3])
+    _check_size(width, height)
+    count = width * height * channels
+    if len(raw) - header.end() < 4 * count:
+        raise InputError(f"the file is cut short: {width} x {height} pixels take {4 * count} bytes")
+    values = np.frombuffer(raw, "<f4" if float(header[4]) < 0 else ">f4", count, header.end())
     return values.reshape(height, width, channels)[::-1]
 
 
-def _decode_openimageio(path: Path, extension: str) -> np.ndarray:
-    oiio = _openimageio(extension)
-    file = oiio.ImageInput.open(str(path))
+def _decode_openimageio(path: Path, raw: bytes) -> np.ndarray:
+    extension = path.suffix.lower()
+    oiio = _openimageio("16-bit colour .png" if extension == ".png" else extension)
+    settings = oiio.ImageSpec()
+    settings.attribute("oiio:UnassociatedAlpha", 1)  # colours as they stand in the file, not multiplied by alpha
+    file = oiio.ImageInput.open(str(path), settings)
     if file is None:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({oiio.geterror()})")
+        raise InputError(f"cannot be read as {extension[1:].upper()} ({' '.join(oiio.geterror().split())[:200]})")
     spec = file.spec()
-    if spec.width * spec.height > MAX_PIXELS:
-        raise InputError(f"{spec.width}x{spec.height} pixels are too many")
+    _check_size(spec.width, spec.height)
     pixels = file.read_image("float")
     if pixels is None:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({file.geterror()})")
-    return np.asarray(pixels)
+        raise InputError(f"cannot be read as {extension[1:].upper()} ({' '.join(file.geterror().split())[:200]})")
+    names = list(spec.channelnames)
+    if {"R", "G", "B"} <= set(names):
+        return np.asarray(pixels)[..., [names.index(c) for c in "RGB"]]
+    return np.asarray(pixels)[..., :1] if "Y" in names else np.asarray(pixels)
+
+
+PFM_HEADER = re.compile(rb"(PF|Pf)\s+(\d{1,9})\s+(\d{1,9})\s+([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s")
+DECODERS: dict[str, Callable[[Path, bytes], np.ndarray]] = {
+    ".png": _decode_pillow,
+    ".jpg": _decode_pillow,
+    ".jpeg": _decode_pillow,
+    ".exr": _decode_openimageio,
+    ".hdr": _decode_openimageio,
+    ".pfm": _decode_pfm,
+    ".npy": _decode_npy,
+}

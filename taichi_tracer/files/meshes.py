@@ -1,7 +1,10 @@
 """Meshes that trimesh reads (PLY, STL, glTF, OFF), and trimesh's own objects."""
 
+import io
 import json
+import re
 import struct
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,10 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 
 EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
+STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
+GLB_HEADER = struct.Struct("<4sIIII")  # magic, version, length of the file, length and type of the JSON chunk
+# Extensions that a file may require and that leave the triangles as they are; others hide them from trimesh.
+HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
 
 
 def read_mesh(path: str | Path) -> Mesh:
@@ -20,121 +27,230 @@ def read_mesh(path: str | Path) -> Mesh:
     Raises:
         InputError: the file is damaged, or holds no triangles that trimesh understands.
     """
-    import trimesh  # half a second where scipy is installed
-
     path = Path(path)
-    read_bytes(path)
+    raw = read_bytes(path)
+    kind = path.suffix[1:].lower()
+    materials: list[Material] = []
+    notes: list[str] = []
     try:
-        loaded = trimesh.load(path, process=False, maintain_order=True)
+        if not raw.strip():
+            raise InputError("the file is empty")
+        if kind in ("glb", "gltf"):
+            raw, materials = _number_materials(raw, notes)
+        announced = ANNOUNCED[kind](raw) if kind in ANNOUNCED else 0
+        parts = [_Part(*part) for part in _placed(_load(raw, path))]
     except Exception as error:  # trimesh lets whatever its readers meet escape
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"{path}: cannot be read as {path.suffix[1:].upper()} ({reason[:200]})") from None
-    strengths = _emission_strengths(path) if path.suffix.lower() in (".glb", ".gltf") else {}
-    return from_trimesh(loaded, source=str(path), emission_strengths=strengths)
+        if "unexpected length" in reason:  # trimesh takes all polygons of a binary PLY for as large as the first
+            reason = "it is cut short, or mixes triangles with larger polygons: export it with triangles only"
+        raise InputError(f"{path}: cannot be read as {kind.upper()} ({reason[:200]})") from None
+    mesh = _assemble(parts, str(path), materials, [f"{path}: {note}" for note in notes])
+    if len(mesh.faces) < announced:
+        raise InputError(f"{path}: the file is cut short: it announces {announced} faces and has {len(mesh.faces)}")
+    if len(mesh.faces) == 0:
+        raise InputError(f"{path}: the file has no triangles")
+    return mesh
 
 
-def from_trimesh(loaded, source: str = "mesh", emission_strengths: dict[str, float] | None = None) -> Mesh:
+def _announced_by_stl(raw: bytes) -> int:
+    """Triangles that a binary STL says it has, 0 for a text; trimesh guesses at the rest of a file that was cut."""
+    is_text = raw.lstrip().startswith(b"solid")
+    if len(raw) >= STL_HEADER + 4:
+        (count,) = struct.unpack_from("<I", raw, STL_HEADER)
+        if len(raw) >= STL_HEADER + 4 + count * STL_TRIANGLE:
+            return count
+        if not is_text:
+            raise InputError(f"the file is cut short: it announces {count} triangles")
+    if not is_text:
+        raise InputError("the file is too short for a header")
+    if b"endsolid" not in raw:
+        raise InputError("the file is cut short: endsolid is missing")
+    return 0
+
+
+def _announced_by_ply(raw: bytes) -> int:
+    """Triangles of an ASCII PLY by its polygons' sizes; polygons of a binary one, whose length trimesh checks."""
+    header, _, body = raw.partition(b"end_header")
+    counts = {name: int(count) for name, count in re.findall(rb"^element\s+(\S+)\s+(\d+)", header, re.MULTILINE)}
+    faces = counts.get(b"face", 0)
+    is_plain = re.search(rb"^element\s+face\s+\d+\s+property\s+list\s", header, re.MULTILINE) is not None
+    if b"ascii" not in header or not is_plain:
+        return faces
+    names = list(counts)
+    first = sum(counts[name] for name in names[: names.index(b"face")])
+    rows = [line for line in body.splitlines() if line.strip()][first : first + faces]
+    if len(rows) < faces:
+        raise InputError(f"the file is cut short: it announces {faces} faces and has {len(rows)}")
+    return sum(max(0, int(row.split(None, 1)[0]) - 2) for row in rows)
+
+
+def _announced_by_off(raw: bytes) -> int:
+    """Polygons that an OFF says it has: the second number after the keyword and comments."""
+    words = re.sub(rb"#[^\n]*", b"", raw[: raw.find(b"\n") + 4096]).split()
+    return int(words[2]) if words[0].upper().endswith(b"OFF") else 0
+
+
+ANNOUNCED = {"stl": _announced_by_stl, "ply": _announced_by_ply, "off": _announced_by_off}
+
+
+def from_trimesh(mesh_or_scene) -> Mesh:
     """The triangles of a ``trimesh.Trimesh`` or of every node of a ``trimesh.Scene``, transforms applied.
 
-    Args:
-        loaded: the trimesh object.
-        source: for messages.
-        emission_strengths: material name → factor on its emission (KHR_materials_emissive_strength).
+    Vertex normals are taken where they were set. Those that trimesh computes when they are asked for are not: a mesh
+    should not become smooth because somebody looked at it.
     """
-    parts = [(loaded, np.eye(4))]
-    if hasattr(loaded, "geometry"):
-        placed = [loaded.graph[node] for node in loaded.graph.nodes_geometry]
-        parts = [(loaded.geometry[name], transform) for transform, name in placed]
-    parts = [(part, transform) for part, transform in parts if len(getattr(part, "faces", ())) > 0]
-    notes: list[str] = []
-    materials: list[Material] = []
-    pieces = [_piece(part, transform, materials, emission_strengths or {}, notes, source) for part, transform in parts]
-    if not pieces:
-        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32), source=source, notes=notes)
+    if not hasattr(mesh_or_scene, "geometry") and not hasattr(mesh_or_scene, "faces"):
+        raise InputError(f"mesh: a trimesh.Trimesh or a trimesh.Scene is needed, not {type(mesh_or_scene).__name__}")
+    parts = [_Part(mesh, transform, _normals_were_set(mesh)) for mesh, transform in _placed(mesh_or_scene)]
+    return _assemble(parts, "mesh", None, [])
 
-    vertex_counts = [len(piece["vertices"]) for piece in pieces]
-    normal_counts = [len(piece["normals"]) for piece in pieces]
-    faces, face_normals = [], []
-    for i, piece in enumerate(pieces):
-        faces.append(piece["faces"] + sum(vertex_counts[:i]))
-        own = piece["faces"] + sum(normal_counts[:i])
-        face_normals.append(own if normal_counts[i] > 0 else np.full_like(own, -1))
-    has_normals = sum(normal_counts) > 0
+
+def _load(raw: bytes, path: Path):
+    import trimesh  # half a second where scipy is installed
+
+    resolver = trimesh.resolvers.FilePathResolver(str(path))
+    return trimesh.load(io.BytesIO(raw), path.suffix[1:].lower(), resolver=resolver, process=False, maintain_order=True)
+
+
+def _placed(mesh_or_scene) -> list[tuple]:
+    """(Trimesh, 4×4 transform) of everything with triangles, in the order of the scene's nodes."""
+    if not hasattr(mesh_or_scene, "geometry"):
+        placed = [(mesh_or_scene, np.eye(4))]
+    else:
+        graph = mesh_or_scene.graph
+        nodes = [graph[node] for node in graph.nodes_geometry]
+        placed = [(mesh_or_scene.geometry[name], np.asarray(transform, np.float64)) for transform, name in nodes]
+    return [(mesh, transform) for mesh, transform in placed if len(getattr(mesh, "faces", ())) > 0]
+
+
+def _normals_were_set(mesh) -> bool:
+    """Whether vertex normals that a mesh has are others than trimesh computes."""
+    if "vertex_normals" not in mesh._cache:
+        return False
+    computed = mesh.copy(include_cache=False).vertex_normals
+    return not np.array_equal(mesh.vertex_normals, computed)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One mesh and where it stands.
+
+    Attributes:
+        mesh: trimesh.Trimesh. transform: (4, 4) to world space.
+        takes_normals: whether vertex normals in the cache of ``mesh`` are wanted; trimesh has no other mark for them.
+    """
+
+    mesh: object
+    transform: np.ndarray
+    takes_normals: bool = True
+
+    def vertices(self) -> np.ndarray:
+        """(V, 3) in world space."""
+        return np.asarray(self.mesh.vertices, np.float64) @ self.transform[:3, :3].T + self.transform[:3, 3]
+
+    def faces(self) -> np.ndarray:
+        """(F, 3); a mirror turns fronts into backs, so it turns the winding too."""
+        faces = np.asarray(self.mesh.faces, np.int64)
+        return faces[:, [0, 2, 1]] if np.linalg.det(self.transform[:3, :3]) < 0 else faces
+
+    def normals(self) -> np.ndarray:
+        """(V, 3) by the inverse transpose, or (0, 3) where there are none."""
+        linear = self.transform[:3, :3]
+        if not self.takes_normals or "vertex_normals" not in self.mesh._cache or np.linalg.det(linear) == 0:
+            return np.zeros((0, 3))
+        normals = np.asarray(self.mesh.vertex_normals, np.float64) @ np.linalg.inv(linear)
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        return normals / np.where(lengths > 0, lengths, 1)
+
+
+def _assemble(parts: list[_Part], source: str, materials: list[Material] | None, notes: list[str]) -> Mesh:
+    """One mesh of all parts, in their order. ``materials``: of the file, by number; None where trimesh's count."""
+    vertices, faces, normals, face_normals, face_materials = [], [], [], [], []
+    used: list[Material] = []
+    num_vertices = num_normals = 0
+    for part in parts:
+        own_faces, own_normals = part.faces(), part.normals()
+        vertices.append(part.vertices())
+        normals.append(own_normals)
+        faces.append(own_faces + num_vertices)
+        face_normals.append(own_faces + num_normals if len(own_normals) > 0 else np.full_like(own_faces, -1))
+        material = _material(part.mesh.visual, materials)
+        if material not in used:
+            used.append(material)
+        face_materials.append(np.full(len(own_faces), used.index(material), np.int32))
+        num_vertices += len(vertices[-1])
+        num_normals += len(own_normals)
+    if any(getattr(part.mesh.visual, "kind", None) in ("vertex", "face") for part in parts):
+        notes.append(f"{source}: colours of vertices and faces are not used")
     return Mesh(
-        vertices=np.concatenate([piece["vertices"] for piece in pieces]),
-        faces=np.concatenate(faces).astype(np.int32),
-        normals=np.concatenate([piece["normals"] for piece in pieces]),
-        face_normals=np.concatenate(face_normals).astype(np.int32) if has_normals else np.zeros((0, 3), np.int32),
-        face_materials=np.concatenate([piece["material_ids"] for piece in pieces]).astype(np.int32),
-        materials=materials or [Material()],
+        vertices=np.concatenate([np.zeros((0, 3)), *vertices]),
+        faces=np.concatenate([np.zeros((0, 3), np.int32), *faces]).astype(np.int32),
+        normals=np.concatenate([np.zeros((0, 3)), *normals]),
+        face_normals=np.concatenate(face_normals).astype(np.int32) if num_normals > 0 else np.zeros((0, 3), np.int32),
+        face_materials=np.concatenate([np.zeros(0, np.int32), *face_materials]),
+        materials=used or [Material()],
         source=source,
         notes=notes,
     )
 
 
-def _piece(part, transform: np.ndarray, materials: list, strengths: dict, notes: list, source: str) -> dict:
-    """The arrays of one trimesh in world space; its material is appended to ``materials`` unless it is there."""
-    linear = np.asarray(transform, np.float64)[:3, :3]
-    vertices = np.asarray(part.vertices, np.float64) @ linear.T + transform[:3, 3]
-    faces = np.asarray(part.faces, np.int64)
-    # trimesh computes vertex normals on demand; in its cache are those that were given.
-    normals = np.zeros((0, 3))
-    if "vertex_normals" in part._cache.cache:
-        determinant = np.linalg.det(linear)
-        if determinant != 0:
-            normals = np.asarray(part.vertex_normals, np.float64) @ (np.linalg.inv(linear) * np.sign(determinant))
-            lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-            normals = normals / np.where(lengths > 0, lengths, 1)
-    if np.linalg.det(linear) < 0:  # a mirror turns fronts into backs; the normals above follow it
-        faces = faces[:, ::-1]
-        normals = -normals
-    if getattr(part.visual, "kind", None) in ("vertex", "face"):
-        notes.append(f"{source}: its colours per {part.visual.kind} are not used")
-    material = _material(getattr(part.visual, "material", None), strengths)
-    if material not in materials:
-        materials.append(material)
-    return {
-        "vertices": vertices,
-        "faces": faces,
-        "normals": normals,
-        "material_ids": np.full(len(faces), materials.index(material)),
-    }
-
-
-def _material(visual, strengths: dict[str, float]) -> Material:
-    """A diffuse ``Material`` from trimesh's PBR or simple one."""
-    if visual is None:
+def _material(visual, materials: list[Material] | None) -> Material:
+    """A diffuse ``Material`` of what trimesh says about a mesh."""
+    look = getattr(visual, "material", None)
+    if look is None or materials == []:
         return Material()
-    name = getattr(visual, "name", None) or "default"
-    if hasattr(visual, "baseColorFactor"):
-        emission = visual.emissiveFactor
-        strength = strengths.get(name, 1.0)
-        return Material(
-            name=name,
-            Kd=_color(visual.baseColorFactor, (1.0, 1.0, 1.0)),
-            Ke=tuple(strength * e for e in _color(emission, (0.0, 0.0, 0.0))),
-        )
-    return Material(name=name, Kd=_color(getattr(visual, "diffuse", None), (0.8, 0.8, 0.8)))
+    if materials is not None:
+        return materials[int(look.name)]
+    name = getattr(look, "name", None) or "default"
+    if hasattr(look, "baseColorFactor"):
+        kd, ke = _color(look.baseColorFactor, (1.0, 1.0, 1.0)), _color(look.emissiveFactor, (0.0, 0.0, 0.0))
+        return Material(name=name, Kd=kd, Ke=ke)
+    return Material(name=name, Kd=_color(getattr(look, "diffuse", None), Material.Kd))
 
 
 def _color(value, default: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Three numbers in [0, 1] from what may be None, bytes or floats, with or without alpha."""
+    """Three numbers from what may be None, bytes or floats, with or without alpha."""
     if value is None:
         return default
     color = np.asarray(value)
-    scale = 1 / 255 if color.dtype.kind in "iu" else 1.0
-    return tuple(float(c) * scale for c in color[:3])
+    steps = 255 if color.dtype.kind in "iu" else 1
+    return tuple(float(c) / steps for c in color[:3])
 
 
-def _emission_strengths(path: Path) -> dict[str, float]:
-    """Material name → KHR_materials_emissive_strength of a glTF file, which trimesh drops."""
-    raw = read_bytes(path)
-    if raw[:4] == b"glTF":  # header of 12 bytes, then the length and type of the JSON chunk
-        (length,) = struct.unpack_from("<I", raw, 12)
-        raw = raw[20 : 20 + length]
-    extension = "KHR_materials_emissive_strength"
-    return {
-        material.get("name", "default"): float(material["extensions"][extension].get("emissiveStrength", 1.0))
-        for material in json.loads(raw).get("materials", [])
-        if extension in material.get("extensions", {})
-    }
+def _number_materials(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material]]:
+    """A glTF file whose materials are named 0, 1, 2 …, and the materials themselves.
+
+    trimesh rounds base colours to 8 bits and drops KHR_materials_emissive_strength; names in a file may repeat.
+    """
+    is_binary = raw[:4] == b"glTF"
+    start, rest = 0, b""
+    if is_binary:
+        _, version, _, length, _ = GLB_HEADER.unpack_from(raw)
+        start, rest = GLB_HEADER.size, raw[GLB_HEADER.size + length :]
+    content = json.loads(raw[start : len(raw) - len(rest)])
+    for extension in content.get("extensionsRequired", []):
+        if not extension.startswith(HARMLESS):
+            raise InputError(f"it needs the extension {extension}, which is not supported: export it without")
+    looks = content.get("materials", [])
+    materials = [_gltf_material(look) for look in looks]
+    if content.get("textures"):
+        notes.append("textures are not used")
+    for number, look in enumerate(looks):
+        look["name"] = str(number)
+    text = json.dumps(content).encode()
+    if not is_binary:
+        return text, materials
+    text += b" " * (-len(text) % 4)
+    total = GLB_HEADER.size + len(text) + len(rest)
+    return GLB_HEADER.pack(b"glTF", version, total, len(text), 0x4E4F534A) + text + rest, materials
+
+
+def _gltf_material(look: dict) -> Material:
+    """Kd is the base colour, Ke the emission times its strength, both linear (glTF 2.0, 3.9)."""
+    base = look.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0))
+    strength = look.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+    return Material(
+        name=look.get("name") or "default",
+        Kd=tuple(float(c) for c in base[:3]),
+        Ke=tuple(float(strength * c) for c in look.get("emissiveFactor", (0.0, 0.0, 0.0))),
+    )

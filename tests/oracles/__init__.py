@@ -1,0 +1,1 @@
+"""What is right, in plain float64 numpy, from the formulas alone: nothing here imports the package."""
