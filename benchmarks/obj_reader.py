@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.meshes import displaced_sphere
 from taichi_tracer.files.obj import read_obj
 
 CORNERS = {
@@ -18,21 +19,8 @@ CORNERS = {
 }
 
 
-def displaced_sphere(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
-    """(columns (rows + 1), 3) points on a bumpy sphere and (2 columns rows, 3) 1-based triangles between them."""
-    phi, theta = np.meshgrid(np.linspace(0, 2 * np.pi, columns, endpoint=False), np.linspace(0, np.pi, rows + 1))
-    radius = 1 + 0.05 * np.sin(9 * phi) * np.sin(7 * theta)
-    points = radius[..., None] * np.stack(
-        [np.sin(theta) * np.cos(phi), np.cos(theta), np.sin(theta) * np.sin(phi)], axis=-1
-    )
-    column, row = np.meshgrid(np.arange(columns), np.arange(rows))
-    a, b = row * columns + column + 1, row * columns + (column + 1) % columns + 1
-    triangles = np.stack([a, a + columns, b, b, a + columns, b + columns], axis=-1)
-    return points.reshape(-1, 3), triangles.reshape(-1, 3)
-
-
 def write_obj(path: Path, points: np.ndarray, triangles: np.ndarray, corner: str) -> None:
-    """An OBJ file with a normal (and where ``corner`` has them, texture coordinates) for every vertex."""
+    """An OBJ file with as many normals and texture coordinates as vertices, where ``corner`` has them."""
     face = "f " + " ".join(corner.replace("{0}", f"{{{k}}}") for k in range(3)) + "\n"
     with open(path, "w") as file:
         file.writelines("v {:.6f} {:.6f} {:.6f}\n".format(*p) for p in points.tolist())
@@ -40,7 +28,7 @@ def write_obj(path: Path, points: np.ndarray, triangles: np.ndarray, corner: str
             file.writelines("vt {:.6f} {:.6f}\n".format(*p[:2]) for p in points.tolist())
         if corner != "{0}":
             file.writelines("vn {:.6f} {:.6f} {:.6f}\n".format(*p) for p in points.tolist())
-        file.writelines(face.format(*t) for t in triangles.tolist())
+        file.writelines(face.format(*t) for t in (triangles + 1).tolist())
 
 
 def seconds_to_read(path: Path) -> float:
@@ -55,8 +43,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5, help="readings of each file (default: %(default)s)")
     arguments = parser.parse_args()
 
-    side = max(2, round((arguments.triangles / 2) ** 0.5))
-    points, triangles = displaced_sphere(side, side)
+    points, triangles = displaced_sphere(arguments.triangles)
     print(f"{len(triangles)} triangles, {len(points)} vertices, median of {arguments.repeats}")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sphere.obj"

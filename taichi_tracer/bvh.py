@@ -51,7 +51,7 @@ class BVHRayIntersector(RayIntersector):
             tree = bvh_build.build(np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1))
             order, wide = tree.order, collapse(tree)
         self.root, self.depth, self.stack_size = wide.root, wide.depth, wide.stack_size
-        self.num_nodes, self.cost = len(wide.children), wide.cost
+        self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
 
         builder = ti.FieldsBuilder()
         self.planes = ti.Vector.field(WIDTH, float)
@@ -68,6 +68,23 @@ class BVHRayIntersector(RayIntersector):
         self._fields = builder.finalize()
         self._load(wide.planes, wide.children, np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
         self.build_seconds = time.perf_counter() - start
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the nodes and of the triangles in the leaves' order."""
+        scalar = np.dtype(runtime.dtype()).itemsize
+        return self.num_nodes * WIDTH * (6 * scalar + 4) + self.num_leaf_triangles * (9 * scalar + 4)
+
+    def facts(self) -> dict[str, str]:
+        """What ``taichi-tracer info`` tells of the tree."""
+        per_triangle = self.bytes / max(1, self.num_leaf_triangles)
+        return {
+            "nodes": f"{self.num_nodes:,}",
+            "depth": f"{self.depth}",
+            "SAH cost": f"{self.cost:.1f} triangle tests for a ray that meets the bounds",
+            "build time": f"{self.build_seconds:.2f} s, compiling included",
+            "tree memory": f"{self.bytes:,} bytes ({per_triangle:.0f} bytes per triangle)",
+        }
 
     def destroy(self) -> None:
         """Free the tree's memory."""

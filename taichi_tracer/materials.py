@@ -7,6 +7,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import runtime
+from taichi_tracer.ray import real
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Material:
 
 # The same values inside kernels; a name has no place there.
 MaterialValues = ti.types.struct(
-    **{f.name: tm.vec3 if isinstance(f.default, tuple) else float for f in fields(Material) if f.name != "name"}
+    **{f.name: tm.vec3 if isinstance(f.default, tuple) else real for f in fields(Material) if f.name != "name"}
 )
 
 
@@ -67,16 +68,15 @@ class MaterialLibrary:
     def get(self, material_id):
         """The numbers of one material. Only those that are used are read: the compiler drops the rest."""
         i = material_id
-        m = self.table
         return MaterialValues(
-            Kd=tm.vec3(m[i, 0], m[i, 1], m[i, 2]),
-            Ka=tm.vec3(m[i, 3], m[i, 4], m[i, 5]),
-            Ks=tm.vec3(m[i, 6], m[i, 7], m[i, 8]),
-            Ke=tm.vec3(m[i, 9], m[i, 10], m[i, 11]),
-            Ns=m[i, 12],
-            Ni=m[i, 13],
-            d=m[i, 14],
-            alpha_x=m[i, 15],
-            alpha_y=m[i, 16],
-            F0=tm.vec3(m[i, 17], m[i, 18], m[i, 19]),
+            Kd=tm.vec3(self.table[i, 0], self.table[i, 1], self.table[i, 2]),
+            Ka=tm.vec3(self.table[i, 3], self.table[i, 4], self.table[i, 5]),
+            Ks=tm.vec3(self.table[i, 6], self.table[i, 7], self.table[i, 8]),
+            Ke=tm.vec3(self.table[i, 9], self.table[i, 10], self.table[i, 11]),
+            Ns=self.table[i, 12],
+            Ni=self.table[i, 13],
+            d=self.table[i, 14],
+            alpha_x=self.table[i, 15],
+            alpha_y=self.table[i, 16],
+            F0=tm.vec3(self.table[i, 17], self.table[i, 18], self.table[i, 19]),
         )

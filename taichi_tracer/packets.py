@@ -96,11 +96,11 @@ class Packets:
         reach = lanes(0.0)
         for k in ti.static(range(3)):
             reach = larger(reach, larger(abs(low[k] - self.o[c, k]), abs(high[k] - self.o[c, k])))
-        pad = pad_factor * reach
         heading = ti.Vector([0] * LANES)
         for k in ti.static(range(3)):
             inverse = 1 / self.d[c, k]
             is_forward = inverse >= 0
+            pad = pad_factor * (reach + abs(self.o[c, k]) / 4)
             towards = ti.select(is_forward, pad, -pad)
             self.i[c, k] = inverse
             self.n[c, k] = self.o[c, k] + towards

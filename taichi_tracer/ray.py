@@ -3,6 +3,9 @@
 import taichi as ti
 import taichi.math as tm
 
+# The scalar type of tm.vec3, which follows the running precision; ``float`` in a dataclass stays what it was on import.
+real = tm.vec3.dtype
+
 
 @ti.dataclass
 class Ray:
@@ -29,7 +32,7 @@ class HitData:
     is_hit: ti.i32
     is_backfacing: ti.i32
     triangle_id: ti.i32
-    distance: float
+    distance: real
     barycentric_coords: tm.vec2
     normal: tm.vec3
     geometric_normal: tm.vec3

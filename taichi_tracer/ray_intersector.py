@@ -114,6 +114,14 @@ def stable_normal(v0, v1, v2):
 
 
 @ti.func
+def plane_distance(o, d, v0, v1, v2):
+    """t where the ray meets the triangle's plane, computed in f64: the nearest f32, also for an origin close to it."""
+    a = ti.cast(v0, ti.f64) - ti.cast(o, ti.f64)
+    n = tm.cross(ti.cast(v1, ti.f64) - ti.cast(v0, ti.f64), ti.cast(v2, ti.f64) - ti.cast(v0, ti.f64))
+    return ti.cast(tm.dot(a, n) / tm.dot(ti.cast(d, ti.f64), n), ti.f32)
+
+
+@ti.func
 def unit(v):
     """v / |v|, also where |v|² is beyond the largest or below the smallest number: scaled by its largest component."""
     w = v / abs(v).max()
@@ -172,7 +180,7 @@ class RayIntersector(ABC):
 
     @abstractmethod
     def nearest(self, ray, t_min, t_max):
-        """(t, id, u, v) of the nearest hit with t_min < t < t_max, ties to the lowest id; (t_max, −1, 0, 0) for none."""
+        """(t, id, u, v) of the nearest hit with t_min < t < t_max, of equals the lowest id; else (t_max, −1, 0, 0)."""
 
     @abstractmethod
     def is_blocked(self, ray, t_min, t_max):
@@ -183,9 +191,9 @@ class RayIntersector(ABC):
         """``ray`` prepared for ``box_interval``."""
         o, d = ray.origin, ray.direction
         reach = ti.max(abs(tm.vec3(self.geometry.low) - o), abs(tm.vec3(self.geometry.high) - o)).max()
-        pad = self.pad_factor * reach
+        pad = self.pad_factor * (reach + abs(o) / 4)  # the second part outweighs the rounding of o ± pad
         inverse = 1 / d
-        towards = ti.select(inverse >= 0, tm.vec3(pad), tm.vec3(-pad))
+        towards = ti.select(inverse >= 0, pad, -pad)
         return RayBounds(inverse=inverse, near_origin=o + towards, far_origin=o - towards)
 
     @ti.func
@@ -241,8 +249,18 @@ class RayIntersector(ABC):
 
     @ti.func
     def describe(self, ray, t, triangle_id, u, v):
-        """HitData from t, id and barycentrics; both normals face the origin of the ray (A1-13, C-17)."""
+        """HitData from t, id and barycentrics; both normals face the origin of the ray (A1-13, C-17).
+
+        Once per hit there is time to compute t again, as exactly as it can be said.
+        """
         v0, v1, v2 = self.geometry.triangle(triangle_id)
+        distance = t
+        if ti.static(runtime.can_widen()):
+            low, high = ti.min(v0, v1, v2), ti.max(v0, v1, v2)
+            t_near, t_far = box_interval(self.ray_bounds(ray), low, high, -tm.inf, tm.inf)
+            exact = plane_distance(ray.origin, ray.direction, v0, v1, v2)
+            if t_near <= exact and exact <= t_far:
+                distance = exact
         geometric_normal = unit(stable_normal(v0, v1, v2))
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
         is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
@@ -251,7 +269,7 @@ class RayIntersector(ABC):
             is_hit=1,
             is_backfacing=is_backfacing,
             triangle_id=triangle_id,
-            distance=t,
+            distance=distance,
             barycentric_coords=tm.vec2(u, v),
             normal=facing * normal,
             geometric_normal=facing * geometric_normal,

@@ -161,7 +161,7 @@ class SceneData:
                 raise InputError(f"intersect: {name} must have the shape (n, 3), not {array.shape}")
             arrays.append(array.reshape(-1, 3))
         try:
-            n = np.broadcast_shapes(arrays[0].shape[:1], arrays[1].shape[:1])[0]
+            n = np.broadcast_shapes(*(a.shape[:1] for a in arrays), np.shape(t_min), np.shape(t_max))[0]
             o, d = (np.ascontiguousarray(np.broadcast_to(a, (n, 3))) for a in arrays)
             lo, hi = (np.ascontiguousarray(np.broadcast_to(np.asarray(t, dtype), (n,))) for t in (t_min, t_max))
         except ValueError:

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
-
 MAX_DISTANCE = 10.0  # shown as white (A1-15)
 # Ids become colours by multiplying with π, the digits of Planck's constant and e, and keeping the fraction (A1-15).
-ID_COLOR = (3.14159265, 6.62607015, 2.71828182)
+ID_COLOR_UNIT = 100_000_000
+ID_COLOR = (314159265, 662607015, 271828182)  # in ID_COLOR_UNITs
 
 
 @dataclass(frozen=True)
@@ -65,13 +64,11 @@ def material_id(data):
 
 @ti.func
 def id_color(i):
-    """(i + 1)·ID_COLOR mod 1. In f64 where there is one: an f32 product with a large id keeps no fraction."""
+    """(i + 1)·ID_COLOR mod 1, in integers: a product of floats with a large id would keep no fraction."""
     color = tm.vec3(0)
     for k in ti.static(range(3)):
-        if ti.static(runtime.has_f64()):
-            color[k] = ti.cast(tm.fract(ti.cast(i + 1, ti.f64) * ti.cast(ID_COLOR[k], ti.f64)), float)
-        else:
-            color[k] = tm.fract((i + 1) * ID_COLOR[k])
+        product = ti.cast(i + 1, ti.i64) * ID_COLOR[k]
+        color[k] = ti.cast(product % ID_COLOR_UNIT, float) / ID_COLOR_UNIT
     return color
 
 

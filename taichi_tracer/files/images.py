@@ -1,8 +1,8 @@
 """Images in and out: linear floating point, (height, width, 3), top row first (C-15).
 
-PNG and JPEG go through Pillow; EXR, HDR and 16-bit PNG through OpenImageIO, the extra ``exr``. It alone reads and writes all
-three, with wheels for every supported Python on Linux, Windows and macOS under Apache-2.0: OpenCV's wheels come with
-EXR switched off, and the package OpenEXR knows neither HDR nor PNG. PFM, PPM and NPY are plain enough to be written here.
+PNG and JPEG go through Pillow; EXR, HDR and 16-bit PNG through OpenImageIO, the extra ``exr``. It alone reads and
+writes all three, with wheels for every supported Python on Linux, Windows and macOS under Apache-2.0: OpenCV's wheels
+have EXR switched off, and the package OpenEXR knows neither HDR nor PNG. PFM, PPM and NPY are written here.
 """
 
 import io
@@ -46,8 +46,8 @@ def linear_from_srgb(values: np.ndarray) -> np.ndarray:
 
 
 def encode_png(image: np.ndarray, srgb: bool = False) -> bytes:
-    """The bytes of a PNG file."""
-    return _encode_pillow(image, srgb, "PNG")
+    """The bytes of a PNG file; arguments as for ``save_image``."""
+    return _encode_pillow(_as_rgb(np.asarray(image), "image"), srgb, "PNG")
 
 
 def _encode_pillow(image: np.ndarray, srgb: bool, kind: str) -> bytes:
@@ -98,7 +98,7 @@ def _encode_openimageio(image: np.ndarray, extension: str) -> bytes:
 def to_rgbe(image: np.ndarray) -> np.ndarray:
     """(h, w, 3) float32: the nearest values that HDR files hold, 8 bits each with a common exponent (Ward 1991).
 
-    Encoders cut off what they cannot hold, which darkens a picture by half a step; these values have nothing to cut off.
+    Encoders cut off what they cannot hold, which darkens a picture by half a step; from these values they cut nothing.
     Negative values and NaN become 0.
     """
     values = np.clip(np.nan_to_num(np.asarray(image, np.float64), nan=0.0), 0.0, LARGEST_RGBE)

@@ -1,0 +1,106 @@
+"""Packets and single rays give the same bits, and both what the intersector says."""
+
+import numpy as np
+import pytest
+from conftest import start
+from shapes import lattice, soup, sphere
+
+import taichi_tracer as tt
+from taichi_tracer.camera import Camera
+from taichi_tracer.packets import PACKET_TESTS
+from taichi_tracer.primary_hits import PrimaryHits
+from taichi_tracer.ray_intersector import BruteForceRayIntersector
+
+FIELDS = ("distance", "triangle_id", "u", "v")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def fields_of(hits):
+    """Every field of the hits, without the lanes beside the picture."""
+    lane_x, lane_y = np.divmod(np.arange(16), 4)
+    tile_x, tile_y = np.divmod(np.arange(hits.tiles_x * hits.tiles_y), hits.tiles_y)
+    inside = (tile_x[:, None] * 4 + lane_x < hits.width) & (tile_y[:, None] * 4 + lane_y < hits.height)
+    return {name: getattr(hits, name).to_numpy()[inside] for name in FIELDS}
+
+
+def assert_same_bits(single, packets):
+    """Trace in both forms and compare; returns the ids."""
+    for hits in (single, packets):
+        hits.trace()
+    assert single.packets is None
+    assert packets.packets is not None
+    a, b = fields_of(single), fields_of(packets)
+    for name in FIELDS:
+        np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+    return a["triangle_id"]
+
+
+def many_shapes(rng):
+    """A soup at the origin, a lattice of integers at x = 20, a closed sphere at x = −20."""
+    parts = [soup(rng, 300), lattice(rng, 60), sphere()]
+    vertices = [v + [x, 0, 0] for (v, _), x in zip(parts, (0, 20, -20), strict=True)]
+    starts = np.cumsum([0, *(len(v) for v in vertices[:-1])])
+    return np.concatenate(vertices), np.concatenate([f + n for (_, f), n in zip(parts, starts, strict=True)])
+
+
+VIEWS = {
+    "soup": {"eye": (0, 0.5, 4), "at": (0, 0, 0)},
+    "lattice seen along an axis": {"eye": (20.0, 0.0, 6.0), "at": (20.0, 0.0, 0.0)},
+    "lattice from a lattice point": {"eye": (22.0, 1.0, 6.0), "at": (22.0, 1.0, 0.0)},
+    "inside a sphere": {"eye": (-19.9, 0.2, 0.3), "at": (-19.9, 0.2, 1.3), "fov": 160.0},
+}
+
+
+@pytest.mark.parametrize("test", PACKET_TESTS)
+def test_packets_equal_single_rays_bit_for_bit(test, rng):
+    scene = tt.scene_from_mesh(*many_shapes(rng), triangle_test=test)
+    camera = Camera(61, 47)
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    for name, view in VIEWS.items():
+        camera.set_camera_parameters(**{"fov": 60.0, **view})
+        assert (assert_same_bits(single, packets) >= 0).mean() > 0.1, name
+
+
+def test_packets_equal_single_rays_far_from_the_origin():
+    scene = tt.scene_from_mesh(*sphere(centre=(1e4, 0, -2e4)))
+    camera = Camera(18, 18, eye=(1e4, 0.5, -2e4 + 4), at=(1e4, 0, -2e4))
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    assert (assert_same_bits(single, packets) >= 0).mean() > 0.1
+
+
+def test_an_empty_scene_has_no_hits():
+    scene = tt.scene_from_mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
+    single, packets = (PrimaryHits(scene, Camera(3, 2), use_packets=use) for use in (False, True))
+    assert (assert_same_bits(single, packets) == -1).all()
+    assert np.isinf(fields_of(packets)["distance"]).all()
+
+
+def test_the_hits_are_those_of_intersect():
+    scene = tt.load_scene_data("cornell_box")
+    camera = Camera(20, 12, **scene.view)
+    hits = PrimaryHits(scene, camera, use_packets=False)
+    hits.trace()
+    from oracles.rays import eye_rays
+
+    view = {name: scene.view[name] for name in ("eye", "at", "up", "fov")}
+    asked = scene.intersect(scene.view["eye"], eye_rays(**view, width=20, height=12).reshape(-1, 3))
+    found = hits.triangle_id.to_numpy().reshape(5, 3, 4, 4).transpose(1, 3, 0, 2).reshape(12, 20)
+    assert (found.reshape(-1) == asked.triangle_id).mean() > 0.99
+
+
+def test_brute_force_and_replaced_cameras_go_ray_by_ray():
+    """Whoever replaces the plain form alone gets the plain form, not the packets of the class below."""
+    brute = tt.load_scene_data("cube", intersector=BruteForceRayIntersector.name)
+    assert not PrimaryHits(brute, Camera(8, 8)).can_use_packets
+
+    class MyCamera(Camera):
+        def generate_ray(self, pixel_x, pixel_y):
+            return super().generate_ray(pixel_x, pixel_y)
+
+    scene = tt.load_scene_data("cube")
+    assert PrimaryHits(scene, Camera(8, 8)).can_use_packets
+    assert not PrimaryHits(scene, MyCamera(8, 8)).can_use_packets

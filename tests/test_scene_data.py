@@ -1,0 +1,136 @@
+"""Questions asked of a scene from Python: shapes in, shapes out, and the oracle's answers on the Cornell box."""
+
+import numpy as np
+import pytest
+from conftest import DEBUG, start
+from oracles import rays as oracle
+from shapes import SQUARE, sphere
+
+import taichi_tracer as tt
+from taichi_tracer.scene_data import INTERSECTORS
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@pytest.fixture(scope="module")
+def square():
+    return tt.scene_from_mesh(*SQUARE)
+
+
+def test_a_million_rays_in_the_cornell_box_agree_with_the_oracle():
+    """Hit and id exactly, t to 1e-5, on every ray that float64 puts more than rounding away from an edge."""
+    count = 20_000 if DEBUG else 1_000_000
+    scene = tt.load_scene_data("cornell_box")
+    rng = np.random.default_rng(3)
+    low, high = scene.geometry.low, scene.geometry.high
+    origins = rng.uniform(low - 0.5, high + 0.5, (count, 3)).astype(np.float32)
+    directions = rng.normal(size=(count, 3)).astype(np.float32)
+    hits = scene.intersect(origins, directions)
+    vertices, faces = scene.geometry.arrays
+    ids, t, _, _, margin = oracle.nearest(origins, directions, vertices, faces)
+    sure = margin > 1e-5
+    assert sure.mean() > 0.999
+    np.testing.assert_array_equal(hits.triangle_id[sure], ids[sure])
+    np.testing.assert_array_equal(hits.is_hit[sure], ids[sure] >= 0)
+    found = sure & (ids >= 0)
+    assert 0.4 < found.mean() < 0.9
+    error = np.abs(hits.distance[found] - t[found]) / t[found]
+    assert error.max() < 1e-6
+
+
+def test_answers_have_the_promised_shapes_and_values(square):
+    hits = square.intersect([[0.5, 0.25, 2], [5, 5, 2]], [[0, 0, -1], [0, 0, -1]])
+    assert hits.is_hit.dtype == bool
+    np.testing.assert_array_equal(hits.is_hit, [True, False])
+    np.testing.assert_array_equal(hits.distance, [2, np.inf])
+    np.testing.assert_array_equal(hits.triangle_id, [0, -1])
+    np.testing.assert_allclose(hits.barycentric_coords, [[0.125, 0.625], [0, 0]])
+    np.testing.assert_array_equal(hits.normal, [[0, 0, 1], [0, 0, 0]])
+    np.testing.assert_array_equal(hits.material_id, [0, -1])
+    assert len(hits) == 2
+
+
+def test_one_ray_meets_many_and_none_is_fine(square):
+    assert len(square.intersect([0, 0, 1], [[0, 0, -1], [0, 0, 1], [0, 1, 0]])) == 3
+    assert len(square.intersect([0, 0, 1], [0, 0, -1])) == 1
+    assert len(square.intersect(np.zeros((0, 3)), np.zeros((0, 3)))) == 0
+    assert len(square.intersect([], [])) == 0
+    assert len(square.occluded([], [])) == 0
+    np.testing.assert_array_equal(
+        square.occluded([0, 0.1, 1], [0, 0, -1], t_max=[0.5, 1.0, 1.5, np.inf]), [False, False, True, True]
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([[0, 0]], [[0, 0, 1]]), "origins must have the shape (n, 3), not (1, 2)"),
+        (([0, 0, 0], 1.0), "directions must have the shape (n, 3)"),
+        ((np.zeros((2, 3)), np.zeros((3, 3))), "do not fit together: (2, 3), (3, 3)"),
+        ((np.zeros((2, 3)), np.zeros((2, 3)), [0, 0, 0]), "do not fit together"),
+    ],
+)
+def test_shapes_that_do_not_fit_are_named(square, arguments, message):
+    with pytest.raises(tt.InputError) as error:
+        square.intersect(*arguments)
+    assert message in str(error.value)
+
+
+def test_f64_rays_are_traced_in_f64():
+    """A hit 1e-12 beyond t_min is one, and its distance has 15 digits."""
+    start("f64")
+    scene = tt.scene_from_mesh(*SQUARE)
+    hits = scene.intersect([0.2, 0.1, 1 + 1e-12], [0, 0, -1], t_min=1.0)
+    assert hits.is_hit[0]
+    assert hits.distance.dtype == np.float64
+    np.testing.assert_allclose(hits.distance[0] - 1, 1e-12, rtol=1e-3)
+    start("f32")
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: tt.scene_from_mesh([[0, 0, 0]], [[0, 0, 3]]), "triangle 0 has vertex index 3, which is out of range"),
+        (lambda: tt.scene_from_mesh(np.zeros((3, 3)), [[0, 1.5, 2]]), "faces must be integers, not float64"),
+        (lambda: tt.scene_from_mesh("abc", [[0, 1, 2]]), "arrays of numbers"),
+        (lambda: tt.scene_from_mesh(*SQUARE, intersector="bhv"), "bvh"),
+        (lambda: tt.scene_from_mesh(*SQUARE, triangle_test="water"), "watertight"),
+    ],
+)
+def test_what_cannot_be_a_scene_is_one_line(make, message):
+    with pytest.raises(tt.InputError) as error:
+        make()
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_trimesh_is_a_scene_too():
+    import trimesh
+
+    vertices, faces = sphere()
+    by_arrays = tt.scene_from_mesh(vertices, faces).intersect([0, 0, 3], [0.1, 0.05, -1])
+    by_trimesh = tt.scene_from_mesh(trimesh.Trimesh(vertices, faces, process=False)).intersect(
+        [0, 0, 3], [0.1, 0.05, -1]
+    )
+    assert by_arrays.triangle_id[0] == by_trimesh.triangle_id[0]
+    assert by_arrays.distance[0] == by_trimesh.distance[0]
+
+
+@pytest.mark.parametrize("name", list(INTERSECTORS))
+def test_notebooks_show_a_table(name):
+    scene = tt.scene_from_mesh(*SQUARE, intersector=name)
+    html = scene.intersect(np.zeros((30, 3)) + [0, 0.5, 1], [0, 0, -1])._repr_html_()
+    assert "30 rays, 30 hits" in html
+    assert html.count("<tr>") == 21
+    assert "and 10 more rays" in html
+    assert f"2 triangles, 1 materials, {name}" in repr(scene)
+
+
+def test_destroyed_scenes_free_their_memory_once():
+    scene = tt.scene_from_mesh(*SQUARE)
+    scene.destroy()
+    scene.destroy()
+    assert tt.scene_from_mesh(*SQUARE).intersect([0, 0.1, 1], [0, 0, -1]).is_hit[0]

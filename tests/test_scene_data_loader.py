@@ -1,0 +1,62 @@
+"""From a name or a path to a scene, and what is said when there is none."""
+
+import pytest
+from conftest import start
+
+import taichi_tracer as tt
+from taichi_tracer.scene_data_loader import COURSE_VIEW
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@pytest.mark.parametrize("name", tt.scene_names())
+def test_every_shipped_scene_loads_with_the_courses_view(name):
+    scene = tt.load_scene_data(name)
+    assert scene.num_triangles > 0
+    assert scene.dropped == 0
+    assert scene.view == COURSE_VIEW
+    scene.destroy()
+
+
+def test_shipped_names_are_those_of_the_issue():
+    assert {"cornell_box", "specular_spheres", "cube", "sphere", "torus_knot", "blob"} <= set(tt.scene_names())
+
+
+def test_a_path_is_a_scene_framed_by_its_box(tmp_path):
+    path = tmp_path / "two words.obj"
+    path.write_text("v 10 0 0\nv 12 0 0\nv 10 2 0\nf 1 2 3\n")
+    scene = tt.load_scene_data(path)
+    assert scene.intersect([10.5, 0.5, 1], [0, 0, -1]).is_hit[0]
+    assert list(scene.view["at"]) == [11, 1, 0]
+    renderer = tt.A1Renderer(scene_data=scene, width=16, height=16)
+    assert renderer.use("hit").image().max() == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("cornel_box", "cornell_box"),
+        ("nowhere/at/all.obj", "nowhere/at/all.obj: no such file"),
+        ("missing.ply", "missing.ply: no such file"),
+    ],
+)
+def test_a_missing_scene_is_named_with_what_would_have_worked(name, message):
+    with pytest.raises(tt.InputError) as error:
+        tt.load_scene_data(name)
+    assert message in str(error.value)
+
+
+def test_a_file_without_triangles_is_refused(tmp_path):
+    path = tmp_path / "points.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\n")
+    with pytest.raises(tt.InputError, match="the file has no triangles"):
+        tt.load_scene_data(path)
+
+
+def test_options_reach_the_scene(tmp_path):
+    scene = tt.load_scene_data("cube", intersector="brute_force", triangle_test="moller_trumbore")
+    assert scene.ray_intersector.name == "brute_force"
+    assert scene.ray_intersector.triangle_test == "moller_trumbore"
