@@ -1,22 +1,8 @@
-"""Taichi starts once per precision and module; TAICHI_TRACER_DEBUG=1 checks the bounds of every read (slow)."""
-
-import os
-from pathlib import Path
+"""Taichi in each precision, and random numbers."""
 
 import numpy as np
 import pytest
-
-from taichi_tracer import runtime
-
-DEBUG = os.environ.get("TAICHI_TRACER_DEBUG") == "1"
-DATA = Path(__file__).parent.parent.parent / "shared" / "data"
-
-
-def start(precision: str = "f32", **options) -> None:
-    """Taichi on the CPU in a precision, whatever ran before."""
-    wanted = runtime.Settings("cpu", precision, options.get("fast_math", False))
-    if runtime.current() != wanted or options:
-        runtime.init("cpu", precision, force=True, debug=DEBUG, **options)
+from support import start
 
 
 @pytest.fixture(scope="module")
@@ -36,11 +22,3 @@ def precision(request):
 def rng():
     """Random numbers that are the same in every run."""
     return np.random.default_rng(20)
-
-
-def data_file(name: str) -> Path:
-    """A real mesh from beside the checkout; the test is skipped where there is none."""
-    path = DATA / name
-    if not path.exists():
-        pytest.skip(f"{name} is not here")
-    return path

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from conftest import start
 from shapes import SQUARE, sphere
+from support import start
 
 import taichi_tracer as tt
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import start
+from support import start
 
 from taichi_tracer import bvh_build
 

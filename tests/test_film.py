@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import taichi as ti
-from conftest import DEBUG, start
+from support import DEBUG, start
 
 import taichi_tracer as tt
 from taichi_tracer import runtime

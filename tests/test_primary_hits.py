@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from conftest import start
 from shapes import lattice, soup, sphere
+from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from conftest import DEBUG, start
 from oracles import rays as oracle
 from shapes import SQUARE, soup, sphere
+from support import DEBUG, start
 
 import taichi_tracer as tt
 from taichi_tracer.ray_intersector import TRIANGLE_TESTS

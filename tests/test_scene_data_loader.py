@@ -1,7 +1,7 @@
 """From a name or a path to a scene, and what is said when there is none."""
 
 import pytest
-from conftest import start
+from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.scene_data_loader import COURSE_VIEW

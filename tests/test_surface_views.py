@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import start
 from oracles import rays, views
+from support import start
 
 import taichi_tracer as tt
 from taichi_tracer import surface_views

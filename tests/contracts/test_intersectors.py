@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from conftest import DEBUG, data_file, start
 from shapes import SQUARE, lattice, soup, sphere
+from support import DEBUG, data_file, start
 
 import taichi_tracer as tt
 from taichi_tracer.ray_intersector import TRIANGLE_TESTS

@@ -1,0 +1,26 @@
+"""How tests start Taichi and find real meshes; TAICHI_TRACER_DEBUG=1 checks the bounds of every read (slow)."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from taichi_tracer import runtime
+
+DEBUG = os.environ.get("TAICHI_TRACER_DEBUG") == "1"
+DATA = Path(__file__).parent.parent.parent / "shared" / "data"
+
+
+def start(precision: str = "f32", **options) -> None:
+    """Taichi on the CPU in a precision, whatever ran before."""
+    wanted = runtime.Settings("cpu", precision, options.get("fast_math", False))
+    if runtime.current() != wanted or options:
+        runtime.init("cpu", precision, force=True, debug=DEBUG, **options)
+
+
+def data_file(name: str) -> Path:
+    """A real mesh from beside the checkout; the test is skipped where there is none."""
+    path = DATA / name
+    if not path.exists():
+        pytest.skip(f"{name} is not here")
+    return path
