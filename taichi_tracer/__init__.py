@@ -35,7 +35,9 @@ _HOME_OF = {
     "scene_from_mesh": "scene_data",
     "load_scene_data": "scene_data_loader",
     "scene_names": "scene_data_loader",
+    "Environment": "environment",
     "A1Renderer": "renderer",
+    "A2Renderer": "renderer",
     "save_image": "files.images",
     "read_image": "files.images",
 }

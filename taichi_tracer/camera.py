@@ -171,15 +171,15 @@ class Camera:
         return Ray(origin=eye, direction=direction * (1 / direction.norm()))
 
     @ti.func
-    def generate_rays(self, pixel_x, pixel_y):
-        """``generate_ray`` of several pixel centres at once, for packets: the same bits.
+    def generate_rays(self, pixel_x, pixel_y, xi_x, xi_y):
+        """``generate_ray`` through points ξ of several pixels at once, for packets: the same bits.
 
-        Takes two vectors of pixel coordinates, and returns the origin and three vectors with the components of the
-        directions.
+        Takes vectors of pixel coordinates and of points within the pixels, and returns the origin and three vectors
+        with the components of the directions.
         """
         half, m = self.half_size[None], self.camera_to_world[None]
-        x = (2 * (pixel_x + 0.5) / self.width - 1) * half.x
-        y = (2 * (pixel_y + 0.5) / self.height - 1) * half.y
+        x = (2 * (pixel_x + xi_x) / self.width - 1) * half.x
+        y = (2 * (pixel_y + xi_y) / self.height - 1) * half.y
         dx = m[0, 0] * x + m[0, 1] * y + m[0, 2]
         dy = m[1, 0] * x + m[1, 1] * y + m[1, 2]
         dz = m[2, 0] * x + m[2, 1] * y + m[2, 2]

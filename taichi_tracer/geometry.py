@@ -101,10 +101,13 @@ class Geometry:
         arrays: the same vertices and faces as numpy arrays, for builders of accelerators.
     """
 
-    def __init__(self, mesh: Mesh, fields: ti.FieldsBuilder) -> None:
+    def __init__(self, mesh: Mesh, fields: ti.FieldsBuilder, keep_normals: bool = False) -> None:
         self.num_triangles = len(mesh.faces)
         self.arrays = mesh.vertices, mesh.faces
-        self.has_normals = bool((mesh.face_normals >= 0).any())
+        if keep_normals and len(mesh.face_normals) == 0:
+            no_ids = np.full((max(1, self.num_triangles), 3), -1, np.int32)
+            mesh.normals, mesh.face_normals = np.zeros((1, 3)), no_ids
+        self.has_normals = keep_normals or bool((mesh.face_normals >= 0).any())
         used = mesh.vertices[np.unique(mesh.faces)] if self.num_triangles > 0 else np.zeros((1, 3))
         self.low, self.high = used.min(axis=0).astype(np.float64), used.max(axis=0).astype(np.float64)
 
@@ -165,6 +168,18 @@ class Geometry:
         """The three vertices v0, v1, v2."""
         ids = self.faces[triangle_id]
         return self.vertices[ids.x], self.vertices[ids.y], self.vertices[ids.z]
+
+    @ti.func
+    def position(self, triangle_id, u, v):
+        """(1 − u − v) v0 + u v1 + v v2, and a bound of its rounding error by component, for ``offset_origin``.
+
+        From barycentrics the point lies on the triangle but for rounding, however far the ray came from. The bound is γ(7)
+        of PBR, 4th edition, section 6.8.5, doubled for the rounding of the next triangle test.
+        """
+        v0, v1, v2 = self.triangle(triangle_id)
+        w = 1 - u - v
+        size = abs(w * v0) + abs(u * v1) + abs(v * v2)
+        return w * v0 + u * v1 + v * v2, size * ti.static(8 * runtime.epsilon())
 
     @ti.func
     def shading_normal(self, triangle_id, u, v, geometric_normal):

@@ -52,17 +52,30 @@ def as_table(materials: list[Material]) -> np.ndarray:
 
 @ti.data_oriented
 class MaterialLibrary:
-    """The materials of one scene, found by material id."""
+    """The materials of one scene, found by material id.
 
-    def __init__(self, materials: list[Material], fields: ti.FieldsBuilder) -> None:
-        self.materials = list(materials)
+    Args:
+        kinds: for each material, which BRDF it has: whatever number the scene's maker finds it by.
+    """
+
+    def __init__(self, materials: list[Material], kinds: list[int], fields: ti.FieldsBuilder) -> None:
+        self.materials, self._kinds = list(materials), list(kinds)
         self.table = ti.field(float)
+        self.kinds = ti.field(ti.i32)
+        fields.dense(ti.i, max(1, len(self.materials))).place(self.kinds)
         fields.dense(ti.ij, (max(1, len(self.materials)), as_table([Material()]).shape[1])).place(self.table)
 
     def load(self) -> None:
         """Copy the materials into the field; after the builder's ``finalize``."""
         if len(self.materials) > 0:
-            self.table.from_numpy(as_table(self.materials).astype(runtime.dtype()))
+            self._load(as_table(self.materials).astype(runtime.dtype()), np.array(self._kinds, np.int32))
+
+    @ti.kernel
+    def _load(self, table: ti.types.ndarray(ndim=2), kinds: ti.types.ndarray(ndim=1)):
+        for i in range(table.shape[0]):
+            self.kinds[i] = kinds[i]
+            for k in range(table.shape[1]):
+                self.table[i, k] = table[i, k]
 
     @ti.func
     def get(self, material_id):

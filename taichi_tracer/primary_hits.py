@@ -3,10 +3,11 @@
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
+from taichi_tracer import runtime, sampler
 from taichi_tracer.camera import Camera
-from taichi_tracer.packets import LANES, PACKET_TESTS, TILE, Packets
+from taichi_tracer.packets import LANES, PACKET_TESTS, TILE, Packets, lanes
 from taichi_tracer.ray_intersector import no_hit
+from taichi_tracer.sampler import SampleKey
 from taichi_tracer.scene_data import SceneData
 
 PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
@@ -30,12 +31,21 @@ class PrimaryHits:
     Args:
         scene_data: what is hit.
         camera: where the rays come from.
+        jitter: whether rays pass through a random point of their pixel instead of its centre (A2-1).
+        samples: where the random point comes from, see ``sampler.ALL``.
         use_packets: None takes packets, where they can be had, from the second picture on: a single one is sooner done
             without.
     """
 
-    def __init__(self, scene_data: SceneData, camera: Camera, use_packets: bool | None = None) -> None:
-        self.scene_data, self.camera = scene_data, camera
+    def __init__(
+        self,
+        scene_data: SceneData,
+        camera: Camera,
+        jitter: bool = False,
+        samples: type = sampler.SobolSampler,
+        use_packets: bool | None = None,
+    ) -> None:
+        self.scene_data, self.camera, self.jitter, self.sampler = scene_data, camera, jitter, samples
         self.width, self.height = camera.width, camera.height
         intersector = scene_data.ray_intersector
         on_cpu = runtime.ensure().arch == "cpu"
@@ -55,33 +65,46 @@ class PrimaryHits:
         self.u = ti.Vector.field(LANES, float, shape=shape)
         self.v = ti.Vector.field(LANES, float, shape=shape)
 
-    def trace(self) -> None:
-        """Send one eye ray through the centre of every pixel."""
+    def trace(self, seed: int = 0, index: int = 0) -> None:
+        """Send one eye ray through every pixel: with jitter, that of one sample."""
         use_packets = self.can_use_packets and self.traces > 0 if self.use_packets is None else self.use_packets
         self.traces += 1
         if not use_packets:
-            self._trace_rays()
+            self._trace_rays(seed, index)
             return
         if self.packets is None:
             self.packets = Packets(PLACES)
-        self._trace_packets()
+        self._trace_packets(seed, index)
 
     @ti.func
     def tile_and_lane(self, x, y):
         """Where a pixel is kept."""
         return (x // TILE) * self.tiles_y + y // TILE, (x % TILE) * TILE + y % TILE
 
+    @ti.func
+    def eye_ray(self, x, y, key):
+        """The ray of a pixel in one sample."""
+        xi = tm.vec2(0.5)
+        if ti.static(self.jitter):
+            xi = sampler.get_2d(self.sampler, key, sampler.PIXEL)
+        return self.camera.generate_ray(x, y, self.jitter, xi)
+
+    @ti.func
+    def key(self, x, y, seed, index):
+        """What the random numbers of a pixel in one sample depend on."""
+        return SampleKey(seed=seed, pixel=ti.cast(y * self.width + x, ti.u32), index=index)
+
     @ti.kernel
-    def _trace_rays(self):
+    def _trace_rays(self, seed: ti.u32, index: ti.u32):
         for x, y in ti.ndrange(self.width, self.height):
             tile, lane = self.tile_and_lane(x, y)
-            ray = self.camera.generate_ray(x, y)
+            ray = self.eye_ray(x, y, self.key(x, y, seed, index))
             t, triangle_id, u, v = self.scene_data.ray_intersector.nearest(ray, 0.0, tm.inf)
             self.distance[tile][lane], self.triangle_id[tile][lane] = t, triangle_id
             self.u[tile][lane], self.v[tile][lane] = u, v
 
     @ti.kernel
-    def _trace_packets(self):
+    def _trace_packets(self, seed: ti.u32, index: ti.u32):
         for i in range(PLACES * runtime.CPU_BLOCK):
             c = i // runtime.CPU_BLOCK
             low, high = tm.vec3(self.scene_data.geometry.low), tm.vec3(self.scene_data.geometry.high)
@@ -89,7 +112,11 @@ class PrimaryHits:
             while tile < self.tiles_x * self.tiles_y:
                 x = ti.Vector([ti.min((tile // self.tiles_y) * TILE + k // TILE, self.width - 1) for k in range(LANES)])
                 y = ti.Vector([ti.min((tile % self.tiles_y) * TILE + k % TILE, self.height - 1) for k in range(LANES)])
-                o, dx, dy, dz = self.camera.generate_rays(x, y)
+                xi_x, xi_y = lanes(0.5), lanes(0.5)
+                if ti.static(self.jitter):
+                    pixel = ti.cast(y * self.width + x, ti.u32)
+                    xi_x, xi_y = self.sampler.get_2d(seed, pixel, index, ti.u32(sampler.PIXEL))
+                o, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
                 self.packets.put_rays(c, o, dx, dy, dz)
                 self.packets.prepare(c, low, high, self.scene_data.ray_intersector.pad_factor, tm.inf)
                 self.scene_data.ray_intersector.trace_packet(self.packets, c, 0.0)
@@ -100,13 +127,12 @@ class PrimaryHits:
                 tile += PLACES * runtime.CPU_BLOCK
 
     @ti.func
-    def hit_data(self, x, y):
+    def hit_data(self, x, y, ray):
         """HitData of a pixel's eye ray."""
         tile, lane = self.tile_and_lane(x, y)
         data = no_hit()
         triangle_id = self.triangle_id[tile][lane]
         if triangle_id >= 0:
-            ray = self.camera.generate_ray(x, y)
             data = self.scene_data.ray_intersector.describe(
                 ray, self.distance[tile][lane], triangle_id, self.u[tile][lane], self.v[tile][lane]
             )

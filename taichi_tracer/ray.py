@@ -3,6 +3,8 @@
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer import runtime
+
 # The scalar type of tm.vec3, which follows the running precision; ``float`` in a dataclass stays what it was on import.
 real = tm.vec3.dtype
 
@@ -37,3 +39,18 @@ class HitData:
     normal: tm.vec3
     geometric_normal: tm.vec3
     material_id: ti.i32
+
+
+@ti.func
+def offset_origin(p, error, n):
+    """``p`` moved along the unit vector n until it lies off its surface for certain (PBR, 4th edition, section 6.8.6).
+
+    The step is the error bound's extent along n, so it is as small as the point's own rounding, at any scale; then each
+    component is rounded outwards.
+    """
+    step = tm.dot(abs(n), error)
+    moved = p + step * n
+    for k in ti.static(range(3)):
+        ulp = abs(moved[k]) * ti.static(2 * runtime.epsilon())
+        moved[k] += ti.select(n[k] > 0, ulp, ti.select(n[k] < 0, -ulp, 0.0))
+    return moved

@@ -6,7 +6,6 @@ decided in one place, ``RayIntersector.candidate``, for every test and every acc
 
 from abc import ABC, abstractmethod
 
-import numpy as np
 import taichi as ti
 import taichi.math as tm
 
@@ -176,7 +175,7 @@ class RayIntersector(ABC):
         self.triangle_test = triangle_test
         self.solve = TRIANGLE_TESTS[triangle_test]
         # A triangle test computes with vertex − origin, so its rounding error is a few ε of the largest such number.
-        self.pad_factor = 8 * float(np.finfo(runtime.dtype()).eps)
+        self.pad_factor = 8 * runtime.epsilon()
 
     @abstractmethod
     def nearest(self, ray, t_min, t_max):

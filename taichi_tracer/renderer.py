@@ -1,15 +1,21 @@
-"""Progressive rendering: every call adds a sample per pixel, and any change starts over (A2-2)."""
+"""Progressive rendering: every call adds samples to every pixel, and any change starts over (A2-2)."""
+
+from enum import Enum
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import surface_views
+from taichi_tracer import direct_illumination, sampler, surface_views
 from taichi_tracer.camera import Camera
+from taichi_tracer.direct_illumination import Lighting, SurfacePoint
 from taichi_tracer.errors import InputError, one_of
 from taichi_tracer.film import Film
 from taichi_tracer.primary_hits import PrimaryHits
+from taichi_tracer.ray import offset_origin
 from taichi_tracer.scene_data import SceneData
+
+SAMPLERS = {s.name: s for s in sampler.ALL}
 
 
 @ti.data_oriented
@@ -20,30 +26,54 @@ class ProgressiveRenderer:
         scene_data: the scene.
         width, height: pixels.
         camera: None makes one that shows the scene.
+        jitter: whether eye rays pass through a random point of their pixel (A2-1); None is what the subclass does.
+        sampler: a name in ``SAMPLERS``.
+        seed: of the random numbers; the same seed gives the same picture.
+        first_sample: index of the first sample, so that disjoint ranges can be rendered apart and merged.
+        crop: pixels that take samples, see ``Film``.
     """
 
     offers: tuple = ()  # what ``use`` can choose: objects with a name, a label and aliases
+    what = "view"  # what one of them is called in messages
+    setter = "set_shade_"  # how the methods that choose one begin
     srgb = False  # whether pictures are radiance, to be written with the sRGB transfer function (C-14)
+    jitters = False
 
     def __init_subclass__(cls, **options) -> None:
-        """Give the subclass a setter ``set_shade_<name>`` for everything it offers."""
+        """Give the subclass a setter for everything it offers."""
         super().__init_subclass__(**options)
         for choice in cls.offers:
             for name in (choice.name, *choice.aliases):
-                setattr(cls, f"set_shade_{name}", _setter(choice))
+                setattr(cls, cls.setter + name, _setter(choice))
 
     def __init__(
-        self, scene_data: SceneData, width: int = 512, height: int = 512, camera: Camera | None = None
+        self,
+        scene_data: SceneData,
+        width: int = 512,
+        height: int = 512,
+        camera: Camera | None = None,
+        jitter: bool | None = None,
+        sampler: str = "sobol",
+        seed: int = 0,
+        first_sample: int = 0,
+        crop: tuple[int, int, int, int] | None = None,
     ) -> None:
         scene_data.check_alive()
+        if sampler not in SAMPLERS:
+            raise one_of("sampler", sampler, SAMPLERS)
+        for name, number in (("seed", seed), ("first_sample", first_sample)):
+            if int(number) != number or not 0 <= number < 2**32:
+                raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
         self.scene_data = scene_data
         self.camera = Camera(width, height, **scene_data.view) if camera is None else camera
         self.width, self.height = self.camera.width, self.camera.height
-        self.film = Film(self.width, self.height)
-        self.hits = PrimaryHits(scene_data, self.camera)
+        self.jitter = self.jitters if jitter is None else bool(jitter)
+        self.sampler, self.seed, self.first_sample = SAMPLERS[sampler], int(seed), int(first_sample)
+        self.film = Film(self.width, self.height, crop)
+        self.hits = PrimaryHits(scene_data, self.camera, self.jitter, self.sampler)
         self.active = self.offers[0]
         self._shown = None  # what the samples on the film are of
-        self._traced = None  # the camera version that ``hits`` belongs to
+        self._traced = None  # what ``hits`` belongs to
 
     @classmethod
     def names(cls) -> list[str]:
@@ -52,11 +82,12 @@ class ProgressiveRenderer:
 
     def use(self, name: str):
         """Choose what to render, by name; returns the renderer."""
+        name = getattr(name, "value", name)
         for choice in self.offers:
             if name in (choice.name, *choice.aliases):
                 self.active = choice
                 return self
-        raise one_of("view", name, self.names())
+        raise one_of(self.what, name, self.names())
 
     @property
     def samples(self) -> int:
@@ -67,6 +98,11 @@ class ProgressiveRenderer:
     def canvas(self):
         """The Taichi field [x, y] of RGB vectors, y up: what ``ti.ui`` shows."""
         return self.film.canvas
+
+    @property
+    def non_finite(self) -> int:
+        """How many samples were not finite, and so not added; ``film.non_finite_samples`` says where."""
+        return self.film.non_finite
 
     def reset(self) -> None:
         """Start over with the next ``render``."""
@@ -79,25 +115,32 @@ class ProgressiveRenderer:
             raise InputError(f"render: spp must be a whole number of at least 1, not {spp!r}")
         if not self.is_current():
             self.reset()
-            self._shown = (self.active.name, self.camera.version)
+            self._shown = self.state()
         for _ in range(int(spp)):
-            self.add_sample()
+            self.add_sample(self.first_sample + self.samples)
             self.film.samples += 1
         return self
 
-    def is_current(self) -> bool:
-        """Whether the samples on the film are of what the camera and the choice would show now."""
-        return self._shown == (self.active.name, self.camera.version)
+    def state(self) -> tuple:
+        """Everything that the picture depends on; samples of one state do not belong with those of another."""
+        scene = self.scene_data
+        sky = 0 if scene.environment is None else scene.environment.version
+        return self.active.name, self.camera.version, scene.version, sky
 
-    def add_sample(self) -> None:
+    def is_current(self) -> bool:
+        """Whether the samples on the film are of what would be shown now."""
+        return self._shown == self.state()
+
+    def add_sample(self, index: int) -> None:
         """One sample for every pixel; a subclass says of what."""
         raise NotImplementedError(f"{type(self).__name__} must say what a sample is")
 
-    def trace_primary_hits(self) -> None:
-        """Bring ``hits`` up to date with the camera; a change of view alone needs no new rays."""
-        if self._traced != self.camera.version:
-            self.hits.trace()
-            self._traced = self.camera.version
+    def trace_primary_hits(self, index: int) -> None:
+        """Bring ``hits`` up to date; without jitter they stay until the camera moves, whatever is made of them."""
+        wanted = (self.camera.version, index if self.jitter else 0)
+        if self._traced != wanted:
+            self.hits.trace(self.seed, index)
+            self._traced = wanted
 
     def image(self) -> np.ndarray:
         """(height, width, 3) float32, linear, top row first; rendered first if no sample of it was taken."""
@@ -117,11 +160,11 @@ class ProgressiveRenderer:
 
 
 def _setter(choice):
-    def set_shade(self):
+    def set_choice(self):
         return self.use(choice.name)
 
-    set_shade.__doc__ = f"Show {choice.label}; the same as use({choice.name!r})."
-    return set_shade
+    set_choice.__doc__ = f"Show {choice.label}; the same as use({choice.name!r})."
+    return set_choice
 
 
 @ti.data_oriented
@@ -130,16 +173,73 @@ class A1Renderer(ProgressiveRenderer):
 
     offers = surface_views.ALL
 
-    def add_sample(self) -> None:
-        """Every sample of a view through the pixel's centre is the picture itself."""
-        self.trace_primary_hits()
-        self._shade(self.active.color)
+    def add_sample(self, index: int) -> None:
+        """Without jitter, every sample of a view is the picture itself."""
+        self.trace_primary_hits(index)
+        self._shade(self.active.color, self.seed, index)
 
     @ti.kernel
-    def _shade(self, color: ti.template()):
-        for x, y in self.film.canvas:
-            data = self.hits.hit_data(x, y)
+    def _shade(self, color: ti.template(), seed: ti.u32, index: ti.u32):
+        for x, y in ti.ndrange(*self.film.ranges):
+            ray = self.hits.eye_ray(x, y, self.hits.key(x, y, seed, index))
+            data = self.hits.hit_data(x, y, ray)
             value = tm.vec3(0)
             if data.is_hit:
                 value = color(data)
-            self.film.put(x, y, value)
+            if ti.static(self.jitter):
+                self.film.add(x, y, value, index)
+            else:
+                self.film.put(x, y, value)
+
+
+@ti.data_oriented
+class A2Renderer(ProgressiveRenderer):
+    """Assignment 2: direct illumination by the environment, by Monte Carlo (A2-3, A2-9)."""
+
+    offers = direct_illumination.ALL
+    what = "estimator"
+    setter = "set_sample_"
+    srgb = True
+    jitters = True
+    SampleMode = Enum("SampleMode", {choice.name.upper(): choice.name for choice in direct_illumination.ALL})
+    SamplingMode = SampleMode
+
+    def add_sample(self, index: int) -> None:
+        """One estimate per pixel, of its own eye ray."""
+        if self._lit != self.scene_data.version:
+            self.lighting, self._lit = Lighting(self.scene_data, self.sampler), self.scene_data.version
+        self.trace_primary_hits(index)
+        self._shade(self.lighting, self.active, self.seed, index)
+
+    _lit = None  # the version of the scene that ``lighting`` belongs to
+
+    @ti.kernel
+    def _shade(self, lighting: ti.template(), estimator: ti.template(), seed: ti.u32, index: ti.u32):
+        for x, y in ti.ndrange(*self.film.ranges):
+            key = self.hits.key(x, y, seed, index)
+            ray = self.hits.eye_ray(x, y, key)
+            data = self.hits.hit_data(x, y, ray)
+            self.film.add(x, y, self.shade_ray(lighting, estimator, ray, data, key), index)
+
+    @ti.func
+    def shade_ray(self, lighting: ti.template(), estimator: ti.template(), ray, data, key):
+        """Radiance arriving along the ray: one sample (A2-9)."""
+        L = tm.vec3(0)
+        if data.is_hit:
+            material = self.scene_data.material_library.get(data.material_id)
+            if ti.static(lighting.effects.emitters):
+                L = material.Ke
+            if ti.static(lighting.effects.is_lit):
+                u, v = data.barycentric_coords.x, data.barycentric_coords.y
+                position, error = self.scene_data.geometry.position(data.triangle_id, u, v)
+                point = SurfacePoint(
+                    origin=offset_origin(position, error, data.geometric_normal),
+                    normal=data.normal,
+                    geometric_normal=data.geometric_normal,
+                    w_o=-ray.direction,
+                )
+                kind = self.scene_data.material_library.kinds[data.material_id]
+                L += direct_illumination.reflected(lighting, estimator, material, kind, point, key)
+        else:
+            L = lighting.radiance(ray.direction)
+        return L

@@ -119,6 +119,11 @@ def dtype() -> type:
     return np.float64 if ti.cfg.default_fp == ti.f64 else np.float32
 
 
+def epsilon() -> float:
+    """The distance from 1 to the next number in the running precision."""
+    return float(np.finfo(dtype()).eps)
+
+
 def has_f64() -> bool:
     """Whether kernels may compute in f64, whatever the default precision."""
     return ensure().arch in F64_ARCHS

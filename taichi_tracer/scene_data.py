@@ -6,9 +6,10 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
+from taichi_tracer import brdf, effects, runtime
 from taichi_tracer.bvh import BVHRayIntersector
 from taichi_tracer.camera import view_of_box
+from taichi_tracer.environment import load_environment
 from taichi_tracer.errors import InputError, one_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
 from taichi_tracer.materials import MaterialLibrary
@@ -64,8 +65,13 @@ class SceneData:
         intersector: a name in ``INTERSECTORS``.
         triangle_test: a name in ``ray_intersector.TRIANGLE_TESTS``.
         view: camera parameters (eye, at, up, fov) that show the scene; computed from its box when None.
+        environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an ``Environment``, or
+            None.
+        effects_mode: "scene" compiles what the scene calls for, "all" everything, to compare.
 
     Attributes:
+        effects: what rendering is compiled for, see ``effects.Effects``.
+        version: counts changes, so that a renderer knows when its samples are of another scene.
         geometry, material_library, ray_intersector: see their classes.
         view: camera parameters that show the scene.
         notes: what the user should know about the input, a line each.
@@ -77,6 +83,8 @@ class SceneData:
         intersector: str = "bvh",
         triangle_test: str = "watertight",
         view: dict | None = None,
+        environment=None,
+        effects_mode: str = "scene",
     ) -> None:
         if intersector not in INTERSECTORS:
             raise one_of("intersector", intersector, INTERSECTORS)
@@ -84,15 +92,36 @@ class SceneData:
         check(mesh)
         mesh = clean(mesh, runtime.dtype())
         self.source, self.notes, self.dropped = mesh.source, mesh.notes, mesh.dropped
+        self.effects_mode, self.version = effects_mode, 0
+        if effects_mode not in effects.MODES:
+            raise one_of("effects", effects_mode, effects.MODES)
+        environment = load_environment(environment)
 
         builder = ti.FieldsBuilder()
-        self.geometry = Geometry(mesh, builder)
-        self.material_library = MaterialLibrary(mesh.materials, builder)
+        self.geometry = Geometry(mesh, builder, keep_normals=effects_mode == "all")
+        kinds = [brdf.brdf_of(m, runtime.dtype()) for m in mesh.materials]
+        self.material_library = MaterialLibrary(mesh.materials, kinds, builder)
         self._fields = builder.finalize()
         self.geometry.load(mesh)
         self.material_library.load()
         self.ray_intersector = INTERSECTORS[intersector](self.geometry, triangle_test)
         self.view = view_of_box(self.geometry.low, self.geometry.high) if view is None else dict(view)
+        self._used_materials = np.unique(mesh.face_materials)
+        self._has_normals = bool((mesh.face_normals >= 0).any())
+        self.set_environment(environment)
+
+    def set_environment(self, environment) -> None:
+        """Replace the light from far away; what can be given is as for the constructor."""
+        self.environment = load_environment(environment)
+        self.effects = effects.derive(
+            self.materials,
+            self._used_materials,
+            self._has_normals,
+            self.environment,
+            runtime.dtype(),
+            self.effects_mode,
+        )
+        self.version += 1
 
     @property
     def num_triangles(self) -> int:

@@ -4,16 +4,11 @@ from pathlib import Path
 
 from taichi_tracer.errors import InputError, MissingFileError, one_of
 from taichi_tracer.files import EXTENSIONS, read
+from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.scene_data import SceneData
 
 # The course's camera (A1-16); every shipped scene is made for it.
 COURSE_VIEW = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
-
-
-def scene_data_dir() -> Path:
-    """The folder of shipped scenes: inside the installed package, or beside it in a checkout."""
-    inside = Path(__file__).parent / "scene_data_dir"
-    return inside if inside.is_dir() else Path(__file__).parent.parent / "scene_data_dir"
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -45,7 +40,7 @@ def load_scene_data(name_or_path: str | Path, **options) -> SceneData:
 
     Args:
         name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off).
-        options: as for ``SceneData``: intersector, triangle_test, view.
+        options: as for ``SceneData``: intersector, triangle_test, view, environment, effects.
 
     Raises:
         InputError: the file cannot be used, with its name, the line and the value where there is one.
