@@ -51,7 +51,7 @@ class Diffuse:
     @ti.func
     def sample(material, w_o, n, xi):
         """w_i, cosine-distributed about n."""
-        return sampler.power_cosine(n, 1.0, xi)
+        return sampler.cosine_hemisphere(n, xi)
 
     @staticmethod
     @ti.func

@@ -63,12 +63,11 @@ class Film:
         """One more sample of a pixel. One that is not finite is counted and located, not added (C-20)."""
         if is_finite(value):
             n = self.count[x, y]
-            before = (self.total[x, y] + self.rest[x, y]) / ti.max(n, 1)
             total, error = two_sum(self.total[x, y], value)
             rest = self.rest[x, y] + error
             after = (total + rest) / (n + 1)
             if n > 0:
-                self.deviation[x, y] += (value - before) * (value - after)  # Welford 1962
+                self.deviation[x, y] += (value - self.canvas[x, y]) * (value - after)  # Welford 1962
             self.total[x, y], self.rest[x, y], self.count[x, y] = total, rest, n + 1
             self.canvas[x, y] = after
         else:

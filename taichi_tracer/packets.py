@@ -16,7 +16,8 @@ from taichi_tracer import runtime
 from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import stable_normal
 
-TILE = 4  # a packet is a tile of TILE × TILE pixels
+TILE_BITS = 2
+TILE = 1 << TILE_BITS  # a packet is a tile of TILE × TILE pixels
 LANES = TILE * TILE
 
 lanes = ti.types.vector(LANES, float)

@@ -5,7 +5,7 @@ import taichi.math as tm
 
 from taichi_tracer import runtime, sampler
 from taichi_tracer.camera import Camera
-from taichi_tracer.packets import LANES, PACKET_TESTS, TILE, Packets, lanes
+from taichi_tracer.packets import LANES, PACKET_TESTS, TILE, TILE_BITS, Packets, lanes
 from taichi_tracer.ray_intersector import no_hit
 from taichi_tracer.sampler import SampleKey
 from taichi_tracer.scene_data import SceneData
@@ -64,6 +64,8 @@ class PrimaryHits:
         self.triangle_id = ti.Vector.field(LANES, ti.i32, shape=shape)
         self.u = ti.Vector.field(LANES, float, shape=shape)
         self.v = ti.Vector.field(LANES, float, shape=shape)
+        if jitter:  # kept, since making the points again costs more than reading them
+            self.xi_x, self.xi_y = (ti.Vector.field(LANES, float, shape=shape) for _ in range(2))
 
     def trace(self, seed: int = 0, index: int = 0) -> None:
         """Send one eye ray through every pixel: with jitter, that of one sample."""
@@ -79,14 +81,15 @@ class PrimaryHits:
     @ti.func
     def tile_and_lane(self, x, y):
         """Where a pixel is kept."""
-        return (x // TILE) * self.tiles_y + y // TILE, (x % TILE) * TILE + y % TILE
+        return (x >> TILE_BITS) * self.tiles_y + (y >> TILE_BITS), (x & (TILE - 1)) * TILE + (y & (TILE - 1))
 
     @ti.func
-    def eye_ray(self, x, y, key):
-        """The ray of a pixel in one sample."""
+    def eye_ray(self, x, y):
+        """The ray that was traced through a pixel."""
         xi = tm.vec2(0.5)
         if ti.static(self.jitter):
-            xi = sampler.get_2d(self.sampler, key, sampler.PIXEL)
+            tile, lane = self.tile_and_lane(x, y)
+            xi = tm.vec2(self.xi_x[tile][lane], self.xi_y[tile][lane])
         return self.camera.generate_ray(x, y, self.jitter, xi)
 
     @ti.func
@@ -98,7 +101,10 @@ class PrimaryHits:
     def _trace_rays(self, seed: ti.u32, index: ti.u32):
         for x, y in ti.ndrange(self.width, self.height):
             tile, lane = self.tile_and_lane(x, y)
-            ray = self.eye_ray(x, y, self.key(x, y, seed, index))
+            if ti.static(self.jitter):
+                xi = sampler.get_2d(self.sampler, self.key(x, y, seed, index), sampler.PIXEL)
+                self.xi_x[tile][lane], self.xi_y[tile][lane] = xi.x, xi.y
+            ray = self.eye_ray(x, y)
             t, triangle_id, u, v = self.scene_data.ray_intersector.nearest(ray, 0.0, tm.inf)
             self.distance[tile][lane], self.triangle_id[tile][lane] = t, triangle_id
             self.u[tile][lane], self.v[tile][lane] = u, v
@@ -116,6 +122,7 @@ class PrimaryHits:
                 if ti.static(self.jitter):
                     pixel = ti.cast(y * self.width + x, ti.u32)
                     xi_x, xi_y = self.sampler.get_2d(seed, pixel, index, ti.u32(sampler.PIXEL))
+                    self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
                 o, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
                 self.packets.put_rays(c, o, dx, dy, dz)
                 self.packets.prepare(c, low, high, self.scene_data.ray_intersector.pad_factor, tm.inf)

@@ -176,12 +176,12 @@ class A1Renderer(ProgressiveRenderer):
     def add_sample(self, index: int) -> None:
         """Without jitter, every sample of a view is the picture itself."""
         self.trace_primary_hits(index)
-        self._shade(self.active.color, self.seed, index)
+        self._shade(self.active.color, index)
 
     @ti.kernel
-    def _shade(self, color: ti.template(), seed: ti.u32, index: ti.u32):
+    def _shade(self, color: ti.template(), index: ti.u32):
         for x, y in ti.ndrange(*self.film.ranges):
-            ray = self.hits.eye_ray(x, y, self.hits.key(x, y, seed, index))
+            ray = self.hits.eye_ray(x, y)
             data = self.hits.hit_data(x, y, ray)
             value = tm.vec3(0)
             if data.is_hit:
@@ -217,7 +217,7 @@ class A2Renderer(ProgressiveRenderer):
     def _shade(self, lighting: ti.template(), estimator: ti.template(), seed: ti.u32, index: ti.u32):
         for x, y in ti.ndrange(*self.film.ranges):
             key = self.hits.key(x, y, seed, index)
-            ray = self.hits.eye_ray(x, y, key)
+            ray = self.hits.eye_ray(x, y)
             data = self.hits.hit_data(x, y, ray)
             self.film.add(x, y, self.shade_ray(lighting, estimator, ray, data, key), index)
 

@@ -165,6 +165,12 @@ def uniform_hemisphere(n, xi):
 
 
 @ti.func
+def cosine_hemisphere(n, xi):
+    """A direction about n with pdf max(0, ω·n)/π per solid angle: ω_z = √ξ (A2-7, α = 1)."""
+    return from_frame(n, ti.sqrt(xi.x), ti.sqrt(1 - xi.x), 2 * tm.pi * xi.y)
+
+
+@ti.func
 def power_cosine(axis, exponent, xi):
     """A direction about ``axis`` with pdf (α+1)/(2π) max(0, ω·axis)^α per solid angle (A2-7, ω_z = ξ^(1/(α+1))).
 
