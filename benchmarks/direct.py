@@ -1,10 +1,7 @@
-"""Direct illumination beside Mitsuba 3: time per sample, time to an error, and what effects that do not occur would cost.
+"""Direct illumination beside Mitsuba 3: time per sample, time to an error.
 
-python -m benchmarks.direct [sample | error | effects ...]
+python -m benchmarks.direct [sample | error ...]
 """
-
-import sys
-import time
 
 import numpy as np
 import taichi as ti
@@ -72,9 +69,7 @@ class MitsubaDirect:
             bsdf = {"type": "roughconductor", "material": "none", "alpha": (2 / (material.Ns + 2)) ** 0.5}
         if material.Ns > 1e6:
             bsdf = {"type": "conductor", "material": "none"}
-        shape = self.mi.Mesh(
-            f"part{i}", len(vertices), len(ids), has_vertex_normals=True, props=self.properties(bsdf)
-        )
+        shape = self.mi.Mesh(f"part{i}", len(vertices), len(ids), has_vertex_normals=True, props=self.properties(bsdf))
         parameters = self.mi.traverse(shape)
         parameters["vertex_positions"] = vertices.astype(np.float32).ravel()
         parameters["vertex_normals"] = normals.astype(np.float32).ravel()
@@ -107,14 +102,24 @@ def per_sample() -> str:
         which.render(SPP_PER_CALL)
         ti.sync()
 
-    candidates = calls | {"taichi_tracer, independent": lambda: ours(renderer), "taichi_tracer, sobol": lambda: ours(sobol)}
+    candidates = calls | {
+        "taichi_tracer, independent": lambda: ours(renderer),
+        "taichi_tracer, sobol": lambda: ours(sobol),
+    }
     medians = interleaved(candidates, 5)
     medians = {name: s / (4 if "scalar" in name else SPP_PER_CALL) for name, s in medians.items()}
-    report.append(ratio_table(f"direct illumination, {SIZE}², BRDF sampling", medians, "Mitsuba scalar_rgb", "ms per sample"))
+    report.append(
+        ratio_table(f"direct illumination, {SIZE}², BRDF sampling", medians, "Mitsuba scalar_rgb", "ms per sample")
+    )
     llvm = MitsubaDirect("studio", "llvm_ad_rgb", SIZE)
     medians = interleaved(
-        {"Mitsuba llvm_ad_rgb": lambda: llvm.render(SPP_PER_CALL), "taichi_tracer, independent": lambda: ours(renderer),
-         "taichi_tracer, sobol": lambda: ours(sobol)}, 5)
+        {
+            "Mitsuba llvm_ad_rgb": lambda: llvm.render(SPP_PER_CALL),
+            "taichi_tracer, independent": lambda: ours(renderer),
+            "taichi_tracer, sobol": lambda: ours(sobol),
+        },
+        5,
+    )
     medians = {name: s / SPP_PER_CALL for name, s in medians.items()}
     report.append(
         ratio_table(f"the same, {SPP_PER_CALL} samples per call", medians, "Mitsuba llvm_ad_rgb", "ms per sample")

@@ -7,7 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 # Mitsuba's LLVM variants take the first libLLVM they find; the older ones cannot compile them all.
-NEW_ENOUGH = [p for v in range(29, 15, -1) for p in glob.glob(f"/usr/lib/*/libLLVM-{v}.so*") + glob.glob(f"/usr/lib/*/libLLVM.so.{v}*")]
+NEW_ENOUGH = [
+    p
+    for v in range(29, 15, -1)
+    for p in glob.glob(f"/usr/lib/*/libLLVM-{v}.so*") + glob.glob(f"/usr/lib/*/libLLVM.so.{v}*")
+]
 if NEW_ENOUGH:
     os.environ.setdefault("DRJIT_LIBLLVM_PATH", NEW_ENOUGH[0])
 

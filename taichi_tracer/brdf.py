@@ -2,11 +2,11 @@
 
 All directions have unit length and leave the surface: w_o to the viewer, w_i to the light. Vectors are in world space,
 n is the shading normal on the viewer's side. ``eval`` is f_r, without the cosine. ``pdf`` and ``sample`` are per solid
-angle. ``weight`` is f_r cos θ_i / pdf of a sampled direction, cancelled: as a quotient it is 0/0 for narrow lobes (C-3).
-A w_i below the horizon of n reflects nothing; that of the triangle's plane is the caller's to check.
+angle. ``weight`` is f_r cos θ_i / pdf of a sampled direction, cancelled: as a quotient it is 0/0 for narrow lobes
+(C-3). A w_i below the horizon of n reflects nothing; that of the triangle's plane is the caller's to check.
 
-A BRDF is a class here and a line in ``ALL``; scenes, kernels and tests find it there. ``describes`` says on the host which
-materials it is for: the first that does is taken.
+A BRDF is a class here and a line in ``ALL``; scenes, kernels and tests find it there. ``describes`` says on the host
+which materials it is for: the first that does is taken.
 """
 
 import numpy as np
@@ -84,7 +84,7 @@ class Phong:
     @staticmethod
     @ti.func
     def pdf(material, w_o, w_i, n):
-        """(α+1)/(2π) max(0, ω_r·ω_i)^α, with cos^α = exp(α/2 log(1 − sin²)), since cos itself has rounded to 1 (C-2)."""
+        """(α+1)/(2π) max(0, ω_r·ω_i)^α, with cos^α = exp(α/2 log(1 − sin²)): cos itself rounds to 1 (C-2)."""
         w_r = mirrored(w_o, n)
         sine_squared = tm.cross(w_r, w_i).norm_sqr()
         lobe = 0.0

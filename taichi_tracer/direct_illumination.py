@@ -3,9 +3,8 @@
     L_o(x, ω_o) = ∫ L(ω_i) V(x, ω_i) f_r(x, ω_o, ω_i) max(n·ω_i, 0) dω_i
 
 An estimator draws ω_i from some density and returns what arrives from there, over that density. It is a class with a
-``name`` and a ``direct``; one added to ``ALL`` is known to the renderer, the command line, the window and the tests. All
-are unbiased, but for Phong lobes so narrow that they are mirrors: no other density than their own meets those, so that
-every estimator takes them by BRDF sampling.
+``name`` and a ``direct``; one added to ``ALL`` is known to the renderer, the command line, the window and the tests.
+All are unbiased. No density but its own meets the lobe of a mirror, so that every estimator samples that by its BRDF.
 """
 
 import taichi as ti
@@ -17,7 +16,7 @@ from taichi_tracer.ray import Ray
 
 @ti.dataclass
 class SurfacePoint:
-    """Where light is reflected: the origin of rays that leave it, the normals on the viewer's side, w_o to the viewer."""
+    """Where light is reflected: the origin of rays that leave, the normals on the viewer's side, w_o to the viewer."""
 
     origin: tm.vec3
     normal: tm.vec3
@@ -40,7 +39,7 @@ class Lighting:
 
     @ti.func
     def arriving(self, point, w_i, value):
-        """``value`` times the radiance from w_i, if nothing is in the way. No shadow ray goes where there is no light."""
+        """``value`` times the radiance from w_i, if nothing is in the way. Where that is 0, no shadow ray is sent."""
         light = tm.vec3(0)
         if value.max() > 0 and tm.dot(point.geometric_normal, w_i) > 0:
             light = value * self.radiance(w_i)
@@ -171,9 +170,7 @@ def reflected(lighting: ti.template(), estimator: ti.template(), material, kind_
     """Light from far away that a surface reflects to the viewer: one sample, by the BRDF that the material has."""
     L = tm.vec3(0)
     for i in ti.static(lighting.effects.brdfs):
-        if ti.static(len(lighting.effects.brdfs) == 1):
-            L = by_kind(lighting, estimator, brdf.ALL[i], material, point, key)
-        elif kind_of_material == i:
+        if ti.static(len(lighting.effects.brdfs) == 1) or kind_of_material == i:
             L = by_kind(lighting, estimator, brdf.ALL[i], material, point, key)
     return L
 

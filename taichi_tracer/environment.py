@@ -1,6 +1,7 @@
 """Light from infinitely far away: an equirectangular image of radiance, and how to sample it by its brightness."""
 
 import math
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -27,8 +28,8 @@ class Environment:
         name: for messages.
 
     Attributes:
-        is_black, constant: what the scene's effects are derived from; ``constant`` is the one colour of all texels, or
-            None.
+        is_black, constant: what the scene's effects are derived from; ``constant`` is the colour that all texels have,
+            or None.
         version: counts changes, so that a renderer knows when its samples are of another picture.
 
     Raises:
@@ -49,10 +50,10 @@ class Environment:
         self.name, self.lookup = name, lookup
         self.pixels = checked(image, name)
         self.height, self.width = self.pixels.shape[:2]
-        self.notes = []
         if self.width != 2 * self.height and (self.width, self.height) != (1, 1):
-            self.notes.append(
-                f"{name}: {self.width}×{self.height} is not twice as wide as high: the image is stretched over the sphere"
+            warnings.warn(
+                f"{name}: {self.width}×{self.height} is not twice as wide as high: it is stretched over the sphere",
+                stacklevel=2,
             )
         first = self.pixels[0, 0]
         self.constant = tuple(float(c) for c in first) if (self.pixels == first).all() else None

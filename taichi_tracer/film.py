@@ -1,5 +1,7 @@
 """The picture: the mean of the samples of every pixel, and what is needed to know its error."""
 
+import math
+
 import numpy as np
 import taichi as ti
 import taichi.math as tm
@@ -128,6 +130,27 @@ class Film:
         with np.errstate(all="ignore"):
             variance = np.where(n > 1, self.deviation.to_numpy().astype(np.float64) / (n - 1) / n, np.nan)
         return variance.transpose(1, 0, 2)[::-1]
+
+    def relative_error(self) -> float:
+        """√(mean variance of the pixels' means) / mean of the picture, over the pixels that have two samples or more.
+
+        NaN where there is none, and where the picture is black. It takes samples for independent: those of a
+        low-discrepancy sampler err less.
+        """
+        self._lifetime.check("film")
+        sums = self._sum_of_variance()
+        return math.sqrt(max(sums[0], 0.0) * sums[2]) / sums[1] if sums[1] > 0 else math.nan
+
+    @ti.kernel
+    def _sum_of_variance(self) -> ti.types.vector(3, ti.f32):
+        variance, mean, count = ti.f32(0.0), ti.f32(0.0), ti.f32(0.0)
+        for x, y in self.count:
+            n = self.count[x, y]
+            if n > 1:
+                variance += ti.cast(self.deviation[x, y].sum(), ti.f32) / (ti.cast(n, ti.f32) * (n - 1))
+                mean += ti.cast(self.canvas[x, y].sum(), ti.f32)
+                count += 3
+        return ti.Vector([variance, mean, count])
 
     @ti.kernel
     def _copy_to(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):

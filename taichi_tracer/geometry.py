@@ -173,8 +173,8 @@ class Geometry:
     def position(self, triangle_id, u, v):
         """(1 − u − v) v0 + u v1 + v v2, and a bound of its rounding error by component, for ``offset_origin``.
 
-        From barycentrics the point lies on the triangle but for rounding, however far the ray came from. The bound is γ(7)
-        of PBR, 4th edition, section 6.8.5, doubled for the rounding of the next triangle test.
+        From barycentrics the point lies on the triangle but for rounding, however far the ray came from. The bound is
+        γ(7) of PBR, 4th edition, section 6.8.5, doubled for the rounding of the next triangle test.
         """
         v0, v1, v2 = self.triangle(triangle_id)
         w = 1 - u - v

@@ -1,5 +1,6 @@
 """Progressive rendering: every call adds samples to every pixel, and any change starts over (A2-2)."""
 
+import warnings
 from enum import Enum
 
 import numpy as np
@@ -38,6 +39,7 @@ class ProgressiveRenderer:
     setter = "set_shade_"  # how the methods that choose one begin
     srgb = False  # whether pictures are radiance, to be written with the sRGB transfer function (C-14)
     jitters = False
+    needs_light = False
 
     def __init_subclass__(cls, **options) -> None:
         """Give the subclass a setter for everything it offers."""
@@ -104,6 +106,10 @@ class ProgressiveRenderer:
         """How many samples were not finite, and so not added; ``film.non_finite_samples`` says where."""
         return self.film.non_finite
 
+    def error(self) -> float:
+        """Relative RMSE of the picture as its own samples tell: see ``Film.relative_error``."""
+        return self.film.relative_error()
+
     def reset(self) -> None:
         """Start over with the next ``render``."""
         self.film.reset()
@@ -114,12 +120,16 @@ class ProgressiveRenderer:
         if int(spp) != spp or spp < 1:
             raise InputError(f"render: spp must be a whole number of at least 1, not {spp!r}")
         if not self.is_current():
-            self.reset()
-            self._shown = self.state()
+            self.begin()
         for _ in range(int(spp)):
             self.add_sample(self.first_sample + self.samples)
             self.film.samples += 1
         return self
+
+    def begin(self) -> None:
+        """Start over, with the picture that is asked for now."""
+        self.reset()
+        self._shown = self.state()
 
     def state(self) -> tuple:
         """Everything that the picture depends on; samples of one state do not belong with those of another."""
@@ -201,17 +211,25 @@ class A2Renderer(ProgressiveRenderer):
     setter = "set_sample_"
     srgb = True
     jitters = True
+    needs_light = True
     SampleMode = Enum("SampleMode", {choice.name.upper(): choice.name for choice in direct_illumination.ALL})
     SamplingMode = SampleMode
 
+    def begin(self) -> None:
+        """Start over; warns where there is no light to be rendered."""
+        super().begin()
+        if self.scene_data.effects.is_dark:
+            advice = "give it an environment, such as 'studio', or a material with Ke > 0"
+            warnings.warn(f"nothing in this scene emits light: {advice}", stacklevel=3)
+
     def add_sample(self, index: int) -> None:
         """One estimate per pixel, of its own eye ray."""
-        if self._lit != self.scene_data.version:
-            self.lighting, self._lit = Lighting(self.scene_data, self.sampler), self.scene_data.version
+        if self.lit != self.scene_data.version:
+            self.lighting, self.lit = Lighting(self.scene_data, self.sampler), self.scene_data.version
         self.trace_primary_hits(index)
         self._shade(self.lighting, self.active, self.seed, index)
 
-    _lit = None  # the version of the scene that ``lighting`` belongs to
+    lit = None  # the version of the scene that ``lighting`` belongs to
 
     @ti.kernel
     def _shade(self, lighting: ti.template(), estimator: ti.template(), seed: ti.u32, index: ti.u32):

@@ -65,8 +65,8 @@ class SceneData:
         intersector: a name in ``INTERSECTORS``.
         triangle_test: a name in ``ray_intersector.TRIANGLE_TESTS``.
         view: camera parameters (eye, at, up, fov) that show the scene; computed from its box when None.
-        environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an ``Environment``, or
-            None.
+        environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an
+            ``Environment``, or None.
         effects_mode: "scene" compiles what the scene calls for, "all" everything, to compare.
 
     Attributes:

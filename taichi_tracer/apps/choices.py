@@ -6,7 +6,9 @@ from pathlib import Path
 
 from taichi_tracer import renderer as renderer_module
 from taichi_tracer import runtime
+from taichi_tracer.environment import load_environment
 from taichi_tracer.errors import one_of
+from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import find_scene, load_scene_data, scene_names
@@ -48,14 +50,35 @@ def view_names() -> list[str]:
 
 def help_text() -> str:
     """The end of a command's help: the names that can be given."""
-    return f"\nviews:  {', '.join(view_names())}, all\nscenes: {', '.join(scene_names())}\n"
+    lines = {f"{c.what}s": c.names() for c in renderers()}
+    lines[f"{renderers()[0].what}s"] += ["all"]
+    lines |= {"scenes": scene_names(), "environments": list(shipped_environments())}
+    return "\n" + "".join(f"{name + ':':<14}{', '.join(known)}\n" for name, known in lines.items())
+
+
+def needs_light(args: Namespace) -> bool:
+    """Whether something is asked for that light has to be simulated for."""
+    asked = getattr(args, "view", None) or getattr(args, "estimator", None)
+    return asked is not None and any(renderer_class.needs_light for renderer_class, _ in find_views(asked))
+
+
+def environment_of(args: Namespace):
+    """The environment that the arguments ask for; where light is needed and none is named, the studio."""
+    name = args.environment
+    if name is None and needs_light(args):
+        name = "studio"
+    if name is None or name == "none":
+        return None
+    options = {"intensity": args.intensity, "rotation": args.rotation, "lookup": args.lookup}
+    return load_environment(name, **{key: value for key, value in options.items() if value is not None})
 
 
 def load_scene(args: Namespace) -> SceneData:
     """Start Taichi and read the scene as the arguments say; what the user should know about it goes to stderr."""
     find_scene(args.scene)  # before Taichi starts
     runtime.init(args.arch, args.precision, args.fast_math)
-    options = {"intersector": args.intersector, "triangle_test": args.triangle_test}
+    options = {"intersector": args.intersector, "triangle_test": args.triangle_test, "effects_mode": args.effects}
+    options["environment"] = environment_of(args)
     scene = load_scene_data(args.scene, **{name: value for name, value in options.items() if value is not None})
     for note in scene.notes:
         print(f"taichi-tracer: note: {note}", file=sys.stderr)
@@ -65,7 +88,10 @@ def load_scene(args: Namespace) -> SceneData:
 def make_renderer(renderer_class: type[ProgressiveRenderer], scene: SceneData, args: Namespace) -> ProgressiveRenderer:
     """A renderer with the size and the camera that the arguments ask for."""
     width, height = args.size
-    renderer = renderer_class(scene_data=scene, width=width, height=height)
+    options = {} if args.sampler is None else {"sampler": args.sampler}
+    if args.jitter:
+        options["jitter"] = True
+    renderer = renderer_class(scene_data=scene, width=width, height=height, seed=args.seed, **options)
     renderer.camera.set_camera_parameters(args.eye, args.at, args.up, args.fov, args.handedness)
     return renderer
 

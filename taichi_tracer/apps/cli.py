@@ -6,6 +6,7 @@ Nothing here imports Taichi: ``--help`` and ``--version`` answer at once, and a 
 import argparse
 import os
 import sys
+import warnings
 from collections.abc import Callable
 
 import taichi_tracer
@@ -21,6 +22,7 @@ def main(argv: list[str] | None = None) -> int:
     Args:
         argv: the words after the program's name; those of this process when None.
     """
+    warnings.showwarning = show_warning
     words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
     try:
         args = make_parser().parse_args(words)
@@ -36,6 +38,12 @@ def main(argv: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("taichi-tracer: interrupted", file=sys.stderr)
         return INTERRUPTED
+
+
+def show_warning(message, category, *_where, **_more) -> None:
+    """What the library warns of, as a line of ours; what other libraries warn of is not the user's to mend."""
+    if issubclass(category, UserWarning):
+        print(f"taichi-tracer: note: {message}", file=sys.stderr)
 
 
 def as_value(word: str) -> str:
@@ -86,6 +94,13 @@ def make_parser() -> Parser:
     info = add_command(commands, "info", "what a scene is made of", "info:run")
     add_scene_options(info)
 
+    effects = add_command(
+        commands, "effects", "what each effect costs, and what the scene saves without it", "effects:run"
+    )
+    add_scene_options(effects)
+    effects.add_argument("--estimator", default="brdf", metavar="NAME", help="how light is sampled (default: brdf)")
+    effects.add_argument("--size", type=size, default=(512, 512), metavar="WxH", help="pixels (default: 512x512)")
+
     add_command(commands, "doctor", "what works on this machine, and what would mend the rest", "doctor:run")
     return parser
 
@@ -110,6 +125,18 @@ def add_scene_options(parser: Parser) -> None:
     """The scene, how its rays are intersected, and where that runs."""
     parser.names = lambda: load("choices:help_text")()
     parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or a file: .obj .ply .stl .glb ...")
+    light = parser.add_argument_group("light from far away")
+    light.add_argument(
+        "--environment",
+        metavar="E",
+        help="a shipped name, an image (.hdr .exr .png .jpg .npy), or none (default: studio, where light is asked for)",
+    )
+    light.add_argument(
+        "--intensity", type=number, metavar="X", help="factor of the environment's radiance (default: 1)"
+    )
+    light.add_argument("--rotation", type=number, metavar="D", help="turn the environment about +y by degrees")
+    light.add_argument("--lookup", metavar="NAME", help="nearest texel, or bilinear (default: nearest)")
+    light.add_argument("--effects", metavar="scene|all", help="compile what the scene calls for, or everything")
     rays = parser.add_argument_group("how rays are intersected")
     rays.add_argument("--intersector", metavar="NAME", help="acceleration structure (default: bvh)")
     rays.add_argument("--triangle-test", metavar="NAME", help="ray-triangle test (default: watertight)")
@@ -127,9 +154,12 @@ def add_picture_options(parser: Parser) -> None:
         dest="view",
         default="normal",
         metavar="NAME",
-        help="what to show: one name, several with commas, or 'all' (default: normal)",
+        help="what to show, or how to sample its light: one name, several with commas, or 'all' (default: normal)",
     )
     parser.add_argument("--size", type=size, default=(512, 512), metavar="WxH", help="pixels (default: 512x512)")
+    parser.add_argument("--sampler", metavar="NAME", help="random numbers: sobol or independent (default: sobol)")
+    parser.add_argument("--seed", type=whole, default=0, metavar="S", help="of the random numbers (default: 0)")
+    parser.add_argument("--jitter", action="store_true", help="rays through random points of the pixels, in views too")
     camera = parser.add_argument_group("camera", "what is not given is the scene's own")
     for name, what in (("eye", "position"), ("at", "point looked at"), ("up", "which way is up")):
         camera.add_argument(f"--{name}", type=number, nargs=3, metavar=("X", "Y", "Z"), help=what)
@@ -157,6 +187,17 @@ def at_least_one(text: str) -> int:
         value = 0
     if value < 1:
         raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a whole number of at least 1")
+    return value
+
+
+def whole(text: str) -> int:
+    """A whole number of at least 0, for argparse."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = -1
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a whole number of at least 0")
     return value
 
 

@@ -1,8 +1,12 @@
 """``taichi-tracer info``: what a scene is made of."""
 
+import time
 from argparse import Namespace
 
+import taichi as ti
+
 from taichi_tracer.apps.choices import load_scene
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data import SceneData
 
 
@@ -30,9 +34,27 @@ def describe(scene: SceneData) -> list[str]:
         facts |= scene.ray_intersector.facts()
     lines = [f"{name:<16}{value}" for name, value in facts.items()]
     lines += ["", f"materials ({len(scene.materials)})", *material_table(scene)]
-    if hasattr(scene, "effects"):
-        lines += ["", "effects", *(f"  {line}" for line in scene.effects.receipt())]
+    lines += ["", "effects", *(f"  {line}" for line in scene.effects.receipt())]
+    if scene.effects.is_lit:
+        lines += [f"  {line}" for line in cost_of_light(scene)]
     return lines
+
+
+def cost_of_light(scene: SceneData, estimator: str = "brdf", size: int = 64) -> list[str]:
+    """What compiling the scene's effects takes, and how many rays a sample needs: measured on a small picture."""
+    renderer = A2Renderer(scene, size, size).use(estimator)
+    renderer.hits.use_packets = False
+    seconds = []
+    for _ in range(2):
+        start = time.perf_counter()
+        renderer.render()
+        ti.sync()
+        seconds.append(time.perf_counter() - start)
+    hits = float((renderer.hits.triangle_id.to_numpy() >= 0).mean())
+    return [
+        f"compile time    {seconds[0] - seconds[1]:.2f} s ({estimator})",
+        f"rays per sample 1 eye ray, and up to {hits:.2f} shadow rays ({2 * hits:.2f} with MIS), one for each hit",
+    ]
 
 
 def material_table(scene: SceneData) -> list[str]:

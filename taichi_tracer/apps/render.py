@@ -35,6 +35,7 @@ def run(args: Namespace) -> int:
             if renderer.samples > 1:
                 times.append(f"{renderer.samples - 1} more {others:.2f} s")
             print(f"{path}: {renderer.width}x{renderer.height}, {renderer.samples} spp ({', '.join(times)})")
+            report_non_finite(renderer)
         if renderer.samples < args.spp:
             print(f"taichi-tracer: interrupted after {renderer.samples} of {args.spp} samples", file=sys.stderr)
             return 130
@@ -56,6 +57,15 @@ def add_samples(renderer: ProgressiveRenderer, spp: int) -> tuple[float, float]:
     except KeyboardInterrupt:
         pass
     return compiled - start, time.perf_counter() - compiled
+
+
+def report_non_finite(renderer: ProgressiveRenderer) -> None:
+    """A line on samples that were left out because they were not finite, if there were any (C-20)."""
+    if renderer.non_finite > 0:
+        places = ", ".join(f"pixel ({x}, {y}) sample {i}" for x, y, i in renderer.film.non_finite_samples()[:3])
+        print(
+            f"taichi-tracer: note: {renderer.non_finite} samples were not finite, not added: {places}", file=sys.stderr
+        )
 
 
 def progress(count: int):

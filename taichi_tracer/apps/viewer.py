@@ -4,6 +4,7 @@ The panel stands in a margin of its own and so hides nothing of the scene. ``ti.
 mouse wheel nor of F1: zooming is a drag with the right button, or the keys i and o; help is the key h, or a button.
 """
 
+import math
 import shlex
 import time
 from argparse import Namespace
@@ -135,10 +136,11 @@ class Viewer:
 
     def __init__(self, renderer: ProgressiveRenderer, folder: Path) -> None:
         self.renderer, self.folder = renderer, folder
-        self.screen = Screen(renderer, panel_lines=len(renderer.offers) + len(TEXTS) + 8)
+        self.screen = Screen(renderer, panel_lines=len(renderer.offers) + len(TEXTS) + 9)
         self.message: list[str] = []
         self.shows_help = False
         self.frame_seconds = 0.0
+        self.started, self.error, self.error_at = 0.0, math.nan, 0.0
 
     def run(self) -> None:
         """Show the window until it is closed."""
@@ -219,6 +221,16 @@ class Viewer:
             pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom)
             camera.set_camera_parameters(eye=pose.eye, at=pose.at)
 
+    def progress(self) -> str:
+        """Seconds since the picture was begun, and its estimated error, measured twice a second."""
+        now = time.perf_counter()
+        if self.renderer.samples <= 1:
+            self.started, self.error = now, math.nan
+        if now - self.error_at > 0.5:
+            self.error, self.error_at = self.renderer.error(), now
+        error = "" if math.isnan(self.error) else f", error {100 * self.error:.2g} %"
+        return f"Time: {now - self.started:.1f} s{error}"
+
     def save_picture(self) -> None:
         """Write the picture; say where, or why not, in the panel and on the terminal."""
         try:
@@ -240,6 +252,8 @@ class Viewer:
                 if panel.button(choice.label + (" [Active]" if is_active else "")):
                     self.renderer.use(choice.name)
             panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms, {self.renderer.samples} spp")
+            if self.renderer.needs_light:
+                panel.text(self.progress())
             if panel.button("Save picture (p)"):
                 self.save_picture()
             if panel.button("Help (h)"):
@@ -257,8 +271,13 @@ def as_command(renderer: ProgressiveRenderer) -> str:
     """The command line that makes the picture that the renderer shows."""
     camera = renderer.camera
     vectors = (f"--{name} {' '.join(f'{x:.9g}' for x in getattr(camera, name))}" for name in ("eye", "at", "up"))
+    light = ""
+    if renderer.needs_light:
+        environment = renderer.scene_data.environment
+        light = f"--environment {shlex.quote('none' if environment is None else environment.name)} "
+        light += f"--spp {renderer.samples} --sampler {renderer.sampler.name} "
     return (
-        f"taichi-tracer render {shlex.quote(renderer.scene_data.source)} --view {renderer.active.name} "
+        f"taichi-tracer render {shlex.quote(renderer.scene_data.source)} --view {renderer.active.name} {light}"
         f"--size {renderer.width}x{renderer.height} {' '.join(vectors)} --fov {camera.fov:.9g} "
         f"--handedness {camera.handedness}"
     )

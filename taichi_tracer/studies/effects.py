@@ -1,0 +1,107 @@
+"""What would it cost to simulate the effects that a scene does not call for?
+
+The same picture is rendered by code compiled for the scene, by code with one more effect each, and by code with all of
+them. The pictures are equal to the last bit; seconds of compilation and milliseconds per sample are not.
+"""
+
+import statistics
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+import taichi as ti
+
+from taichi_tracer import brdf
+from taichi_tracer.direct_illumination import Lighting
+from taichi_tracer.effects import Effects
+from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.scene_data import SceneData
+
+RUNS = 9  # of each variant, in turn
+SPP = 4  # samples of a run
+
+
+@dataclass
+class Variant:
+    """One way to compile the same picture.
+
+    Attributes:
+        name: the effect that was added, "as the scene needs" or "everything".
+        compile_seconds: of the first sample, beyond the time of any other.
+        milliseconds: median, of one sample of every pixel.
+        is_equal: whether the picture is that of the first variant, bit for bit.
+    """
+
+    name: str
+    compile_seconds: float
+    milliseconds: float
+    is_equal: bool
+
+
+def with_one_more(effects: Effects) -> dict[str, Effects]:
+    """Name → the scene's effects and one that it does not call for."""
+    variants = {}
+    for i, kind in enumerate(brdf.ALL):
+        if i not in effects.brdfs:
+            variants[f"+ {kind.name}"] = replace(effects, brdfs=tuple(sorted({*effects.brdfs, i})))
+    if effects.environment in ("black", "constant"):
+        variants["+ environment look-up"] = replace(effects, environment="image")
+    if not effects.emitters:
+        variants["+ emitters"] = replace(effects, emitters=True)
+    return variants
+
+
+def measure(scene: SceneData, complete: SceneData, estimator: str = "brdf", width: int = 512, height: int = 512):
+    """A ``Variant`` for the scene as it is, for each effect more, and for all of them.
+
+    Args:
+        scene: compiled for what it calls for.
+        complete: the same scene, made with ``effects_mode="all"``.
+    """
+    renderers = {"as the scene needs": A2Renderer(scene, width, height)}
+    for name, more in with_one_more(scene.effects).items():
+        renderers[name] = A2Renderer(scene, width, height)
+        renderers[name].lighting = Lighting(scene, renderers[name].sampler)
+        renderers[name].lighting.effects = more
+        renderers[name].lit = scene.version
+    renderers["everything"] = A2Renderer(complete, width, height)
+    for renderer in renderers.values():  # the eye rays are traced by the same code in all
+        if renderer.scene_data is scene:
+            renderer.hits = renderers["as the scene needs"].hits
+        renderer.hits.trace()
+        renderer.hits.trace()
+
+    first, pictures, seconds = {}, {}, {name: [] for name in renderers}
+    for name, renderer in renderers.items():
+        renderer.use(estimator)
+        first[name] = timed(renderer, 1)
+        pictures[name] = renderer.render(SPP - 1).image()
+    for _ in range(RUNS):
+        for name, renderer in renderers.items():
+            seconds[name].append(timed(renderer, SPP) / SPP)
+    truth = pictures["as the scene needs"]
+    medians = {name: statistics.median(values) for name, values in seconds.items()}
+    return [
+        Variant(name, first[name] - medians[name], 1e3 * medians[name], np.array_equal(pictures[name], truth))
+        for name in renderers
+    ]
+
+
+def timed(renderer: A2Renderer, spp: int) -> float:
+    """Seconds of ``spp`` samples."""
+    start = time.perf_counter()
+    renderer.render(spp)
+    ti.sync()
+    return time.perf_counter() - start
+
+
+def table(variants: list[Variant]) -> list[str]:
+    """Lines of text: what each variant took, and how much more than the first."""
+    base = variants[0]
+    width = max(len(v.name) for v in variants)
+    lines = [f"{'compiled for':<{width}}  compile s  ms per sample    ratio  picture"]
+    for v in variants:
+        same = "the same bits" if v.is_equal else "DIFFERENT"
+        ratio = v.milliseconds / base.milliseconds
+        lines.append(f"{v.name:<{width}}  {v.compile_seconds:9.2f}  {v.milliseconds:13.2f}  {ratio:6.2f}x  {same}")
+    return lines
