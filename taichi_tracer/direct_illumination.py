@@ -2,9 +2,10 @@
 
     L_o(x, ω_o) = ∫ L(ω_i) V(x, ω_i) f_r(x, ω_o, ω_i) max(n·ω_i, 0) dω_i
 
-An estimator draws ω_i from some density and returns what arrives from there, over that density. It is a class with a
-``name`` and a ``direct``; one added to ``ALL`` is known to the renderer, the command line, the window and the tests.
-All are unbiased. No density but its own meets the lobe of a mirror, so that every estimator samples that by its BRDF.
+An estimator draws ω_i from some density, and says what the light from there is to be multiplied with: f_r cos θ_i over
+the density. ``reflected`` does the rest. It is a class with a ``name`` and a ``sample``; one added to ``ALL`` is known
+to the renderer, the command line, the window and the tests. All are unbiased. No density but its own meets the lobe of
+a mirror, so that every estimator samples that by its BRDF.
 """
 
 import taichi as ti
@@ -58,66 +59,57 @@ class Lighting:
             light = self.environment.constant_radiance()
         return light
 
-    @ti.func
-    def eval_cosine(self, kind: ti.template(), material, point, w_i):
-        """f_r max(n·ω_i, 0)."""
-        return kind.eval(material, point.w_o, w_i, point.normal) * ti.max(0.0, tm.dot(point.normal, w_i))
-
 
 class UniformSphere:
     """ω_i uniform on the sphere: half of the samples lie under the horizon (A2-6)."""
 
-    name, label, aliases = "uniform", "Uniform sphere", ("uniform_sphere",)
+    name, label, aliases, techniques = "uniform", "Uniform sphere", ("uniform_sphere",), 1
 
-    @staticmethod
     @ti.func
-    def direct(lighting: ti.template(), kind: ti.template(), material, point, key):
-        """One sample; pdf 1/(4π)."""
+    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+        """(w_i, f_r cos θ_i / pdf) with pdf 1/(4π)."""
         xi = sampler.get_2d(lighting.sampler, key, sampler.BRDF_DIRECTION)
         w_i = sampler.uniform_sphere(xi)
-        return lighting.arriving(point, w_i, lighting.eval_cosine(kind, material, point, w_i) * (4 * tm.pi))
+        return w_i, eval_cosine(kind, material, point, w_i) * (4 * tm.pi)
 
 
 class UniformHemisphere:
     """ω_i uniform on the hemisphere about n."""
 
-    name, label, aliases = "hemisphere", "Uniform hemisphere", ("uniform_hemisphere",)
+    name, label, aliases, techniques = "hemisphere", "Uniform hemisphere", ("uniform_hemisphere",), 1
 
-    @staticmethod
     @ti.func
-    def direct(lighting: ti.template(), kind: ti.template(), material, point, key):
-        """One sample; pdf 1/(2π)."""
+    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+        """(w_i, f_r cos θ_i / pdf) with pdf 1/(2π)."""
         xi = sampler.get_2d(lighting.sampler, key, sampler.BRDF_DIRECTION)
         w_i = sampler.uniform_hemisphere(point.normal, xi)
-        return lighting.arriving(point, w_i, lighting.eval_cosine(kind, material, point, w_i) * (2 * tm.pi))
+        return w_i, eval_cosine(kind, material, point, w_i) * (2 * tm.pi)
 
 
 class BrdfSampling:
     """ω_i in proportion to the BRDF: best where the light is even or the surface glossy (A2-7, A2-8)."""
 
-    name, label, aliases = "brdf", "BRDF", ()
+    name, label, aliases, techniques = "brdf", "BRDF", (), 1
 
-    @staticmethod
     @ti.func
-    def direct(lighting: ti.template(), kind: ti.template(), material, point, key):
-        """One sample, with the weight f_r cos θ_i / pdf cancelled (C-3)."""
+    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+        """(w_i, f_r cos θ_i / pdf), the quotient cancelled (C-3)."""
         xi = sampler.get_2d(lighting.sampler, key, sampler.BRDF_DIRECTION)
         w_i = kind.sample(material, point.w_o, point.normal, xi)
-        return lighting.arriving(point, w_i, kind.weight(material, point.w_o, w_i, point.normal))
+        return w_i, kind.weight(material, point.w_o, w_i, point.normal)
 
 
 class EnvironmentSampling:
     """ω_i in proportion to the environment's light: best where the light is uneven and the surface matte."""
 
-    name, label, aliases = "environment", "Environment", ("light",)
+    name, label, aliases, techniques = "environment", "Environment", ("light",), 1
 
-    @staticmethod
     @ti.func
-    def direct(lighting: ti.template(), kind: ti.template(), material, point, key):
-        """One sample."""
+    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+        """(w_i, f_r cos θ_i / pdf)."""
         xi = sampler.get_2d(lighting.sampler, key, sampler.LIGHT_DIRECTION)
         w_i, pdf = lighting.environment.sample(xi)
-        return lighting.arriving(point, w_i, lighting.eval_cosine(kind, material, point, w_i) / pdf)
+        return w_i, eval_cosine(kind, material, point, w_i) / pdf
 
 
 class MultipleImportanceSampling:
@@ -126,33 +118,35 @@ class MultipleImportanceSampling:
     Veach & Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995. Two shadow rays.
     """
 
+    techniques = 2
+
     def __init__(self, name: str, label: str, exponent: int, aliases: tuple[str, ...] = ()) -> None:
         self.name, self.label, self.exponent, self.aliases = name, label, exponent, aliases
 
     @ti.func
-    def direct(self, lighting: ti.template(), kind: ti.template(), material, point, key):
-        """One sample: the sum of both."""
-        xi = sampler.get_2d(lighting.sampler, key, sampler.BRDF_DIRECTION)
-        w_i = kind.sample(material, point.w_o, point.normal, xi)
-        pdf_brdf = kind.pdf(material, point.w_o, w_i, point.normal)
-        heuristic = self.heuristic(pdf_brdf, lighting.environment.pdf(w_i))
-        value = kind.weight(material, point.w_o, w_i, point.normal) * heuristic
-        L = lighting.arriving(point, w_i, value)
-
-        xi = sampler.get_2d(lighting.sampler, key, sampler.LIGHT_DIRECTION)
-        w_i, pdf = lighting.environment.sample(xi)
-        heuristic = self.heuristic(pdf, kind.pdf(material, point.w_o, w_i, point.normal))
-        value = lighting.eval_cosine(kind, material, point, w_i) / pdf * heuristic
-        return L + lighting.arriving(point, w_i, value)
+    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+        """(w_i, heuristic · f_r cos θ_i / pdf) of the BRDF's sample, technique 0, or of the environment's."""
+        w_i, value = tm.vec3(0), tm.vec3(0)
+        if technique == 0:
+            xi = sampler.get_2d(lighting.sampler, key, sampler.BRDF_DIRECTION)
+            w_i = kind.sample(material, point.w_o, point.normal, xi)
+            pdf_brdf = kind.pdf(material, point.w_o, w_i, point.normal)
+            weight = kind.weight(material, point.w_o, w_i, point.normal)
+            value = weight * self.heuristic(pdf_brdf, lighting.environment.pdf(w_i))
+        else:
+            xi = sampler.get_2d(lighting.sampler, key, sampler.LIGHT_DIRECTION)
+            w_i, pdf = lighting.environment.sample(xi)
+            pdf_brdf = kind.pdf(material, point.w_o, w_i, point.normal)
+            value = eval_cosine(kind, material, point, w_i) / pdf * self.heuristic(pdf, pdf_brdf)
+        return w_i, value
 
     @ti.func
     def heuristic(self, pdf, other):
         """pdf^β / (pdf^β + other^β), as 1/(1 + r^β), which does not overflow."""
         ratio = other / pdf
-        weight = 1 / (1 + ratio)
         if ti.static(self.exponent == 2):
-            weight = 1 / (1 + ratio * ratio)
-        return ti.select(pdf > 0, weight, 0.0)
+            ratio = ratio * ratio
+        return ti.select(pdf > 0, 1 / (1 + ratio), 0.0)
 
 
 ALL = (
@@ -166,22 +160,32 @@ ALL = (
 
 
 @ti.func
+def eval_cosine(kind: ti.template(), material, point, w_i):
+    """f_r max(n·ω_i, 0)."""
+    return kind.eval(material, point.w_o, w_i, point.normal) * ti.max(0.0, tm.dot(point.normal, w_i))
+
+
+@ti.func
 def reflected(lighting: ti.template(), estimator: ti.template(), material, kind_of_material, point, key):
     """Light from far away that a surface reflects to the viewer: one sample, by the BRDF that the material has."""
     L = tm.vec3(0)
-    for i in ti.static(lighting.effects.brdfs):
-        if ti.static(len(lighting.effects.brdfs) == 1) or kind_of_material == i:
-            L = by_kind(lighting, estimator, brdf.ALL[i], material, point, key)
+    for technique in range(estimator.techniques):
+        w_i, value = tm.vec3(0), tm.vec3(0)
+        for i in ti.static(lighting.effects.brdfs):
+            if ti.static(len(lighting.effects.brdfs) == 1) or kind_of_material == i:
+                w_i, value = by_kind(lighting, estimator, brdf.ALL[i], material, point, technique, key)
+        L += lighting.arriving(point, w_i, value)
     return L
 
 
 @ti.func
-def by_kind(lighting: ti.template(), estimator: ti.template(), kind: ti.template(), material, point, key):
-    """``estimator.direct``, but for a mirror, which only its own sampling meets."""
-    L = tm.vec3(0)
+def by_kind(lighting: ti.template(), estimator: ti.template(), kind: ti.template(), material, point, technique, key):
+    """``estimator.sample``, but for a mirror, which no other density than its own meets."""
+    w_i, value = tm.vec3(0), tm.vec3(0)
     if ti.static(kind.is_delta):
         w_i = kind.sample(material, point.w_o, point.normal, tm.vec2(0.5))
-        L = lighting.arriving(point, w_i, kind.weight(material, point.w_o, w_i, point.normal))
+        if technique == 0:
+            value = kind.weight(material, point.w_o, w_i, point.normal)
     else:
-        L = estimator.direct(lighting, kind, material, point, key)
-    return L
+        w_i, value = estimator.sample(lighting, kind, material, point, technique, key)
+    return w_i, value

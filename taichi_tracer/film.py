@@ -65,9 +65,8 @@ class Film:
         """One more sample of a pixel. One that is not finite is counted and located, not added (C-20)."""
         if is_finite(value):
             n = self.count[x, y]
-            total, error = two_sum(self.total[x, y], value)
-            rest = self.rest[x, y] + error
-            after = (total + rest) / (n + 1)
+            total, rest = add_to_pair(self.total[x, y], self.rest[x, y], value, tm.vec3(0))
+            after = total / (n + 1)
             if n > 0:
                 self.deviation[x, y] += (value - self.canvas[x, y]) * (value - after)  # Welford 1962
             self.total[x, y], self.rest[x, y], self.count[x, y] = total, rest, n + 1
@@ -92,14 +91,12 @@ class Film:
         for x, y in self.count:
             n, m = self.count[x, y], other.count[x, y]
             if m > 0:
-                mine, theirs = self.total[x, y] + self.rest[x, y], other.total[x, y] + other.rest[x, y]
-                difference = theirs / m - mine / ti.max(n, 1)
+                difference = other.total[x, y] / m - self.total[x, y] / ti.max(n, 1)
                 share = ti.cast(n, float) * m / (n + m)
                 self.deviation[x, y] += other.deviation[x, y] + difference * difference * share  # Chan et al. 1979
-                total, error = two_sum(self.total[x, y], other.total[x, y])
-                self.total[x, y], self.rest[x, y] = total, self.rest[x, y] + other.rest[x, y] + error
-                self.count[x, y] = n + m
-                self.canvas[x, y] = (total + self.rest[x, y]) / (n + m)
+                total, rest = add_to_pair(self.total[x, y], self.rest[x, y], other.total[x, y], other.rest[x, y])
+                self.total[x, y], self.rest[x, y], self.count[x, y] = total, rest, n + m
+                self.canvas[x, y] = total / (n + m)
         self.non_finite_count[None] += other.non_finite_count[None]
 
     @property
@@ -160,11 +157,14 @@ class Film:
 
 
 @ti.func
-def two_sum(a, b):
-    """a + b rounded, and exactly what the rounding lost (Knuth, TAOCP vol. 2, section 4.2.2, theorem B)."""
-    total = a + b
-    part_of_b = total - a
-    return total, (a - (total - part_of_b)) + (b - part_of_b)
+def add_to_pair(total, rest, value, value_rest):
+    """(total + rest) + (value + value_rest) as the nearest number and what it lacks (Dekker 1971)."""
+    rounded = total + value
+    part = rounded - total
+    lost = (total - (rounded - part)) + (value - part)  # exactly (Knuth, TAOCP vol. 2, section 4.2.2, theorem B)
+    lost += rest + value_rest
+    new_total = rounded + lost
+    return new_total, lost - (new_total - rounded)
 
 
 @ti.func
