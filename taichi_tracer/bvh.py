@@ -53,19 +53,19 @@ class BVHRayIntersector(RayIntersector):
         self.root, self.depth, self.stack_size = wide.root, wide.depth, wide.stack_size
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
 
-        builder = ti.FieldsBuilder()
+        self._memory = runtime.Memory()
         self.planes = ti.Vector.field(WIDTH, float)
         self.children = ti.field(ti.i32)
         self.leaf_vertices = ti.Vector.field(3, float)
         self.leaf_ids = ti.field(ti.i32)
         # Nested, so that all of a node, and all of a triangle, lies in one piece of memory.
-        node = builder.dense(ti.i, self.num_nodes)
+        node = self._memory.fields.dense(ti.i, self.num_nodes)
         node.dense(ti.j, 6).place(self.planes)
         node.dense(ti.j, WIDTH).place(self.children)
-        triangle = builder.dense(ti.i, max(1, len(ids)))
+        triangle = self._memory.fields.dense(ti.i, max(1, len(ids)))
         triangle.dense(ti.j, 3).place(self.leaf_vertices)
         triangle.place(self.leaf_ids)
-        self._fields = builder.finalize()
+        self._memory.allocate()
         self._load(wide.planes, wide.children, np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
         self.build_seconds = time.perf_counter() - start
 
@@ -88,7 +88,7 @@ class BVHRayIntersector(RayIntersector):
 
     def destroy(self) -> None:
         """Free the tree's memory."""
-        self._fields.destroy()
+        self._memory.free()
 
     @ti.kernel
     def _load(

@@ -87,14 +87,16 @@ class Camera:
         self.version = 0  # counts changes, so that a renderer knows when its samples are of another picture
         self._values = {"eye": eye, "at": at, "up": up, "fov": fov}
         self._check(self._values)
-        self.camera_to_world = ti.Matrix.field(4, 4, float, shape=())
-        self.half_size = ti.Vector.field(2, float, shape=())
-        self._lifetime = runtime.Lifetime()
+        self._memory = runtime.Memory()
+        self.camera_to_world = ti.Matrix.field(4, 4, float)
+        self.half_size = ti.Vector.field(2, float)
+        self._memory.fields.place(self.camera_to_world, self.half_size)
+        self._memory.allocate()
         self.set_camera_parameters()
 
     def set_camera_parameters(self, eye=None, at=None, up=None, fov=None, handedness=None) -> None:
         """Move the camera; what is not given stays. On an InputError nothing has changed."""
-        self._lifetime.check("camera")
+        self._memory.check("camera")
         if handedness is not None and handedness not in HANDEDNESS:
             raise one_of("handedness", handedness, HANDEDNESS)
         given = {"eye": eye, "at": at, "up": up, "fov": fov}

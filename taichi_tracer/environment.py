@@ -46,7 +46,7 @@ class Environment:
     ) -> None:
         if lookup not in LOOKUPS:
             raise one_of("lookup", lookup, LOOKUPS)
-        self._lifetime = runtime.Lifetime()
+        self._memory = runtime.Memory()
         self.name, self.lookup = name, lookup
         self.pixels = checked(image, name)
         self.height, self.width = self.pixels.shape[:2]
@@ -60,7 +60,7 @@ class Environment:
         self.is_black = not self.pixels.any()
         self.version = 0
 
-        builder = ti.FieldsBuilder()
+        builder = self._memory.fields
         self.texels = ti.Vector.field(3, float)
         self.density = ti.field(float)
         self.row_cdf = ti.field(float)
@@ -72,7 +72,7 @@ class Environment:
         builder.dense(ti.i, self.height + 1).place(self.row_cdf)
         builder.dense(ti.ij, (self.height, self.width + 1)).place(self.column_cdf)
         builder.dense(ti.i, 2).place(self.settings)  # intensity, and rotation as a fraction of a turn
-        self._fields = builder.finalize()
+        self._memory.allocate()
         rows, columns, density = sampling_tables(self.pixels, lookup, runtime.dtype())
         self._load(self.pixels, density, rows, columns)
         self.set_intensity(intensity)
@@ -80,13 +80,11 @@ class Environment:
 
     def destroy(self) -> None:
         """Free the memory now; the environment cannot be used afterwards."""
-        if self._fields is not None and not self._lifetime.is_over():
-            self._fields.destroy()
-        self._fields = None
+        self._memory.free()
 
     def set_intensity(self, intensity: float) -> None:
         """Multiply all radiance by a finite number of at least 0."""
-        self._lifetime.check("environment")
+        self._memory.check("environment")
         if not 0 <= float(intensity) < math.inf:
             raise InputError(f"environment: intensity must be a finite number of at least 0, not {intensity!r}")
         self.intensity = float(intensity)
@@ -95,7 +93,7 @@ class Environment:
 
     def set_rotation(self, degrees: float) -> None:
         """Turn the environment about +y."""
-        self._lifetime.check("environment")
+        self._memory.check("environment")
         if not math.isfinite(degrees):
             raise InputError(f"environment: rotation must be a finite number of degrees, not {degrees!r}")
         self.rotation = float(degrees)

@@ -34,19 +34,29 @@ class Film:
             )
         self.ranges = (x0, x1), (y0, y1)
         self.samples = 0
-        self._lifetime = runtime.Lifetime()
+        self._memory = runtime.Memory()
+        fields = self._memory.fields
         shape = (width, height)
-        self.canvas = ti.Vector.field(3, float, shape=shape)
+        self.canvas = ti.Vector.field(3, float)
+        fields.dense(ti.ij, shape).place(self.canvas)
         self.count = ti.field(ti.i32)
         self.total, self.rest, self.deviation = (ti.Vector.field(3, float) for _ in range(3))
-        ti.root.dense(ti.ij, shape).place(self.count, self.total, self.rest, self.deviation)
-        self.non_finite_count = ti.field(ti.i32, shape=())
-        self.non_finite_at = ti.Vector.field(3, ti.i32, shape=MAX_LOCATED)
+        fields.dense(ti.ij, shape).place(self.count, self.total, self.rest, self.deviation)
+        self.non_finite_count = ti.field(ti.i32)
+        self.non_finite_at = ti.Vector.field(3, ti.i32)
+        fields.place(self.non_finite_count)
+        fields.dense(ti.i, MAX_LOCATED).place(self.non_finite_at)
+        self._memory.allocate()
 
     def reset(self) -> None:
         """Forget every sample; the canvas keeps its last picture until the next one."""
+        self.check_alive()
         self.samples = 0
         self._clear()
+
+    def check_alive(self) -> None:
+        """Raise StaleSceneError when Taichi was initialised again after the film was made."""
+        self._memory.check("film")
 
     @ti.kernel
     def _clear(self):
@@ -78,7 +88,7 @@ class Film:
 
     def merge(self, other: "Film") -> None:
         """Add the samples of another film of the same size: of other sample indices, so that none counts twice."""
-        self._lifetime.check("film")
+        self._memory.check("film")
         if (self.width, self.height) != (other.width, other.height):
             raise InputError(
                 f"film: {other.width}x{other.height} samples cannot be added to a film of {self.width}x{self.height}"
@@ -102,7 +112,7 @@ class Film:
     @property
     def non_finite(self) -> int:
         """How many samples were not finite."""
-        self._lifetime.check("film")
+        self._memory.check("film")
         return int(self.non_finite_count[None])
 
     def non_finite_samples(self) -> list[tuple[int, int, int]]:
@@ -112,7 +122,7 @@ class Film:
 
     def image(self) -> np.ndarray:
         """(height, width, 3) float32, linear, top row first."""
-        self._lifetime.check("film")
+        self._memory.check("film")
         image = np.empty((self.height, self.width, 3), np.float32)
         self._copy_to(image)
         return image
@@ -122,7 +132,7 @@ class Film:
 
         NaN where there are fewer than two samples.
         """
-        self._lifetime.check("film")
+        self._memory.check("film")
         n = self.count.to_numpy().astype(np.float64)[..., None]
         with np.errstate(all="ignore"):
             variance = np.where(n > 1, self.deviation.to_numpy().astype(np.float64) / (n - 1) / n, np.nan)
@@ -134,7 +144,7 @@ class Film:
         NaN where there is none, and where the picture is black. It takes samples for independent: those of a
         low-discrepancy sampler err less.
         """
-        self._lifetime.check("film")
+        self._memory.check("film")
         sums = self._sum_of_variance()
         return math.sqrt(max(sums[0], 0.0) * sums[2]) / sums[1] if sums[1] > 0 else math.nan
 

@@ -72,16 +72,19 @@ class Packets:
     """
 
     def __init__(self, places: int) -> None:
+        self._memory = runtime.Memory()
         self.o, self.d, self.i, self.n, self.f = (ti.Vector.field(LANES, float) for _ in range(5))
         self.shear_x, self.shear_y, self.t, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
         self.reach = ti.Vector.field(LANES, float)
         self.triangle_id, self.heading, self.is_undecided = (ti.Vector.field(LANES, ti.i32) for _ in range(3))
-        self.count = ti.field(ti.i32, shape=())  # LANES, in memory: the compiler copies a loop out that it can count
-        place = ti.root.dense(ti.i, places)
+        self.count = ti.field(ti.i32)  # LANES, in memory: the compiler copies a loop out that it can count
+        self._memory.fields.place(self.count)
+        place = self._memory.fields.dense(ti.i, places)
         for by_axis in (self.o, self.d, self.i, self.n, self.f):
             place.dense(ti.j, 3).place(by_axis)
         place.place(self.shear_x, self.shear_y, self.t, self.u, self.v, self.reach)
         place.place(self.triangle_id, self.heading, self.is_undecided)
+        self._memory.allocate()
         self.count[None] = LANES
 
     @ti.func

@@ -11,6 +11,8 @@ from taichi_tracer.sampler import SampleKey
 from taichi_tracer.scene_data import SceneData
 
 PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
+LARGE_PICTURE = 256 * 256  # pixels
+MANY_RAYS = 1 << 22  # about a second's work for single rays
 
 
 def has_both(part: object, plain: str, packet: str) -> bool:
@@ -33,8 +35,7 @@ class PrimaryHits:
         camera: where the rays come from.
         jitter: whether rays pass through a random point of their pixel instead of its centre (A2-1).
         samples: where the random point comes from, see ``sampler.ALL``.
-        use_packets: None takes packets, where they can be had, from the second picture on: a single one is sooner done
-            without.
+        use_packets: None takes packets where they can be had and are worth their compilation.
     """
 
     def __init__(
@@ -60,16 +61,20 @@ class PrimaryHits:
         self.traces = 0
         self.tiles_x, self.tiles_y = -(-self.width // TILE), -(-self.height // TILE)
         shape = self.tiles_x * self.tiles_y
-        self.distance = ti.Vector.field(LANES, float, shape=shape)
-        self.triangle_id = ti.Vector.field(LANES, ti.i32, shape=shape)
-        self.u = ti.Vector.field(LANES, float, shape=shape)
-        self.v = ti.Vector.field(LANES, float, shape=shape)
+        self._memory = runtime.Memory()
+        self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
+        self.triangle_id = ti.Vector.field(LANES, ti.i32)
+        for field in (self.distance, self.triangle_id, self.u, self.v):
+            self._memory.fields.dense(ti.i, shape).place(field)
         if jitter:  # kept, since making the points again costs more than reading them
-            self.xi_x, self.xi_y = (ti.Vector.field(LANES, float, shape=shape) for _ in range(2))
+            self.xi_x, self.xi_y = (ti.Vector.field(LANES, float) for _ in range(2))
+            for field in (self.xi_x, self.xi_y):
+                self._memory.fields.dense(ti.i, shape).place(field)
+        self._memory.allocate()
 
     def trace(self, seed: int = 0, index: int = 0) -> None:
         """Send one eye ray through every pixel: with jitter, that of one sample."""
-        use_packets = self.can_use_packets and self.traces > 0 if self.use_packets is None else self.use_packets
+        use_packets = self.can_use_packets and self.is_much_work() if self.use_packets is None else self.use_packets
         self.traces += 1
         if not use_packets:
             self._trace_rays(seed, index)
@@ -77,6 +82,11 @@ class PrimaryHits:
         if self.packets is None:
             self.packets = Packets(PLACES)
         self._trace_packets(seed, index)
+
+    def is_much_work(self) -> bool:
+        """Whether packets, which take seconds to compile, are worth it: for large pictures from the second one on."""
+        pixels = self.width * self.height
+        return self.traces > 0 and (pixels >= LARGE_PICTURE or pixels * self.traces >= MANY_RAYS)
 
     @ti.func
     def tile_and_lane(self, x, y):

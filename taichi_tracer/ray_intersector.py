@@ -185,6 +185,9 @@ class RayIntersector(ABC):
     def is_blocked(self, ray, t_min, t_max):
         """Whether any triangle is hit with t_min < t < t_max."""
 
+    def destroy(self) -> None:
+        """Free what the intersector allocated beside the geometry: nothing, unless a subclass does."""
+
     @ti.func
     def ray_bounds(self, ray):
         """``ray`` prepared for ``box_interval``."""

@@ -99,6 +99,7 @@ class ProgressiveRenderer:
     @property
     def canvas(self):
         """The Taichi field [x, y] of RGB vectors, y up: what ``ti.ui`` shows."""
+        self.film.check_alive()
         return self.film.canvas
 
     @property

@@ -70,10 +70,14 @@ def init(
     if precision == "f64" and arch not in ("auto", *F64_ARCHS):
         raise InputError(f"precision 'f64' does not exist on arch {arch!r}: use one of {', '.join(F64_ARCHS)}")
 
+    if threads is not None and not (isinstance(threads, int) and threads >= 1):
+        raise InputError(f"threads must be a whole number of at least 1, or None for all, not {threads!r}")
+
     running = current()
     if running is not None and not force:
-        chosen = running.arch if arch == "auto" else arch
-        if Settings(chosen, precision, bool(fast_math)) == running:
+        chosen = running.arch if arch == "auto" or arch == _fell_back_from else arch
+        is_same = Settings(chosen, precision, bool(fast_math)) == running
+        if is_same and threads in (None, ti.cfg.cpu_max_num_threads) and debug in (False, ti.cfg.debug):
             return running
         raise RuntimeError(
             f"Taichi already runs with ({running}); starting it again with "
@@ -81,7 +85,9 @@ def init(
             "Call init(..., force=True) if that is what you want."
         )
 
+    global _fell_back_from
     chosen, message = _choose(arch, precision)
+    _fell_back_from = arch if chosen != arch else None
     options = {} if threads is None else {"cpu_max_num_threads": int(threads)}
     with contextlib.redirect_stdout(io.StringIO()):  # Taichi prints its arch; _choose has the better line
         ti.init(
@@ -98,6 +104,9 @@ def init(
     if message is not None:
         print(f"taichi_tracer: {message}", file=sys.stderr)
     return current()
+
+
+_fell_back_from: str | None = None  # the arch that was asked for in the start that is running, where it got another
 
 
 def ensure() -> Settings:
@@ -152,6 +161,56 @@ class Lifetime:
             raise StaleSceneError(
                 f"this {what} was made before Taichi was initialised again, which freed its memory: make it anew"
             )
+
+
+class Memory:
+    """Fields of one owner, freed when the owner is: Taichi frees none by itself, and has room for 512 such groups.
+
+    Make it first, then the fields, place them in ``fields``, and ``allocate``; no kernel can run in between.
+    """
+
+    def __init__(self) -> None:
+        _free_orphans()
+        self._lifetime = Lifetime()
+        self.fields = ti.FieldsBuilder()
+        self._tree = None
+
+    def allocate(self) -> None:
+        """Make the fields usable; none can be placed afterwards."""
+        self._tree = self.fields.finalize()
+
+    def check(self, what: str) -> None:
+        """Raise StaleSceneError when Taichi was started again since, or the memory was freed."""
+        self._lifetime.check(what)
+        if self._tree is None:
+            raise StaleSceneError(f"this {what} was destroyed: make it anew")
+
+    def free(self) -> None:
+        """Give the memory back now; the fields cannot be used afterwards."""
+        tree, self._tree = self._tree, None
+        if tree is not None:
+            _destroy(tree, self._lifetime)
+
+    def __del__(self) -> None:
+        # Not freed here: the collector may run while Taichi compiles a kernel.
+        if getattr(self, "_tree", None) is not None and _orphans is not None:  # None when the interpreter ends
+            _orphans.append((self._lifetime, self._tree))
+
+
+_orphans: list[tuple[Lifetime, object]] = []
+
+
+def _free_orphans() -> None:
+    """Free the memory whose owners are gone."""
+    while _orphans:
+        lifetime, tree = _orphans.pop()
+        _destroy(tree, lifetime)
+
+
+def _destroy(tree: object, lifetime: Lifetime) -> None:
+    if not lifetime.is_over():
+        impl.get_runtime().materialize()  # Taichi still checks fields that no kernel has used: gone, they would crash it
+        tree.destroy()
 
 
 def _choose(arch: str, precision: str) -> tuple[str, str | None]:

@@ -88,7 +88,7 @@ class SceneData:
     ) -> None:
         if intersector not in INTERSECTORS:
             raise one_of("intersector", intersector, INTERSECTORS)
-        self._lifetime = runtime.Lifetime()
+        runtime.ensure()
         check(mesh)
         mesh = clean(mesh, runtime.dtype())
         self.source, self.notes, self.dropped = mesh.source, mesh.notes, mesh.dropped
@@ -97,11 +97,12 @@ class SceneData:
             raise one_of("effects", effects_mode, effects.MODES)
         environment = load_environment(environment)
 
-        builder = ti.FieldsBuilder()
+        self._memory = runtime.Memory()
+        builder = self._memory.fields
         self.geometry = Geometry(mesh, builder, keep_normals=effects_mode == "all")
         kinds = [brdf.brdf_of(m, runtime.dtype()) for m in mesh.materials]
         self.material_library = MaterialLibrary(mesh.materials, kinds, builder)
-        self._fields = builder.finalize()
+        self._memory.allocate()
         self.geometry.load(mesh)
         self.material_library.load()
         self.ray_intersector = INTERSECTORS[intersector](self.geometry, triangle_test)
@@ -135,13 +136,12 @@ class SceneData:
 
     def check_alive(self) -> None:
         """Raise StaleSceneError when Taichi was initialised again after the scene was made."""
-        self._lifetime.check("scene")
+        self._memory.check("scene")
 
     def destroy(self) -> None:
         """Free the scene's memory now; it cannot be used afterwards."""
-        if self._fields is not None and not self._lifetime.is_over():
-            self._fields.destroy()
-        self._fields = None
+        self._memory.free()
+        self.ray_intersector.destroy()
 
     def intersect(self, origins, directions, t_min=0.0, t_max=np.inf) -> RayHits:
         """The nearest hit of every ray with t_min < t < t_max.

@@ -43,8 +43,9 @@ def test_a_new_view_or_camera_starts_over(renderer):
 def test_the_second_picture_by_packets_equals_the_first(renderer):
     first = renderer.use("barycentric").render().image()
     renderer.camera.set_camera_parameters()
+    renderer.hits.use_packets = True
     np.testing.assert_array_equal(renderer.render().image(), first)
-    assert renderer.hits.traces == 2
+    assert renderer.hits.packets is not None
 
 
 def test_every_view_has_a_setter_that_is_use(renderer):
@@ -83,3 +84,76 @@ def test_a_camera_of_ones_own_gives_the_size():
     camera = tt.Camera(5, 7, eye=(0, 0, 2))
     renderer = tt.A1Renderer(scene_data=tt.scene_from_mesh(*SQUARE), camera=camera)
     assert renderer.image().shape == (7, 5, 3)
+
+
+def test_jittered_views_are_means_over_the_pixel():
+    """The edge of the square is grey, and the more samples, the nearer to the covered part of the pixel."""
+    view = {"eye": (0.1, 0, 4), "at": (0.1, 0, 0), "up": (0, 1, 0), "fov": 40.0}
+    scene = tt.scene_from_mesh(*SQUARE, view=view)
+    renderer = tt.A1Renderer(scene_data=scene, width=16, height=16, jitter=True).use("hit")
+    image = renderer.render(256).image()
+    covered = ((image > 0.02) & (image < 0.98)).any(axis=-1)
+    assert 10 < covered.sum() < 80
+    half = 4 * np.tan(np.deg2rad(20))
+    np.testing.assert_allclose(image.mean(), 4 / (2 * half) ** 2, atol=2e-3)
+
+
+@pytest.fixture(scope="module")
+def lit():
+    return tt.A2Renderer(scene_data=tt.load_scene_data("cube", environment="studio"), width=16, height=12)
+
+
+def test_a2_has_the_handouts_setters_and_modes(lit):
+    assert tt.A2Renderer.SamplingMode is tt.A2Renderer.SampleMode
+    for mode in tt.A2Renderer.SampleMode:
+        assert lit.use(mode).active.name == mode.value
+        getattr(lit, f"set_sample_{mode.value}")()
+        assert lit.active.name == mode.value
+    with pytest.raises(tt.InputError, match="unknown estimator 'brfd'"):
+        lit.use("brfd")
+
+
+def test_any_change_of_light_camera_or_estimator_starts_over(lit):
+    lit.use("brdf").render(4)
+    for change in (
+        lambda: lit.use("uniform"),
+        lambda: lit.scene_data.environment.set_intensity(0.5),
+        lambda: lit.scene_data.environment.set_rotation(30),
+        lambda: lit.scene_data.set_environment("white"),
+        lambda: lit.camera.set_camera_parameters(fov=50),
+    ):
+        change()
+        lit.render()
+        assert lit.samples == 1
+        lit.render(2)
+        assert lit.samples == 3
+
+
+def test_a_new_environment_is_the_one_that_is_seen(lit):
+    lit.scene_data.set_environment("white")
+    assert lit.image()[0, 0].tolist() == [1, 1, 1]
+    lit.scene_data.environment.set_intensity(3)
+    assert lit.image()[0, 0].tolist() == [3, 3, 3]
+
+
+def test_darkness_is_told():
+    dark = tt.A2Renderer(scene_data=tt.load_scene_data("cube", environment="black"), width=8, height=8)
+    with pytest.warns(UserWarning, match="nothing in this scene emits light"):
+        assert not dark.image().any()
+    lamp = tt.A2Renderer(scene_data=tt.load_scene_data("cornell_box"), width=32, height=32)
+    assert lamp.image().max() > 1  # a lamp is seen without an environment
+
+
+def test_the_error_falls_with_samples(lit):
+    lit.scene_data.set_environment("studio")
+    lit.use("uniform").render(4)
+    few = lit.error()
+    assert 0.3 < few / lit.render(60).error() / 4 < 3
+
+
+def test_unknown_samplers_and_seeds_are_refused():
+    scene = tt.scene_from_mesh(*SQUARE)
+    with pytest.raises(tt.InputError, match="did you mean 'sobol'"):
+        tt.A1Renderer(scene, 4, 4, sampler="sobl")
+    with pytest.raises(tt.InputError, match="seed must be a whole number"):
+        tt.A1Renderer(scene, 4, 4, seed=-1)

@@ -1,0 +1,361 @@
+"""PLY, STL, glTF and OFF files and trimesh's objects: the triangles, normals and materials that they hold."""
+
+import base64
+import json
+import struct
+
+import numpy as np
+import pytest
+import trimesh
+from shapes import SQUARE, sphere
+from support import data_file
+
+from taichi_tracer.errors import InputError, MissingFileError
+from taichi_tracer.files import EXTENSIONS, read
+from taichi_tracer.files.meshes import from_trimesh
+from taichi_tracer.materials import Material
+
+PLY = """ply
+format ascii 1.0
+element vertex {vertices}
+property float x
+property float y
+property float z
+{more}element face {faces}
+property list uchar int vertex_indices
+end_header
+{body}"""
+CORNERS = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
+NORMALS = "property float nx\nproperty float ny\nproperty float nz\n"
+
+
+def ply(body, vertices=4, faces=1, more=""):
+    return PLY.format(vertices=vertices, faces=faces, more=more, body=body).encode()
+
+
+def binary_stl(triangles, header=b"made by a test"):
+    """``triangles``: (n, 3, 3)."""
+    records = [struct.pack("<12fH", 0, 0, 1, *np.ravel(t), 0) for t in triangles]
+    return header.ljust(80) + struct.pack("<I", len(records)) + b"".join(records)
+
+
+def ascii_stl(triangles):
+    facets = [
+        "facet normal 0 0 1\nouter loop\n"
+        + "".join(f"vertex {x} {y} {z}\n" for x, y, z in np.asarray(t).tolist())
+        + "endloop\nendfacet\n"
+        for t in triangles
+    ]
+    return ("solid mesh\n" + "".join(facets) + "endsolid mesh\n").encode()
+
+
+def gltf(nodes, materials=(), of_meshes=(None,), normals=None, **more):
+    """(content, buffer) of a glTF with one square for each entry of ``of_meshes``, the number of its material."""
+    points = np.asarray(SQUARE[0], "<f4")
+    parts = [points.tobytes(), np.asarray(SQUARE[1], "<u4").tobytes()]
+    accessors = [
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0]},
+        {"bufferView": 1, "componentType": 5125, "count": 6, "type": "SCALAR"},
+    ]
+    primitive = {"attributes": {"POSITION": 0}, "indices": 1}
+    if normals is not None:
+        parts.append(np.asarray(normals, "<f4").tobytes())
+        accessors.append({"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC3"})
+        primitive["attributes"]["NORMAL"] = 2
+    starts = np.cumsum([0] + [len(p) for p in parts]).tolist()
+    content = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": nodes,
+        "meshes": [{"primitives": [primitive if m is None else {**primitive, "material": m}]} for m in of_meshes],
+        "accessors": accessors,
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": start, "byteLength": len(part)}
+            for start, part in zip(starts, parts, strict=False)
+        ],
+        "buffers": [{"byteLength": starts[-1]}],
+        **more,
+    }
+    if materials:
+        content["materials"] = list(materials)
+    return content, b"".join(parts)
+
+
+def glb(*arguments, **options):
+    content, buffer = gltf(*arguments, **options)
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(buffer), 0x004E4942) + buffer
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+@pytest.fixture
+def mesh_of(tmp_path):
+    """Reads bytes as a file of a name."""
+
+    def read_bytes(name, content):
+        (tmp_path / name).write_bytes(content)
+        return read(tmp_path / name)
+
+    return read_bytes
+
+
+# PLY
+
+
+def test_ply_polygons_become_triangles_in_the_files_order(mesh_of):
+    mesh = mesh_of("a.ply", ply(CORNERS + "3 2 1 0\n3 0 2 3\n", faces=2))
+    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    assert mesh.faces.tolist() == [[2, 1, 0], [0, 2, 3]]
+    assert mesh.vertices.dtype == np.float64
+    assert mesh.faces.dtype == np.int32
+    assert mesh.materials == [Material()]
+    assert mesh.face_materials.tolist() == [0, 0]
+
+
+def test_a_ply_quad_covers_its_square(mesh_of):
+    mesh = mesh_of("a.ply", ply(CORNERS + "4 0 1 2 3\n"))
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    assert np.cross(b - a, c - a).tolist() == [[0, 0, 1], [0, 0, 1]]
+    assert len({tuple(sorted(f)) for f in mesh.faces.tolist()}) == 2
+
+
+def test_equal_vertices_of_a_ply_are_not_merged(mesh_of):
+    mesh = mesh_of("a.ply", ply("0 0 0\n0 0 0\n1 0 0\n0 1 0\n3 0 2 3\n3 1 2 3\n", faces=2))
+    assert mesh.faces.tolist() == [[0, 2, 3], [1, 2, 3]]
+
+
+def test_ply_normals_are_those_of_the_file(mesh_of):
+    mesh = mesh_of("a.ply", ply("0 0 0 1 0 0\n1 0 0 0 1 0\n1 1 0 0 0 -1\n3 0 1 2\n", vertices=3, more=NORMALS))
+    assert mesh.normals.tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, -1]]
+    assert mesh.face_normals.tolist() == [[0, 1, 2]]
+
+
+def test_ply_colours_are_told_and_not_used(mesh_of):
+    colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+    mesh = mesh_of("a.ply", ply("0 0 0 9 9 9\n1 0 0 9 8 7\n1 1 0 1 2 3\n3 0 1 2\n", vertices=3, more=colors))
+    assert mesh.materials == [Material()]
+    assert [note.split(": ")[1] for note in mesh.notes] == ["colours of vertices and faces are not used"]
+
+
+@pytest.mark.parametrize("encoding", ["binary", "ascii"])
+def test_ply_of_either_encoding_is_the_mesh_that_was_written(mesh_of, encoding):
+    vertices, faces = sphere(6, 4)
+    mesh = mesh_of("a.ply", trimesh.Trimesh(vertices, faces, process=False).export(file_type="ply", encoding=encoding))
+    assert np.allclose(mesh.vertices, vertices, atol=1e-6)
+    assert np.array_equal(mesh.faces, faces)
+
+
+# STL and OFF
+
+
+@pytest.mark.parametrize("content", [binary_stl, ascii_stl])
+def test_stl_triangles_keep_their_order_and_get_no_normals(mesh_of, content):
+    triangles = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0.5]], [[5, 0, 0], [1, 0, 0], [0, 0, 0]]])
+    mesh = mesh_of("a.STL", content(triangles))
+    assert mesh.vertices[mesh.faces].tolist() == triangles.tolist()
+    assert mesh.normals.shape == mesh.face_normals.shape == (0, 3)
+
+
+def test_a_binary_stl_whose_header_begins_with_solid_is_read(mesh_of):
+    assert len(mesh_of("a.stl", binary_stl(SQUARE[0][SQUARE[1]], b"solid by some programs")).faces) == 2
+
+
+def test_off_keeps_the_files_order(mesh_of):
+    mesh = mesh_of("a.off", b"OFF\n# a comment\n4 2 0\n" + CORNERS.encode() + b"3 2 1 0\n3 0 2 3\n")
+    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    assert mesh.faces.tolist() == [[2, 1, 0], [0, 2, 3]]
+
+
+# glTF
+
+
+def test_transforms_of_a_node_and_its_parents_are_applied(mesh_of):
+    turn = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]  # 90° around z: x becomes y
+    nodes = [
+        {"children": [1], "translation": [10, 0, 0]},
+        {"mesh": 0, "rotation": turn, "scale": [2, 3, 1], "translation": [0, 0, 5]},
+    ]
+    x, y, z = SQUARE[0].T
+    mesh = mesh_of("a.glb", glb(nodes))
+    assert np.allclose(mesh.vertices, np.stack([10 - 3 * y, 2 * x, z + 5], -1), atol=1e-6)
+    assert np.array_equal(mesh.faces, SQUARE[1])
+
+
+def test_a_mesh_in_several_nodes_is_there_several_times(mesh_of):
+    nodes = [{"children": [1, 2]}, {"mesh": 0}, {"mesh": 0, "translation": [0, 0, 7]}]
+    mesh = mesh_of("a.glb", glb(nodes))
+    assert sorted(mesh.vertices[mesh.faces[:, 0], 2].tolist()) == [0, 0, 7, 7]
+    assert np.unique(mesh.faces).tolist() == list(range(8))
+
+
+def test_a_mirrored_node_keeps_fronts_in_front(mesh_of):
+    mesh = mesh_of("a.glb", glb([{"mesh": 0, "scale": [-1, 1, 1]}], normals=[[0, 0, 1]] * 4))
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+    assert np.array_equal(mesh.normals[mesh.face_normals][..., 2], np.ones((2, 3)))
+    assert np.array_equal(mesh.face_normals, mesh.faces)
+
+
+def test_normals_follow_a_stretch_by_the_inverse_transpose(mesh_of):
+    slope = np.array([1, 0, 1]) / np.sqrt(2)
+    mesh = mesh_of("a.glb", glb([{"mesh": 0, "scale": [2, 1, 1]}], normals=[slope] * 4))
+    assert np.allclose(mesh.normals, np.array([0.5, 0, 1]) / np.sqrt(1.25), atol=1e-6)
+
+
+def test_emission_is_multiplied_by_its_strength(mesh_of):
+    strength = {"KHR_materials_emissive_strength": {"emissiveStrength": 8.0}}
+    lamp = {"name": "lamp", "emissiveFactor": [1.0, 0.5, 0.25], "extensions": strength}
+    plain = {"name": "plain", "emissiveFactor": [1.0, 0.5, 0.25]}
+    nodes = [{"children": [1, 2]}, {"mesh": 0}, {"mesh": 1}]
+    mesh = mesh_of("a.glb", glb(nodes, [lamp, plain], (0, 1)))
+    assert {m.name: m.Ke for m in mesh.materials} == {"lamp": (8, 4, 2), "plain": (1, 0.5, 0.25)}
+
+
+def test_base_colours_are_exact_and_white_where_unset(mesh_of):
+    red = {"name": "red", "pbrMetallicRoughness": {"baseColorFactor": [0.123456, 0.2, 0.3, 0.5]}}
+    nodes = [{"children": [1, 2]}, {"mesh": 0}, {"mesh": 1}]
+    mesh = mesh_of("a.glb", glb(nodes, [red, {}], (0, 1)))
+    assert {m.name: m.Kd for m in mesh.materials} == {"red": (0.123456, 0.2, 0.3), "default": (1, 1, 1)}
+
+
+def test_two_materials_with_one_name_stay_two(mesh_of):
+    looks = [{"name": "x", "emissiveFactor": [1, 0, 0]}, {"name": "x", "emissiveFactor": [0, 1, 0]}]
+    mesh = mesh_of("a.glb", glb([{"children": [1, 2]}, {"mesh": 0}, {"mesh": 1}], looks, (0, 1)))
+    assert sorted(m.Ke for m in mesh.materials) == [(0, 1, 0), (1, 0, 0)]
+    assert np.bincount(mesh.face_materials).tolist() == [2, 2]
+
+
+def test_a_gltf_text_with_its_buffer_inside_or_beside_is_read(mesh_of, tmp_path):
+    content, buffer = gltf([{"mesh": 0}], [{"name": "lamp", "emissiveFactor": [1, 1, 1]}], (0,))
+    (tmp_path / "data.bin").write_bytes(buffer)
+    inside = "data:application/octet-stream;base64," + base64.b64encode(buffer).decode()
+    for uri in (inside, "data.bin"):
+        content["buffers"][0]["uri"] = uri
+        mesh = mesh_of("a.gltf", json.dumps(content).encode())
+        assert np.array_equal(mesh.vertices, SQUARE[0])
+        assert mesh.materials[0].Ke == (1, 1, 1)
+
+
+def test_textures_are_told_and_not_used(mesh_of):
+    mesh = mesh_of("a.glb", glb([{"mesh": 0}], [{"name": "x"}], (0,), textures=[{}]))
+    assert [note.split(": ")[1] for note in mesh.notes] == ["textures are not used"]
+
+
+def test_required_extensions_are_refused_unless_they_leave_triangles_alone(mesh_of):
+    with pytest.raises(InputError, match="needs the extension KHR_draco_mesh_compression, which is not supported"):
+        mesh_of("a.glb", glb([{"mesh": 0}], extensionsRequired=["KHR_draco_mesh_compression"]))
+    assert len(mesh_of("b.glb", glb([{"mesh": 0}], extensionsRequired=["KHR_materials_unlit"])).faces) == 2
+
+
+# Damaged files
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.ply", b"", "the file is empty"),
+        ("a.ply", b"not a mesh", "cannot be read as PLY"),
+        ("a.ply", ply(CORNERS + "3 0 1 2\n", faces=2), "announces 2 faces and has 1"),
+        ("a.ply", ply(CORNERS, faces=0), "no triangles"),
+        ("a.stl", b"x" * 40, "too short for a header"),
+        ("a.stl", binary_stl(SQUARE[0][SQUARE[1]])[:-1], "announces 2 triangles"),
+        ("a.stl", ascii_stl(SQUARE[0][SQUARE[1]])[:-20], "endsolid is missing"),
+        ("a.stl", binary_stl([]), "no triangles"),
+        ("a.off", b"OFF\n4 2 0\n" + CORNERS.encode() + b"3 0 1 2\n", "a.off"),
+        ("a.glb", glb([{"mesh": 0}])[:-8], "a.glb"),
+        ("a.glb", b"glTF", "cannot be read as GLB"),
+        ("a.gltf", b"{}", "a.gltf"),
+    ],
+)
+def test_damaged_files_are_refused_by_name(mesh_of, name, content, message):
+    with pytest.raises(InputError, match=message) as caught:
+        mesh_of(name, content)
+    assert str(caught.value).count("\n") == 0
+    assert name in str(caught.value)
+
+
+def test_a_binary_ply_with_triangles_and_quads_says_what_to_do(mesh_of):
+    header, _ = ply("", faces=2).replace(b"ascii", b"binary_little_endian").split(b"end_header\n")
+    points = np.asarray(SQUARE[0], "<f4").tobytes()
+    polygons = struct.pack("<B3i", 3, 0, 1, 2) + struct.pack("<B4i", 4, 0, 1, 2, 3)
+    with pytest.raises(InputError, match="mixes triangles with larger polygons: export it with triangles only"):
+        mesh_of("a.ply", header + b"end_header\n" + points + polygons)
+
+
+@pytest.mark.parametrize("extension", EXTENSIONS)
+def test_a_missing_file_is_named(tmp_path, extension):
+    with pytest.raises(MissingFileError, match=rf"none\{extension}: no such file"):
+        read(tmp_path / f"none{extension}")
+
+
+# trimesh's objects
+
+
+def test_a_trimesh_keeps_its_vertices_and_faces():
+    vertices, faces = sphere(6, 4)
+    mesh = from_trimesh(trimesh.Trimesh(vertices, faces, process=False))
+    assert np.array_equal(mesh.vertices, vertices)
+    assert np.array_equal(mesh.faces, faces)
+    assert len(mesh.normals) == 0
+
+
+def test_normals_that_were_looked_at_do_not_make_a_mesh_smooth():
+    box = trimesh.creation.box()
+    assert len(box.vertex_normals) == 8
+    assert from_trimesh(box).normals.shape == (0, 3)
+
+
+def test_normals_that_were_set_are_taken():
+    wanted = np.tile([0.6, 0, 0.8], (4, 1))
+    mesh = from_trimesh(trimesh.Trimesh(*SQUARE, vertex_normals=wanted, process=False))
+    assert np.allclose(mesh.normals, wanted)
+    assert np.array_equal(mesh.face_normals, SQUARE[1])
+
+
+def test_a_scene_is_the_sum_of_its_placed_meshes():
+    scene = trimesh.Scene()
+    for shift in (0, 5):
+        square = trimesh.Trimesh(*SQUARE, process=False)
+        scene.add_geometry(square, transform=trimesh.transformations.translation_matrix([0, 0, shift]))
+    mesh = from_trimesh(scene)
+    assert mesh.vertices[mesh.faces[:, 0], 2].tolist() == [0, 0, 5, 5]
+    assert mesh.face_materials.tolist() == [0, 0, 0, 0]
+
+
+def test_the_diffuse_colour_of_a_trimesh_is_its_kd():
+    look = trimesh.visual.material.SimpleMaterial(name="red", diffuse=[255, 51, 0, 255])
+    visual = trimesh.visual.TextureVisuals(uv=np.zeros((4, 2)), material=look)
+    mesh = from_trimesh(trimesh.Trimesh(*SQUARE, visual=visual, process=False))
+    assert [(m.name, m.Kd) for m in mesh.materials] == [("red", (1.0, 0.2, 0.0))]
+
+
+def test_what_is_no_trimesh_is_refused():
+    with pytest.raises(InputError, match=r"a trimesh.Trimesh or a trimesh.Scene is needed, not ndarray"):
+        from_trimesh(np.zeros((3, 3)))
+
+
+# Real meshes
+
+
+@pytest.mark.parametrize(
+    ("name", "triangles", "normals", "low", "high"),
+    [
+        ("Duck.glb", 4212, 2399, [-0.692985, 0.099294, -0.613282], [0.961799, 1.6397, 0.539252]),
+        ("featuretype.STL", 3476, 0, [-2.5, -1.25, 0], [2.5, 1.25, 1.375]),
+        ("suzanne.ply", 968, 1966, [-1.367188, 0.28356, -0.895003], [1.367188, 2.25231, 0.808122]),
+    ],
+)
+def test_real_meshes_have_their_triangles_normals_and_bounds(name, triangles, normals, low, high):
+    mesh = read(data_file(name))
+    assert (len(mesh.faces), len(mesh.normals)) == (triangles, normals)
+    assert np.allclose([mesh.vertices.min(0), mesh.vertices.max(0)], [low, high], atol=1e-6)
+    assert (mesh.faces.min(), mesh.faces.max()) == (0, len(mesh.vertices) - 1)
+
+
+def test_a_real_stl_is_the_numbers_of_its_records():
+    path = data_file("featuretype.STL")
+    records = np.frombuffer(path.read_bytes(), [("f", "<f4", (4, 3)), ("attribute", "<u2")], offset=84)
+    mesh = read(path)
+    assert np.array_equal(mesh.vertices[mesh.faces], records["f"][:, 1:])

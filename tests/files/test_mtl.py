@@ -1,0 +1,161 @@
+"""MTL files: every value in its field, and errors that name file and line."""
+
+import pytest
+
+from taichi_tracer.errors import InputError, MissingFileError
+from taichi_tracer.files.mtl import find_library, read_mtl
+from taichi_tracer.materials import Material
+
+
+@pytest.fixture
+def mtl(tmp_path):
+    """Reads a text as the MTL file scene.mtl."""
+
+    def read_text(text, notes=None):
+        path = tmp_path / "scene.mtl"
+        path.write_bytes(text.encode())
+        return read_mtl(path, notes)
+
+    return read_text
+
+
+def test_every_value_goes_to_its_field(mtl):
+    materials = mtl(
+        "newmtl full\nKd .1 .2 .3\nKa 1 0 0\nKs 0 .5 0\nKe 10 20 30\nNs 50\nNi 1.5\nd .25\n"
+        "alpha_x 0.1\nalpha_y 0.2\nF0 .7 .8 .9\nillum 2\n"
+    )
+    assert materials == {
+        "full": Material(
+            name="full",
+            Kd=(0.1, 0.2, 0.3),
+            Ka=(1, 0, 0),
+            Ks=(0, 0.5, 0),
+            Ke=(10, 20, 30),
+            Ns=50,
+            Ni=1.5,
+            d=0.25,
+            alpha_x=0.1,
+            alpha_y=0.2,
+            F0=(0.7, 0.8, 0.9),
+        )
+    }
+
+
+def test_unset_values_are_those_of_the_format(mtl):
+    assert mtl("newmtl bare\n") == {"bare": Material(name="bare")}
+    assert Material().Kd == (0.8, 0.8, 0.8)
+
+
+def test_values_belong_to_the_material_before_them(mtl):
+    materials = mtl("newmtl a\nNs 2\nnewmtl b\nNs 3\nKd 1 1 1\n")
+    assert [(m.name, m.Ns, m.Kd[0]) for m in materials.values()] == [("a", 2, 0.8), ("b", 3, 1)]
+
+
+def test_of_two_materials_with_one_name_the_last_counts_alone(mtl):
+    assert mtl("newmtl a\nNs 2\nKd 1 1 1\nnewmtl a\nNs 3\n") == {"a": Material(name="a", Ns=3)}
+
+
+def test_one_number_is_a_grey(mtl):
+    assert mtl("newmtl a\nKd .5\n")["a"].Kd == (0.5, 0.5, 0.5)
+
+
+@pytest.mark.parametrize(("line", "opacity"), [("d 0.25", 0.25), ("Tr 0.25", 0.75), ("d -halo 0.5", 0.5)])
+def test_opacity_may_be_written_as_transparency(mtl, line, opacity):
+    assert mtl(f"newmtl a\n{line}\n")["a"].d == opacity
+
+
+@pytest.mark.parametrize("text", ["NEWMTL a\nkd 1 0 0\nNS 7\n", "\tnewmtl a\r\n  Kd\t1  0 0 # red\r\nNs \\\r\n7\r\n"])
+def test_case_indents_comments_and_line_ends_do_not_matter(mtl, text):
+    assert mtl(text) == {"a": Material(name="a", Kd=(1, 0, 0), Ns=7)}
+
+
+@pytest.mark.parametrize("name", ["red wall", "Wall #2", "Grün", "a#b", "a\\b"])
+def test_names_may_hold_blanks_and_signs(mtl, name):
+    assert list(mtl(f"newmtl {name}  # remark\nKd 1 0 0\n")) == [name]
+
+
+def test_latin_1_names_are_read(tmp_path):
+    (tmp_path / "old.mtl").write_bytes("newmtl Grün\n".encode("latin-1"))
+    assert list(read_mtl(tmp_path / "old.mtl")) == ["Grün"]
+
+
+def test_texture_maps_are_told_once_and_not_used(mtl):
+    notes = []
+    materials = mtl("newmtl a\nmap_Kd a.png\nbump b.png\nnewmtl b\nmap_Kd c.png\n", notes)
+    assert materials["a"] == Material(name="a")
+    assert len(notes) == 1
+    assert notes[0].endswith("scene.mtl: texture maps are not used (map_Kd, bump)")
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("Kd 1 0", "Kd needs 1 or 3 numbers, not 2"),
+        ("Kd 1 0 0 0", "Kd needs 1 or 3 numbers, not 4"),
+        ("Ks", "Ks needs 1 or 3 numbers, not 0"),
+        ("Kd red", "'red' is not a number"),
+        ("Ke 1_0 0 0", "'1_0' is not a number"),
+        ("Kd nan 0 0", "'nan' is no value for a material"),
+        ("Ke 0 inf 0", "'inf' is no value for a material"),
+        ("Ns 1 2", "Ns needs 1 number, not 2"),
+        ("d -halo", "d needs 1 number, not 0"),
+        ("alpha_x", "alpha_x needs 1 number, not 0"),
+        ("alpha_y 1e999", "'1e999' is no value"),
+        ("Kd spectral a.rfl", "Kd spectral is not supported: give three numbers"),
+        ("Ka xyz 1 1 1", "Ka xyz is not supported"),
+        ("newmtl", "newmtl needs a name"),
+        ("newmtl # none", "newmtl needs a name"),
+    ],
+)
+def test_wrong_values_name_file_and_line(mtl, line, message):
+    with pytest.raises(InputError, match=rf"scene\.mtl:5: {message}"):
+        mtl(f"# comment\nnewmtl a\nNs \\\n1\n{line}\nKd 1 1 1\n")
+
+
+def test_values_before_the_first_material_are_refused(mtl):
+    with pytest.raises(InputError, match=r"scene\.mtl:2: Kd stands before the first newmtl"):
+        mtl("\nKd 1 1 1\nnewmtl a\n")
+
+
+@pytest.mark.parametrize(
+    ("statement", "found"),
+    [
+        ("a.mtl", ["a.mtl"]),
+        ("my scene.mtl", ["my scene.mtl"]),
+        ("my scene.mtl # remark", ["my scene.mtl"]),
+        ("a.mtl my.mtl", ["a.mtl", "my.mtl"]),
+        ("sub\\b.mtl", ["sub/b.mtl"]),
+        ("#1 # 2.mtl", ["#1 # 2.mtl"]),
+    ],
+)
+def test_libraries_are_found_beside_the_mesh(tmp_path, statement, found):
+    (tmp_path / "sub").mkdir()
+    for name in ("a.mtl", "my.mtl", "my scene.mtl", "sub/b.mtl", "#1 # 2.mtl"):
+        (tmp_path / name).touch()
+    assert find_library(statement, tmp_path / "mesh.obj", "") == [tmp_path / name for name in found]
+
+
+@pytest.mark.parametrize(
+    ("statement", "missing"),
+    [("b.mtl", "'b.mtl'"), ("a.mtl b.mtl", "'b.mtl'"), ("my scene.mtl", "'my scene.mtl'")],
+)
+def test_a_missing_library_is_named_with_those_that_are_there(tmp_path, statement, missing):
+    (tmp_path / "a.mtl").touch()
+    with pytest.raises(MissingFileError, match=rf"here:7: material library {missing} not found .*: a\.mtl\)"):
+        find_library(statement, tmp_path / "mesh.obj", "here:7")
+
+
+def test_a_missing_library_says_when_there_is_none_at_all(tmp_path):
+    with pytest.raises(MissingFileError, match=r"no \.mtl file"):
+        find_library("a.mtl", tmp_path / "mesh.obj", "here:7")
+
+
+@pytest.mark.parametrize("statement", ["", "# none"])
+def test_a_library_needs_a_name(tmp_path, statement):
+    with pytest.raises(InputError, match="here:7: mtllib needs the name of a file"):
+        find_library(statement, tmp_path / "mesh.obj", "here:7")
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(MissingFileError, match=r"none\.mtl: no such file"):
+        read_mtl(tmp_path / "none.mtl")

@@ -1,0 +1,318 @@
+"""OBJ files: every number and triangle in the file's order, and errors that name file and line."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from oracles import tiny_obj
+from support import data_file
+
+from taichi_tracer.errors import InputError, MissingFileError
+from taichi_tracer.files import read
+from taichi_tracer.files.obj import fan, read_obj
+from taichi_tracer.geometry import clean
+from taichi_tracer.materials import Material
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+@pytest.fixture
+def obj(tmp_path):
+    """Reads a text as the OBJ file mesh.obj."""
+
+    def read_text(text, **others):
+        for name, content in others.items():
+            (tmp_path / f"{name}.mtl").write_text(content)
+        path = tmp_path / "mesh.obj"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_obj(path)
+
+    return read_text
+
+
+# Order and numbers
+
+
+def test_vertices_and_triangles_keep_the_files_order(obj):
+    mesh = obj("v 9 0 0\nv 1 0 0\nf 2 1 3\nv 5 5 5\nf 3 2 1\n")
+    assert mesh.vertices.tolist() == [[9, 0, 0], [1, 0, 0], [5, 5, 5]]
+    assert mesh.faces.tolist() == [[1, 0, 2], [2, 1, 0]]
+    assert mesh.vertices.dtype == np.float64
+    assert mesh.faces.dtype == np.int32
+
+
+def test_equal_vertices_and_triangles_are_not_merged(obj):
+    mesh = obj("v 0 0 0\nv 0 0 0\nv 1 0 0\nf 1 2 3\nf 1 2 3\n")
+    assert len(mesh.vertices) == 3
+    assert len(mesh.faces) == 2
+
+
+@pytest.mark.parametrize(
+    "word",
+    ["0.1", "0.5094649999999999", "1e-310", "-0.0", "1.7976931348623157e308", ".5", "5.", "+3", "9007199254740993"],
+)
+@pytest.mark.parametrize("more", ["", "red"])  # a word that is no number makes the reader go line by line
+def test_numbers_are_the_nearest_float64(obj, word, more):
+    x = obj(f"v {word} 0 0 {more}\n").vertices[0, 0]
+    assert x == float(word)
+    assert np.signbit(x) == word.startswith("-")
+
+
+@pytest.mark.parametrize("extras", [("", "", ""), (" 1.0", " 9", " 9"), (" .1 .2 .3", "", " 1")])
+def test_a_weight_or_colour_after_the_position_is_ignored(obj, extras):
+    mesh = obj("v 1 2 3{}\nv 4 5 6{}\nv 7 8 9{}\nf 1 2 3\n".format(*extras))
+    assert mesh.vertices.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
+
+
+# Faces
+
+
+@pytest.mark.parametrize("corners", [3, 4, 5, 9])
+def test_polygons_become_fans_from_their_first_corner(obj, corners):
+    points = "".join(f"v {k} {k * k} 0\n" for k in range(corners))
+    mesh = obj(points + "f " + " ".join(str(k + 1) for k in range(corners)))
+    assert mesh.faces.tolist() == [[0, k, k + 1] for k in range(1, corners - 1)]
+
+
+def test_fans_know_their_polygon():
+    corners, polygon_of = fan(np.array([3, 5, 4]))
+    assert corners.tolist() == [[0, 1, 2], [3, 4, 5], [3, 5, 6], [3, 6, 7], [8, 9, 10], [8, 10, 11]]
+    assert polygon_of.tolist() == [0, 1, 1, 1, 2, 2]
+
+
+def test_negative_indices_count_back_from_where_they_stand(obj):
+    mesh = obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\nf -3 -2 -1\nf 1 -1 2\n")
+    assert mesh.faces.tolist() == [[0, 1, 2], [1, 2, 3], [0, 3, 1]]
+
+
+def test_faces_may_stand_before_their_vertices(obj):
+    assert obj("f 1 2 3\n" + SQUARE).faces.tolist() == [[0, 1, 2]]
+
+
+def test_vertex_normals_are_found_by_their_own_ids(obj):
+    mesh = obj(SQUARE + "vn 0 0 2\nvn 1 0 0\nf 1//2 2//1 3//2\nf 1/1/-1 3/9/-2 4/7/1\n")
+    assert mesh.normals.tolist() == [[0, 0, 2], [1, 0, 0]]
+    assert mesh.face_normals.tolist() == [[1, 0, 1], [1, 0, 0]]
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_corners_without_a_normal_have_the_id_minus_one(obj):
+    mesh = obj(SQUARE + "vn 0 0 1\nf 1 2/5 3//1 4/5/1\n")
+    assert mesh.face_normals.tolist() == [[-1, -1, 0], [-1, 0, 0]]
+
+
+def test_normals_that_no_face_uses_are_left_out(obj):
+    mesh = obj(SQUARE + "vn 0 0 1\nf 1 2 3\n")
+    assert mesh.normals.shape == mesh.face_normals.shape == (0, 3)
+
+
+@pytest.mark.parametrize(
+    ("corner", "normal"),
+    [("1", -1), ("+1", -1), ("01", -1), ("1/7", -1), ("1/", -1), ("1//", -1), ("1/7/", -1), ("1//1", 0), ("1/7/1", 0)],
+)
+def test_every_form_of_a_corner_is_read(obj, corner, normal):
+    mesh = obj(SQUARE + f"vn 0 0 1\nf {corner} 2 3//1\n")
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+    assert mesh.face_normals.tolist() == [[normal, -1, 0]]
+
+
+# Text
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("last", ["", "\n"])
+def test_line_ends_do_not_matter(obj, end, last):
+    mesh = obj((SQUARE + "f 1 2 3" + last).replace("\n", end))
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_backslash_continues_a_line(obj, end):
+    mesh = obj(("v 0 \\\n0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n 3 \\\n 4\n").replace("\n", end))
+    assert mesh.vertices[0].tolist() == [0, 0, 0]
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_a_backslash_in_a_comment_continues_nothing(obj):
+    assert len(obj("# made in C:\\scenes\\\n" + SQUARE).vertices) == 4
+
+
+def test_blanks_comments_groups_and_a_byte_order_mark_change_nothing(obj):
+    mesh = obj(
+        b"\xef\xbb\xbfv 0 0 0 # first\n\n  v\t1  0 0  \n# f 9 9 9\no thing\ng a b\ns off\nvt 0 1\nv 1 1 0\n"
+        b"vp 1\nl 1 2\np 1\nvx 1\n\tf 1 2 3#end\n"
+    )
+    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+
+
+# Materials
+
+
+def test_materials_come_in_the_order_of_first_use(obj):
+    faces = "f 1 2 3\n"
+    text = "mtllib a.mtl\n" + SQUARE + f"usemtl y\nusemtl idle\nusemtl z\n{faces}usemtl y\nf 1 2 3 4\nusemtl z\n{faces}"
+    mesh = obj(text, a="newmtl y\nKd 1 0 0\nnewmtl idle\nnewmtl z\nKd 0 0 1\n")
+    assert [m.name for m in mesh.materials] == ["z", "y"]
+    assert [m.Kd for m in mesh.materials] == [(0, 0, 1), (1, 0, 0)]
+    assert mesh.face_materials.tolist() == [0, 1, 1, 0]
+
+
+def test_faces_before_the_first_usemtl_have_the_default_material(obj):
+    mesh = obj("mtllib a.mtl\n" + SQUARE + "f 1 2 3\nusemtl red\nf 1 3 4\n", a="newmtl red\n")
+    assert [m.name for m in mesh.materials] == ["default", "red"]
+    assert mesh.materials[0] == Material()
+    assert mesh.face_materials.tolist() == [0, 1]
+
+
+def test_names_may_hold_spaces(obj, tmp_path):
+    (tmp_path / "my scene.mtl").write_text("newmtl Wall #2\nKd 1 0 0\nnewmtl Wall\n")
+    mesh = obj("mtllib my scene.mtl\n" + SQUARE + "usemtl  Wall #2  # comment\nf 1 2 3\n")
+    assert [(m.name, m.Kd) for m in mesh.materials] == [("Wall #2", (1, 0, 0))]
+
+
+def test_of_several_libraries_the_last_says_what_a_name_means(obj):
+    text = "mtllib a.mtl b.mtl\n" + SQUARE + "usemtl x\nf 1 2 3\nusemtl y\nf 1 2 3\n"
+    mesh = obj(text, a="newmtl x\nNs 2\nnewmtl y\nNs 3\n", b="newmtl x\nNs 5\n")
+    assert [m.Ns for m in mesh.materials] == [5, 3]
+
+
+def test_a_missing_material_library_is_named_with_what_is_there(obj):
+    with pytest.raises(MissingFileError, match=r"mesh\.obj:2: material library 'b\.mtl' not found.*: a\.mtl\)"):
+        obj("# scene\nmtllib b.mtl\n" + SQUARE, a="newmtl x\n")
+
+
+@pytest.mark.parametrize(("library", "known"), [("mtllib a.mtl\n", "known are red, blue"), ("", "no material library")])
+def test_an_unknown_material_is_named_with_the_known_ones(obj, library, known):
+    with pytest.raises(InputError, match=rf"mesh\.obj:\d: unknown material 'green'.*{known}"):
+        obj(library + SQUARE + "usemtl green\nf 1 2 3\n", a="newmtl red\nnewmtl blue\n")
+
+
+# What cannot be used
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("f 1 2 5", r"vertex index 5 is out of range \(the file has 4 vertices\)"),
+        ("f 5 1 2", "vertex index 5 is out of range"),
+        ("f 1 2 -5", r"vertex index -5 is out of range \(4 vertices stand before it\)"),
+        ("f 1//1 2//2 3//1", r"normal index 2 is out of range \(the file has 1 normals\)"),
+        ("f 1//1 2//-2 3//1", r"normal index -2 is out of range \(1 normals stand before it\)"),
+        ("f 1 2 99999999999999999999", r"vertex index 9+ is out of range"),
+        ("f 0 1 2", "index 0 in '0': OBJ indices start at 1"),
+        ("f 1//0 2//1 3//1", "index 0 in '1//0'"),
+        ("f 1 2", "at least 3 corners, not 2"),
+        ("f", "at least 3 corners, not 0"),
+        ("f 1 2 x", "'x' is not a corner"),
+        ("f 1 2 3.5", "'3.5' is not a corner"),
+        ("f 1/1/1/1 2 3", "'1/1/1/1' is not a corner"),
+        ("v 1 2", "x y z are needed, and there are 2 numbers"),
+        ("v 1 2 z", "'z' is not a number"),
+        ("v 1 2 1.5.3", "'1.5.3' is not a number"),
+        ("v 1 2 0x10", "'0x10' is not a number"),
+        ("vn 1", "x y z are needed"),
+    ],
+)
+def test_errors_name_file_and_line(obj, line, message):
+    with pytest.raises(InputError, match=rf"mesh\.obj:8: .*{message}"):
+        obj(SQUARE + "vn 0 0 1\nf 1//1 2//1 \\\n3//1\n" + line + "\nf 1 2 3\n")
+
+
+def test_a_nan_vertex_is_read_and_its_triangles_are_dropped_and_counted(obj):
+    mesh = obj(SQUARE + "v nan 0 0\nf 1 2 5\nf 1 2 3\nf 5 3 4\n")
+    assert np.isnan(mesh.vertices[4, 0])
+    cleaned = clean(mesh, np.float32)
+    assert cleaned.dropped == 2
+    assert "2 of 3 triangles dropped (2 with a NaN or infinite vertex)" in cleaned.notes[0]
+    assert "mesh.obj" in cleaned.notes[0]
+
+
+@pytest.mark.parametrize("text", [SQUARE, "# nothing\n", "o empty\n"])
+def test_a_file_without_faces_is_an_empty_mesh(obj, text):
+    mesh = obj(text)
+    assert mesh.faces.shape == (0, 3)
+    assert mesh.vertices.shape == (text.count("v "), 3)
+    assert mesh.materials == [Material()]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(b"", "is empty"), (b" \n\n", "is empty"), (b"v 0 0 0\0", "binary"), (b"solid cube\n", "some other kind of file")],
+)
+def test_what_is_no_obj_is_refused(obj, content, message):
+    with pytest.raises(InputError, match=rf"mesh\.obj: .*{message}"):
+        obj(content)
+
+
+def test_files_are_found_by_their_extension(tmp_path):
+    (tmp_path / "UPPER.OBJ").write_text(SQUARE + "f 1 2 3\n")
+    assert len(read(str(tmp_path / "UPPER.OBJ")).faces) == 1
+    (tmp_path / "mesh.fbx").write_text("x")
+    with pytest.raises(InputError, match=r"unknown file type '\.fbx': known are \.obj"):
+        read(tmp_path / "mesh.fbx")
+    with pytest.raises(InputError, match="this is a folder"):
+        read(tmp_path)
+    with pytest.raises(MissingFileError, match=r"none\.obj: no such file"):
+        read(tmp_path / "none.obj")
+
+
+# Against the oracle
+
+NAMES = ["red", "blue", "grey"]
+COORDINATE = st.one_of(st.integers(-99, 99), st.floats(allow_nan=False, allow_infinity=False))
+
+
+@st.composite
+def obj_texts(draw):
+    """A small OBJ with polygons, vertex normals on some faces, materials, comments and odd blanks."""
+    points = draw(st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=3, max_size=8))
+    normals = draw(st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), max_size=4))
+    corner = st.tuples(st.integers(1, len(points)), st.integers(1, max(1, len(normals))))
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points] + [f"vn {x!r} {y!r} {z!r}" for x, y, z in normals]
+    for corners in draw(st.lists(st.lists(corner, min_size=3, max_size=6), min_size=1, max_size=6)):
+        form = draw(st.sampled_from(["{0}", "{0}/7", "{0}//{1}", "{0}/7/{1}"] if normals else ["{0}", "{0}/7"]))
+        statement = draw(st.sampled_from(["", "g part", "# remark", *(f"usemtl {name}" for name in NAMES)]))
+        lines += [statement, "f " + " ".join(form.format(*c) for c in corners)]
+    blank = draw(st.sampled_from([" ", "  ", "\t"]))
+    return "mtllib m.mtl\n" + "\n".join(lines).replace(" ", blank) + draw(st.sampled_from(["", "\n"]))
+
+
+def check_against_oracle(path):
+    mesh, expected = read_obj(path), tiny_obj.read_obj(path)
+    assert np.array_equal(mesh.vertices, expected.vertices)
+    assert np.array_equal(np.signbit(mesh.vertices), np.signbit(expected.vertices))
+    assert np.array_equal(mesh.faces, expected.triangles())
+    names = [mesh.materials[k].name for k in mesh.face_materials]
+    assert names == [name or "default" for name in expected.triangle_materials()]
+    fans = [ids or [-1] * len(p) for p, ids in zip(expected.polygons, expected.normal_ids, strict=True)]
+    normal_ids = replace(expected, polygons=fans).triangles()
+    if (normal_ids >= 0).any():
+        assert np.array_equal(mesh.normals, expected.normals)
+        assert np.array_equal(mesh.face_normals, normal_ids)
+    else:
+        assert len(mesh.normals) == len(mesh.face_normals) == 0
+
+
+@settings(derandomize=True, max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(text=obj_texts())
+def test_random_files_agree_with_the_oracle(tmp_path, text):
+    (tmp_path / "m.mtl").write_text("".join(f"newmtl {name}\n" for name in NAMES))
+    (tmp_path / "mesh.obj").write_text(text)
+    check_against_oracle(tmp_path / "mesh.obj")
+
+
+@pytest.mark.parametrize(("name", "triangles"), [("cheburashka.obj", 13334), ("rocker-arm.obj", 20088)])
+def test_real_meshes_agree_with_the_oracle(name, triangles):
+    path = data_file(name)
+    check_against_oracle(path)
+    assert len(read(path).faces) == triangles
+
+
+def test_a_real_mesh_with_comments_has_all_its_triangles():
+    mesh = read(data_file("cow.obj"))
+    assert (len(mesh.vertices), len(mesh.faces)) == (2903, 5804)
+    assert np.unique(mesh.faces).tolist() == list(range(2903))

@@ -1,0 +1,178 @@
+"""Direct illumination against closed forms: means and variances of one sample, furnaces, agreement of the estimators.
+
+Significance: every z is that of a mean over thousands of pixels, and must stay within 4.5 (p = 7e-6 each, two-sided).
+"""
+
+import os
+
+import numpy as np
+import pytest
+from oracles import light
+from shapes import SQUARE, sphere
+from support import DEBUG, start
+
+import taichi_tracer as tt
+from taichi_tracer import brdf
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import Material
+from taichi_tracer.renderer import A2Renderer
+
+LARGEST_Z = 4.5
+KD = np.array([0.8, 0.5, 0.2])
+NS_COLUMN = 12  # of the materials' table
+SIZE, SPP = (16, 64) if DEBUG else (48, 256)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@pytest.fixture(scope="module")
+def wall():
+    """A square seen from so far that every ray meets it at a right angle, with nothing in the light's way.
+
+    All BRDFs are compiled in, and ``wall(estimator, ns)`` gives it one: each estimator is compiled once.
+    """
+    view = {"eye": (0, 0, 1000), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.05}
+    mesh = Mesh(*SQUARE, materials=[Material(Kd=tuple(KD))])
+    scene = tt.SceneData(mesh, view=view, environment=np.full((2, 4, 3), 1.5), effects_mode="all")
+    renderers = {}
+
+    def render(estimator, ns):
+        library = scene.material_library
+        library.table[0, NS_COLUMN], library.kinds[0] = ns, brdf.brdf_of(Material(Ns=ns), np.float32)
+        if estimator not in renderers:
+            renderers[estimator] = A2Renderer(scene, SIZE, SIZE, sampler="independent").use(estimator)
+        renderers[estimator].reset()
+        return renderers[estimator].render(SPP)
+
+    return render
+
+
+def rendered(scene, estimator, size=SIZE, spp=SPP, **options):
+    options.setdefault("sampler", "independent")
+    renderer = A2Renderer(scene, size, size, **options).use(estimator)
+    renderer.render(spp)
+    assert renderer.non_finite == 0
+    return renderer
+
+
+def check(renderer, mean, variance=None):
+    """z-tests of the mean over all samples, and of the variance of one sample."""
+    n = renderer.samples
+    per_pixel = renderer.film.variance_of_mean() * n
+    pixels = per_pixel.shape[0] * per_pixel.shape[1]
+    image = renderer.image().astype(np.float64)
+    spread = np.sqrt(per_pixel.mean(axis=(0, 1)) / n / pixels) + 2e-7 * np.abs(mean)
+    assert (np.abs(image.mean(axis=(0, 1)) - mean) / spread).max() < LARGEST_Z
+    if variance is not None:
+        spread = per_pixel.std(axis=(0, 1)) / np.sqrt(pixels) + 1e-6 * mean**2
+        assert (np.abs(per_pixel.mean(axis=(0, 1)) - variance) / spread).max() < LARGEST_Z
+
+
+DIFFUSE_VARIANCE = {"uniform": 5 / 3, "hemisphere": 1 / 3, "brdf": 0.0}
+
+
+@pytest.mark.parametrize("estimator", A2Renderer.names())
+def test_diffuse_wall_under_constant_light(wall, estimator):
+    """Mean ρL; variance of a sample (5/3)(ρL)² uniform, (1/3)(ρL)² hemisphere, 0 by BRDF."""
+    expected = KD * 1.5
+    variance = DIFFUSE_VARIANCE.get(estimator)
+    check(wall(estimator, 1.0), expected, None if variance is None else variance * expected**2)
+
+
+@pytest.mark.parametrize("ns", [2.0, 20.0])
+@pytest.mark.parametrize("estimator", A2Renderer.names())
+def test_phong_wall_at_normal_incidence(wall, estimator, ns):
+    """Mean ρL(α+1)/(α+2), and the variances that follow from the second moments."""
+    mean = KD * 1.5 * (ns + 1) / (ns + 2)
+    variance = None
+    if estimator == "uniform":
+        variance = 2 * (KD * 1.5) ** 2 * (ns + 1) ** 2 / (2 * ns + 3) - mean**2
+    elif estimator == "brdf":
+        variance = (KD * 1.5) ** 2 * ((ns + 1) / (ns + 3) - ((ns + 1) / (ns + 2)) ** 2)
+    check(wall(estimator, ns), mean, variance)
+
+
+@pytest.mark.parametrize("estimator", A2Renderer.names())
+def test_mirror_wall_shows_what_it_faces(wall, estimator):
+    np.testing.assert_allclose(wall(estimator, 1e21).image(), np.tile(KD * 1.5, (SIZE, SIZE, 1)), rtol=1e-5)
+
+
+@pytest.mark.parametrize("ns", [1.0, 8.0, 300.0, 1e21])
+def test_furnace(ns):
+    """A closed white sphere under constant light looks as the BRDF's albedo at each angle says; never above L."""
+    vertices, faces = sphere(96, 49)
+    normals = light.to_unit(vertices)
+    mesh = Mesh(vertices, faces, normals, faces, materials=[Material(Kd=(1.0, 1.0, 1.0), Ns=ns)])
+    scene = tt.SceneData(
+        mesh, environment="white", view={"eye": (0, 0, 1000), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.1}
+    )
+    image = rendered(scene, "brdf", 64, SPP, jitter=False).image()[..., 0]
+    y, x = (np.mgrid[0:64, 0:64] + 0.5) / 32 - 1
+    radius = np.hypot(x, y) * 1000 * np.tan(np.deg2rad(0.05))
+    inside = radius < 0.9  # the silhouette of the mesh is not that of the sphere
+    cosine = np.sqrt(1 - radius[inside] ** 2)
+    expected = {1.0: np.ones_like(cosine), 1e21: cosine}.get(ns)
+    if expected is None:
+        expected = np.interp(cosine, np.linspace(0, 1, 65), light.phong_albedo(np.linspace(0, 1, 65), ns))
+    assert image[inside].max() <= 1.01 + 6 / np.sqrt(SPP)
+    np.testing.assert_allclose(image[inside].mean(), expected.mean(), rtol=2e-3)
+    assert image[64 // 2, 64 // 2] > 0
+
+
+PAIRS = [("specular_spheres", "studio"), ("cornell_box", "studio")]
+if os.environ.get("TAICHI_TRACER_LONG") == "1":
+    PAIRS = [(s, e) for s in tt.scene_names() for e in ("studio", "white")]
+
+
+@pytest.mark.parametrize(("scene", "environment"), PAIRS)
+def test_every_estimator_agrees_with_every_other(scene, environment):
+    """Means of the quarters of the picture, pairwise within 4.5 σ; TAICHI_TRACER_LONG=1 takes every shipped scene."""
+    loaded = tt.load_scene_data(scene, environment=environment)
+    found = {}
+    for name in A2Renderer.names():
+        renderer = rendered(loaded, name, 32, 16 if DEBUG else 256)
+        found[name] = quarters(renderer.image()), quarters(renderer.film.variance_of_mean()) / 256
+    names = list(found)
+    for i, a in enumerate(names):
+        for b in names[i + 1 :]:
+            difference = np.abs(found[a][0] - found[b][0])
+            spread = np.sqrt(found[a][1] + found[b][1]) + 1e-6
+            assert (difference / spread).max() < LARGEST_Z, (a, b)
+
+
+def quarters(image):
+    """Means of the four quarters of a 32 × 32 picture, (2, 2, 3)."""
+    return image.astype(np.float64).reshape(2, 16, 2, 16, 3).mean(axis=(1, 3))
+
+
+def test_the_suns_samplers_agree():
+    """Under a sun of 2·10⁵, those that find it: the others see it once in 10⁵ samples, and know no variance of it."""
+    loaded = tt.load_scene_data("specular_spheres", environment="sunny")
+    a, b = (rendered(loaded, name, 32, 64) for name in ("environment", "mis"))
+    spread = np.sqrt(a.film.variance_of_mean().mean(axis=(0, 1)) + b.film.variance_of_mean().mean(axis=(0, 1))) / 32
+    assert (np.abs(a.image().mean(axis=(0, 1)) - b.image().mean(axis=(0, 1))) / spread).max() < LARGEST_Z
+
+
+def test_low_discrepancy_halves_the_error():
+    """At 64 samples per pixel on a smooth scene, against 4,096 of another seed."""
+    scene = tt.load_scene_data("sphere", environment="studio")
+    truth = A2Renderer(scene, 32, 32, seed=99).use("mis").render(256 if DEBUG else 4096).image()
+    error = {}
+    for name in ("sobol", "independent"):
+        image = A2Renderer(scene, 32, 32, sampler=name).use("mis").render(64).image()
+        error[name] = np.sqrt(((image - truth) ** 2).mean())
+    assert error["independent"] > 2 * error["sobol"]
+
+
+def test_secondary_rays_do_not_meet_their_own_surface(rng):
+    """Leaving a convex mesh outwards, from sizes of 10⁻⁶ to 10⁶ and far from the origin: nothing is ever in the way."""
+    for size, offset in ((1e-6, 0.0), (1e6, 0.0), (1.0, 1e3), (100.0, 1e5)):
+        vertices, faces = sphere(64, 33, radius=size, centre=(offset, -offset, offset / 3))
+        mesh = Mesh(vertices.astype(np.float32).astype(np.float64), faces, materials=[Material(Kd=(1.0, 1.0, 1.0))])
+        scene = tt.SceneData(mesh, environment="white")
+        image = rendered(scene, "brdf", 64, 16).image()
+        # White albedo under white light before white sky: any self-shadow would be dark.
+        np.testing.assert_allclose(image, 1, rtol=1e-5, err_msg=f"{size} {offset}")

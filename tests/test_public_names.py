@@ -1,0 +1,123 @@
+"""The public names: all there, all explained, and importing the package costs and does next to nothing."""
+
+import ast
+import importlib
+import inspect
+import os
+import subprocess
+import sys
+from functools import reduce
+from pathlib import Path
+
+import pytest
+
+import taichi_tracer as tt
+
+PACKAGE = Path(tt.__file__).parent
+MODULES = sorted(
+    ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+    for path in PACKAGE.rglob("*.py")
+    if path.name != "__main__.py"  # importing it runs the program
+)
+CPU_SECONDS = 1.5
+
+# Put before a program, it refuses every network call, and prints at the end which were tried.
+OFFLINE = """
+import atexit, sys
+calls = []
+def refuse(event, args):
+    if event in ("socket.connect", "socket.getaddrinfo"):
+        calls.append(event)
+        raise OSError("offline")
+sys.addaudithook(refuse)
+atexit.register(lambda: calls and print("network:", *calls))
+"""
+# Taichi calls home in a thread.
+START = f"{OFFLINE}\nimport taichi_tracer as tt, time\ntt.init('cpu')\ntime.sleep(0.5)"
+
+
+def python(program: str, **variables: str) -> str:
+    """All that a program prints in a new process that finds this copy of the package and has no settings of Taichi."""
+    settings = {name: value for name, value in os.environ.items() if not name.startswith(("TI_", "ENABLE_TAICHI"))}
+    environment = settings | {"PYTHONPATH": str(PACKAGE.parent)} | variables
+    command = [sys.executable, "-c", program]
+    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    assert result.returncode == 0, result.stderr
+    return result.stdout + result.stderr
+
+
+def public_names(node: ast.AST, prefix: str = "") -> dict[str, str | None]:
+    """Dotted names of the public classes, functions and methods of a file or class, and what is written on them."""
+    names = {}
+    for child in node.body:
+        if isinstance(child, (ast.FunctionDef, ast.ClassDef)) and not child.name.startswith("_"):
+            names[prefix + child.name] = ast.get_docstring(child)
+            if isinstance(child, ast.ClassDef):
+                names |= public_names(child, f"{prefix}{child.name}.")
+    return names
+
+
+@pytest.mark.parametrize("name", tt.__all__)
+def test_a_public_name_is_there(name):
+    value = getattr(tt, name)
+    assert getattr(value, "__name__", name) == name
+    assert name in dir(tt)
+
+
+def test_the_interface_of_the_design_is_public():
+    used = (
+        "init load_scene_data scene_from_mesh A1Renderer A2Renderer save_image StaleSceneError InputError __version__"
+    )
+    assert set(used.split()) <= set(tt.__all__)
+
+
+def test_a_star_import_brings_every_public_name():
+    space = {}
+    exec("from taichi_tracer import *", space)
+    assert set(tt.__all__) <= set(space)
+
+
+@pytest.mark.parametrize("name", ["A1Render", "camera_", "_Camera"])
+def test_an_unknown_name_is_an_attribute_error(name):
+    with pytest.raises(AttributeError, match=f"'taichi_tracer' has no attribute '{name}'"):
+        getattr(tt, name)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_everything_public_is_explained(name):
+    module = importlib.import_module(name)
+    written = public_names(ast.parse(inspect.getsource(module)))
+    bare = [dotted for dotted, text in written.items() if not text]
+    inherit = {dotted for dotted in bare if inspect.getdoc(reduce(getattr, dotted.split("."), module))}
+    assert module.__doc__
+    assert set(bare) <= inherit
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    program = "import sys; before = set(sys.modules); import taichi_tracer; print(*sorted(set(sys.modules) - before))"
+    loaded = {name.split(".")[0] for name in python(program).split()}
+    assert not loaded & {"taichi", "numpy", "trimesh", "PIL", "tqdm", "matplotlib"}
+    assert "taichi_tracer" in loaded
+
+
+def test_importing_the_package_takes_no_time():
+    program = "import time; start = time.process_time(); import taichi_tracer; print(time.process_time() - start)"
+    assert float(python(program)) < CPU_SECONDS
+
+
+def test_importing_the_package_says_nothing_and_calls_nobody():
+    assert python(f"{OFFLINE}\nimport taichi_tracer") == ""
+
+
+def test_starting_taichi_says_nothing_and_calls_nobody(tmp_path):
+    assert python(START, XDG_CACHE_HOME=str(tmp_path)) == ""
+
+
+def test_taichi_would_be_seen_to_call_home(tmp_path):
+    assert "network:" in python(START, XDG_CACHE_HOME=str(tmp_path), TI_SKIP_VERSION_CHECK="OFF")
+
+
+def test_taichi_settings_of_the_user_are_kept():
+    program = "import os, taichi_tracer; print(os.environ['ENABLE_TAICHI_HEADER_PRINT'])"
+    assert python(program, ENABLE_TAICHI_HEADER_PRINT="1").strip() == "1"
+    assert python(program).strip() == "0"

@@ -1,0 +1,64 @@
+"""The same picture, bit for bit: in another process, on one thread, and from two halves of its samples."""
+
+import hashlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.renderer import SAMPLERS, A2Renderer
+
+PROGRAM = """
+import sys, hashlib
+import taichi_tracer as tt
+tt.init("cpu", threads=int(sys.argv[1]) or None)
+scene = tt.load_scene_data("specular_spheres", environment="studio")
+image = tt.A2Renderer(scene, 40, 40, seed=5).use("mis").render(6).image()
+print("digest", hashlib.sha256(image.tobytes()).hexdigest())
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return tt.load_scene_data("specular_spheres", environment="studio")
+
+
+@pytest.fixture
+def picture(scene):
+    return lambda **options: A2Renderer(scene, 40, 40, **{"seed": 5, **options}).use("mis")
+
+
+def test_threads_and_processes_do_not_matter(picture, tmp_path):
+    program = tmp_path / "program.py"  # kernels need their source on disk
+    program.write_text(PROGRAM)
+    here = "digest " + hashlib.sha256(picture().render(6).image().tobytes()).hexdigest()
+    for threads in ("1", "0"):
+        result = subprocess.run([sys.executable, program, threads], capture_output=True, text=True, timeout=120)
+        assert here in result.stdout, result.stderr
+
+
+@pytest.mark.parametrize("sampler", SAMPLERS)
+def test_two_halves_merged_are_the_whole(picture, sampler):
+    whole = picture(sampler=sampler).render(16)
+    first, second = picture(sampler=sampler).render(9), picture(sampler=sampler, first_sample=9).render(7)
+    assert not np.array_equal(first.image(), second.image())
+    first.film.merge(second.film)
+    np.testing.assert_array_equal(first.image(), whole.image())
+    np.testing.assert_allclose(first.error(), whole.error(), rtol=1e-4)
+
+
+def test_another_seed_is_another_picture(picture):
+    assert not np.array_equal(picture().render(2).image(), picture(seed=6).render(2).image())
+
+
+def test_a_cropped_picture_is_the_crop_of_the_whole(picture):
+    whole, part = picture().render(3), picture(crop=(10, 30, 5, 25)).render(3)
+    np.testing.assert_array_equal(part.canvas.to_numpy()[10:30, 5:25], whole.canvas.to_numpy()[10:30, 5:25])
