@@ -46,7 +46,7 @@ class Environment:
     ) -> None:
         if lookup not in LOOKUPS:
             raise one_of("lookup", lookup, LOOKUPS)
-        self._memory = runtime.Memory()
+        runtime.ensure()
         self.name, self.lookup = name, lookup
         self.pixels = checked(image, name)
         self.height, self.width = self.pixels.shape[:2]
@@ -60,6 +60,7 @@ class Environment:
         self.is_black = not self.pixels.any()
         self.version = 0
 
+        self._memory = runtime.Memory()
         builder = self._memory.fields
         self.texels = ti.Vector.field(3, float)
         self.density = ti.field(float)

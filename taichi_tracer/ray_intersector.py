@@ -185,7 +185,7 @@ class RayIntersector(ABC):
     def is_blocked(self, ray, t_min, t_max):
         """Whether any triangle is hit with t_min < t < t_max."""
 
-    def destroy(self) -> None:
+    def destroy(self) -> None:  # noqa: B027 (most have nothing to free)
         """Free what the intersector allocated beside the geometry: nothing, unless a subclass does."""
 
     @ti.func

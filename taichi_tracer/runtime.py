@@ -63,6 +63,7 @@ def init(
         InputError: a name that is not known, or f64 on a backend that has none.
         RuntimeError: Taichi runs with other settings and ``force`` is False.
     """
+    global _fell_back_from
     if arch not in ARCHS:
         raise one_of("arch", arch, ARCHS)
     if precision not in PRECISIONS:
@@ -85,7 +86,6 @@ def init(
             "Call init(..., force=True) if that is what you want."
         )
 
-    global _fell_back_from
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
     options = {} if threads is None else {"cpu_max_num_threads": int(threads)}
@@ -209,7 +209,7 @@ def _free_orphans() -> None:
 
 def _destroy(tree: object, lifetime: Lifetime) -> None:
     if not lifetime.is_over():
-        impl.get_runtime().materialize()  # Taichi still checks fields that no kernel has used: gone, they would crash it
+        impl.get_runtime().materialize()  # or Taichi would still check fields that no kernel has used
         tree.destroy()
 
 

@@ -11,13 +11,13 @@ from PIL import Image
 
 import taichi_tracer as tt
 from taichi_tracer.files.images import to_bytes
-from taichi_tracer.renderer import A1Renderer
+from taichi_tracer.renderer import A1Renderer, A2Renderer
 
 PROGRAMS = sorted((Path(__file__).parents[1] / "interactive").glob("*.py"))
 
 
 def test_there_are_programs():
-    assert "A1.py" in [p.name for p in PROGRAMS]
+    assert [p.name for p in PROGRAMS] == ["A1.py", "A2.py"]
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda p: p.name)
@@ -25,17 +25,31 @@ def test_programs_stay_thin(program):
     assert len(program.read_text(encoding="utf-8").splitlines()) < 30
 
 
-def test_a1_without_a_display_writes_the_six_views_of_the_course(tmp_path):
-    program = next(p for p in PROGRAMS if p.name == "A1.py")
+def run_without_a_display(name, folder):
+    """A program's standard output; it must end well."""
+    program = next(p for p in PROGRAMS if p.name == name)
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     environment["PYTHONPATH"] = os.pathsep.join([str(Path(tt.__file__).parents[1]), environment.get("PYTHONPATH", "")])
     if not sys.platform.startswith("linux"):
         pytest.skip("a window would open")
     command = [sys.executable, str(program)]
-    result = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    result = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
     assert result.returncode == 0, result.stderr
-    assert str(tmp_path / "renders") in result.stdout
+    assert str(folder / "renders") in result.stdout
     assert "For a window: " in result.stdout
+    return result.stdout
+
+
+def test_a2_without_a_display_writes_a_picture_by_every_estimator(tmp_path):
+    run_without_a_display("A2.py", tmp_path)
+    written = sorted(p.name for p in (tmp_path / "renders").iterdir())
+    assert written == sorted(f"specular_spheres_{name}.png" for name in A2Renderer.names())
+    for path in (tmp_path / "renders").iterdir():
+        assert np.asarray(Image.open(path)).std() > 10
+
+
+def test_a1_without_a_display_writes_the_six_views_of_the_course(tmp_path):
+    run_without_a_display("A1.py", tmp_path)
     written = sorted(p.name for p in (tmp_path / "renders").iterdir())
     assert written == sorted(f"cornell_box_{name}.png" for name in A1Renderer.names())
 

@@ -54,7 +54,7 @@ def read_mesh(path: str | Path) -> Mesh:
 
 def _announced_by_stl(raw: bytes) -> int:
     """Triangles that a binary STL says it has, 0 for a text; trimesh guesses at the rest of a file that was cut."""
-    is_text = raw.lstrip().startswith(b"solid")
+    is_text = raw.lstrip()[:5].lower() == b"solid"
     if len(raw) >= STL_HEADER + 4:
         (count,) = struct.unpack_from("<I", raw, STL_HEADER)
         if len(raw) >= STL_HEADER + 4 + count * STL_TRIANGLE:
@@ -63,7 +63,7 @@ def _announced_by_stl(raw: bytes) -> int:
             raise InputError(f"the file is cut short: it announces {count} triangles")
     if not is_text:
         raise InputError("the file is too short for a header")
-    if b"endsolid" not in raw:
+    if b"endsolid" not in raw.lower():
         raise InputError("the file is cut short: endsolid is missing")
     return 0
 

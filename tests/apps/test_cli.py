@@ -26,7 +26,7 @@ QUICK = ["--intersector", "brute_force", "--triangle-test", "moller_trumbore"]  
 @pytest.fixture
 def instant(monkeypatch):
     """Rendering of a grey picture that compiles next to nothing, where the picture is not the point."""
-    monkeypatch.setattr(A1Renderer, "add_sample", lambda self: self.film.canvas.fill(0.5))
+    monkeypatch.setattr(A1Renderer, "add_sample", lambda self, index: self.film.canvas.fill(0.5))
 
 
 def run(*words, **options):
@@ -203,10 +203,10 @@ def test_the_base_class_is_no_renderer_to_choose():
 def test_ctrl_c_keeps_the_samples_done(tmp_path, monkeypatch, instant, capsys):
     render_once = A1Renderer.add_sample
 
-    def interrupted_at_the_third(self):
+    def interrupted_at_the_third(self, index):
         if self.samples == 2:
             raise KeyboardInterrupt
-        render_once(self)
+        render_once(self, index)
 
     monkeypatch.setattr(A1Renderer, "add_sample", interrupted_at_the_third)
     words = ["render", "cube", "--view", "hit,normal", "--size", "8x8", "--spp", "9", "-o", str(tmp_path)]
@@ -357,8 +357,68 @@ def test_info_prints_what_intersector_and_effects_say_of_themselves(monkeypatch,
 
     scene = tt.load_scene_data("cube")
     monkeypatch.setattr(type(scene.ray_intersector), "facts", lambda self: {"leaf size": "4"}, raising=False)
-    receipt = type("Effects", (), {"receipt": lambda self: ["mirror: not simulated"]})()
-    monkeypatch.setattr(type(scene), "effects", receipt, raising=False)
     lines = describe(scene)
     assert "leaf size       4" in lines
-    assert lines[-1] == "  mirror: not simulated"
+    assert [f"  {line}" for line in scene.effects.receipt()] == lines[-len(scene.effects.receipt()) :]
+
+
+# ── light ──
+
+
+def test_estimators_are_lit_by_the_studio_unless_told_otherwise(tmp_path, capsys):
+    words = ["--estimator", "brdf", "--size", "24x16", "--spp", "2"]
+    assert main(["render", "cube", *words, "-o", str(tmp_path / "a.npy")]) == 0
+    assert main(["render", "cube", *words, "--environment", "studio", "-o", str(tmp_path / "b.npy")]) == 0
+    assert (
+        main(["render", "cube", *words, "--environment", "white", "--intensity", "2", "-o", f"{tmp_path}/c.npy"]) == 0
+    )
+    a, b, c = (np.load(tmp_path / f"{name}.npy") for name in "abc")
+    np.testing.assert_array_equal(a, b)
+    assert c[0, 0].tolist() == [2, 2, 2]
+    assert "note" not in capsys.readouterr().err
+
+
+def test_seeds_and_samplers_change_the_noise(tmp_path):
+    words = ["render", "cube", "--estimator", "uniform", "--size", "16x16", "-o"]
+    more = {"a": [], "b": ["--seed", "1"], "c": ["--sampler", "independent"], "d": ["--seed", "0"]}
+    for name, extra in more.items():
+        assert main([*words, f"{tmp_path}/{name}.npy", *extra]) == 0
+    a, b, c, d = (np.load(tmp_path / f"{name}.npy") for name in "abcd")
+    np.testing.assert_array_equal(a, d)
+    assert (a != b).any()
+    assert (a != c).any()
+
+
+def test_darkness_is_told_and_still_a_picture(tmp_path, capsys):
+    words = ["--estimator", "brdf", "--environment", "black", "--size", "8x8", "-o", str(tmp_path / "x.png")]
+    assert main(["render", "cube", *words]) == 0
+    assert capsys.readouterr().err.count("nothing in this scene emits light") == 1
+    assert (tmp_path / "x.png").exists()
+
+
+def test_effects_prints_what_each_would_cost(capsys):
+    assert main(["effects", "cube", "--environment", "white", "--size", "24x24"]) == 0
+    out = capsys.readouterr().out
+    assert "phong           not simulated, no triangle has a material with Ns > 1" in out
+    assert "everything" in out
+    assert "DIFFERENT" not in out
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--environment", "studoi"], "did you mean 'studio'"),
+        (["--environment", "no/such.hdr"], "no/such.hdr: no such file"),
+        (["--environment", "studio", "--lookup", "cubic"], "unknown lookup 'cubic'"),
+        (["--environment", "studio", "--intensity", "-1"], "intensity must be a finite number of at least 0"),
+        (["--effects", "some"], "unknown effects 'some'"),
+        (["--sampler", "halton"], "unknown sampler 'halton'"),
+        (["--seed", "-3"], "'-3' is not a whole number of at least 0"),
+        (["--estimator", "brfd"], "did you mean 'brdf'"),
+    ],
+)
+def test_wrong_light_is_one_line(words, told, capsys, tmp_path):
+    assert main(["render", "cube", "--view", "brdf", "--size", "8x8", "-o", f"{tmp_path}/x.png", *words]) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert told in error
+    assert list(tmp_path.iterdir()) == []
