@@ -3,6 +3,9 @@
 python -m benchmarks.direct [sample | error ...]
 """
 
+import sys
+import time
+
 import numpy as np
 import taichi as ti
 
@@ -10,6 +13,7 @@ import taichi_tracer as tt
 from benchmarks import peers  # noqa: F401 (says where libLLVM is)
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data_loader import COURSE_VIEW
 
 SIZE = 512
@@ -127,6 +131,74 @@ def per_sample() -> str:
     return "".join(report)
 
 
-if __name__ == "__main__":
+ERROR_SIZE = 256
+TARGETS = (0.02, 0.01)
+OURS = [(e, s) for e in ("environment", "mis") for s in ("sobol", "independent")]
+THEIRS = ("multijitter", "ldsampler", "orthogonal")
+
+
+def relative_rmse(image: np.ndarray, truth: np.ndarray) -> float:
+    """RMSE over all pixels and channels, relative to the mean of the reference."""
+    return float(np.sqrt(((image.astype(np.float64) - truth) ** 2).mean()) / truth.mean())
+
+
+def time_to(error_and_seconds: list[tuple[float, float]], target: float) -> float:
+    """Seconds at which the error reaches the target, on straight lines between the measured points, log-log."""
+    errors, seconds = np.log(np.array(error_and_seconds)).T
+    order = np.argsort(errors)
+    if not errors.min() <= np.log(target) <= errors.max():
+        return np.nan
+    return float(np.exp(np.interp(np.log(target), errors[order], seconds[order])))
+
+
+def to_error() -> str:
+    """Seconds of rendering to 2 % and 1 % relative RMSE, 256², three spheres under sunny."""
+    curves = {}
+    scene = tt.load_scene_data("specular_spheres", environment="sunny")
+    truth = A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, seed=1000).use("mis").render(8192).image().astype(np.float64)
+    for estimator, sampler in OURS:
+        renderer = A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, sampler=sampler).use(estimator)
+        renderer.render(3)
+        renderer.reset()
+        points, seconds, wanted = [], 0.0, 4
+        while seconds < 30 and wanted <= 4096:
+            start = time.perf_counter()
+            renderer.render(wanted - renderer.samples)
+            ti.sync()
+            seconds += time.perf_counter() - start
+            points.append((relative_rmse(renderer.image(), truth), seconds))
+            wanted *= 2
+        curves[f"taichi_tracer, {estimator}, {sampler}"] = points
+    for variant in ("llvm_ad_rgb",):
+        reference = MitsubaDirect("sunny", variant, ERROR_SIZE, mis=True).render(8192, seed=1000).astype(np.float64)
+        for sampler in THEIRS:
+            peer = MitsubaDirect("sunny", variant, ERROR_SIZE, sampler, mis=True)
+            points = []
+            for spp in (4, 16, 64, 256, 1024):
+                peer.render(spp)
+                start = time.perf_counter()
+                image = peer.render(spp, seed=1)
+                points.append((relative_rmse(image, reference), time.perf_counter() - start))
+            curves[f"Mitsuba {variant}, {sampler}"] = points
+    lines = ["\n**time to an error, 256², three spheres under sunny, rendering only**\n"]
+    lines += ["| | " + " | ".join(f"s to {t:.0%}" for t in TARGETS) + " |", "|---|" + "--:|" * len(TARGETS)]
+    for name, points in curves.items():
+        lines.append(f"| {name} | " + " | ".join(f"{time_to(points, t):.2f}" for t in TARGETS) + " |")
+    for target in TARGETS:
+        best = {who: np.nanmin([time_to(p, target) for n, p in curves.items() if n.startswith(who)]) for who in WHO}
+        lines.append(f"\nbest to {target:.0%}: {best[WHO[1]] / best[WHO[0]]:.2f} × Mitsuba's speed\n")
+    return "\n".join(lines)
+
+
+WHO = ("taichi_tracer", "Mitsuba")
+PARTS = {"sample": per_sample, "error": to_error}
+
+
+def report(names: list[str]) -> str:
+    """Tables for what was asked for."""
     tt.init(arch="auto")
-    print(describe_machine() + per_sample())
+    return "".join(PARTS[name]() for name in names or PARTS)
+
+
+if __name__ == "__main__":
+    print(describe_machine() + report(sys.argv[1:]))

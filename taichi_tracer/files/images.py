@@ -282,7 +282,7 @@ def _decode_openimageio(path: Path, raw: bytes) -> np.ndarray:
     return np.asarray(pixels)[..., :1] if "Y" in names else np.asarray(pixels)
 
 
-PFM_HEADER = re.compile(rb"(PF|Pf)\s+(\d{1,9})\s+(\d{1,9})\s+([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s")
+PFM_HEADER = re.compile(rb"(PF|Pf)\s+(\d{1,9})\s+(\d{1,9})\s+([-+]?[\d.]+(?:[eE][-+]?\d+)?)(?:\r\n|\s)")
 DECODERS: dict[str, Callable[[Path, bytes], np.ndarray]] = {
     ".png": _decode_pillow,
     ".jpg": _decode_pillow,

@@ -1,0 +1,96 @@
+"""Milliseconds per frame against triangles, by brute force and by the hierarchy; draws docs/images/frame_time.svg.
+
+python -m benchmarks.crossover
+"""
+
+import statistics
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import taichi as ti
+
+import taichi_tracer as tt
+from benchmarks.measure import describe_machine
+from benchmarks.meshes import displaced_sphere
+from benchmarks.rays import VIEW
+
+CHART = Path(__file__).parents[1] / "docs" / "images" / "frame_time.svg"
+FEW = (2, 12, 50, 200, 1_000, 4_000)
+SIZES = {"brute_force": FEW, "bvh": (*FEW, 20_000, 82_000, 512_000, 1_300_000)}
+RESOLUTION, RUNS = 256, 5
+
+
+def mesh_of(triangles: int) -> tuple[np.ndarray, np.ndarray]:
+    """A displaced sphere; the smallest ones are the first triangles of one."""
+    if triangles >= 50:
+        return displaced_sphere(triangles)
+    vertices, faces = displaced_sphere(50)
+    return vertices, faces[:triangles]
+
+
+def frame_milliseconds(intersector: str, triangles: int, use_packets: bool) -> float:
+    """Median time of a normal view after the camera has moved; the first frames compile."""
+    scene = tt.scene_from_mesh(*mesh_of(triangles), intersector=intersector, view={**VIEW, "up": (0, 1, 0)})
+    renderer = tt.A1Renderer(scene, RESOLUTION, RESOLUTION).use("normal")
+    renderer.hits.use_packets = use_packets
+    seconds = []
+    for _ in range(RUNS + 2):
+        renderer.camera.version += 1
+        start = time.perf_counter()
+        renderer.render()
+        ti.sync()
+        seconds.append(time.perf_counter() - start)
+    return 1e3 * statistics.median(seconds[2:])
+
+
+def crossover(curves: dict[str, dict[int, float]]) -> float:
+    """The number of triangles at which the hierarchy becomes faster, on straight lines in log-log."""
+    counts = np.array(list(curves["brute force"]))
+    gain = np.log([curves["brute force"][n] / curves["hierarchy, single rays"][n] for n in counts])
+    if (gain > 0).all():
+        return float(counts[0])
+    return float(np.exp(np.interp(0.0, gain, np.log(counts))))
+
+
+def report(_arguments: list[str]) -> str:
+    """A markdown table; the chart is written beside it."""
+    tt.init(arch="auto")
+    curves = {
+        "brute force": {n: frame_milliseconds("brute_force", n, False) for n in SIZES["brute_force"]},
+        "hierarchy, single rays": {n: frame_milliseconds("bvh", n, False) for n in SIZES["bvh"]},
+        "hierarchy, packets": {n: frame_milliseconds("bvh", n, True) for n in SIZES["bvh"]},
+    }
+    meeting = crossover(curves)
+    draw(curves, meeting)
+    lines = [f"\n**ms per frame, {RESOLUTION}², normal view**\n", "| triangles | " + " | ".join(curves) + " |"]
+    lines.append("|--:|" + "--:|" * len(curves))
+    for n in SIZES["bvh"]:
+        cells = [f"{curve[n]:.3g}" if n in curve else "" for curve in curves.values()]
+        lines.append(f"| {n:,} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + f"\n\nThe hierarchy is faster from {meeting:.0f} triangles on.\n"
+
+
+def draw(curves: dict[str, dict[int, float]], meeting: float) -> None:
+    """The log-log chart."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    from matplotlib import pyplot
+
+    matplotlib.rcParams["svg.hashsalt"] = "frame_time"
+    figure, axes = pyplot.subplots(figsize=(6.4, 4), layout="constrained")
+    for name, curve in curves.items():
+        axes.loglog(list(curve), list(curve.values()), marker="o", label=name)
+    axes.axvline(meeting, color="grey", linestyle=":", linewidth=1)
+    axes.annotate(f"{meeting:.0f} triangles", (meeting, axes.get_ylim()[1]), (4, -12), textcoords="offset points")
+    axes.set(xlabel="triangles", ylabel=f"ms per frame, {RESOLUTION}²", title="Time per frame against triangles")
+    axes.grid(True, which="major", alpha=0.3)
+    axes.legend()
+    CHART.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(CHART, metadata={"Date": None})
+
+
+if __name__ == "__main__":
+    print(describe_machine() + report(sys.argv[1:]))

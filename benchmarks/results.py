@@ -1,0 +1,47 @@
+"""Run every benchmark, each in a process of its own, and write benchmarks/RESULTS.md.
+
+python -m benchmarks.results [NAME ...]     the named ones alone are measured anew, the others stay
+"""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+RESULTS = Path(__file__).parent / "RESULTS.md"
+BENCHMARKS = {
+    "startup": [],
+    "rays": ["82000", "512000"],
+    "build": ["82000", "1300000"],
+    "crossover": [],
+    "direct": [],
+    "obj_reader": [],
+}
+HEAD = """# Results
+
+Each section is the output of the command in its title, with the date, the machine and the versions. Figures are medians
+of runs that took turns in one process; only ratios within one section are worth comparing.
+
+"""
+
+
+def main(names: list[str]) -> None:
+    """Measure and write."""
+    old = RESULTS.read_text(encoding="utf-8") if RESULTS.exists() else ""
+    parts = dict(re.findall(r"^## `python -m benchmarks\.(\w+).*?`\n(.*?)(?=^## |\Z)", old, re.MULTILINE | re.DOTALL))
+    for name in names or BENCHMARKS:
+        command = [sys.executable, "-m", f"benchmarks.{name}", *BENCHMARKS[name]]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode != 0:
+            print(f"{name} failed: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+            continue
+        lines = [line for line in done.stdout.splitlines() if not line.startswith("[Taichi]")]
+        parts[name] = "\n" + "\n".join(lines).strip() + "\n\n"
+        print(f"{name}: done", flush=True)
+    titles = {name: " ".join([f"python -m benchmarks.{name}", *BENCHMARKS[name]]) for name in BENCHMARKS}
+    text = HEAD + "".join(f"## `{titles[name]}`\n{parts[name]}" for name in BENCHMARKS if name in parts)
+    RESULTS.write_text(text.rstrip() + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
