@@ -64,7 +64,7 @@ def report(_arguments: list[str]) -> str:
     times = {name: [] for name in ("taichi_tracer, no cache", "taichi_tracer, cache", "Mitsuba scalar_rgb")}
     with tempfile.TemporaryDirectory() as folder:
         picture, programs = str(Path(folder) / "x.png"), {}
-        for name, text in (("mitsuba", MITSUBA), ("parts", PARTS)):
+        for name, text in (("peer", MITSUBA), ("parts", PARTS)):
             programs[name] = str(Path(folder) / f"{name}.py")
             Path(programs[name]).write_text(text)
         kept = {"TI_OFFLINE_CACHE_FILE_PATH": str(Path(folder) / "kept")}
@@ -73,7 +73,7 @@ def report(_arguments: list[str]) -> str:
             fresh = {"TI_OFFLINE_CACHE_FILE_PATH": str(Path(folder) / f"fresh{i}")}
             times["taichi_tracer, no cache"].append(seconds([*OURS, picture], **fresh))
             times["taichi_tracer, cache"].append(seconds([*OURS, picture], **kept))
-            times["Mitsuba scalar_rgb"].append(seconds([programs["mitsuba"], picture]))
+            times["Mitsuba scalar_rgb"].append(seconds([programs["peer"], picture]))
         parts = {}
         for name, cache in (("no cache", "parts"), ("cache", "parts")):
             environment = os.environ | {"TI_OFFLINE_CACHE_FILE_PATH": str(Path(folder) / cache)}
