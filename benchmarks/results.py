@@ -35,7 +35,7 @@ def main(names: list[str]) -> None:
         if done.returncode != 0:
             print(f"{name} failed: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
             continue
-        lines = [line for line in done.stdout.splitlines() if not line.startswith("[Taichi]")]
+        lines = [line for line in done.stdout.splitlines() if not line.startswith(("[Taichi]", "\x1b["))]
         parts[name] = "\n" + "\n".join(lines).strip() + "\n\n"
         print(f"{name}: done", flush=True)
     titles = {name: " ".join([f"python -m benchmarks.{name}", *BENCHMARKS[name]]) for name in BENCHMARKS}

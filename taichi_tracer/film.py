@@ -1,12 +1,11 @@
 """The picture: the mean of the samples of every pixel, and what is needed to know its error."""
 
-import math
-
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import runtime
+from taichi_tracer.error_estimate import RelativeError, relative_error
 from taichi_tracer.errors import InputError
 
 MAX_LOCATED = 16  # non-finite samples whose place is kept; all are counted
@@ -16,16 +15,21 @@ MAX_LOCATED = 16  # non-finite samples whose place is kept; all are counted
 class Film:
     """Sums over samples [x, y] with y up, inside kernels; an image with the top row first, outside.
 
-    Every pixel has a compensated sum (two numbers, together exact to twice the precision), the sum of squared
-    deviations from the mean, and how many samples there were. The canvas shows the mean.
+    Every pixel has two compensated sums (two numbers each, together exact to twice the precision), of its samples of
+    even and of odd index, how many samples there were, and the sum of squared deviations from the mean. The canvas
+    shows the mean.
 
     Args:
         width, height: pixels.
         crop: (x0, x1, y0, y1) in pixels from the bottom left, x1 and y1 excluded: only these take samples; None is all.
+        replicated: whether samples of even and of odd index are two independent replicas, and not independent within
+            them; see ``error_estimate``.
     """
 
-    def __init__(self, width: int, height: int, crop: tuple[int, int, int, int] | None = None) -> None:
-        self.width, self.height = width, height
+    def __init__(
+        self, width: int, height: int, crop: tuple[int, int, int, int] | None = None, replicated: bool = False
+    ) -> None:
+        self.width, self.height, self.replicated = width, height, replicated
         self.crop = (0, width, 0, height) if crop is None else tuple(int(c) for c in crop)
         x0, x1, y0, y1 = self.crop
         if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
@@ -39,9 +43,11 @@ class Film:
         shape = (width, height)
         self.canvas = ti.Vector.field(3, float)
         fields.dense(ti.ij, shape).place(self.canvas)
-        self.count = ti.field(ti.i32)
-        self.total, self.rest, self.deviation = (ti.Vector.field(3, float) for _ in range(3))
+        self.count, self.odd_count = ti.field(ti.i32), ti.field(ti.i32)
+        self.total, self.rest, self.odd_total, self.odd_rest = (ti.Vector.field(3, float) for _ in range(4))
+        self.deviation = ti.Vector.field(3, float)
         fields.dense(ti.ij, shape).place(self.count, self.total, self.rest, self.deviation)
+        fields.dense(ti.ij, shape).place(self.odd_count, self.odd_total, self.odd_rest)
         self.non_finite_count = ti.field(ti.i32)
         self.non_finite_at = ti.Vector.field(3, ti.i32)
         fields.place(self.non_finite_count)
@@ -61,8 +67,9 @@ class Film:
     @ti.kernel
     def _clear(self):
         for x, y in self.count:
-            self.count[x, y] = 0
+            self.count[x, y], self.odd_count[x, y] = 0, 0
             self.total[x, y], self.rest[x, y], self.deviation[x, y] = tm.vec3(0), tm.vec3(0), tm.vec3(0)
+            self.odd_total[x, y], self.odd_rest[x, y] = tm.vec3(0), tm.vec3(0)
         self.non_finite_count[None] = 0
 
     @ti.func
@@ -75,16 +82,27 @@ class Film:
         """One more sample of a pixel. One that is not finite is counted and located, not added (C-20)."""
         if is_finite(value):
             n = self.count[x, y]
-            total, rest = add_to_pair(self.total[x, y], self.rest[x, y], value, tm.vec3(0))
-            after = total / (n + 1)
+            if sample & 1 == 0:
+                total, rest = add_to_pair(self.total[x, y], self.rest[x, y], value, tm.vec3(0))
+                self.total[x, y], self.rest[x, y] = total, rest
+            else:
+                total, rest = add_to_pair(self.odd_total[x, y], self.odd_rest[x, y], value, tm.vec3(0))
+                self.odd_total[x, y], self.odd_rest[x, y] = total, rest
+                self.odd_count[x, y] += 1
+            after = self.sum_of_both(x, y) / (n + 1)
             if n > 0:
                 self.deviation[x, y] += (value - self.canvas[x, y]) * (value - after)  # Welford 1962
-            self.total[x, y], self.rest[x, y], self.count[x, y] = total, rest, n + 1
+            self.count[x, y] = n + 1
             self.canvas[x, y] = after
         else:
             place = ti.atomic_add(self.non_finite_count[None], 1)
             if place < MAX_LOCATED:
                 self.non_finite_at[place] = ti.Vector([x, y, ti.cast(sample, ti.i32)])
+
+    @ti.func
+    def sum_of_both(self, x, y):
+        """The sum of all samples of a pixel."""
+        return self.total[x, y] + (self.odd_total[x, y] + (self.rest[x, y] + self.odd_rest[x, y]))
 
     def merge(self, other: "Film") -> None:
         """Add the samples of another film of the same size: of other sample indices, so that none counts twice."""
@@ -101,12 +119,18 @@ class Film:
         for x, y in self.count:
             n, m = self.count[x, y], other.count[x, y]
             if m > 0:
-                difference = other.total[x, y] / m - self.total[x, y] / ti.max(n, 1)
+                difference = other.sum_of_both(x, y) / m - self.sum_of_both(x, y) / ti.max(n, 1)
                 share = ti.cast(n, float) * m / (n + m)
                 self.deviation[x, y] += other.deviation[x, y] + difference * difference * share  # Chan et al. 1979
-                total, rest = add_to_pair(self.total[x, y], self.rest[x, y], other.total[x, y], other.rest[x, y])
-                self.total[x, y], self.rest[x, y], self.count[x, y] = total, rest, n + m
-                self.canvas[x, y] = total / (n + m)
+                self.total[x, y], self.rest[x, y] = add_to_pair(
+                    self.total[x, y], self.rest[x, y], other.total[x, y], other.rest[x, y]
+                )
+                self.odd_total[x, y], self.odd_rest[x, y] = add_to_pair(
+                    self.odd_total[x, y], self.odd_rest[x, y], other.odd_total[x, y], other.odd_rest[x, y]
+                )
+                self.count[x, y] = n + m
+                self.odd_count[x, y] += other.odd_count[x, y]
+                self.canvas[x, y] = self.sum_of_both(x, y) / (n + m)
         self.non_finite_count[None] += other.non_finite_count[None]
 
     @property
@@ -128,36 +152,96 @@ class Film:
         return image
 
     def variance_of_mean(self) -> np.ndarray:
-        """(height, width, 3) float64, top row first: the variance of every pixel's mean if its samples are independent.
+        """(height, width, 3) float32, top row first: the variance of every pixel's mean; NaN where it is not known.
 
-        NaN where there are fewer than two samples.
+        Of independent samples, by their squared deviations; of two replicas, by the difference of their means.
         """
+        return self._spread()[0]
+
+    def sample_deviation(self) -> np.ndarray:
+        """(height, width) float64, top row first: the standard deviation of one sample of every pixel."""
         self._memory.check("film")
-        n = self.count.to_numpy().astype(np.float64)[..., None]
-        with np.errstate(all="ignore"):
-            variance = np.where(n > 1, self.deviation.to_numpy().astype(np.float64) / (n - 1) / n, np.nan)
-        return variance.transpose(1, 0, 2)[::-1]
+        n = self.count.to_numpy()
+        variance = self.deviation.to_numpy().sum(axis=2, dtype=np.float64) / np.maximum(n - 1, 1)
+        return np.sqrt(variance).T[::-1]
 
-    def relative_error(self) -> float:
-        """√(mean variance of the pixels' means) / mean of the picture, over the pixels that have two samples or more.
+    def error(self) -> RelativeError:
+        """Relative RMSE of the picture over the pixels that have two samples or more, with its 95 % interval.
 
-        NaN where there is none, and where the picture is black. It takes samples for independent: those of a
-        low-discrepancy sampler err less.
+        NaN where there is none, and where the picture is black.
         """
+        variance, groups = self._spread()
+        return relative_error(variance, groups, self.image())
+
+    def _spread(self) -> tuple[np.ndarray, np.ndarray]:
+        """Variance of the pixels' means, (height, width, 3), and how many independent groups it comes from."""
         self._memory.check("film")
-        sums = self._sum_of_variance()
-        return math.sqrt(max(sums[0], 0.0) * sums[2]) / sums[1] if sums[1] > 0 else math.nan
+        variance = np.empty((self.height, self.width, 3), np.float32)
+        groups = np.empty((self.height, self.width), np.int32)
+        self._write_spread(variance, groups)
+        return variance, groups
 
     @ti.kernel
-    def _sum_of_variance(self) -> ti.types.vector(3, ti.f32):
-        variance, mean, count = ti.f32(0.0), ti.f32(0.0), ti.f32(0.0)
+    def _write_spread(
+        self, variance: ti.types.ndarray(dtype=ti.f32, ndim=3), groups: ti.types.ndarray(dtype=ti.i32, ndim=2)
+    ):
+        for row, column in ti.ndrange(self.height, self.width):
+            x, y = column, self.height - 1 - row
+            n, odd = self.count[x, y], self.odd_count[x, y]
+            k, v = n, tm.vec3(0)
+            if ti.static(self.replicated):
+                k = ti.select(n > odd and odd > 0, 2, 1)
+                share = ti.cast(n - odd, float) * odd / (ti.cast(n, float) * n)  # a quarter, when both have as many
+                difference = self.total[x, y] / (n - odd) - self.odd_total[x, y] / odd
+                v = difference * difference * share
+            else:
+                v = self.deviation[x, y] / (ti.cast(n, float) * (n - 1))
+            groups[row, column] = k
+            for i in ti.static(range(3)):
+                variance[row, column, i] = ti.select(k > 1, ti.max(0.0, ti.cast(v[i], ti.f32)), tm.nan)
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Everything the film holds, for a checkpoint."""
+        self._memory.check("film")
+        values = np.empty((self.width, self.height, 5, 3), runtime.dtype())
+        counts = np.empty((self.width, self.height, 2), np.int32)
+        self._export(values, counts)
+        return {"values": values, "counts": counts, "non_finite": self._bad_samples()}
+
+    def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
+        """The opposite of ``to_arrays``, to the last bit; ``samples`` are there of every pixel."""
+        self._memory.check("film")
+        self._import(arrays["values"], arrays["counts"])
+        bad = arrays["non_finite"]
+        self.non_finite_count[None] = int(bad[0, 0])
+        self.non_finite_at.from_numpy(np.ascontiguousarray(bad[1:]))
+        self.samples = samples
+
+    def _bad_samples(self) -> np.ndarray:
+        """(1 + MAX_LOCATED, 3) int32: how many were not finite, and where the first ones were."""
+        return np.concatenate([[[self.non_finite, 0, 0]], self.non_finite_at.to_numpy()]).astype(np.int32)
+
+    @ti.kernel
+    def _export(self, values: ti.types.ndarray(ndim=4), counts: ti.types.ndarray(dtype=ti.i32, ndim=3)):
         for x, y in self.count:
-            n = self.count[x, y]
-            if n > 1:
-                variance += ti.cast(self.deviation[x, y].sum(), ti.f32) / (ti.cast(n, ti.f32) * (n - 1))
-                mean += ti.cast(self.canvas[x, y].sum(), ti.f32)
-                count += 3
-        return ti.Vector([variance, mean, count])
+            counts[x, y, 0], counts[x, y, 1] = self.count[x, y], self.odd_count[x, y]
+            for k in ti.static(range(3)):
+                for i, field in ti.static(enumerate(self._sums())):
+                    values[x, y, i, k] = field[x, y][k]
+
+    @ti.kernel
+    def _import(self, values: ti.types.ndarray(ndim=4), counts: ti.types.ndarray(dtype=ti.i32, ndim=3)):
+        for x, y in self.count:
+            self.count[x, y], self.odd_count[x, y] = counts[x, y, 0], counts[x, y, 1]
+            for k in ti.static(range(3)):
+                for i, field in ti.static(enumerate(self._sums())):
+                    field[x, y][k] = values[x, y, i, k]
+            if self.count[x, y] > 0:
+                self.canvas[x, y] = self.sum_of_both(x, y) / self.count[x, y]
+
+    def _sums(self) -> tuple:
+        """The fields that a checkpoint keeps, in its order."""
+        return self.total, self.rest, self.odd_total, self.odd_rest, self.deviation
 
     @ti.kernel
     def _copy_to(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):

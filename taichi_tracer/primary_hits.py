@@ -13,6 +13,8 @@ from taichi_tracer.scene_data import SceneData
 PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
 LARGE_PICTURE = 256 * 256  # pixels
 MANY_RAYS = 1 << 22  # about a second's work for single rays
+SHARE_BITS = 8
+WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pass
 
 
 def has_both(part: object, plain: str, packet: str) -> bool:
@@ -36,6 +38,7 @@ class PrimaryHits:
         jitter: whether rays pass through a random point of their pixel instead of its centre (A2-1).
         samples: where the random point comes from, see ``sampler.ALL``.
         use_packets: None takes packets where they can be had and are worth their compilation.
+        adaptive: whether pixels take samples in a ``share`` of the passes, in 1/256, instead of in every one.
     """
 
     def __init__(
@@ -45,8 +48,10 @@ class PrimaryHits:
         jitter: bool = False,
         samples: type = sampler.SobolSampler,
         use_packets: bool | None = None,
+        adaptive: bool = False,
     ) -> None:
         self.scene_data, self.camera, self.jitter, self.sampler = scene_data, camera, jitter, samples
+        self.adaptive = adaptive
         self.width, self.height = camera.width, camera.height
         intersector = scene_data.ray_intersector
         on_cpu = runtime.ensure().arch == "cpu"
@@ -58,7 +63,7 @@ class PrimaryHits:
         )
         self.use_packets = use_packets
         self.packets = None
-        self.traces = 0
+        self.traces, self.forms = 0, frozenset()  # how often, and in which forms, rays were traced
         self.tiles_x, self.tiles_y = -(-self.width // TILE), -(-self.height // TILE)
         shape = self.tiles_x * self.tiles_y
         self._memory = runtime.Memory()
@@ -70,12 +75,18 @@ class PrimaryHits:
             self.xi_x, self.xi_y = (ti.Vector.field(LANES, float) for _ in range(2))
             for field in (self.xi_x, self.xi_y):
                 self._memory.fields.dense(ti.i, shape).place(field)
+        if adaptive:
+            self.share = ti.Vector.field(LANES, ti.u32)
+            self._memory.fields.dense(ti.i, shape).place(self.share)
         self._memory.allocate()
+        if adaptive:
+            self.share.fill(WHOLE)
 
     def trace(self, seed: int = 0, index: int = 0) -> None:
         """Send one eye ray through every pixel: with jitter, that of one sample."""
         use_packets = self.can_use_packets and self.is_much_work() if self.use_packets is None else self.use_packets
         self.traces += 1
+        self.forms |= {use_packets}
         if not use_packets:
             self._trace_rays(seed, index)
             return
@@ -92,6 +103,17 @@ class PrimaryHits:
     def tile_and_lane(self, x, y):
         """Where a pixel is kept."""
         return (x >> TILE_BITS) * self.tiles_y + (y >> TILE_BITS), (x & (TILE - 1)) * TILE + (y & (TILE - 1))
+
+    @ti.func
+    def sample_index(self, x, y, index):
+        """(index of the sample of a pixel in a pass, whether it takes one in this pass)."""
+        is_taken = True
+        if ti.static(self.adaptive):
+            tile, lane = self.tile_and_lane(x, y)
+            share = self.share[tile][lane]
+            is_taken = ((index + 1) * share >> SHARE_BITS) > (index * share >> SHARE_BITS)
+            index = index * share >> SHARE_BITS
+        return index, is_taken
 
     @ti.func
     def eye_ray(self, x, y):
@@ -112,7 +134,8 @@ class PrimaryHits:
         for x, y in ti.ndrange(self.width, self.height):
             tile, lane = self.tile_and_lane(x, y)
             if ti.static(self.jitter):
-                xi = sampler.get_2d(self.sampler, self.key(x, y, seed, index), sampler.PIXEL)
+                i, _ = self.sample_index(x, y, index)
+                xi = sampler.get_2d(self.sampler, self.key(x, y, seed, i), sampler.PIXEL)
                 self.xi_x[tile][lane], self.xi_y[tile][lane] = xi.x, xi.y
             ray = self.eye_ray(x, y)
             t, triangle_id, u, v = self.scene_data.ray_intersector.nearest(ray, 0.0, tm.inf)
@@ -131,7 +154,10 @@ class PrimaryHits:
                 xi_x, xi_y = lanes(0.5), lanes(0.5)
                 if ti.static(self.jitter):
                     pixel = ti.cast(y * self.width + x, ti.u32)
-                    xi_x, xi_y = self.sampler.get_2d(seed, pixel, index, ti.u32(sampler.PIXEL))
+                    k = index + ti.u32(0) * pixel
+                    if ti.static(self.adaptive):
+                        k = k * self.share[tile] >> SHARE_BITS
+                    xi_x, xi_y = self.sampler.get_2d(seed, pixel, k, ti.u32(sampler.PIXEL))
                     self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
                 o, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
                 self.packets.put_rays(c, o, dx, dy, dz)
@@ -142,6 +168,13 @@ class PrimaryHits:
                 self.u[tile] = self.packets.u[c]
                 self.v[tile] = self.packets.v[c]
                 tile += PLACES * runtime.CPU_BLOCK
+
+    @ti.kernel
+    def set_shares(self, shares: ti.types.ndarray(dtype=ti.i32, ndim=2)):
+        """Take the (height, width) shares of the pixels, top row first, in 1/256."""
+        for x, y in ti.ndrange(self.width, self.height):
+            tile, lane = self.tile_and_lane(x, y)
+            self.share[tile][lane] = ti.cast(shares[self.height - 1 - y, x], ti.u32)
 
     @ti.func
     def hit_data(self, x, y, ray):

@@ -1,18 +1,25 @@
 """Progressive rendering: every call adds samples to every pixel, and any change starts over (A2-2)."""
 
+import json
 import warnings
 from enum import Enum
+from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import direct_illumination, sampler, surface_views
+from taichi_tracer import direct_illumination, runtime, sampler, surface_views
+from taichi_tracer.adaptive import adapt
 from taichi_tracer.camera import Camera
 from taichi_tracer.direct_illumination import Lighting, SurfacePoint
+from taichi_tracer.error_estimate import RelativeError
 from taichi_tracer.errors import InputError, one_of
+from taichi_tracer.files.checkpoint import check_same, read_checkpoint, show_ranges, write_checkpoint
 from taichi_tracer.film import Film
 from taichi_tracer.primary_hits import PrimaryHits
+from taichi_tracer.progress import Progress, Target
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.scene_data import SceneData
 
@@ -32,6 +39,7 @@ class ProgressiveRenderer:
         seed: of the random numbers; the same seed gives the same picture.
         first_sample: index of the first sample, so that disjoint ranges can be rendered apart and merged.
         crop: pixels that take samples, see ``Film``.
+        adaptive: whether pixels take samples in proportion to their deviation, see ``adaptive``.
     """
 
     offers: tuple = ()  # what ``use`` can choose: objects with a name, a label and aliases
@@ -59,6 +67,7 @@ class ProgressiveRenderer:
         seed: int = 0,
         first_sample: int = 0,
         crop: tuple[int, int, int, int] | None = None,
+        adaptive: bool = False,
     ) -> None:
         scene_data.check_alive()
         if sampler not in SAMPLERS:
@@ -71,11 +80,15 @@ class ProgressiveRenderer:
         self.width, self.height = self.camera.width, self.camera.height
         self.jitter = self.jitters if jitter is None else bool(jitter)
         self.sampler, self.seed, self.first_sample = SAMPLERS[sampler], int(seed), int(first_sample)
-        self.film = Film(self.width, self.height, crop)
-        self.hits = PrimaryHits(scene_data, self.camera, self.jitter, self.sampler)
+        self.film = Film(self.width, self.height, crop, self.sampler.replicated)
+        if adaptive and not self.jitter:
+            raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
+        self.adaptive, self.mean_share = bool(adaptive), 1.0
+        self.hits = PrimaryHits(scene_data, self.camera, self.jitter, self.sampler, adaptive=self.adaptive)
         self.active = self.offers[0]
         self._shown = None  # what the samples on the film are of
         self._traced = None  # what ``hits`` belongs to
+        self.progress = Progress(Target())
 
     @classmethod
     def names(cls) -> list[str]:
@@ -93,8 +106,8 @@ class ProgressiveRenderer:
 
     @property
     def samples(self) -> int:
-        """Samples per pixel on the film."""
-        return self.film.samples
+        """Samples per pixel on the film; of adaptive sampling, their mean."""
+        return round(self.film.samples * self.mean_share)
 
     @property
     def canvas(self):
@@ -107,24 +120,55 @@ class ProgressiveRenderer:
         """How many samples were not finite, and so not added; ``film.non_finite_samples`` says where."""
         return self.film.non_finite
 
-    def error(self) -> float:
-        """Relative RMSE of the picture as its own samples tell: see ``Film.relative_error``."""
-        return self.film.relative_error()
+    def error(self) -> RelativeError:
+        """Relative RMSE of the picture as its own samples tell, with its 95 % interval: see ``error_estimate``."""
+        return self.film.error()
+
+    def error_image(self) -> np.ndarray:
+        """(height, width, 3) float32, top row first: the standard error of every pixel; NaN where it is not known.
+
+        With the low-discrepancy sampler, one pixel's is told by a single difference: look at regions.
+        """
+        return np.sqrt(self.film.variance_of_mean())
 
     def reset(self) -> None:
         """Start over with the next ``render``."""
         self.film.reset()
 
-    def render(self, spp: int = 1):
-        """Add ``spp`` samples to every pixel; returns the renderer."""
+    def render(self, spp: int | None = None, time: float | None = None, error: float | None = None, watch=None):
+        """Add samples to every pixel until the first of the targets is reached; returns the renderer.
+
+        Args:
+            spp: samples per pixel to add; 1 when no target is given.
+            time: seconds of rendering. Compilation does not count: ``progress`` tells both.
+            error: relative RMSE as estimated (``error()``), a fraction: 0.02 is 2 %. Only what takes random samples
+                has one; where every sample is the picture itself, it is reached at once.
+            watch: called with ``progress`` after every sample of every pixel.
+        """
         self.scene_data.check_alive()
-        if int(spp) != spp or spp < 1:
-            raise InputError(f"render: spp must be a whole number of at least 1, not {spp!r}")
+        if spp is None and time is None and error is None:
+            spp = 1
+        self.progress = progress = Progress(Target(spp, time, error))
         if not self.is_current():
             self.begin()
-        for _ in range(int(spp)):
-            self.add_sample(self.first_sample + self.samples)
+            if self.adaptive:
+                progress.pilot = adapt(self)
+                self.progress = progress
+        looks = error is not None or watch is not None
+        while not progress.is_done:
+            start, forms = perf_counter(), self.hits.forms
+            self.add_sample(self.first_sample + self.film.samples)
+            if time is not None or looks:
+                ti.sync()
             self.film.samples += 1
+            compiles = progress.samples == 0 or self.hits.forms != forms
+            progress.took(perf_counter() - start, self.mean_share, compiles)
+            if looks and self.jitter:
+                progress.look(self.error)
+            elif error is not None:
+                break
+            if watch is not None:
+                watch(progress)
         return self
 
     def begin(self) -> None:
@@ -142,13 +186,53 @@ class ProgressiveRenderer:
         """Whether the samples on the film are of what would be shown now."""
         return self._shown == self.state()
 
+    def facts(self) -> dict:
+        """What the bits of a picture depend on, for checkpoints: samples of different facts do not belong together."""
+        settings, camera = runtime.current(), self.camera
+        return {
+            "scene": self.scene_data.fingerprint(),
+            "camera": repr((camera.projection, camera.compute_matrix().tolist(), camera.compute_half_size())),
+            self.what: self.active.name,
+            "size": [self.width, self.height],
+            "crop": list(self.film.crop),
+            "sampler": self.sampler.name,
+            "seed": self.seed,
+            "jitter": self.jitter,
+            "triangle test": self.scene_data.ray_intersector.triangle_test,
+            "precision": settings.precision,
+            "fast math": settings.fast_math,
+        }
+
+    def save_checkpoint(self, path: str | Path) -> None:
+        """Write the samples so far, so that ``load_checkpoint`` can go on from there."""
+        if self.adaptive:
+            raise InputError("checkpoint: adaptive sampling cannot go on from a file")
+        if not self.jitter:
+            raise InputError(f"checkpoint: every sample of {self.active.name} is the picture itself: nothing to keep")
+        ranges = [[self.first_sample, self.first_sample + self.samples]]
+        write_checkpoint(path, {"samples": ranges, **self.facts()}, self.film.to_arrays())
+
+    def load_checkpoint(self, path: str | Path) -> None:
+        """Go on from a checkpoint: ``render`` then adds the samples that it would have added there.
+
+        Raises:
+            InputError: the file is damaged, or its samples are of something else; nothing has changed then.
+        """
+        facts, arrays = read_checkpoint(path)
+        ranges = facts.pop("samples", None)
+        check_same(path, facts, "this picture", json.loads(json.dumps(self.facts())))
+        if len(ranges) != 1 or ranges[0][0] != self.first_sample:
+            raise InputError(f"{path}: holds the samples {show_ranges(ranges)}, not those from {self.first_sample} on")
+        self.begin()
+        self.film.from_arrays(arrays, ranges[0][1] - ranges[0][0])
+
     def add_sample(self, index: int) -> None:
         """One sample for every pixel; a subclass says of what."""
         raise NotImplementedError(f"{type(self).__name__} must say what a sample is")
 
     def trace_primary_hits(self, index: int) -> None:
         """Bring ``hits`` up to date; without jitter they stay until the camera moves, whatever is made of them."""
-        wanted = (self.camera.version, index if self.jitter else 0)
+        wanted = (self.camera.version, *((self.seed, index, self.adaptive) if self.jitter else ()))
         if self._traced != wanted:
             self.hits.trace(self.seed, index)
             self._traced = wanted
@@ -198,7 +282,9 @@ class A1Renderer(ProgressiveRenderer):
             if data.is_hit:
                 value = color(data)
             if ti.static(self.jitter):
-                self.film.add(x, y, value, index)
+                i, is_taken = self.hits.sample_index(x, y, index)
+                if is_taken:
+                    self.film.add(x, y, value, i)
             else:
                 self.film.put(x, y, value)
 
@@ -235,10 +321,12 @@ class A2Renderer(ProgressiveRenderer):
     @ti.kernel
     def _shade(self, lighting: ti.template(), estimator: ti.template(), seed: ti.u32, index: ti.u32):
         for x, y in ti.ndrange(*self.film.ranges):
-            key = self.hits.key(x, y, seed, index)
-            ray = self.hits.eye_ray(x, y)
-            data = self.hits.hit_data(x, y, ray)
-            self.film.add(x, y, self.shade_ray(lighting, estimator, ray, data, key), index)
+            i, is_taken = self.hits.sample_index(x, y, index)
+            if is_taken:
+                key = self.hits.key(x, y, seed, i)
+                ray = self.hits.eye_ray(x, y)
+                data = self.hits.hit_data(x, y, ray)
+                self.film.add(x, y, self.shade_ray(lighting, estimator, ray, data, key), i)
 
     @ti.func
     def shade_ray(self, lighting: ti.template(), estimator: ti.template(), ray, data, key):

@@ -91,7 +91,7 @@ def pascal_matrix(word):
 class IndependentSampler:
     """Independent uniform numbers: error falls with n^(−1/2), whatever the integrand."""
 
-    name = "independent"
+    name, replicated = "independent", False
 
     @staticmethod
     @ti.func
@@ -105,19 +105,21 @@ class IndependentSampler:
 class SobolSampler:
     """Owen-scrambled Sobol' points, one pair of dimensions for each use, shuffled against each other (Burley 2020).
 
-    The first 2^m samples of a pixel are a (0, m, 2)-net in every pair: one in each box of volume 2^−m. Error falls
-    towards n^(−3/2) where the integrand is smooth, and is never much above that of independent numbers.
+    Samples of even and of odd index belong to two sequences, scrambled independently, whose difference tells the error
+    (``error_estimate``). The first 2^m samples of each are a (0, m, 2)-net in every pair: one in each box of volume
+    2^−m. Error falls towards n^(−3/2) where the integrand is smooth, and hardly ever above that of the other sampler.
     """
 
-    name = "sobol"
+    name, replicated = "sobol", True
 
     @staticmethod
     @ti.func
     def get_2d(seed, pixel, index, dimension):
         """Two numbers in [0, 1)."""
         zero = ti.u32(0) * pixel  # as above
-        shuffle, seed_x, seed_y, _ = pcg4d(pixel, dimension + zero, seed + zero, zero)
-        shuffled = reverse_bits(scramble_reversed(reverse_bits(index + zero), shuffle))
+        replica, place = index & ti.u32(1), index >> 1
+        shuffle, seed_x, seed_y, _ = pcg4d(pixel, dimension + zero, seed + zero, replica + zero)
+        shuffled = reverse_bits(scramble_reversed(reverse_bits(place + zero), shuffle))
         x = reverse_bits(scramble_reversed(shuffled, seed_x))
         y = reverse_bits(scramble_reversed(pascal_matrix(shuffled), seed_y))
         return as_fraction(x), as_fraction(y)

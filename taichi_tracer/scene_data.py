@@ -1,5 +1,6 @@
 """A scene: geometry, materials and an intersector, and the questions that can be asked of it from Python."""
 
+import hashlib
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -91,7 +92,7 @@ class SceneData:
         runtime.ensure()
         check(mesh)
         mesh = clean(mesh, runtime.dtype())
-        self.source, self.notes, self.dropped = mesh.source, mesh.notes, mesh.dropped
+        self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
         self.effects_mode, self.version = effects_mode, 0
         if effects_mode not in effects.MODES:
             raise one_of("effects", effects_mode, effects.MODES)
@@ -123,6 +124,19 @@ class SceneData:
             self.effects_mode,
         )
         self.version += 1
+
+    def fingerprint(self) -> str:
+        """A hash of everything in the scene that a picture depends on."""
+        mesh, sky = self.mesh, self.environment
+        digest = hashlib.sha256(repr(mesh.materials).encode())
+        arrays = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
+        if sky is not None:
+            arrays += [sky.pixels, np.array([sky.intensity, sky.rotation])]
+            digest.update(sky.lookup.encode())
+        for array in arrays:
+            digest.update(f"{array.shape} {array.dtype}".encode())
+            digest.update(np.ascontiguousarray(array))
+        return digest.hexdigest()[:32]
 
     @property
     def num_triangles(self) -> int:

@@ -16,13 +16,13 @@ MOST_LINES, MOST_LINES_OF_A_FUNCTION = 400, 90
 
 # From the bottom up: a file uses what stands before it. A folder's name stands for all of its files.
 LAYERS = (
-    "errors runtime",
+    "errors runtime error_estimate progress",
     "ray sampler",
     "materials geometry brdf files environment",
     "ray_intersector packets bvh_build bvh_wide bvh",
     "camera film",
     "effects scene_data scene_data_loader",
-    "primary_hits",
+    "primary_hits adaptive",
     "surface_views direct_illumination renderer",
     "__init__",
     "studies",

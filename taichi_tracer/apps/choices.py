@@ -91,6 +91,8 @@ def make_renderer(renderer_class: type[ProgressiveRenderer], scene: SceneData, a
     options = {} if args.sampler is None else {"sampler": args.sampler}
     if args.jitter:
         options["jitter"] = True
+    options["adaptive"] = getattr(args, "adaptive", False)
+    options["first_sample"] = getattr(args, "first_sample", 0)
     renderer = renderer_class(scene_data=scene, width=width, height=height, seed=args.seed, **options)
     renderer.camera.set_camera_parameters(args.eye, args.at, args.up, args.fov, args.handedness)
     return renderer

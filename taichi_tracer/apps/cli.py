@@ -79,13 +79,34 @@ def make_parser() -> Parser:
     render = add_command(commands, "render", "write pictures of a scene", "render:run")
     add_scene_options(render)
     add_picture_options(render)
-    render.add_argument("--spp", type=at_least_one, default=1, metavar="N", help="samples per pixel (default: 1)")
+    targets = render.add_argument_group("when to stop", "at the first that is reached; 1 sample when none is given")
+    targets.add_argument("--spp", type=at_least_one, metavar="N", help="samples per pixel")
+    targets.add_argument("--time", type=positive, metavar="SECONDS", help="seconds of rendering, without compiling")
+    targets.add_argument("--error", type=positive, metavar="PERCENT", help="estimated relative RMSE of the picture")
+    targets.add_argument("--adaptive", action="store_true", help="more samples where the error is larger")
+    keeping = render.add_argument_group("stopping and going on")
+    keeping.add_argument("--checkpoint", metavar="FILE", help="keep the samples there, and go on from it if it exists")
+    keeping.add_argument(
+        "--checkpoint-every", type=positive, default=30, metavar="SECONDS", help="how often (default: 30)"
+    )
+    keeping.add_argument(
+        "--first-sample",
+        type=whole,
+        default=0,
+        metavar="K",
+        help="index of the first sample, to render parts elsewhere",
+    )
     render.add_argument(
         "-o",
         "--output",
         metavar="FILE",
         help="picture to write, or a folder; its ending says the format (default: renders/SCENE_VIEW.png)",
     )
+
+    merge = add_command(commands, "merge", "add the samples of two checkpoints of one picture", "merge:run")
+    merge.add_argument("first", metavar="A", help="checkpoint")
+    merge.add_argument("second", metavar="B", help="checkpoint with other samples of the same picture")
+    merge.add_argument("-o", "--output", metavar="C", required=True, help="checkpoint, or picture, to write")
 
     view = add_command(commands, "view", "open the interactive window", "viewer:run")
     add_scene_options(view)
@@ -177,6 +198,14 @@ def number(text: str) -> float:
         return float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def positive(text: str) -> float:
+    """A number more than 0, for argparse."""
+    value = number(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a number more than 0")
+    return value
 
 
 def at_least_one(text: str) -> int:

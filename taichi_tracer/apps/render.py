@@ -1,25 +1,30 @@
 """``taichi-tracer render``: pictures into files."""
 
-import contextlib
+import signal
 import sys
 import time
 from argparse import Namespace
 from pathlib import Path
 
-import taichi as ti
-
 from taichi_tracer.apps.choices import find_views, load_scene, make_renderer
 from taichi_tracer.errors import InputError
+from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import check_writable, save_image
+from taichi_tracer.progress import Progress
 from taichi_tracer.renderer import ProgressiveRenderer
 
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
+BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
 
 
 def run(args: Namespace) -> int:
     """Render and write every view that was asked for; 0, or 130 when Ctrl-C ended it with what was done by then."""
     views = find_views(args.view)
     paths = output_paths(args.output, args.scene, [choice.name for _, choice in views])
+    if args.checkpoint is not None:
+        if len(views) > 1:
+            raise InputError(f"--checkpoint {args.checkpoint} is one file for {len(views)} pictures: ask for one")
+        check_place(args.checkpoint)
     start = time.perf_counter()
     scene = load_scene(args)
     loading = f"scene {time.perf_counter() - start:.2f} s"
@@ -28,35 +33,136 @@ def run(args: Namespace) -> int:
         if renderer_class not in made:
             made[renderer_class] = make_renderer(renderer_class, scene, args)
         renderer = made[renderer_class].use(choice.name)
-        first, others = add_samples(renderer, args.spp)
+        renderer.reset()
+        was_interrupted = add_samples(renderer, args)
         if renderer.samples > 0:
             save_image(path, renderer.image(), srgb=renderer.srgb)
-            times = [loading, f"first sample with compiling {first:.2f} s"]
-            if renderer.samples > 1:
-                times.append(f"{renderer.samples - 1} more {others:.2f} s")
-            print(f"{path}: {renderer.width}x{renderer.height}, {renderer.samples} spp ({', '.join(times)})")
+            print(f"{path}: {describe(renderer)} ({loading}, {describe_times(renderer)})")
             report_non_finite(renderer)
-        if renderer.samples < args.spp:
-            print(f"taichi-tracer: interrupted after {renderer.samples} of {args.spp} samples", file=sys.stderr)
+        if was_interrupted:
+            print(f"taichi-tracer: interrupted after {renderer.samples} samples", file=sys.stderr)
             return 130
     return 0
 
 
-def add_samples(renderer: ProgressiveRenderer, spp: int) -> tuple[float, float]:
-    """Render ``spp`` samples, fewer on Ctrl-C; returns the seconds of the first, which compiles, and of the others."""
-    renderer.reset()
-    start = compiled = time.perf_counter()
-    try:
-        renderer.render()
-        ti.sync()
-        compiled = time.perf_counter()
-        with progress(spp - 1) as steps:
-            for _ in steps:
-                renderer.render()
-                ti.sync()
-    except KeyboardInterrupt:
-        pass
-    return compiled - start, time.perf_counter() - compiled
+def add_samples(renderer: ProgressiveRenderer, args: Namespace) -> bool:
+    """Render until a target is reached, and keep a checkpoint if one is wanted; True if Ctrl-C ended it before."""
+    keeper = Keeper(renderer, args.checkpoint, args.checkpoint_every)
+    spp, seconds = args.spp, args.time
+    if spp is None and seconds is None and args.error is None:
+        spp = 1
+    if spp is not None:
+        spp -= keeper.resume()
+        if spp <= 0:
+            return False
+    elif args.checkpoint is not None:
+        keeper.resume()
+    with Interruption() as interruption, Bar(renderer) as bar:
+
+        def watch(progress: Progress) -> None:
+            bar.show(progress)
+            keeper.keep_sometimes()
+            if interruption.came:
+                raise KeyboardInterrupt
+
+        try:
+            error = None if args.error is None else args.error / 100
+            renderer.render(spp=spp, time=seconds, error=error, watch=watch)
+        except KeyboardInterrupt:
+            pass
+    keeper.keep()
+    return interruption.came
+
+
+class Keeper:
+    """Writes a checkpoint every few seconds, and reads the one that is there."""
+
+    def __init__(self, renderer: ProgressiveRenderer, path: str | None, every: float) -> None:
+        self.renderer, self.path, self.every = renderer, path, every
+        self.kept_at = time.perf_counter()
+
+    def resume(self) -> int:
+        """Go on from the file if it exists; returns how many samples it has."""
+        if self.path is None or not Path(self.path).exists():
+            return 0
+        self.renderer.load_checkpoint(self.path)
+        print(f"{self.path}: going on after {self.renderer.samples} samples")
+        return self.renderer.samples
+
+    def keep_sometimes(self) -> None:
+        """Write, unless that was just done."""
+        if self.path is not None and time.perf_counter() - self.kept_at > self.every:
+            self.keep()
+
+    def keep(self) -> None:
+        """Write now, if there is where to and what."""
+        if self.path is not None and self.renderer.samples > 0:
+            self.renderer.save_checkpoint(self.path)
+            self.kept_at = time.perf_counter()
+
+
+class Interruption:
+    """Makes Ctrl-C wait for the end of the sample that is being taken: ``came`` says so. A second one does not wait."""
+
+    def __enter__(self):
+        self.came = False
+        self.former = signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def _note(self, *_signal) -> None:
+        if self.came:
+            raise KeyboardInterrupt
+        self.came = True
+
+    def __exit__(self, *_error) -> None:
+        signal.signal(signal.SIGINT, self.former)
+
+
+class Bar:
+    """A progress bar on stderr, when that is a terminal and the work is long: samples, seconds, error, seconds left."""
+
+    def __init__(self, renderer: ProgressiveRenderer) -> None:
+        self.renderer, self.bar = renderer, None
+
+    def __enter__(self):
+        if sys.stderr.isatty():
+            from tqdm import tqdm
+
+            self.bar = tqdm(
+                total=1.0, bar_format=BAR, desc=self.renderer.active.name, delay=SHOW_PROGRESS_AFTER, leave=False
+            )
+        return self
+
+    def show(self, progress: Progress) -> None:
+        """Bring the bar up to date."""
+        if self.bar is None:
+            return
+        left, texts = progress.seconds_left, [f"{self.renderer.samples} spp", f"{progress.seconds:.1f} s"]
+        if progress.error == progress.error:
+            texts.append(f"error {100 * progress.error:.2g} %")
+        texts.append("? left" if left != left else f"{left:.1f} s left")
+        self.bar.set_postfix_str(", ".join(texts), refresh=False)
+        done = 0.0 if left != left else progress.seconds / max(progress.seconds + left, 1e-9)
+        self.bar.update(max(0.0, done - self.bar.n))
+
+    def __exit__(self, *_error) -> None:
+        if self.bar is not None:
+            self.bar.close()
+
+
+def describe(renderer: ProgressiveRenderer) -> str:
+    """Size, samples, and the error where there is one."""
+    text = f"{renderer.width}x{renderer.height}, {renderer.samples} spp"
+    error = renderer.error() if renderer.jitter and renderer.samples > 1 else None
+    return text if error is None or error != error else f"{text}, error {error}"
+
+
+def describe_times(renderer: ProgressiveRenderer) -> str:
+    """How long compiling and rendering took."""
+    progress = renderer.progress
+    if progress.samples <= 2:
+        return f"first sample with compiling {progress.seconds:.2f} s"
+    return f"compiling {progress.compile_seconds:.2f} s, rendering {progress.seconds:.2f} s"
 
 
 def report_non_finite(renderer: ProgressiveRenderer) -> None:
@@ -66,15 +172,6 @@ def report_non_finite(renderer: ProgressiveRenderer) -> None:
         print(
             f"taichi-tracer: note: {renderer.non_finite} samples were not finite, not added: {places}", file=sys.stderr
         )
-
-
-def progress(count: int):
-    """A context of ``range(count)``, with a progress bar on stderr when that is a terminal and the work is long."""
-    if count < 1 or not sys.stderr.isatty():
-        return contextlib.nullcontext(range(count))
-    from tqdm import tqdm
-
-    return tqdm(range(count), unit="spp", delay=SHOW_PROGRESS_AFTER, leave=False)
 
 
 def output_paths(output: str | None, scene: str, names: list[str]) -> list[Path]:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.errors import InputError, MissingFileError
+from taichi_tracer.errors import InputError
+from taichi_tracer.files.disk import read_bytes
 
 SPACES = b" \t\n\r\f\v"
 IS_SPACE = np.isin(np.arange(256), list(SPACES))
@@ -16,16 +17,6 @@ NEWLINE, SLASH, BLANK = b"\n/ "
 INDENT = re.compile(rb"[^\S\n]*")
 COMMENT = re.compile(rb"#[^\n]*")
 COMMENT_OR_CONTINUATION = re.compile(rb"(#[^\n]*)|\\[ \t]*\n")
-
-
-def read_bytes(path: Path) -> bytes:
-    """The content of a file; an InputError names what is in the way."""
-    try:
-        return Path(path).read_bytes()
-    except FileNotFoundError:
-        raise MissingFileError(f"{path}: no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def read_text(path: Path) -> bytes:

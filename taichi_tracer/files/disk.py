@@ -1,0 +1,47 @@
+"""Files as a whole: read with an error that says what is in the way, written so that there is always a complete one."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from taichi_tracer.errors import InputError, MissingFileError
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """The content of a file; an InputError names what is in the way."""
+    try:
+        return Path(path).read_bytes()
+    except FileNotFoundError:
+        raise MissingFileError(f"{path}: no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def check_place(path: str | Path) -> None:
+    """Raise an InputError now if ``replace_file`` could not write there later."""
+    path = Path(path)
+    if path.is_dir():
+        raise InputError(f"{path}: this is a folder: give a file name in it")
+    folder = path.parent
+    if not folder.is_dir():
+        raise InputError(f"{path}: the folder {folder} does not exist")
+    if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
+        raise InputError(f"{path}: no permission to write there")
+
+
+def replace_file(path: str | Path, content: bytes) -> None:
+    """Put ``content`` where ``path`` is, all of it or nothing; an InputError says why it could not be."""
+    path = Path(path)
+    try:
+        handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+            umask = os.umask(0)
+            os.umask(umask)
+            os.chmod(part, 0o666 & ~umask)  # mkstemp makes private files
+            os.replace(part, path)
+        finally:
+            Path(part).unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
