@@ -135,6 +135,11 @@ class ProgressiveRenderer:
         """Start over with the next ``render``."""
         self.film.reset()
 
+    def begin_anew(self) -> None:
+        """Start over with the next ``render``, with a new pilot where there is one: for another seed."""
+        self.reset()
+        self._shown = None
+
     def render(self, spp: int | None = None, time: float | None = None, error: float | None = None, watch=None):
         """Add samples to every pixel until the first of the targets is reached; returns the renderer.
 

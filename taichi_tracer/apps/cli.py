@@ -122,8 +122,41 @@ def make_parser() -> Parser:
     effects.add_argument("--estimator", default="brdf", metavar="NAME", help="how light is sampled (default: brdf)")
     effects.add_argument("--size", type=size, default=(512, 512), metavar="WxH", help="pixels (default: 512x512)")
 
+    add_accuracy(add_command(commands, "accuracy", "what accuracy costs in time", "accuracy:run"))
+
+    compare = add_command(commands, "compare", "how different two pictures are", "compare:run")
+    compare.add_argument("first", metavar="A", help="picture: .exr .hdr .pfm .npy .png .jpg")
+    compare.add_argument("second", metavar="B", help="picture of the same size, by which A is measured")
+    compare.add_argument("--report", metavar="FILE", help="page to write, .html, with both and where they differ")
+    compare.add_argument("--tolerance", type=positive, metavar="PERCENT", help="exit with 1 if they differ by more")
+    compare.add_argument("--data", action="store_true", help="PNG and JPEG hold data, such as normals: not sRGB")
+
     add_command(commands, "doctor", "what works on this machine, and what would mend the rest", "doctor:run")
     return parser
+
+
+def add_accuracy(parser: Parser) -> None:
+    """What a study of accuracy compares, and for how long."""
+    parser.names = lambda: load("choices:help_text")()
+    parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or a file")
+    parser.add_argument("--environment", metavar="E", help="a shipped name or an image (default: studio)")
+    parser.add_argument("--intensity", type=number, metavar="X", help="factor of its radiance (default: 1)")
+    parser.add_argument("--rotation", type=number, metavar="D", help="turn it about +y by degrees")
+    for name, default in (
+        ("estimators", "uniform,brdf,environment,mis"),
+        ("samplers", "sobol,independent"),
+        ("precisions", "f32,f64"),
+        ("triangle-tests", "watertight,moller_trumbore"),
+        ("lookups", "nearest,bilinear"),
+    ):
+        parser.add_argument(f"--{name}", metavar="A,B", help=f"what to compare, or all (default: {default})")
+    parser.add_argument("--fast-math", choices=("off", "on", "both"), default="both", help="default: both")
+    parser.add_argument("--every", action="store_true", help="every combination, not each knob alone")
+    parser.add_argument("--size", type=size, default=(128, 128), metavar="WxH", help="pixels (default: 128x128)")
+    parser.add_argument("--seeds", type=at_least_one, default=3, metavar="N", help="renderings of each (default: 3)")
+    parser.add_argument("--budget", type=positive, default=60, metavar="SECONDS", help="in all (default: 60)")
+    parser.add_argument("--report", metavar="DIR", help="folder for a page, a chart, CSV and JSON")
+    parser.add_argument("--arch", default="auto", help="auto, cpu, cuda, metal or vulkan (default: auto)")
 
 
 def add_command(commands: argparse._SubParsersAction, name: str, what: str, target: str) -> Parser:

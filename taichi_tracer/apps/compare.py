@@ -1,0 +1,79 @@
+"""``taichi-tracer compare``: how different two pictures are, in numbers and as a page."""
+
+from argparse import Namespace
+from pathlib import Path
+
+import numpy as np
+
+from taichi_tracer.errors import InputError
+from taichi_tracer.files.disk import check_place, replace_file
+from taichi_tracer.files.images import read_image
+from taichi_tracer.studies import page
+from taichi_tracer.studies.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
+
+MOST_PLACES = 5  # largest differences that are told
+SHOWN = 400  # pixels, width of a picture in the page
+FEWEST_FOR_FLIP = 8  # pixels on a side
+
+
+def run(args: Namespace) -> int:
+    """Print the differences; 1 when they are above ``--tolerance``, and 0 otherwise."""
+    image, reference = (read_image(path, srgb=not args.data) for path in (args.first, args.second))
+    try:
+        check_same_size(image, reference)
+    except InputError as error:
+        raise InputError(f"{args.first}, {args.second}: {error}") from None
+    for path, picture in ((args.first, image), (args.second, reference)):
+        if not np.isfinite(picture).all():
+            y, x = np.argwhere(~np.isfinite(picture).all(axis=2))[0]
+            raise InputError(f"{path}: the pixel in column {x}, row {y} from the top is not finite")
+    if args.report is not None:
+        check_place(args.report)
+    lines = numbers(image, reference)
+    print("\n".join(lines))
+    if args.report is not None:
+        replace_file(args.report, as_html(args, image, reference, lines).encode())
+        print(args.report)
+    error = relative_rmse(image, reference)
+    if args.tolerance is not None and not 100 * error <= args.tolerance:
+        print(f"the pictures differ by more than {args.tolerance:g} %")
+        return 1
+    return 0
+
+
+def numbers(image: np.ndarray, reference: np.ndarray) -> list[str]:
+    """The differences, a line each; the second picture is what the first is measured by."""
+    difference = np.abs(image.astype(np.float64) - reference)
+    lines = [
+        f"RMSE           {rmse(image, reference):.6g}",
+        f"relative RMSE  {100 * relative_rmse(image, reference):.4g} %",
+        f"relMSE         {rel_mse(image, reference):.6g}",
+    ]
+    if min(image.shape[:2]) >= FEWEST_FOR_FLIP:
+        lines.append(f"FLIP           {flip(image, reference)[0]:.4g}")
+    largest = difference.max(axis=2)
+    lines.append(f"pixels that differ: {int((largest > 0).sum())} of {largest.size}")
+    for index in np.argsort(largest, axis=None)[::-1][:MOST_PLACES]:
+        y, x = np.unravel_index(int(index), largest.shape)
+        if largest[y, x] > 0:
+            a, b = (", ".join(f"{c:.6g}" for c in p[y, x]) for p in (image, reference))
+            lines.append(f"  {largest[y, x]:.6g} in column {x}, row {y} from the top: ({a}) and ({b})")
+    return lines
+
+
+def as_html(args: Namespace, image: np.ndarray, reference: np.ndarray, lines: list[str]) -> str:
+    """Both pictures, and where they differ."""
+    difference = np.abs(image - reference).max(axis=2)
+    largest = float(difference.max())
+    width = max(SHOWN, min(image.shape[1], 2 * SHOWN))
+    shows = not args.data
+    parts = [f"<pre>{page.html.escape(chr(10).join(lines))}</pre>"]
+    parts += [
+        page.picture(image, str(args.first), width, shows),
+        page.picture(reference, str(args.second), width, shows),
+    ]
+    parts.append(page.picture(page.heat(difference, largest), f"difference: black 0, white {largest:.3g}", width))
+    if min(image.shape[:2]) >= FEWEST_FOR_FLIP:
+        mean, values = flip(image, reference)
+        parts.append(page.picture(page.heat(values, 1.0), f"FLIP, mean {mean:.3g}: black 0, white 1", width))
+    return page.page(f"{Path(args.first).name} and {Path(args.second).name}", parts)

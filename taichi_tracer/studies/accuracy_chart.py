@@ -1,0 +1,71 @@
+"""The chart of a study of accuracy: error against seconds of rendering, with bands over seeds, and compile seconds."""
+
+import io
+
+import numpy as np
+
+from taichi_tracer.studies.convergence import Study
+
+COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8e5ea2", "#e08e0b", "#5d6d7e")
+
+
+def draw(study: Study):
+    """A ``matplotlib`` figure of two parts."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 5.2), layout="constrained")
+    axes, bars = figure.subplots(1, 2, width_ratios=(3.2, 1))
+    estimators = list(dict.fromkeys(c.variant.estimator for c in study.curves))
+    usual = study.curves[0].variant
+    plain = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
+    for curve in plain:
+        colour = COLOURS[estimators.index(curve.variant.estimator) % len(COLOURS)]
+        is_first = curve.variant.sampler == usual.sampler
+        seconds, known = curve.mean_seconds, curve.mean_errors > 0
+        label = f"{curve.variant.label} (slope {curve.slope:.2f})"
+        style = {"color": colour, "linestyle": "-" if is_first else "--", "marker": "o" if is_first else "x"}
+        axes.loglog(seconds[known], 100 * curve.mean_errors[known], label=label, markersize=4, linewidth=1.4, **style)
+        low, high = np.min(curve.errors, axis=0), np.max(curve.errors, axis=0)
+        axes.fill_between(seconds[known], 100 * low[known], 100 * high[known], color=colour, alpha=0.12, linewidth=0)
+    if study.reference_error > 0:
+        axes.axhspan(0, 100 * study.reference_error, color="grey", alpha=0.15, linewidth=0)
+        text = f"the reference's own error, {100 * study.reference_error:.2g} %"
+        axes.annotate(text, (0.01, 100 * study.reference_error), xycoords=("axes fraction", "data"), fontsize=8)
+    draw_guide(axes)
+    axes.set(xlabel="seconds of rendering", ylabel="relative RMSE, %", title=study.scene)
+    axes.grid(True, which="both", alpha=0.2)
+    axes.legend(fontsize=7, loc="upper right")
+    names = [c.variant.label for c in study.curves]
+    bars.barh(names, [c.compile_seconds for c in study.curves], color="#9aa5b1")
+    bars.invert_yaxis()
+    bars.tick_params(axis="y", labelsize=7)
+    bars.set(xlabel="seconds of compiling, once")
+    return figure
+
+
+def draw_guide(axes) -> None:
+    """A dotted line of slope −1/2: what independent samples follow."""
+    low, high = axes.get_xlim()
+    bottom, top = axes.get_ylim()
+    x = np.array([low, high])
+    axes.loglog(x, top * 0.7 * (x / low) ** -0.5, color="black", linestyle=":", linewidth=1, label="slope −1/2")
+    axes.set_xlim(low, high)
+    axes.set_ylim(bottom, top)
+
+
+def svg_of(figure) -> str:
+    """A figure as SVG, to stand in a page."""
+    import matplotlib
+
+    buffer = io.StringIO()
+    with matplotlib.rc_context({"svg.hashsalt": "accuracy"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :]
+
+
+def png_of(figure) -> bytes:
+    """A figure as the bytes of a PNG file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=120)
+    return buffer.getvalue()

@@ -1,0 +1,98 @@
+"""What a study of accuracy found: what an error costs, what each knob buys, and three sentences."""
+
+import math
+import statistics
+
+import numpy as np
+
+from taichi_tracer.studies.convergence import TARGETS, Curve, Study
+
+
+def efficiency_table(study: Study) -> list[dict]:
+    """A row per variant: what it costs to reach an error, and whether it is biased."""
+    rows, middle = [], TARGETS[2]
+    best = min((c.seconds_to(middle)[0] for c in study.curves if c.seconds_to(middle)[0] > 0), default=math.nan)
+    for curve in study.curves:
+        row = {"variant": curve.variant.label}
+        for target in TARGETS:
+            seconds, is_measured = curve.seconds_to(target)
+            row[f"s to {target:.0%}"] = seconds
+            row[f"measured {target:.0%}"] = is_measured
+        row[f"ratio at {middle:.0%}"] = curve.seconds_to(middle)[0] / best
+        row["ms per sample"] = curve.milliseconds_per_sample
+        row["variance x time"] = curve.variance_times_time
+        row["slope"] = curve.slope
+        row["compile s"] = curve.compile_seconds
+        row["bias z"] = curve.bias
+        rows.append(row)
+    return rows
+
+
+def knob_table(study: Study) -> list[dict]:
+    """What turning one knob alone does to the error, at equal samples, and to the time of one."""
+    rows = []
+    for base in study.curves:
+        for other in study.curves:
+            changed = base.variant.differences(other.variant)
+            is_usual_first = study.curves.index(base) < study.curves.index(other)
+            if len(changed) != 1 or not is_usual_first:
+                continue
+            error = error_ratio(base, other)
+            factor = other.milliseconds_per_sample / base.milliseconds_per_sample
+            rows.append(
+                {
+                    "knob": changed[0].replace("_", " "),
+                    "from": base.variant.setting(changed[0]),
+                    "to": other.variant.setting(changed[0]),
+                    "with": base.variant.sampler if changed[0] == "estimator" else base.variant.estimator,
+                    "error": error,
+                    "time": factor,
+                    "error² x time": error**2 * factor,
+                }
+            )
+    return rows
+
+
+def error_ratio(base: Curve, other: Curve) -> float:
+    """Error of one variant over that of another, at the most samples at which both are known."""
+    _, i, j = np.intersect1d(base.samples, other.samples, return_indices=True)
+    ratios = other.mean_errors[j] / base.mean_errors[i]
+    known = ratios[np.isfinite(ratios)]
+    return float(known[-1]) if known.size else math.nan
+
+
+def summary(study: Study, target: float = TARGETS[2]) -> list[str]:
+    """A few sentences on what the study found."""
+    usual = study.curves[0].variant
+    plain = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
+    told = sorted((c for c in plain if c.seconds_to(target)[0] > 0), key=lambda c: c.seconds_to(target)[0])
+    if not told:
+        return [f"No variant came near enough to {target:.0%} for its time to be told: give a larger budget."]
+    best, worst = told[0], told[-1]
+    sentences = [f"To {target:.0%} error, {best.variant.label} is cheapest: {show_seconds(best.seconds_to(target))}."]
+    if worst is not best:
+        ratio = worst.seconds_to(target)[0] / best.seconds_to(target)[0]
+        seconds = show_seconds(worst.seconds_to(target))
+        sentences.append(f"{worst.variant.label} needs {seconds}, {ratio:,.0f} times as long.")
+    rows = knob_table(study)
+    samplers = [r["error"] for r in rows if r["knob"] == "sampler" and r["error"] > 0]
+    if samplers:
+        gain = statistics.median(max(r, 1 / r) for r in samplers)
+        sentences.append(
+            f"At equal samples, the other sampler has {gain:.1f} times the error (median over estimators)."
+        )
+    knobs = [r for r in rows if r["knob"] in ("precision", "triangle test", "fast math")]
+    if knobs:
+        times = ", ".join(
+            f"{r['to']} {r['time']:.2f} times the time at {r['error']:.3g} times the error" for r in knobs
+        )
+        sentences.append(f"How exactly single rays are computed: {times}.")
+    return sentences
+
+
+def show_seconds(value: tuple[float, bool]) -> str:
+    """ "1.23 s", "about 45 s" where it was not measured, "?" where it cannot be told."""
+    seconds, is_measured = value
+    if math.isnan(seconds):
+        return "?"
+    return f"{'' if is_measured else 'about '}{seconds:.3g} s"

@@ -1,0 +1,319 @@
+"""Error against seconds: the ways to render a picture, over several seeds, against a reference of known error."""
+
+import math
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import taichi as ti
+
+from taichi_tracer import runtime
+from taichi_tracer.adaptive import PILOT
+from taichi_tracer.error_estimate import RelativeError
+from taichi_tracer.primary_hits import LARGE_PICTURE
+from taichi_tracer.progress import slope
+from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.studies.metrics import flip, rel_mse, relative_rmse
+from taichi_tracer.studies.variants import Source, Variant
+
+TARGETS = (0.10, 0.05, 0.02, 0.01)  # relative RMSE
+REFERENCE_SEED = 1_000_003
+REFERENCE_SHARE, PICTURE_SHARE = 0.2, 0.006  # of the budget: for the reference, and for each picture at equal time
+STEEPEST = -0.75  # slope that is continued beyond what was measured: what Owen's scrambling promises in general
+WARM_UP = 3  # samples: after them everything is compiled
+CLEAR = 1.5  # times the reference's own error: below it, the error of a picture cannot be told from that
+FEWEST, MOST_SAMPLES = 3, 1 << 16  # pictures of a curve; samples per pixel
+
+
+@dataclass
+class Curve:
+    """What one variant reached.
+
+    Attributes:
+        compile_seconds: until everything was compiled, beyond the time of rendering.
+        samples: (K,) per pixel, at which the picture was compared.
+        seconds, errors: (seeds, K) of rendering; relative RMSE against the reference, the reference's own taken off.
+            NaN where the reference is no better.
+        bias: z-score of the mean of the pictures against that of the reference.
+        image, image_error, image_flip, image_rel_mse: at equal time; None for variants without one.
+    """
+
+    variant: Variant
+    compile_seconds: float
+    samples: np.ndarray
+    seconds: np.ndarray
+    errors: np.ndarray
+    reference_mean: float
+    bias: float
+    image: np.ndarray | None = None
+    image_samples: int = 0
+    image_error: float = math.nan
+    image_flip: float = math.nan
+    image_rel_mse: float = math.nan
+
+    @property
+    def mean_seconds(self) -> np.ndarray:
+        """(K,) over the seeds."""
+        return self.seconds.mean(axis=0)
+
+    @property
+    def mean_errors(self) -> np.ndarray:
+        """(K,) root of the mean square over the seeds; NaN where one is not known."""
+        return np.sqrt((self.errors**2).mean(axis=0))
+
+    @property
+    def milliseconds_per_sample(self) -> float:
+        """Of every pixel."""
+        return 1e3 * float(self.mean_seconds[-1] / self.samples[-1])
+
+    @property
+    def slope(self) -> float:
+        """Of error against seconds on logarithms, over the later half: −1/2 for independent samples."""
+        points = self._known()
+        later = points[len(points) // 2 :] if len(points) >= 4 else points
+        return slope(later) if len(later) >= 2 else math.nan
+
+    def _known(self) -> list[tuple[float, float]]:
+        pairs = zip(self.mean_seconds.tolist(), self.mean_errors.tolist(), strict=True)
+        return [(s, e) for s, e in pairs if e > 0]
+
+    def seconds_to(self, target: float) -> tuple[float, bool]:
+        """(seconds to a relative error, whether that was measured): beyond the last picture, the slope is continued."""
+        points = self._known()
+        if not points:
+            return math.nan, False
+        for (s0, e0), (s1, e1) in zip(points, points[1:], strict=False):
+            if e0 >= target >= e1 and e0 > e1:
+                share = math.log(e0 / target) / math.log(e0 / e1)
+                return s0 * (s1 / s0) ** share, True
+        if points[0][1] <= target:
+            return points[0][0], True
+        power = max(self.slope, STEEPEST)
+        if not power < -0.1:
+            return math.nan, False
+        return points[-1][0] * (points[-1][1] / target) ** (-1 / power), False
+
+    @property
+    def variance_times_time(self) -> float:
+        """Mean square error × seconds at the end: smaller is better, and with 1/√n the same at any time."""
+        points = self._known()
+        return math.nan if not points else (points[-1][1] * self.reference_mean) ** 2 * points[-1][0]
+
+
+@dataclass
+class Study:
+    """Everything that was measured.
+
+    Attributes:
+        reference_error: as the reference's own samples tell it.
+        equal_seconds: of rendering, of the pictures that are shown beside each other.
+    """
+
+    scene: str
+    size: tuple[int, int]
+    machine: str
+    seeds: int
+    equal_seconds: float
+    curves: list[Curve] = field(default_factory=list)
+    references: dict[str, np.ndarray] = field(default_factory=dict)
+    reference_error: RelativeError | None = None
+    reference_samples: int = 0
+    seconds: float = 0.0
+
+    @property
+    def reference(self) -> np.ndarray:
+        """(h, w, 3) what the first variant is compared with."""
+        return next(iter(self.references.values()))
+
+
+@dataclass
+class Truth:
+    """A reference: the picture, its relative error, and the variance of its pixels.
+
+    The renderer is kept because Taichi forgets every compiled kernel when a field is freed.
+    """
+
+    image: np.ndarray
+    error: RelativeError
+    variance: np.ndarray
+    samples: int
+    renderer: A2Renderer
+
+
+def measure(
+    source: Source,
+    variants: list[Variant],
+    size: tuple[int, int] = (128, 128),
+    budget: float = 60.0,
+    seeds: int = 3,
+    arch: str = "auto",
+    tell: Callable[[str, float], None] = lambda what, done: None,
+) -> Study:
+    """Render every variant within the budget.
+
+    Args:
+        budget: seconds in all, compilation included. A variant that compiles for longer than its share still gets
+            a few samples.
+        tell: called with what is being done, and the share of the budget that is spent.
+    """
+    start = time.perf_counter()
+    study = Study(source.name, size, "", seeds, budget * PICTURE_SHARE)
+    truths: dict[str, Truth] = {}
+    done = 0
+    # variants of one precision together, since each change starts Taichi anew; the first one's come first
+    for mode in dict.fromkeys((v.precision, v.fast_math) for v in variants):
+        group = [v for v in variants if (v.precision, v.fast_math) == mode]
+        source.start(group[0], arch)
+        study.machine = describe_machine()
+        runs, scenes, renderers = [], {}, {}
+        for variant in group:
+            key = (variant.lookup, variant.triangle_test)
+            if key not in scenes:
+                scenes[key] = source.load(variant)
+            if variant.lookup not in truths:
+                tell("reference", (time.perf_counter() - start) / budget)
+                share = REFERENCE_SHARE * budget / (4 if truths else 1)
+                truths[variant.lookup] = reference_of(scenes[key], size, share)
+            tell(f"{variant.label}: compiling", (time.perf_counter() - start) / budget)
+            truth = scaled(truths[variant.lookup], variant.scale)
+            key = (*key, variant.sampler, variant.adaptive, variant.scale)
+            if key not in renderers:  # one for all estimators: what the eye rays hit is compiled once
+                renderers[key] = make(scenes[key[:2]], variant, truth.image.shape[1::-1])
+            runs.append(Run(renderers[key], variant, truth))
+        for seed in range(seeds):  # all variants in turn, so that what else the machine does meets all alike
+            for i, run in enumerate(runs):
+                tell(f"{run.variant.label}: seed {seed + 1}", (time.perf_counter() - start) / budget)
+                left = budget - (time.perf_counter() - start)
+                left *= len(group) / (len(variants) - done)  # the share of this group
+                left -= study.equal_seconds * len(runs)
+                run.render(1 + seed, left / (len(runs) * (seeds - seed) - i))
+        study.curves += [run.curve(seeds + 1, study.equal_seconds) for run in runs]
+        done += len(group)
+    first = truths[variants[0].lookup]
+    study.curves.sort(key=lambda c: variants.index(c.variant))
+    study.references = {lookup: truth.image for lookup, truth in truths.items()}
+    study.reference_error, study.reference_samples = first.error, first.samples
+    study.seconds = time.perf_counter() - start
+    return study
+
+
+def reference_of(scene, size: tuple[int, int], seconds: float) -> Truth:
+    """A picture by multiple importance sampling, for that many seconds, and how far it is off."""
+    renderer = make(scene, Variant(), size)
+    renderer.seed = REFERENCE_SEED
+    renderer.render(time=max(seconds, 0.2))
+    image, variance = renderer.image().astype(np.float64), renderer.film.variance_of_mean()
+    return Truth(image, renderer.error(), variance, renderer.samples, renderer)
+
+
+def scaled(truth: Truth, scale: float) -> Truth:
+    """The reference for a picture of fewer pixels: the means of blocks of its pixels."""
+    if scale == 1:
+        return truth
+    n = round(1 / scale)
+    height, width = (s // n for s in truth.image.shape[:2])
+
+    def blocks(values):
+        return values[: height * n, : width * n].reshape(height, n, width, n, 3).mean(axis=(1, 3))
+
+    image, variance = blocks(truth.image), blocks(truth.variance) / n**2
+    error = truth.error * math.sqrt(variance.mean() / truth.variance.mean()) if truth.error > 0 else truth.error
+    return replace(truth, image=image, error=RelativeError(error, error, error), variance=variance)
+
+
+def make(scene, variant: Variant, size: tuple[int, int]) -> A2Renderer:
+    """A renderer of a variant; it never compiles another form of the eye rays in the middle of a measurement."""
+    width, height = size
+    renderer = A2Renderer(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
+    renderer.hits.use_packets = renderer.hits.can_use_packets and width * height >= LARGE_PICTURE
+    return renderer.use(variant.estimator)
+
+
+class Run:
+    """The measurement of one variant, seed by seed; it is compiled when it is made."""
+
+    def __init__(self, renderer: A2Renderer, variant: Variant, truth: Truth) -> None:
+        self.variant, self.truth, self.renderer = variant, truth, renderer
+        self.begin(0)
+        renderer.render(WARM_UP, watch=lambda _: None)
+        self.compile_seconds = self.renderer.progress.compile_seconds
+        self.samples: list[int] = []
+        self.seconds: list[list[float]] = []
+        self.errors: list[list[float]] = []
+        self.finals: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def begin(self, seed: int) -> None:
+        """Start over with other random numbers."""
+        self.renderer.seed = seed
+        self.renderer.use(self.variant.estimator).begin_anew()
+
+    def render(self, seed: int, slot: float) -> None:
+        """Twice as many samples each time: the first seed within ``slot`` seconds, the others as many as that one."""
+        renderer, spent, seconds, errors = self.renderer, 0.0, [], []
+        self.begin(seed)
+        wanted, is_first = (PILOT if self.variant.adaptive else 2), not self.samples
+        samples = [] if is_first else self.samples
+        while (
+            (len(samples) < FEWEST or 3 * spent < slot) and wanted <= MOST_SAMPLES
+            if is_first
+            else len(errors) < len(samples)
+        ):
+            begin = time.perf_counter()
+            renderer.render(wanted - (samples[len(errors) - 1] if errors else 0))
+            ti.sync()
+            spent += time.perf_counter() - begin
+            seconds.append(spent)
+            errors.append(error_beyond(relative_rmse(renderer.image(), self.truth.image), self.truth.error))
+            if is_first:
+                samples.append(wanted)
+            wanted *= 2
+        self.samples = samples
+        self.seconds.append(seconds)
+        self.errors.append(errors)
+        self.finals.append((renderer.image().astype(np.float64), renderer.film.variance_of_mean()))
+
+    def curve(self, seed: int, equal_seconds: float) -> Curve:
+        """What was measured, and a picture of its own at equal time."""
+        curve = Curve(
+            self.variant,
+            self.compile_seconds,
+            np.array(self.samples),
+            np.array(self.seconds),
+            np.array(self.errors),
+            float(self.truth.image.mean()),
+            bias(self.finals, self.truth),
+        )
+        if self.variant.scale == 1:
+            self.begin(seed)
+            image = self.renderer.render(time=equal_seconds).image()
+            curve.image, curve.image_samples = image, self.renderer.samples
+            curve.image_error = relative_rmse(image, self.truth.image)
+            curve.image_rel_mse, curve.image_flip = rel_mse(image, self.truth.image), flip(image, self.truth.image)[0]
+        return curve
+
+
+def error_beyond(measured: float, reference: float) -> float:
+    """The error of a picture from its difference to a reference that errs too; NaN where the reference is no better."""
+    if not measured > CLEAR * reference:
+        return 0.0 if measured == 0 else math.nan
+    return math.sqrt(measured**2 - reference**2)
+
+
+def bias(finals: list[tuple[np.ndarray, np.ndarray]], truth: Truth) -> float:
+    """z-score of the mean of pictures against that of the reference: beyond ±3, one of the two is biased.
+
+    Args:
+        finals: (picture, variance of its pixels) for every seed.
+    """
+    difference = np.mean([p for p, _ in finals], axis=0) - truth.image
+    variance = np.sum([np.nan_to_num(v) for _, v in finals], axis=0) / len(finals) ** 2 + np.nan_to_num(truth.variance)
+    spread = variance.sum(axis=2) / 3  # channels err together
+    return float(difference.mean() / math.sqrt(spread.mean() / spread.size)) if spread.any() else 0.0
+
+
+def describe_machine() -> str:
+    """Backend and processors."""
+    settings = runtime.current()
+    return f"{'' if settings is None else settings.arch + ', '}{os.cpu_count()} processors"
