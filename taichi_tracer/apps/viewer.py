@@ -17,6 +17,7 @@ from taichi_tracer.apps import camera_controller
 from taichi_tracer.apps.camera_controller import Pose
 from taichi_tracer.apps.choices import find_views, load_scene, make_renderer, scene_label
 from taichi_tracer.apps.display import can_open_window
+from taichi_tracer.apps.plot import draw_curve
 from taichi_tracer.errors import InputError
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.renderer import ProgressiveRenderer
@@ -26,6 +27,8 @@ PANEL_WIDTH, PANEL_LINE = 248, 24  # pixels; they fit 32 characters, and a butto
 HELP_WIDTH, HELP_HEIGHT = 300, 210  # pixels; they fit HELP
 SMALLEST_PICTURE = 384  # pixels: smaller pictures are shown enlarged, pixel by pixel
 FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
+PLOT_HEIGHT = 150  # pixels, of the drawing of error against time under the panel
+MOST_POINTS = 400  # of that drawing; then every other one is left out
 SLOW_FRAME = 0.06  # seconds; a moving picture stutters beyond it
 BACKGROUND = 0.12
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
@@ -91,17 +94,19 @@ class Screen:
     Attributes:
         pixels: the field [x, y] for ``ti.ui``, y up.
         width, height: of the whole window, in pixels.
-        panel: the panel's width as a fraction of the window's.
+        panel, panel_height: the panel's size as fractions of the window's; a drawing may stand below.
     """
 
     def __init__(self, renderer: ProgressiveRenderer, panel_lines: int) -> None:
         self.source, self.srgb = renderer.canvas, renderer.srgb
+        plot = PLOT_HEIGHT if renderer.needs_light else 0
         self.scale = max(1, SMALLEST_PICTURE // max(renderer.width, renderer.height))
         self.shown_width, self.shown_height = renderer.width * self.scale, renderer.height * self.scale
         self.width = PANEL_WIDTH + self.shown_width
-        self.height = max(self.shown_height, PANEL_LINE * panel_lines)
+        self.height = max(self.shown_height, PANEL_LINE * panel_lines + plot)
         self.below = (self.height - self.shown_height) // 2
         self.panel = PANEL_WIDTH / self.width
+        self.panel_height = 1 - plot / self.height
         self.pixels = ti.Vector.field(3, ti.f32, shape=(self.width, self.height))
         self.pixels.fill(BACKGROUND)
 
@@ -113,6 +118,13 @@ class Screen:
             if ti.static(self.srgb):
                 color = encode_srgb(color)
             self.pixels[PANEL_WIDTH + x, self.below + y] = color
+
+    @ti.kernel
+    def put_plot(self, plot: ti.types.ndarray(dtype=ti.f32, ndim=3)):
+        """Copy a drawing, top row first, under the panel."""
+        for row, x in ti.ndrange(plot.shape[0], plot.shape[1]):
+            for k in ti.static(range(3)):
+                self.pixels[x, plot.shape[0] - 1 - row][k] = plot[row, x, k]
 
     def holds(self, cursor: tuple[float, float]) -> bool:
         """Whether a point of the window, in fractions, is beside the panel."""
@@ -140,7 +152,8 @@ class Viewer:
         self.message: list[str] = []
         self.shows_help = False
         self.frame_seconds = 0.0
-        self.started, self.error, self.error_at = 0.0, math.nan, 0.0
+        self.started, self.error, self.error_at, self.last_samples = 0.0, math.nan, 0.0, math.inf
+        self.curve: list[tuple[float, float]] = []  # (seconds, error) since the picture was begun
 
     def run(self) -> None:
         """Show the window until it is closed."""
@@ -224,10 +237,15 @@ class Viewer:
     def progress(self) -> str:
         """Seconds since the picture was begun, and its estimated error, measured twice a second."""
         now = time.perf_counter()
-        if self.renderer.samples <= 1:
-            self.started, self.error = now, math.nan
+        if self.renderer.samples <= self.last_samples:  # begun anew since the last frame
+            self.started, self.error, self.curve = now, math.nan, []
+        self.last_samples = self.renderer.samples
         if now - self.error_at > 0.5:
             self.error, self.error_at = self.renderer.error(), now
+            self.curve.append((now - self.started, float(self.error)))
+            if len(self.curve) > MOST_POINTS:
+                del self.curve[1::2]
+            self.screen.put_plot(draw_curve(self.curve, PANEL_WIDTH, PLOT_HEIGHT))
         error = "" if math.isnan(self.error) else f", error {100 * self.error:.2g} %"
         return f"Time: {now - self.started:.1f} s{error}"
 
@@ -244,7 +262,7 @@ class Viewer:
 
     def draw_panel(self, gui) -> None:
         """The control panel, and the help over the picture while it is asked for."""
-        with gui.sub_window("Control Panel", 0.0, 0.0, self.screen.panel, 1.0) as panel:
+        with gui.sub_window("Control Panel", 0.0, 0.0, self.screen.panel, self.screen.panel_height) as panel:
             for text in TEXTS:
                 panel.text(text)
             for choice in self.renderer.offers:

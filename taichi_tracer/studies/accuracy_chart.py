@@ -13,7 +13,7 @@ def draw(study: Study):
     """A ``matplotlib`` figure of two parts."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10, 5.2), layout="constrained")
+    figure = Figure(figsize=(10, 5.6), layout="constrained")
     axes, bars = figure.subplots(1, 2, width_ratios=(3.2, 1))
     estimators = list(dict.fromkeys(c.variant.estimator for c in study.curves))
     usual = study.curves[0].variant
@@ -34,7 +34,7 @@ def draw(study: Study):
     draw_guide(axes)
     axes.set(xlabel="seconds of rendering", ylabel="relative RMSE, %", title=study.scene)
     axes.grid(True, which="both", alpha=0.2)
-    axes.legend(fontsize=7, loc="upper right")
+    axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3, frameon=False)
     names = [c.variant.label for c in study.curves]
     bars.barh(names, [c.compile_seconds for c in study.curves], color="#9aa5b1")
     bars.invert_yaxis()

@@ -256,7 +256,7 @@ class Run:
         wanted, is_first = (PILOT if self.variant.adaptive else 2), not self.samples
         samples = [] if is_first else self.samples
         while (
-            (len(samples) < FEWEST or 3 * spent < slot) and wanted <= MOST_SAMPLES
+            (len(samples) < FEWEST or 2 * spent < slot) and wanted <= MOST_SAMPLES
             if is_first
             else len(errors) < len(samples)
         ):
