@@ -47,7 +47,7 @@ def read_checkpoint(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
     try:
         facts = json.loads(raw[len(MAGIC) : end])
         expected = facts.pop("sha256")
-    except (ValueError, KeyError, AttributeError):
+    except (ValueError, KeyError, AttributeError, TypeError):
         raise InputError(f"{path}: the checkpoint is damaged: its header cannot be read") from None
     content = raw[end + 1 :]
     if hashlib.sha256(content).hexdigest() != expected:

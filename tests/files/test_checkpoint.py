@@ -1,0 +1,106 @@
+"""Checkpoints: to the last bit, atomic, and refused with a reason where something is wrong."""
+
+import json
+
+import numpy as np
+import pytest
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.files import checkpoint
+
+
+@pytest.fixture(scope="module")
+def scene():
+    start("f32")
+    return tt.load_scene_data("cube", environment="studio")
+
+
+def renderer(scene, **options):
+    return tt.A2Renderer(scene, 12, 10, **options).use("brdf")
+
+
+def test_what_is_written_is_read(tmp_path, rng):
+    path, arrays = tmp_path / "a.checkpoint", {"x": rng.random((3, 4)), "n": np.arange(5)}
+    checkpoint.write_checkpoint(path, {"seed": 3, "samples": [[0, 8]]}, arrays)
+    facts, found = checkpoint.read_checkpoint(path)
+    assert facts == {"seed": 3, "samples": [[0, 8]]}
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(found[name], array)
+    assert [p.name for p in tmp_path.iterdir()] == ["a.checkpoint"]
+
+
+def test_a_continued_picture_is_that_of_one_run(scene, tmp_path):
+    whole, first, second = (renderer(scene) for _ in range(3))
+    whole.render(13)
+    first.render(6)
+    first.save_checkpoint(tmp_path / "a.checkpoint")
+    second.load_checkpoint(tmp_path / "a.checkpoint")
+    assert second.samples == 6
+    second.render(7)
+    np.testing.assert_array_equal(second.image(), whole.image())
+    np.testing.assert_array_equal(second.film.variance_of_mean(), whole.film.variance_of_mean())
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda r: r.use("mis"), "another estimator: brdf there, mis here"),
+        (lambda r: setattr(r, "seed", 4), "another seed: 0 there, 4 here"),
+        (lambda r: r.camera.set_camera_parameters(fov=50), "another camera"),
+        (lambda r: setattr(r, "first_sample", 3), "holds the samples 0 to 1, not those from 3 on"),
+    ],
+)
+def test_samples_of_something_else_are_refused(scene, tmp_path, change, message):
+    path = tmp_path / "a.checkpoint"
+    renderer(scene).render(2).save_checkpoint(path)
+    before, other = path.read_bytes(), renderer(scene)
+    change(other)
+    with pytest.raises(tt.InputError, match=message):
+        other.load_checkpoint(path)
+    assert path.read_bytes() == before
+
+
+def test_another_scene_light_or_size_is_refused(scene, tmp_path):
+    path = tmp_path / "a.checkpoint"
+    renderer(scene).render(2).save_checkpoint(path)
+    lit = tt.load_scene_data("cube", environment="white")
+    for other in (renderer(lit), renderer(tt.load_scene_data("sphere", environment="studio"))):
+        with pytest.raises(tt.InputError, match="another scene"):
+            other.load_checkpoint(path)
+    with pytest.raises(tt.InputError, match="another (camera|size)"):
+        tt.A2Renderer(scene, 10, 12).use("brdf").load_checkpoint(path)
+
+
+def test_damage_is_noticed(scene, tmp_path):
+    path = tmp_path / "a.checkpoint"
+    renderer(scene).render(2).save_checkpoint(path)
+    raw = path.read_bytes()
+    end = raw.index(b"\n", len(checkpoint.MAGIC))
+    flipped = bytearray(raw)
+    flipped[len(raw) // 2] ^= 1
+    for bad, message in (
+        (b"", "this is no checkpoint"),
+        (b"PNG", "this is no checkpoint"),
+        (checkpoint.MAGIC, "its header cannot be read"),
+        (raw[: end - 5], "its header cannot be read"),
+        (raw[: end + 1], "cut short or damaged"),
+        (raw[:-1], "cut short or damaged"),
+        (bytes(flipped), "cut short or damaged"),
+        (checkpoint.MAGIC + json.dumps([1]).encode() + b"\n", "its header cannot be read"),
+    ):
+        path.write_bytes(bad)
+        with pytest.raises(tt.InputError, match=message):
+            checkpoint.read_checkpoint(path)
+
+
+def test_ranges_join_where_they_touch_and_may_not_overlap():
+    assert checkpoint.joined([[0, 4]], [[4, 9]]) == [[0, 9]]
+    assert checkpoint.joined([[8, 9], [0, 2]], [[4, 6]]) == [[0, 2], [4, 6], [8, 9]]
+    with pytest.raises(tt.InputError, match="samples 3 to 4 are in both"):
+        checkpoint.joined([[0, 5]], [[3, 9]])
+
+
+def test_views_have_nothing_to_keep(scene, tmp_path):
+    with pytest.raises(tt.InputError, match="every sample of hit is the picture itself"):
+        tt.A1Renderer(scene, 8, 8).use("hit").render().save_checkpoint(tmp_path / "a.checkpoint")

@@ -1,0 +1,119 @@
+"""The study of accuracy: its arithmetic by hand, and a small one from end to end."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.error_estimate import RelativeError
+from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, variants
+from taichi_tracer.studies.convergence import Curve, Study, Truth
+from taichi_tracer.studies.variants import Variant
+
+
+def curve(power=-0.5, scale=1.0, per_sample=0.01, variant=None, k=7):
+    samples = 2 ** np.arange(1, k + 1)
+    seconds = np.tile(samples * per_sample, (3, 1))
+    return Curve(variant or Variant(), 1.0, samples, seconds, scale * seconds**power, 1.0, 0.0)
+
+
+def study(*curves):
+    truth = RelativeError(0.001, 0.0009, 0.0011)
+    return Study("x", (8, 8), "", 3, 0.1, list(curves), {"nearest": np.ones((8, 8, 3))}, truth, 100, 1.0)
+
+
+def test_slope_and_seconds_to_an_error():
+    c = curve(-0.5, scale=0.02)
+    assert c.slope == pytest.approx(-0.5)
+    assert c.seconds_to(0.05) == (pytest.approx(0.16), True)
+    assert c.seconds_to(0.002) == (pytest.approx(100), False)
+    assert c.seconds_to(0.5) == (pytest.approx(0.02), True)
+    assert c.milliseconds_per_sample == pytest.approx(10)
+    assert c.variance_times_time == pytest.approx(0.02**2)
+
+
+def test_what_is_steeper_than_can_last_is_not_continued_so():
+    steep = curve(-1.5, scale=1e-3)
+    last = steep.mean_seconds[-1], steep.mean_errors[-1]
+    assert steep.seconds_to(last[1] / 10)[0] == pytest.approx(last[0] * 10 ** (1 / 0.75))
+
+
+def test_knobs_are_compared_at_equal_samples():
+    other = curve(scale=0.5, per_sample=0.02, variant=Variant(sampler="independent"), k=5)
+    (row,) = accuracy_tables.knob_table(study(curve(), other))
+    assert (row["knob"], row["from"], row["to"]) == ("sampler", "sobol", "independent")
+    assert row["time"] == pytest.approx(2)
+    assert row["error"] == pytest.approx(0.5 / math.sqrt(2))
+    assert accuracy_tables.summary(study(curve(), other))[0].startswith("To 2% error, mis,")
+
+
+def test_the_references_own_error_is_taken_off():
+    assert convergence.error_beyond(0.05, 0.03) == pytest.approx(0.04)
+    assert math.isnan(convergence.error_beyond(0.031, 0.03))
+    assert convergence.error_beyond(0.0, 0.0) == 0
+
+
+def test_bias_is_found_and_none_is_not_invented(rng):
+    """z-scores of 40 unbiased sets of pictures have a spread of 1 (p < 1e-4 outside); a shift of 10 errors is seen."""
+    truth = Truth(np.ones((8, 8, 3)), RelativeError(0, 0, 0), np.zeros((8, 8, 3)), 1, None)
+
+    def pictures(shift):
+        noise = np.repeat(rng.normal(size=(3, 8, 8, 1)), 3, axis=3)
+        return [(1 + shift + 0.1 * n, np.full((8, 8, 3), 0.01)) for n in noise]
+
+    scores = [convergence.bias(pictures(0), truth) for _ in range(40)]
+    assert 0.6 < np.std(scores) < 1.5
+    assert convergence.bias(pictures(10 * 0.1 / math.sqrt(3 * 64)), truth) > 5
+
+
+def test_a_reference_of_fewer_pixels_is_the_mean_of_blocks(rng):
+    image = rng.random((6, 8, 3))
+    truth = Truth(image, RelativeError(0.1, 0.09, 0.11), np.full((6, 8, 3), 0.04), 1, None)
+    half = convergence.scaled(truth, 0.5)
+    np.testing.assert_allclose(half.image[1, 2], image[2:4, 4:6].mean(axis=(0, 1)))
+    assert half.error == pytest.approx(0.05)
+    assert convergence.scaled(truth, 1.0) is truth
+
+
+def test_plans():
+    plan = variants.plan(estimators=("brdf", "mis"), samplers=("sobol",), fast_math=(False,), scales=(1.0,))
+    assert [v.label for v in plan] == [
+        "brdf, sobol",
+        "mis, sobol",
+        "mis, sobol, f64",
+        "mis, sobol, moller_trumbore",
+        "mis, sobol, bilinear",
+        "mis, sobol, adaptive",
+    ]
+    everything = variants.plan(every=True)
+    assert len(everything) == len(set(everything)) == 8 * 2**6
+    with pytest.raises(tt.InputError, match="unknown sampler 'halton'"):
+        variants.plan(samplers=("halton",))
+
+
+def test_a_small_study_of_a_loaded_scene(tmp_path):
+    start("f32")
+    scene = tt.load_scene_data("cube", environment="studio")
+    knobs = {"estimators": ("uniform", "mis"), "adaptive": (False,), "scales": (1.0, 0.5), "lookups": ("nearest",)}
+    result = tt.studies.accuracy(scene, size=(24, 24), budget=4, seeds=2, report=tmp_path, **knobs)
+    table, figure = result
+    assert len(table["variant"]) == 6
+    assert set(table["variant"]) >= {"uniform, sobol", "mis, independent", "mis, sobol, resolution x 0.5"}
+    assert len(figure.axes) == 2
+    assert {p.name for p in tmp_path.iterdir()} == set(accuracy_report.FILES)
+    page = (tmp_path / "accuracy.html").read_text(encoding="utf-8")
+    assert "<svg" in page
+    assert "http" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
+        "http://creativecommons.org", ""
+    ).replace("https://matplotlib.org", ""), "the page needs no other file"
+    content = json.loads((tmp_path / "accuracy.json").read_text())
+    by_name = {row["variant"]: row for row in content["costs"]}
+    assert by_name["uniform, independent"]["variance x time"] > by_name["mis, sobol"]["variance x time"]
+    assert abs(by_name["mis, independent"]["bias z"]) < 5
+    lines = (tmp_path / "accuracy.csv").read_text().splitlines()
+    assert len(lines) == 1 + len(content["measurements"])
+    with pytest.raises(tt.InputError, match="give its name or path instead"):
+        tt.studies.accuracy(scene, size=(8, 8), budget=1, precisions=("f32", "f64"))
