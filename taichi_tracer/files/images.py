@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.errors import InputError
-from taichi_tracer.files.text import read_bytes
+from taichi_tracer.files.text import read_bytes, write_bytes
 
 MAX_PIXELS = 1 << 27  # 16384 x 8192, the largest environments there are: a larger header is damage or an attack
 MAX_JPEG_SIDE = 65_500  # libjpeg's
@@ -166,24 +166,7 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
         content = ENCODERS[path.suffix.lower()](rgb, srgb)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    try:
-        _replace(path, content)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-
-
-def _replace(path: Path, content: bytes) -> None:
-    """Put ``content`` where ``path`` is, all of it or nothing."""
-    handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(part, 0o666 & ~umask)  # mkstemp makes private files
-        os.replace(part, path)
-    finally:
-        Path(part).unlink(missing_ok=True)
+    write_bytes(path, content)
 
 
 def _as_rgb(image: np.ndarray, source: str) -> np.ndarray:

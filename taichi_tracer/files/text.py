@@ -1,7 +1,9 @@
-"""Text files as they come: encodings, line ends, continued lines, comments, and numbers that may not be any."""
+"""Files as they come, and what text is made of: encodings, line ends, continued lines, comments, and numbers."""
 
 import codecs
+import os
 import re
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +28,23 @@ def read_bytes(path: Path) -> bytes:
         raise MissingFileError(f"{path}: no such file") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Put ``content`` where ``path`` is, all of it or nothing; an InputError names what is in the way."""
+    try:
+        handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+            umask = os.umask(0)
+            os.umask(umask)
+            os.chmod(part, 0o666 & ~umask)  # mkstemp makes private files
+            os.replace(part, path)
+        finally:
+            Path(part).unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 def read_text(path: Path) -> bytes:

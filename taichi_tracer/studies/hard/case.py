@@ -10,12 +10,13 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import runtime
-from taichi_tracer.ray import Ray, offset_origin
+from taichi_tracer.ray import offset_origin
 from taichi_tracer.ray_intersector import stable_normal, unit
 from taichi_tracer.scene_data import RayHits, SceneData, mesh_from_arrays, ray_from
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.meshes import join
 
+LAST_XI = 1 - 2.0**-24  # the largest random number
 ROUNDING = 16  # how many ε of its farthest corner a ray may pass a triangle by and still hit it, see ``false_hits``
 
 
@@ -75,6 +76,16 @@ class Case(ABC):
         known = {name: values[order] for name, values in rays.known.items()}
         windows = [t if np.ndim(t) == 0 else t[order] for t in (rays.t_min, rays.t_max)]
         return Rays(rays.origins[order], rays.directions[order], *windows, known)
+
+
+class RendererCase(ABC):
+    """One thing that goes wrong in naive code, which the docstring of the subclass says in plain words."""
+
+    name: str
+
+    @abstractmethod
+    def judge(self, epsilon: float) -> dict[str, float]:
+        """How many things were ``tried``, how many answers are ``wrong`` or ``nan``."""
 
 
 @ti.data_oriented

@@ -14,6 +14,7 @@ from taichi_tracer.studies.hard.many_triangles import (
     OneCentroid,
     Windows,
 )
+from taichi_tracer.studies.hard.modes import Mode
 from taichi_tracer.studies.hard.single_triangles import FarOrigins, Grazing, InThePlane, Slivers, UnitTriangles
 
 
@@ -22,24 +23,33 @@ class Level:
     """How much is tried.
 
     Attributes:
-        rays: of a case, with an accelerator. tests: ray-triangle tests of a case that brute force may take, from which
-            its number of rays follows. edge_rays: of the long run, at edges only, with accelerators and without
-            fast_math. fast_math_stages: the scenes that modes with fast_math go through; None is all.
-        estimators: of the furnace; None is all.
+        rays: of a case, with an accelerator.
+        tests: ray-triangle tests of a scene that brute force may take, from which its number of rays follows.
+        edge_rays: of the long run, at edges only, with accelerators and without fast_math.
+        is_whole: whether every mode goes through every scene and every estimator; compiling that takes minutes.
     """
 
     name: str
     rays: int
     tests: int
     edge_rays: int
-    fast_math_stages: tuple[str, ...] | None = None
-    estimators: tuple[str, ...] | None = None
+    is_whole: bool = True
+
+    def covers(self, stage: str, mode: Mode) -> bool:
+        """Whether a mode goes through a scene. In part, each scene meets the modes that most depend on it."""
+        if self.is_whole:
+            return True
+        if mode.fast_math:
+            return stage == "unit"
+        if mode.intersector == "brute_force":  # single triangles are asked in the same way by every intersector
+            return stage != "crowd"
+        return stage in ("unit", "sizes") or (stage == "crowd" and mode.precision == "f32")
 
 
 LEVELS = {
     level.name: level
     for level in (
-        Level("quick", 40_000, 6_000_000, 0, ("unit",), ("brdf",)),
+        Level("quick", 40_000, 6_000_000, 0, is_whole=False),
         Level("default", 400_000, 60_000_000, 4_000_000),
         Level("full", 2_000_000, 300_000_000, 100_000_000),
     )

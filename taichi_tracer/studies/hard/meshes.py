@@ -1,4 +1,4 @@
-"""Meshes as (vertices, faces): float64 arrays of numbers that f32 holds exactly, so that every precision meets the same."""
+"""Meshes as (vertices, faces), in float64 numbers that f32 holds exactly: every precision meets the same triangles."""
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def join(meshes) -> tuple[np.ndarray, np.ndarray]:
 
 
 def height_field(rng, cells: int, centre) -> tuple[np.ndarray, np.ndarray]:
-    """cells² squares of two triangles over the xz plane; corners are even integers, so that edges' middles are integers."""
+    """cells² squares of two triangles over the xz plane; corners are even, so that edges' middles are integers, too."""
     x, z = np.meshgrid(np.arange(cells + 1), np.arange(cells + 1), indexing="ij")
     y = rng.integers(-1, 2, x.shape)
     vertices = 2.0 * np.stack([x - cells // 2, y, z - cells // 2], axis=-1).reshape(-1, 3) + centre

@@ -1,0 +1,64 @@
+"""``taichi-tracer hardcases``: whether hard cases stay stable on this machine, in every mode."""
+
+import json
+import os
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from tqdm import tqdm
+
+from taichi_tracer.errors import InputError
+from taichi_tracer.files.text import write_bytes
+from taichi_tracer.studies import hard_cases
+from taichi_tracer.studies.hard import report
+
+
+def run(args: Namespace) -> int:
+    """Print the table and the verdicts; 1 when a mode breaks a promise."""
+    if args.json is not None:
+        check_file(Path(args.json))
+    if args.report is not None:
+        check_folder(Path(args.report))
+    count = len(hard_cases.all_modes())
+    with tqdm(total=count, unit="mode", disable=not sys.stderr.isatty(), leave=False) as bar:
+
+        def progress(what: str) -> None:
+            bar.set_description(what)
+            bar.update(0 if what.startswith("renderer") else 1)
+
+        result = hard_cases.run(args.level, with_leak_maps=args.report is not None, progress=progress)
+    print("\n".join(hard_cases.table(result)))
+    if args.json is not None:
+        text = json.dumps(hard_cases.as_json(result), indent=1, allow_nan=False)
+        write_bytes(Path(args.json), text.encode() + b"\n")
+        print(f"wrote {args.json}")
+    if args.report is not None:
+        path = Path(args.report) / "index.html"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, report.page(result).encode())
+        print(f"wrote {path}")
+    return 0 if result.passed else 1
+
+
+def check_file(path: Path) -> None:
+    """Raise an InputError now if a file could not be written later."""
+    if path.is_dir():
+        raise InputError(f"{path}: this is a folder: give a file name in it")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist")
+    if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
+        raise InputError(f"{path}: no permission to write there")
+
+
+def check_folder(path: Path) -> None:
+    """Raise an InputError now if a page could not be written into a folder later; it may not exist yet."""
+    if path.exists() and not path.is_dir():
+        raise InputError(f"{path}: this is a file: give a folder")
+    there = next(p for p in (path.absolute(), *path.absolute().parents) if p.exists())
+    if not there.is_dir():
+        raise InputError(f"{path}: {there} is a file, not a folder")
+    if not os.access(there, os.W_OK):
+        raise InputError(f"{path}: no permission to write in {there}")
+    if path.is_dir():
+        check_file(path / "index.html")
