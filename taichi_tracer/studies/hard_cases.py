@@ -22,6 +22,8 @@ from taichi_tracer.studies.hard.modes import COUNTS, T_CLASSES, Mode, Promise, a
 
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000
+TIMED_CASE = "closed sphere at 1e2"
+LONG_CASE = "closed sphere at 0"
 
 
 @dataclass
@@ -142,17 +144,17 @@ def run_mode(
                 sent = sent.first(max(40, size.tests // len(stage.cases) // stage.num_triangles))
             findings = case.judge(on, sent, mode.epsilon)
             findings |= difference_from_brute_force(mode, case, on, references)
-            if case.name == "closed sphere at 0" and hasattr(case, "edge_rays") and mode.intersector != "brute_force":
+            if case.name == LONG_CASE and mode.intersector != "brute_force":
                 if not mode.fast_math:
                     long_run(case, on, size.edge_rays, findings)
             verdicts.append(verdict_of(mode, promise, case.name, len(sent), findings))
         scene = next(iter(placed.values())).scene
-        if stage is stages[0]:
+        if TIMED_CASE in placed:
             count = TIMED_RAYS if mode.intersector != "brute_force" else size.tests // stage.num_triangles
-            ns_per_ray = time_per_ray(scene, stage, count)
-            if with_leak_maps and mode.intersector != "brute_force":
-                picture = leak_map(placed[stage.cases[0].name])
+            ns_per_ray = time_per_ray(placed[TIMED_CASE], count)
         scene.destroy()
+    if with_leak_maps and mode.intersector != "brute_force":
+        picture = leak_map(mode)
     return Row(mode, totals(verdicts), ns_per_ray, picture), verdicts
 
 
@@ -184,12 +186,13 @@ def long_run(case: Case, on: Placed, count: int, findings: dict[str, float]) -> 
         findings["edge_rays"] += len(rays)
 
 
-def time_per_ray(scene, stage: Stage, count: int) -> float:
-    """Nanoseconds of ``scene.intersect`` per ray: random ones from near the centre of the stage's first mesh."""
+def time_per_ray(on: Placed, count: int) -> float:
+    """Nanoseconds of ``scene.intersect`` per ray: random ones from inside a closed mesh."""
     rng, dtype = np.random.default_rng(5), runtime.dtype()
-    origins = rng.uniform(-2, 2, (count, 3)).astype(dtype)
+    low, high = on.vertices.min(axis=0), on.vertices.max(axis=0)
+    origins = (low + (high - low) * rng.uniform(0.3, 0.7, (count, 3))).astype(dtype)
     directions = rng.normal(size=(count, 3)).astype(dtype)
-    return seconds_of(lambda: scene.intersect(origins, directions), times=7) / count * 1e9
+    return seconds_of(lambda: on.scene.intersect(origins, directions), times=7) / count * 1e9
 
 
 def verdict_of(mode: Mode, promise: Promise, case: str, rays: int, findings: dict[str, float]) -> Verdict:

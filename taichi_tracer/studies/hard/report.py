@@ -107,12 +107,11 @@ def bars(values, colour: str) -> str:
 
 
 def leak_maps(result) -> str:
-    """The picture of every mode that has one and leaks, beside that of the default."""
+    """The pictures, those of one precision beside each other."""
     pictures = [row for row in result.rows if row.leak_map is not None]
-    shown = [r for r in pictures if r.leaking_pixels > 0]
-    shown += [r for r in pictures if r.leaking_pixels == 0][:2]
+    pictures.sort(key=lambda row: (row.mode.fast_math, row.mode.precision, row.mode.triangle_test))
     figures = []
-    for row in shown:
+    for row in pictures:
         png = base64.b64encode(encode_png(row.leak_map)).decode()
         figures.append(
             f"<figure><img alt='leak map' src='data:image/png;base64,{png}'>"
