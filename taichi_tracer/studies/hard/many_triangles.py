@@ -82,7 +82,8 @@ class AxisParallel(Exact):
     """Rays along an axis, with +0, −0 and denormal numbers in the other two places, in and along the faces of boxes.
 
     1/0 is infinite, and 0 · ∞ is NaN: for a ray in the plane of a box's face the usual slab test compares with NaN, and
-    the box, or the whole scene behind it, is gone. With −0 the near and the far side are swapped.
+    the box, or the whole scene behind it, is gone. With −0 the near and the far side are swapped. Denormal numbers
+    overflow when they are divided by, unless the processor takes them for 0, as Taichi has it do on a CPU.
     """
 
     name = "axis-parallel rays, slab planes of flat boxes"
