@@ -156,14 +156,16 @@ class Placed:
         dtype = runtime.dtype()
         distance = np.empty(len(rays), dtype)
         ids = np.ascontiguousarray(ids + self.first, np.int32)
-        self.probe.meet(_rows(rays.origins), _rows(rays.directions), ids, distance)
+        if len(ids) > 0:
+            self.probe.meet(_rows(rays.origins), _rows(rays.directions), ids, distance)
         return distance
 
     def leave(self, ids: np.ndarray, barycentrics: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Origins of rays that leave own triangles."""
         origins = np.empty((len(ids), 3), runtime.dtype())
         ids = np.ascontiguousarray(ids + self.first, np.int32)
-        self.probe.leave(ids, _rows(barycentrics), _rows(directions), origins)
+        if len(ids) > 0:
+            self.probe.leave(ids, _rows(barycentrics), _rows(directions), origins)
         return origins
 
 
