@@ -5,6 +5,7 @@ oracles that compute in integers, or in float64 with a bound. Every mode has pro
 mode does not promise is counted all the same.
 """
 
+import gc
 import math
 import platform
 from collections.abc import Callable
@@ -114,6 +115,7 @@ def run(
         for mode in all_modes() if modes is None else modes:
             start = (mode.precision, mode.fast_math)
             if start != started:
+                gc.collect()  # while the Taichi that made them still runs
                 runtime.init("cpu", mode.precision, mode.fast_math, force=True)
                 started = start
                 if renderer:
@@ -122,6 +124,7 @@ def run(
             progress(str(mode))
             row, found = run_mode(mode, size, stages, rays, references, with_leak_maps)
             rows.append(row)
+            gc.collect()
             verdicts += found
     finally:
         if before is not None:
