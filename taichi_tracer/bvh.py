@@ -11,7 +11,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import bvh_build, runtime
-from taichi_tracer.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree
+from taichi_tracer.bvh_wide import ABSENT, LEAF_BITS, WIDTH, collapse, empty_tree
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.packets import PACKET_TESTS
 from taichi_tracer.ray_intersector import RayIntersector
@@ -153,16 +153,21 @@ class BVHRayIntersector(RayIntersector):
 
     @ti.func
     def push(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
-        """Let the children that were met wait, the nearest on top; returns the new top."""
-        nearest_t, nearest_at = tm.inf, top
+        """Let the children that were met wait, the nearest on top; returns the new top.
+
+        An absent child has a box that no ray meets, but fast_math does not know infinity: it may say otherwise.
+        """
+        nearest_t, nearest_at = tm.inf, -1
         while mask != 0:
             k = ti.math.popcnt((mask & -mask) - 1)
             mask &= mask - 1
-            waiting[top], waiting_t[top] = self.children[node, k], t_near[k]
-            if t_near[k] < nearest_t:
-                nearest_t, nearest_at = t_near[k], top
-            top += 1
-        if nearest_t < tm.inf:
+            child = self.children[node, k]
+            if child != ABSENT:
+                waiting[top], waiting_t[top] = child, t_near[k]
+                if nearest_at < 0 or t_near[k] < nearest_t:
+                    nearest_t, nearest_at = t_near[k], top
+                top += 1
+        if nearest_at >= 0:
             last = top - 1
             waiting[nearest_at], waiting[last] = waiting[last], waiting[nearest_at]
             waiting_t[nearest_at], waiting_t[last] = waiting_t[last], waiting_t[nearest_at]

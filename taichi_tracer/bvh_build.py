@@ -186,7 +186,7 @@ def bound(box: ti.template(), order: ti.template(), begin, end):
 @ti.func
 def bin_of(centre, c_low, bins_per_unit):
     """The bin of a (doubled) centre along each axis."""
-    return ti.min(ti.cast((centre - c_low) * bins_per_unit, ti.i32), NUM_BINS - 1)
+    return tm.clamp(ti.cast((centre - c_low) * bins_per_unit, ti.i32), 0, NUM_BINS - 1)
 
 
 @ti.func
@@ -227,6 +227,8 @@ def split(
         middle = (begin + end) // 2  # one centroid, or areas beyond the precision: any halves will do
         if best_axis >= 0:
             middle = partition(box, order, begin, end, best_axis, best_bin, c_low, bins_per_unit)
+            if middle <= begin or middle >= end:  # fast_math does not know the infinite cost of such a plane
+                middle = (begin + end) // 2
     return middle
 
 

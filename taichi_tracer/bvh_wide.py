@@ -12,6 +12,7 @@ from taichi_tracer.bvh_build import MAX_LEAF, BinaryTree
 
 WIDTH = 8
 LEAF_BITS = 4  # a leaf is written as −1 − (first·2^LEAF_BITS + count)
+ABSENT = 0  # in place of a child: the root is nobody's
 COST_OF_NODE = 1.0  # of testing the eight boxes of a node …
 COST_OF_TRIANGLE = 0.4  # … and of testing one triangle: their ratio is what counts
 
@@ -22,7 +23,7 @@ class WideTree:
 
     Attributes:
         planes: (W, 6, 8) low x y z, high x y z of the children's boxes; an absent child's box is inside out.
-        children: (W, 8) int32, the index of a node, or a leaf (see ``leaf_reference``).
+        children: (W, 8) int32, the index of a node, a leaf (see ``leaf_reference``), or ``ABSENT``.
         depth: nodes on the longest way down.
         stack_size: the most references that wait while a ray is on its way.
         cost: expected cost of a ray that meets the root's box, in triangle tests (the surface-area heuristic).
@@ -62,7 +63,7 @@ def collapse(tree: BinaryTree) -> WideTree:
     while len(level) > 0:
         members = plan.members(level)
         is_inner = (members >= 0) & ~plan.is_leaf[members]
-        children = np.where(members >= 0, leaf_reference(tree.begin[members], tree.end[members]), 0)
+        children = np.where(members >= 0, leaf_reference(tree.begin[members], tree.end[members]), ABSENT)
         children[is_inner] = first_of_next + np.arange(is_inner.sum())
         for of, value in ((members_of, members), (inner_of, is_inner), (children_of, children)):
             of.append(value)

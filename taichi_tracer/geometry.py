@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import taichi as ti
+import taichi.math as tm
 
 from taichi_tracer import runtime
 from taichi_tracer.errors import InputError
@@ -174,12 +175,14 @@ class Geometry:
         """(1 − u − v) v0 + u v1 + v v2, and a bound of its rounding error by component, for ``offset_origin``.
 
         From barycentrics the point lies on the triangle but for rounding, however far the ray came from. The bound is
-        γ(7) of PBR, 4th edition, section 6.8.5, doubled for the rounding of the next triangle test.
+        γ(7) of PBR, 4th edition, section 6.8.5, and what the next triangle test adds: it rounds v0 as seen from here,
+        and the normal, by more the thinner the triangle.
         """
         v0, v1, v2 = self.triangle(triangle_id)
         w = 1 - u - v
-        size = abs(w * v0) + abs(u * v1) + abs(v * v2)
-        return w * v0 + u * v1 + v * v2, size * ti.static(8 * runtime.epsilon())
+        p = w * v0 + u * v1 + v * v2
+        size = abs(w * v0) + abs(u * v1) + abs(v * v2) + (v0 - p).norm() * thinness(v0, v1, v2)
+        return p, size * ti.static(8 * runtime.epsilon())
 
     @ti.func
     def shading_normal(self, triangle_id, u, v, geometric_normal):
@@ -193,3 +196,12 @@ class Geometry:
                 if length > 0:
                     normal = n / length
         return normal
+
+
+@ti.func
+def thinness(v0, v1, v2):
+    """1/sin of the angle between the two shortest edges, ≥ 1: how many times its own rounding a normal is off."""
+    a, b, c = (v1 - v0).norm(), (v2 - v1).norm(), (v0 - v2).norm()
+    longest = ti.max(a, b, c)
+    others = ti.select(longest == a, b * c, ti.select(longest == b, c * a, a * b))
+    return others / tm.cross(v1 - v0, v2 - v0).norm()

@@ -241,7 +241,7 @@ class RayIntersector(ABC):
         t, triangle_id, u, v = self.nearest(ray, t_min, t_max)
         data = no_hit()
         if triangle_id >= 0:
-            data = self.describe(ray, t, triangle_id, u, v)
+            data = self.describe(ray, t, triangle_id, u, v, t_min, t_max)
         return data
 
     @ti.func
@@ -250,10 +250,11 @@ class RayIntersector(ABC):
         return self.is_blocked(ray, 0.0, t_max)
 
     @ti.func
-    def describe(self, ray, t, triangle_id, u, v):
+    def describe(self, ray, t, triangle_id, u, v, t_min=0.0, t_max=tm.inf):
         """HitData from t, id and barycentrics; both normals face the origin of the ray (A1-13, C-17).
 
-        Once per hit there is time to compute t again, as exactly as it can be said.
+        Once per hit there is time to compute t again, as exactly as it can be said; but a hit that was accepted between
+        t_min and t_max stays there, or a march from hit to hit would find the same one for ever.
         """
         v0, v1, v2 = self.geometry.triangle(triangle_id)
         distance = t
@@ -261,7 +262,7 @@ class RayIntersector(ABC):
             low, high = ti.min(v0, v1, v2), ti.max(v0, v1, v2)
             t_near, t_far = box_interval(self.ray_bounds(ray), low, high, -tm.inf, tm.inf)
             exact = plane_distance(ray.origin, ray.direction, v0, v1, v2)
-            if t_near <= exact and exact <= t_far:
+            if t_near <= exact and exact <= t_far and t_min < exact and exact < t_max:
                 distance = exact
         geometric_normal = unit(stable_normal(v0, v1, v2))
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from shapes import sphere
 from support import start
 
 from taichi_tracer import bvh_build
@@ -17,6 +18,14 @@ def random_boxes(rng, count):
     return np.concatenate([centre - half, centre + half], axis=1)
 
 
+def spheres_of_many_sizes():
+    """The boxes of triangles of spheres within each other, and of two small ones far away."""
+    parts = [sphere(8, 5, 10.0**k) for k in range(-6, 7)]
+    parts += [sphere(16, 9, 4.0, (1e4, -3333, 1429)), sphere(16, 9, 4.0, (1e6, -333333, 142857))]
+    corners = np.concatenate([vertices[faces] for vertices, faces in parts])
+    return np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
+
+
 BOXES = {
     "one": lambda rng: random_boxes(rng, 1),
     "few": lambda rng: random_boxes(rng, 9),
@@ -25,6 +34,7 @@ BOXES = {
     "points": lambda rng: np.tile(rng.uniform(size=(500, 3)), 2),
     "in a plane": lambda rng: random_boxes(rng, 9_000) * [1, 0, 1, 1, 0, 1],
     "exponentially spaced": lambda rng: 2.0 ** np.arange(-40, 40)[:, None] * np.array([[1, 1, 1, 1.2, 1.3, 1.4]]),
+    "spheres of many sizes": lambda rng: spheres_of_many_sizes(),
     "huge and tiny": lambda rng: random_boxes(rng, 300) * 10.0 ** rng.integers(-6, 7, (300, 1)),
 }
 
@@ -67,3 +77,13 @@ def test_the_heuristic_separates_two_clusters(rng):
     tree = bvh_build.build(np.concatenate([near, far]).astype(np.float32))
     left = tree.child[0]
     assert {tree.end[left] - tree.begin[left], tree.end[left + 1] - tree.begin[left + 1]} == {100, 900}
+
+
+@pytest.mark.parametrize("name", BOXES)
+def test_with_fast_math_the_tree_is_one(name, rng):
+    """The compiler then knows no infinity, and so not that a plane beside all items costs too much."""
+    start("f32", fast_math=True)
+    try:
+        test_the_tree_is_one(name, rng)
+    finally:
+        start("f32")

@@ -133,3 +133,30 @@ def test_both_sides_are_hit_and_told_apart():
     assert back.is_backfacing[0]
     np.testing.assert_array_equal(front.normal[0], [0, 0, 1])
     np.testing.assert_array_equal(back.normal[0], [0, 0, -1])
+
+
+@pytest.mark.parametrize("intersector", ["bvh", "brute_force"])
+def test_a_march_from_hit_to_hit_ends(intersector, rng):
+    """t_min = the last t: t grows, and every surface is met once, though t is rounded once more when it is returned."""
+    vertices, faces = sphere(12, 7, 2.0, (-48, 16, 0))
+    scene = tt.scene_from_mesh(vertices, faces, intersector=intersector)
+    count = COUNT // 10
+    origins = (rng.normal(size=(count, 3)) * 3 + [-48, 16, 0]).astype(np.float32)
+    directions = (rng.normal(size=(count, 3)) * 1.5 + [-48, 16, 0] - origins).astype(np.float32)
+    t = np.zeros(count, np.float32)
+    for _ in range(8):
+        hits = scene.intersect(origins, directions, t_min=np.where(np.isfinite(t), t, np.inf))
+        assert (hits.distance > t)[np.isfinite(t)].all()
+        t = hits.distance
+    assert not hits.is_hit.any()
+
+
+def test_what_lies_behind_the_origin_is_never_a_hit(rng):
+    """From just above a large triangle, whose plane f32 cannot tell from the origin: no distance is negative."""
+    vertices, faces = soup(rng, 60, size=1e6)
+    scene = tt.scene_from_mesh(vertices, faces, intersector="brute_force")
+    corners = vertices.astype(np.float32).astype(np.float64)[faces[rng.integers(0, len(faces), COUNT // 5)]]
+    weights = rng.dirichlet((1, 1, 1), len(corners))
+    origins = (corners * weights[:, :, None]).sum(axis=1)
+    hits = scene.intersect(origins, rng.normal(size=origins.shape))
+    assert (hits.distance > 0).all()

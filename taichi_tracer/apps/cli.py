@@ -131,6 +131,18 @@ def make_parser() -> Parser:
     compare.add_argument("--tolerance", type=positive, metavar="PERCENT", help="exit with 1 if they differ by more")
     compare.add_argument("--data", action="store_true", help="PNG and JPEG hold data, such as normals: not sRGB")
 
+    hard = add_command(
+        commands, "hardcases", "do hard cases stay numerically stable, and what does that cost", "hardcases:run"
+    )
+    size_of = hard.add_mutually_exclusive_group()
+    hard.set_defaults(level="default")
+    for name, what in (("quick", "within a minute"), ("full", "for an hour, with 1e8 rays at edges for every mode")):
+        size_of.add_argument(f"--{name}", dest="level", action="store_const", const=name, help=what)
+    hard.add_argument("--json", metavar="FILE", help="write what was found as JSON, too")
+    hard.add_argument(
+        "--report", metavar="DIR", help="write a page with tables, charts and leak maps into a folder, too"
+    )
+
     add_command(commands, "doctor", "what works on this machine, and what would mend the rest", "doctor:run")
     return parser
 

@@ -1,4 +1,4 @@
-"""Text files as they come: encodings, line ends, continued lines, comments, and numbers that may not be any."""
+"""What text files are made of: encodings, line ends, continued lines, comments, and numbers."""
 
 import codecs
 import re

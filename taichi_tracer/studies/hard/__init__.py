@@ -1,0 +1,1 @@
+"""The parts of the stability suite: modes and their promises, oracles, constructions, and the catalogue of cases."""

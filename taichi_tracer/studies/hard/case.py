@@ -1,0 +1,229 @@
+"""What a case is: a mesh, rays, and what must hold of the answers; and the stage, a scene that several cases share."""
+
+import time
+import zlib
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer import runtime
+from taichi_tracer.ray import offset_origin
+from taichi_tracer.ray_intersector import stable_normal, unit
+from taichi_tracer.scene_data import RayHits, SceneData, mesh_from_arrays, ray_from
+from taichi_tracer.studies.hard import oracle
+from taichi_tracer.studies.hard.meshes import join
+
+LAST_XI = 1 - 2.0**-24  # the largest random number
+ROUNDING = 16  # how many ε of its farthest corner a ray may pass a triangle by and still hit it, see ``false_hits``
+
+
+@dataclass
+class Rays:
+    """Rays of one case, and what their judge has to know of each: arrays with a row per ray, all f32-representable."""
+
+    origins: np.ndarray
+    directions: np.ndarray
+    t_min: np.ndarray | float = 0.0
+    t_max: np.ndarray | float = np.inf
+    known: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+    def first(self, count: int) -> "Rays":
+        """The first rays."""
+        known = {name: values[:count] for name, values in self.known.items()}
+        windows = [t if np.ndim(t) == 0 else t[:count] for t in (self.t_min, self.t_max)]
+        return Rays(self.origins[:count], self.directions[:count], *windows, known)
+
+
+class Case(ABC):
+    """One thing that goes wrong in naive code, which the docstring of the subclass says in plain words.
+
+    Attributes:
+        name: how it is called. family: of the issue's list, for the table.
+        stage: the scene that it shares with others; cases of one stage do not lie in each other's way.
+        rays_wanted: how many rays there should be, over those of others.
+    """
+
+    name: str
+    stage: str
+    rays_wanted = 1.0
+
+    @abstractmethod
+    def mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices and faces."""
+
+    @abstractmethod
+    def rays(self, rng, count: int) -> Rays:
+        """About ``count`` rays."""
+
+    @abstractmethod
+    def judge(self, on: "Placed", rays: Rays, epsilon: float) -> dict[str, float]:
+        """Findings, named as in ``modes.COUNTS``, and the number of rays they are out of where it matters."""
+
+    def rng(self, chunk: int = 0):
+        """Random numbers that depend on the case alone."""
+        return np.random.default_rng([zlib.crc32(self.name.encode()), chunk])
+
+    def gathered(self, count: int) -> Rays:
+        """The rays of the case, the same in every mode, in a random order so that any first part of them will do."""
+        rays = self.rays(self.rng(), count)
+        order = self.rng(1).permutation(len(rays))
+        known = {name: values[order] for name, values in rays.known.items()}
+        windows = [t if np.ndim(t) == 0 else t[order] for t in (rays.t_min, rays.t_max)]
+        return Rays(rays.origins[order], rays.directions[order], *windows, known)
+
+
+class RendererCase(ABC):
+    """One thing that goes wrong in naive code, which the docstring of the subclass says in plain words."""
+
+    name: str
+
+    @abstractmethod
+    def judge(self, epsilon: float) -> dict[str, float]:
+        """How many things were ``tried``, how many answers are ``wrong`` or ``nan``."""
+
+
+@ti.data_oriented
+class Probe:
+    """Questions about single triangles that a scene is not asked from Python."""
+
+    def __init__(self, scene: SceneData) -> None:
+        self.geometry, self.intersector = scene.geometry, scene.ray_intersector
+
+    @ti.kernel
+    def leave(
+        self,
+        ids: ti.types.ndarray(ndim=1),
+        barycentrics: ti.types.ndarray(ndim=2),
+        directions: ti.types.ndarray(ndim=2),
+        origins: ti.types.ndarray(ndim=2),
+    ):
+        """Where a ray starts that leaves triangle i at (u, v), on the side that its direction points to."""
+        for i in range(ids.shape[0]):
+            v0, v1, v2 = self.geometry.triangle(ids[i])
+            p, error = self.geometry.position(ids[i], barycentrics[i, 0], barycentrics[i, 1])
+            n = unit(stable_normal(v0, v1, v2))
+            d = tm.vec3(directions[i, 0], directions[i, 1], directions[i, 2])
+            origin = offset_origin(p, error, ti.select(tm.dot(d, n) < 0, -n, n))
+            for k in ti.static(range(3)):
+                origins[i, k] = origin[k]
+
+    @ti.kernel
+    def meet(
+        self,
+        origins: ti.types.ndarray(ndim=2),
+        directions: ti.types.ndarray(ndim=2),
+        ids: ti.types.ndarray(ndim=1),
+        distance: ti.types.ndarray(ndim=1),
+    ):
+        """t of ray i on triangle i alone; ∞ where it misses."""
+        for i in range(ids.shape[0]):
+            ray = ray_from(origins, directions, i)
+            distance[i] = self.intersector.intersect_triangle(ray, ids[i]).distance
+
+
+class Placed:
+    """A case in the scene of its stage, in one mode: what the judge can ask."""
+
+    def __init__(self, scene: SceneData, probe: Probe, first: int, vertices: np.ndarray, faces: np.ndarray) -> None:
+        self.scene, self.probe, self.first = scene, probe, first
+        self.vertices, self.faces = vertices, faces
+        self.intersected = []
+
+    def intersect(self, rays: Rays, **window) -> RayHits:
+        """The scene's answers; they are kept, to be compared with those of other intersectors."""
+        window = {"t_min": rays.t_min, "t_max": rays.t_max} | window
+        hits = self.scene.intersect(rays.origins, rays.directions, **window)
+        self.intersected.append(hits)
+        return hits
+
+    def own(self, hits: RayHits) -> np.ndarray:
+        """The case's own triangle that each ray met, −1 where it met none or another case's."""
+        local = hits.triangle_id - self.first
+        return np.where((local >= 0) & (local < len(self.faces)), local, -1)
+
+    def corners(self, ids: np.ndarray) -> np.ndarray:
+        """(n, 3, 3) corners of own triangles."""
+        return self.vertices[self.faces[ids]]
+
+    def meet(self, rays: Rays, ids: np.ndarray) -> np.ndarray:
+        """t of every ray on one own triangle each, whatever lies before it; ∞ where it misses."""
+        dtype = runtime.dtype()
+        distance = np.empty(len(rays), dtype)
+        ids = np.ascontiguousarray(ids + self.first, np.int32)
+        if len(ids) > 0:
+            self.probe.meet(_rows(rays.origins), _rows(rays.directions), ids, distance)
+        return distance
+
+    def leave(self, ids: np.ndarray, barycentrics: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Origins of rays that leave own triangles."""
+        origins = np.empty((len(ids), 3), runtime.dtype())
+        ids = np.ascontiguousarray(ids + self.first, np.int32)
+        if len(ids) > 0:
+            self.probe.leave(ids, _rows(barycentrics), _rows(directions), origins)
+        return origins
+
+
+def _rows(values) -> np.ndarray:
+    return np.ascontiguousarray(values, runtime.dtype())
+
+
+def false_hits(on: Placed, rays: Rays, ids: np.ndarray, epsilon: float, most: int = 20_000) -> int:
+    """How many rays hit a triangle that they pass by farther than rounding explains.
+
+    A corner seen from the origin is rounded by ε/2 of its distance, and the projection along the ray adds a few more.
+    """
+    found = np.flatnonzero(ids >= 0)[:most]
+    apart = oracle.passes_by(rays.origins[found], rays.directions[found], on.corners(ids[found]))
+    return int((apart > ROUNDING * epsilon + 64 * np.finfo(np.float64).eps).sum())
+
+
+def not_numbers(hits: RayHits) -> int:
+    """How many answers hold a NaN, or an infinity where something was hit."""
+    numbers = np.concatenate(
+        [hits.distance[:, None], hits.barycentric_coords, hits.normal, hits.geometric_normal], axis=1
+    )
+    return int(
+        (~np.isfinite(numbers[hits.is_hit])).any(axis=1).sum() + np.isnan(numbers[~hits.is_hit]).any(axis=1).sum()
+    )
+
+
+class Stage:
+    """A scene of several cases.
+
+    Args:
+        name: for messages.
+        cases: those that share it.
+    """
+
+    def __init__(self, name: str, cases: list[Case]) -> None:
+        self.name, self.cases = name, cases
+        self.meshes = [case.mesh() for case in cases]
+        self.mesh = join(self.meshes)
+        self.firsts = np.cumsum([0] + [len(faces) for _, faces in self.meshes])[:-1]
+        self.num_triangles = len(self.mesh[1])
+
+    def build(self, triangle_test: str, intersector: str) -> dict[str, Placed]:
+        """The scene in a mode, by case."""
+        mesh = mesh_from_arrays(*self.mesh)
+        scene = SceneData(mesh, intersector=intersector, triangle_test=triangle_test)
+        probe = Probe(scene)
+        return {
+            case.name: Placed(scene, probe, int(first), *arrays)
+            for case, first, arrays in zip(self.cases, self.firsts, self.meshes, strict=True)
+        }
+
+
+def seconds_of(action, times: int = 3) -> float:
+    """The shortest of some runs."""
+    best = np.inf
+    for _ in range(times):
+        start = time.perf_counter()
+        action()
+        best = min(best, time.perf_counter() - start)
+    return best

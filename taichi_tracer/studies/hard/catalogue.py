@@ -1,0 +1,89 @@
+"""All cases of triangles and rays, and how many rays each level sends."""
+
+from dataclasses import dataclass
+
+from taichi_tracer.studies.hard.case import Case
+from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces, NestedSpheres
+from taichi_tracer.studies.hard.many_triangles import (
+    AxisParallel,
+    Damaged,
+    DirectionLengths,
+    Duplicates,
+    IllegalRays,
+    Lattice,
+    OneCentroid,
+    Windows,
+)
+from taichi_tracer.studies.hard.modes import Mode
+from taichi_tracer.studies.hard.single_triangles import FarOrigins, Grazing, InThePlane, Slivers, UnitTriangles
+
+
+@dataclass(frozen=True)
+class Level:
+    """How much is tried.
+
+    Attributes:
+        rays: of a case, with an accelerator.
+        tests: ray-triangle tests of a scene that brute force may take, from which its number of rays follows.
+        edge_rays: of the long run, at edges only, with accelerators and without fast_math.
+        is_whole: whether every mode goes through every scene and every estimator; compiling that takes minutes.
+    """
+
+    name: str
+    rays: int
+    tests: int
+    edge_rays: int
+    is_whole: bool = True
+
+    def covers(self, stage: str, mode: Mode) -> bool:
+        """Whether a mode goes through a scene. In part, each scene meets the modes that most depend on it."""
+        if self.is_whole:
+            return True
+        if mode.fast_math:
+            return stage == "unit"
+        if mode.intersector == "brute_force":  # single triangles are asked in the same way by every intersector
+            return stage != "crowd"
+        return stage in ("unit", "sizes") or (stage == "crowd" and mode.precision == "f32")
+
+
+LEVELS = {
+    level.name: level
+    for level in (
+        Level("quick", 40_000, 6_000_000, 0, is_whole=False),
+        Level("default", 400_000, 60_000_000, 4_000_000),
+        Level("full", 2_000_000, 300_000_000, 100_000_000),
+    )
+}
+
+
+def embree_sphere() -> ClosedSphere:
+    """The sphere of Embree's watertightness test (kernels/verify): 159,200 triangles far away from the origin."""
+    return ClosedSphere(
+        "159,200 triangles at (148376, 1234, -223423)", "crowd", 200.0, (148376, 1234, -223423), 400, 200
+    )
+
+
+def all_cases() -> list[Case]:
+    """A new one of every case."""
+    return [
+        ClosedSphere("closed sphere at 0", "unit", 8.0, (0, 0, 0)),
+        ClosedSphere("closed sphere at 1e2", "unit", 4.0, (100, -33, 14)),
+        ClosedSphere("closed sphere at 1e4", "sizes", 4.0, (1e4, -3333, 1429)),
+        ClosedSphere("closed sphere at 1e6", "sizes", 4.0, (1e6, -333333, 142857)),
+        embree_sphere(),
+        NestedSpheres(),
+        LeavingSurfaces(),
+        Lattice(),
+        AxisParallel(),
+        InThePlane(),
+        UnitTriangles(),
+        Slivers(),
+        Grazing(),
+        FarOrigins(),
+        DirectionLengths(),
+        Windows(),
+        IllegalRays(),
+        Damaged(),
+        Duplicates(),
+        OneCentroid(),
+    ]

@@ -1,0 +1,94 @@
+"""What is tested, every triangle test × precision × fast_math × intersector there is, and what each promises."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from taichi_tracer.ray_intersector import TRIANGLE_TESTS
+from taichi_tracer.runtime import PRECISIONS
+from taichi_tracer.scene_data import INTERSECTORS
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One way to intersect rays."""
+
+    triangle_test: str
+    precision: str
+    fast_math: bool
+    intersector: str
+
+    @property
+    def epsilon(self) -> float:
+        """The distance from 1 to the next number in the precision."""
+        return float(np.finfo(np.float64 if self.precision == "f64" else np.float32).eps)
+
+    def __str__(self) -> str:
+        return f"{self.triangle_test} {self.precision} {self.intersector}{' fast_math' if self.fast_math else ''}"
+
+
+def all_modes() -> list[Mode]:
+    """Every mode, those of one start of Taichi together, and brute force first: the others must equal it."""
+    intersectors = sorted(INTERSECTORS, key=lambda name: name != "brute_force")
+    return [
+        Mode(test, precision, fast_math, intersector)
+        for fast_math in (False, True)
+        for precision in PRECISIONS
+        for test in TRIANGLE_TESTS
+        for intersector in intersectors
+    ]
+
+
+# Counts that a case may find. None of them is measured against a tolerance that a mode could choose.
+COUNTS = {
+    "edge_leaks": "rays at an edge that pass through a closed surface",
+    "vertex_leaks": "rays at a vertex that pass through a closed surface",
+    "misses": "rays at the inside of a triangle that do not hit it",
+    "false_hits": "hits whose ray passes the triangle by more than rounding explains",
+    "self_hits": "rays that leave a triangle and hit it again",
+    "nan": "answers that are not numbers",
+    "wrong": "answers that are wrong in another way: the triangle, the side, the window of t",
+    "differs": "answers that are not those of brute force, bit for bit",
+    "slow": "illegal rays that take more than 2.5 times as long as others",
+}
+INFORMATIVE = {"double_hits": "rays at an edge that hit both of its triangles: inclusive edges, no fault"}
+T_CLASSES = ("unit", "sliver", "grazing", "far")
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What a mode keeps in every case; what is not named here is reported, and never a failure.
+
+    Attributes:
+        zero: counts that are 0.
+        t_error: class of rays → largest relative error of t, in ε of the precision.
+    """
+
+    zero: frozenset[str] = frozenset()
+    t_error: dict[str, float] = field(default_factory=dict)
+
+    def is_kept(self, finding: str, value: float, epsilon: float) -> bool | None:
+        """Whether a finding is as promised; None where nothing is promised of it."""
+        if finding in self.zero:
+            return value == 0
+        if finding in self.t_error:
+            return value <= self.t_error[finding] * epsilon
+        return None
+
+
+# In f32, t is computed once more in f64 at a hit. In f64 there is nothing wider to turn to: a sliver's aspect, or one
+# over the angle of a grazing ray, multiplies the rounding of the vertices' differences.
+T_ERROR = {
+    "f32": {"t_unit": 4, "t_sliver": 4, "t_grazing": 4, "t_far": 4},
+    "f64": {"t_unit": 16, "t_sliver": 1e6, "t_grazing": 1e6, "t_far": 64},
+}
+ZERO = {"moller_trumbore": frozenset({"nan", "wrong", "differs", "slow"})}
+EVERYTHING = frozenset(COUNTS)
+WITH_FAST_MATH = Promise()  # the compiler may assume that there is no NaN and no rounding: nothing can be promised
+
+
+def promise_of(mode: Mode) -> Promise:
+    """What a mode promises. A triangle test that is not named in ``ZERO`` must do nothing wrong, ever."""
+    if mode.fast_math:
+        return WITH_FAST_MATH
+    return Promise(ZERO.get(mode.triangle_test, EVERYTHING), T_ERROR[mode.precision])

@@ -1,0 +1,78 @@
+"""What is true: exact integers where rounding could decide, float64 with a bound elsewhere. No code of the tracer."""
+
+import numpy as np
+
+SCALE_BITS = 149  # every finite f32 number is an integer times 2^−149
+
+_as_int = np.frompyfunc(int, 1, 1)
+
+
+def integers(values) -> np.ndarray:
+    """f32 numbers as Python integers, in units of 2^−149."""
+    return _as_int(np.ldexp(np.asarray(values, np.float64), SCALE_BITS))
+
+
+def cross(a, b) -> np.ndarray:
+    """Cross products of rows, for numbers of any kind."""
+    x = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    y = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    z = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return np.stack([x, y, z], axis=-1)
+
+
+def dot(a, b) -> np.ndarray:
+    """Dot products of rows, for numbers of any kind."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def exact_hit(o, d, corners) -> tuple[np.ndarray, np.ndarray]:
+    """(position, t) of f32 rays (n, 3) on triangles (n, 3, 3), in integers; t correctly rounded to float64.
+
+    position is 1 inside, 0 on an edge or a vertex, −1 outside or where ray and plane are parallel; t is then NaN. Signs
+    are those of the volumes d · (a × b) of the ray and each edge (Plücker coordinates).
+    """
+    o, d, corners = integers(o), integers(d), integers(corners)
+    a, b, c = (corners[:, k] - o for k in range(3))
+    n = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    volumes = np.stack([dot(d, cross(b, c)), dot(d, cross(c, a)), dot(d, cross(a, b))], axis=-1)
+    det = dot(d, n)
+    low, high = volumes.min(axis=1), volumes.max(axis=1)
+    one_sided = ((low >= 0) | (high <= 0)) & (det != 0)
+    on_edge = (volumes == 0).any(axis=1)
+    position = np.where(one_sided, np.where(on_edge, 0, 1), -1)
+    numerator = dot(a, n)
+    t = np.array([p / q if q != 0 else np.nan for p, q in zip(numerator, det, strict=True)], np.float64)
+    return position.astype(int), t
+
+
+def margin(o, d, corners) -> np.ndarray:
+    """The smallest barycentric coordinate of the point where rays meet the planes of triangles, in float64."""
+    e1, e2, s = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], o - corners[:, 0]
+    with np.errstate(all="ignore"):
+        det = dot(e1, cross(d, e2))
+        u, v = dot(s, cross(d, e2)) / det, dot(d, cross(s, e1)) / det
+    return np.minimum(np.minimum(u, v), 1 - u - v)
+
+
+def passes_by(o, d, corners) -> np.ndarray:
+    """How far a line passes a triangle by, over the distance of the farthest corner: 0 where it goes through.
+
+    In float64; the error of the result is below 64 ε of float64.
+    """
+    with np.errstate(all="ignore"):
+        d = d / np.abs(d).max(axis=1, keepdims=True)
+        d = d / np.linalg.norm(d, axis=1, keepdims=True)
+        to = corners - o[:, None]
+        reach = np.abs(to).max(axis=(1, 2))
+        flat = to - d[:, None] * (to * d[:, None]).sum(axis=2, keepdims=True)
+        sides, distance = [], np.full(len(o), np.inf)
+        for k in range(3):
+            p, q = flat[:, k], flat[:, (k + 1) % 3]
+            edge = q - p
+            length = (edge * edge).sum(axis=1)
+            along = np.clip(-(p * edge).sum(axis=1) / np.where(length > 0, length, 1), 0, 1)
+            distance = np.minimum(distance, np.linalg.norm(p + along[:, None] * edge, axis=1))
+            sides.append((np.cross(p, q) * d).sum(axis=1))
+        sides = np.array(sides)
+        is_through = (sides >= 0).all(axis=0) | (sides <= 0).all(axis=0)
+        return np.where(is_through, 0.0, distance / reach)

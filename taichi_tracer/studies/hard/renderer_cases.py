@@ -1,0 +1,27 @@
+"""All cases of the rest of the renderer."""
+
+from taichi_tracer import direct_illumination
+from taichi_tracer.studies.hard.case import RendererCase
+from taichi_tracer.studies.hard.shading_cases import Accumulation, Brdfs, Furnace, OppositeNormals
+from taichi_tracer.studies.hard.view_cases import (
+    EnvironmentDirections,
+    EnvironmentLight,
+    ExtremeCameras,
+    ImpossibleCameras,
+)
+
+
+def all_cases(estimators: tuple[str, ...] | None = None, only_short: bool = False) -> list[RendererCase]:
+    """A new one of every case; the furnace with the named estimators, or with all.
+
+    Args:
+        only_short: leave out those that take a second or more to compile.
+    """
+    if only_short:
+        return [case() for case in SHORT]
+    furnaces = [Furnace(e) for e in direct_illumination.ALL if estimators is None or e.name in estimators]
+    return [*(case() for case in (*SHORT, *LONG)), *furnaces]
+
+
+SHORT = (ImpossibleCameras, EnvironmentDirections, Brdfs, Accumulation)
+LONG = (ExtremeCameras, EnvironmentLight, OppositeNormals)

@@ -1,0 +1,126 @@
+"""The result as one HTML page that needs no other file: tables, bars and leak maps."""
+
+import base64
+from html import escape
+
+from taichi_tracer.files.images import encode_png
+from taichi_tracer.studies import hard_cases
+from taichi_tracer.studies.hard.catalogue import all_cases
+from taichi_tracer.studies.hard.modes import COUNTS, INFORMATIVE
+from taichi_tracer.studies.hard.renderer_cases import all_cases as all_renderer_cases
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #1b1f24; }
+table { border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums; }
+.wide { overflow-x: auto; }
+th, td { padding: .25rem .6rem; border-bottom: 1px solid #d8dee4; text-align: right; white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; }
+td.text { text-align: left; white-space: normal; }
+.PASS { color: #1a7f37; } .FAIL { color: #cf222e; font-weight: 700; } .weak { color: #9a6700; }
+figure { display: inline-block; margin: 0 1rem 1rem 0; vertical-align: top; width: 320px; }
+figure img { width: 320px; image-rendering: pixelated; } figcaption { font-size: 13px; }
+svg text { font: 13px system-ui, sans-serif; fill: #1b1f24; }
+"""
+BAR_HEIGHT, BAR_LEFT, BAR_WIDTH = 22, 300, 420
+
+
+def page(result) -> str:
+    """The whole page."""
+    verdict = "every mode keeps its promises" if result.passed else "a promise is broken"
+    machine = ", ".join(f"{name} {value}" for name, value in result.machine.items())
+    parts = [
+        f"<h1>Hard cases: {verdict}</h1>",
+        f"<p>Level “{escape(result.level)}”; {escape(machine)}.</p>",
+        "<h2>Every mode</h2>",
+        mode_table(result),
+        *(f"<p>{escape(line)}</p>" for line in hard_cases.LEGEND),
+        "<h2>Leaks at edges, per 1e6 rays</h2>",
+        bars([(str(r.mode), r.per_million("edge_leaks", "edge_rays")) for r in result.rows], "#cf222e"),
+        "<h2>Time of a ray with an accelerator, in ns</h2>",
+        bars([(str(r.mode), r.ns_per_ray) for r in result.rows if r.mode.intersector != "brute_force"], "#0969da"),
+        "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in hard_cases.ratios(result)) + "</ul>",
+        "<h2>Leak maps</h2>",
+        leak_maps(result),
+        "<h2>Every case</h2>",
+        case_table(result),
+    ]
+    head = f"<meta charset='utf-8'><title>Hard cases</title><style>{STYLE}</style>"
+    return f"<!doctype html><html lang='en'><head>{head}</head><body>{''.join(parts)}</body></html>\n"
+
+
+def mode_table(result) -> str:
+    """What was found in each mode."""
+    head = "".join(f"<th>{escape(name)}</th>" for name in ("mode", *hard_cases.COLUMNS, "cases"))
+    rows = []
+    for row in result.rows:
+        words = [v.word for v in result.verdicts if v.mode == str(row.mode)]
+        worst = "FAIL" if "FAIL" in words else "weak" if "weak" in words else "PASS"
+        told = f"<td class='{worst}'>{words.count('PASS')} of {len(words)} PASS</td>"
+        cells = "".join(f"<td>{escape(cell)}</td>" for cell in hard_cases.cells(row))
+        rows.append(f"<tr><td>{escape(str(row.mode))}</td>{cells}{told}</tr>")
+    return f"<div class='wide'><table><tr>{head}</tr>{''.join(rows)}</table></div>"
+
+
+def case_table(result) -> str:
+    """Every case: what goes wrong, and the verdict of each mode; one that is not PASS says what was found."""
+    told = {case.name: type(case).__doc__ for case in [*all_cases(), *all_renderer_cases()]}
+    rows = []
+    for case in dict.fromkeys(v.case for v in result.verdicts):
+        verdicts = [v for v in result.verdicts if v.case == case]
+        marks = []
+        for v in verdicts:
+            names = [*v.broken, *v.weak]
+            found = ": " + ", ".join(f"{what_of(n)} {v.findings[n]:.3g} of {v.rays:,}" for n in names) if names else ""
+            if v.word != "PASS":
+                marks.append(f"<span class='{v.word}'>{v.word}</span> {escape(v.mode + found)}")
+        good = sum(v.word == "PASS" for v in verdicts)
+        marks.insert(0, f"<span class='PASS'>PASS</span> in {good} of {len(verdicts)} modes")
+        text = "<br>".join(escape(line) for line in (told.get(case) or "").strip().split("\n\n"))
+        rows.append(
+            f"<tr><td class='text'><b>{escape(case)}</b><br>{text}</td><td class='text'>{'<br>'.join(marks)}</td></tr>"
+        )
+    words = "PASS: nothing wrong. weak: wrong, and not promised by this mode. FAIL: a broken promise."
+    return f"<p>{words}</p><table>{''.join(rows)}</table>"
+
+
+def what_of(finding: str) -> str:
+    """A finding's name in words."""
+    known = COUNTS | INFORMATIVE
+    return finding.replace("_", " ") if finding in known else f"relative error of {finding.replace('_', ', ')}"
+
+
+def bars(values, colour: str) -> str:
+    """A bar chart as SVG: a line for each (name, number); one that was not measured is left out."""
+    values = [(name, value) for name, value in values if value is not None and value == value]
+    largest = max((value for _, value in values), default=0) or 1
+    lines = []
+    for i, (name, value) in enumerate(values):
+        y, width = i * BAR_HEIGHT, value / largest * BAR_WIDTH
+        number = "0" if value == 0 else f"{value:,.3g}" if value < 100 else f"{value:,.0f}"
+        lines.append(
+            f"<text x='{BAR_LEFT - 8}' y='{y + 16}' text-anchor='end'>{escape(name)}</text>"
+            f"<rect x='{BAR_LEFT}' y='{y + 4}' width='{width:.1f}' height='{BAR_HEIGHT - 8}' fill='{colour}'/>"
+            f"<text x='{BAR_LEFT + width + 6:.1f}' y='{y + 16}'>{number}</text>"
+        )
+    size = f"width='{BAR_LEFT + BAR_WIDTH + 90}' height='{len(values) * BAR_HEIGHT}'"
+    return f"<svg xmlns='http://www.w3.org/2000/svg' {size}>{''.join(lines)}</svg>"
+
+
+def leak_maps(result) -> str:
+    """The pictures, those of one precision beside each other."""
+    pictures = [row for row in result.rows if row.leak_map is not None]
+    pictures.sort(key=lambda row: (row.mode.fast_math, row.mode.precision, row.mode.triangle_test))
+    figures = []
+    for row in pictures:
+        png = base64.b64encode(encode_png(row.leak_map)).decode()
+        figures.append(
+            f"<figure><img alt='leak map' src='data:image/png;base64,{png}'>"
+            f"<figcaption>{escape(str(row.mode))}: {row.leaking_pixels:,} of {row.leak_map[..., 0].size:,} pixels "
+            "are leaks</figcaption></figure>"
+        )
+    told = (
+        "A closed white sphere, lit from inside, in front of a red background: every red pixel is a ray that got out. "
+        "The ray of each pixel is aimed at the point of an edge that is nearest to what the pixel shows, as exactly as "
+        "f32 can say it; of rays through the pixels' centres, only a few in a million would meet an edge so closely."
+    )
+    return f"<p>{told}</p>{''.join(figures)}"

@@ -1,0 +1,187 @@
+"""Hard cases of what a surface shows: BRDFs, normals, the film's sums, and energy."""
+
+import itertools
+import math
+import warnings
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer import brdf, runtime
+from taichi_tracer.camera import Camera
+from taichi_tracer.film import Film
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import Material, MaterialValues
+from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
+from taichi_tracer.studies.hard.meshes import sphere
+
+
+@ti.data_oriented
+class _Brdfs:
+    """What every BRDF says of a material and a pair of directions, and of a sample."""
+
+    @ti.kernel
+    def ask(
+        self,
+        kinds: ti.types.ndarray(ndim=1),
+        exponents: ti.types.ndarray(ndim=1),
+        w_o: ti.types.ndarray(ndim=2),
+        xi: ti.types.ndarray(ndim=2),
+        found: ti.types.ndarray(ndim=2),
+    ):
+        """Columns: w_i, weight, eval and pdf there, eval and pdf towards n, and opposite to n. n is +z."""
+        for i in range(kinds.shape[0]):
+            n = tm.vec3(0, 0, 1)
+            o = tm.vec3(w_o[i, 0], w_o[i, 1], w_o[i, 2])
+            material = MaterialValues(Kd=tm.vec3(1), Ns=exponents[i])
+            for k in ti.static(range(len(brdf.ALL))):
+                if kinds[i] == k:
+                    w_i = brdf.ALL[k].sample(material, o, n, tm.vec2(xi[i, 0], xi[i, 1]))
+                    found[i, 0], found[i, 1], found[i, 2] = w_i.x, w_i.y, w_i.z
+                    found[i, 3] = brdf.ALL[k].weight(material, o, w_i, n).x
+                    for j in range(3):
+                        to = ti.select(j == 0, w_i, ti.select(j == 1, n, -n))
+                        found[i, 4 + 2 * j] = brdf.ALL[k].eval(material, o, to, n).x
+                        found[i, 5 + 2 * j] = brdf.ALL[k].pdf(material, o, to, n)
+
+
+class Brdfs(RendererCase):
+    """Exponents from 0 to 1e21, views along the surface and from below, ξ = 0 and the last before 1.
+
+    cos^α of a negative cosine is NaN; with α = 1e21 the lobe over its density is 0/0 or ∞/∞; ln 0 is infinite; a vector
+    with |z| a rounding above 1 has the square root of a negative number for its sine.
+    """
+
+    name = "BRDFs: Ns 0 to 1e21, grazing, below the horizon, ξ = 0 and 1 − 2⁻²⁴"
+    exponents = (0.0, 0.5, 1.0, 1.0 + 2.0**-20, 2.0, 50.0, 1e3, 1e6, 1e9, 1e13, 1e14, 1e16, 1e21)
+    heights = (1.0, 0.5, 1e-3, 1e-6, 0.0, -1e-6, -0.5, -1.0)
+    xis = (0.0, 2.0**-24, 0.25, 0.5, LAST_XI)
+
+    def judge(self, epsilon):
+        """Numbers; w_i of unit length; weights in [0, 1]; densities of at least 0."""
+        dtype = runtime.dtype()
+        rows = np.array(list(itertools.product(self.exponents, self.heights, self.xis, self.xis)))
+        kinds = np.array([brdf.brdf_of(Material(Ns=e), dtype) for e in rows[:, 0]], np.int32)
+        sine = np.sqrt(1 - rows[:, 1] ** 2)
+        w_o = np.stack([sine * 0.6, sine * 0.8, rows[:, 1]], axis=1)
+        found = np.empty((len(rows), 10), dtype)
+        _Brdfs().ask(kinds, rows[:, 0].astype(dtype), w_o.astype(dtype), rows[:, 2:].astype(dtype), found)
+        values = found.astype(np.float64)
+        length = np.abs(np.linalg.norm(values[:, :3], axis=1) - 1) > 16 * epsilon
+        weight = (values[:, 3] < 0) | (values[:, 3] > 1 + 16 * epsilon)
+        negative = (values[:, 4:] < 0).any(axis=1)
+        nan = ~np.isfinite(values).all(axis=1)
+        return {"tried": len(rows), "wrong": int(((length | weight | negative) & ~nan).sum()), "nan": int(nan.sum())}
+
+
+class OppositeNormals(RendererCase):
+    """A triangle whose vertex normals cancel on the way from one corner to another.
+
+    0/|0| is NaN, in the middle of an edge only: a black or white dot that moves with the camera.
+    """
+
+    name = "opposite vertex normals"
+
+    def judge(self, epsilon):
+        """Along the edge between the two, every normal has unit length."""
+        mesh = Mesh(
+            vertices=np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]),
+            faces=np.array([[0, 1, 2]]),
+            normals=np.array([[1.0, 0, 0], [-1, 0, 0], [0, 0, 0]]),
+            face_normals=np.array([[0, 1, 2]], np.int32),
+        )
+        scene = SceneData(mesh, intersector="brute_force")
+        x = np.arange(1, 64) / 64
+        hits = scene.intersect(np.stack([x, 0 * x, 0 * x + 1], axis=1), [0, 0, -1.0])
+        length = np.linalg.norm(hits.normal.astype(np.float64), axis=1)
+        scene.destroy()
+        return {
+            "tried": len(x),
+            "misses": int((~hits.is_hit).sum()),
+            "wrong": int((np.abs(length[np.isfinite(length)] - 1) > 8 * epsilon).sum()),
+            "nan": int(np.isnan(hits.normal).any(axis=1).sum()),
+        }
+
+
+@ti.data_oriented
+class _Exposure:
+    """A film, and a constant added to it very often."""
+
+    def __init__(self, film: Film) -> None:
+        self.film = film
+
+    @ti.kernel
+    def expose(self, value: float, samples: ti.i32):
+        """``samples`` of the same value for every pixel."""
+        for x in range(self.film.width):
+            for k in range(samples):
+                self.film.add(x, 0, tm.vec3(value, value / 3, value * 1000), k)
+
+
+class Accumulation(RendererCase):
+    """The mean of 1e7 samples of the same value.
+
+    A plain f32 sum is off by 1 % at 1e6 samples, and a sum of ones stands still at 2²⁴. What is lost in
+    each addition has to be kept.
+    """
+
+    name = "accumulation of 1e7 samples"
+    samples = 10_000_000
+
+    def judge(self, epsilon):
+        """The mean is the value, within two roundings."""
+        film = Film(1, 1)
+        value = float(runtime.dtype()(0.1))
+        _Exposure(film).expose(value, self.samples)
+        mean = film.canvas.to_numpy().astype(np.float64)[0, 0]
+        truth = np.array([1, 1 / 3, 1000]) * value
+        off = np.abs(mean / truth - 1)
+        count = int(film.count.to_numpy().max())
+        return {
+            "tried": self.samples,
+            "wrong": int((~(off <= 2 * epsilon)).sum() + (count != self.samples)),
+            "error": float(off.max()),
+        }
+
+
+class Furnace(RendererCase):
+    """White spheres, matte, glossy and mirror, in an even white light: nothing may be brighter than the light.
+
+    A density in the wrong measure, a lobe that is not normalised, a weight that does not cancel: each makes energy out
+    of nothing, which a picture with shadows hides. Every path is followed to its end, without Russian roulette.
+    """
+
+    exponents = (1.0, 20.0, 1e21)
+
+    def __init__(self, estimator) -> None:
+        self.estimator, self.name = estimator, f"furnace: {estimator.name}"
+
+    def judge(self, epsilon):
+        """Mean radiance of each sphere of at most 1.01 (four deviations of the mean are granted), and all finite."""
+        parts = [sphere(10, 6, 1.0, (2.5 * k, 0, 0)) for k in range(len(self.exponents))]
+        offsets = np.cumsum([0] + [len(v) for v, _ in parts])[:-1]
+        mesh = Mesh(
+            vertices=np.concatenate([v for v, _ in parts]),
+            faces=np.concatenate([f + k for (_, f), k in zip(parts, offsets, strict=True)]),
+            face_materials=np.repeat(np.arange(3), len(parts[0][1])).astype(np.int32),
+            materials=[Material(name=f"Ns{e:g}", Kd=(1.0, 1.0, 1.0), Ns=e) for e in self.exponents],
+        )
+        scene = SceneData(mesh, intersector="brute_force", environment=np.ones((1, 1, 3)))
+        view = {"eye": (2.5, 0, 60.0), "at": (2.5, 0, 0), "up": (0, 1, 0), "fov": 2.4}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            renderer = A2Renderer(scene, camera=Camera(96, 32, **view)).use(self.estimator.name)
+            renderer.render(64)
+        image, variance = renderer.image().astype(np.float64), renderer.film.variance_of_mean()
+        wrong, tried = 0, image[..., 0].size * 64
+        for third in range(3):
+            columns = slice(32 * third, 32 * (third + 1))
+            mean = image[:, columns].mean()
+            deviation = math.sqrt(variance[:, columns].sum()) / variance[:, columns].size
+            wrong += not mean <= 1.01 + 4 * deviation
+        nan = int(renderer.non_finite + np.isnan(image).any(axis=2).sum())
+        scene.destroy()
+        return {"tried": tried, "wrong": wrong, "nan": nan, "energy": float(image.mean())}

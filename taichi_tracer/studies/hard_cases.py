@@ -1,0 +1,346 @@
+"""Do hard cases stay numerically stable, in which mode, and what does that cost in time?
+
+Every triangle test × precision × fast_math × intersector is sent the rays of a catalogue of hard cases, and judged by
+oracles that compute in integers, or in float64 with a bound. Every mode has promises (``hard.modes.PROMISES``); what a
+mode does not promise is counted all the same.
+"""
+
+import gc
+import math
+import platform
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+import taichi as ti
+
+from taichi_tracer import runtime
+from taichi_tracer.studies.hard import renderer_cases
+from taichi_tracer.studies.hard.case import Case, Placed, Rays, Stage, seconds_of
+from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases
+from taichi_tracer.studies.hard.leak_map import RED, leak_map
+from taichi_tracer.studies.hard.modes import COUNTS, T_CLASSES, Mode, Promise, all_modes, promise_of
+
+CHUNK = 1_000_000  # rays of the long run at a time
+TIMED_RAYS = 100_000
+TIMED_CASE = "closed sphere at 1e2"
+LONG_CASE = "closed sphere at 0"
+
+
+@dataclass
+class Verdict:
+    """One case in one mode.
+
+    Attributes:
+        mode: as it is written in tables. case: its name.
+        rays: how many were sent.
+        findings: see ``Case.judge``.
+        broken: findings that a promise excludes. weak: findings that are not 0, and that nothing was promised of.
+    """
+
+    mode: str
+    case: str
+    rays: int
+    findings: dict[str, float]
+    broken: list[str] = field(default_factory=list)
+    weak: list[str] = field(default_factory=list)
+
+    @property
+    def word(self) -> str:
+        """PASS, FAIL, or "weak": not right, and not promised."""
+        return "FAIL" if self.broken else "weak" if self.weak else "PASS"
+
+
+@dataclass
+class Row:
+    """One mode in the table: findings of all cases together; None where nothing was measured."""
+
+    mode: Mode
+    findings: dict[str, float]
+    ns_per_ray: float
+    leak_map: np.ndarray | None = None
+
+    @property
+    def leaking_pixels(self) -> int:
+        """Red pixels of the leak map."""
+        return 0 if self.leak_map is None else int((self.leak_map == RED).all(axis=2).sum())
+
+    def per_million(self, count: str, rays: str) -> float | None:
+        """A count out of 1e6 rays."""
+        total = self.findings.get(rays, 0)
+        return 1e6 * self.findings.get(count, 0) / total if total else None
+
+
+@dataclass
+class Result:
+    """What the suite found, and where."""
+
+    level: str
+    machine: dict[str, str]
+    rows: list[Row]
+    verdicts: list[Verdict]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every mode kept its promises."""
+        return not any(verdict.broken for verdict in self.verdicts)
+
+
+def run(
+    level: str = "default",
+    cases: list[Case] | None = None,
+    modes: list[Mode] | None = None,
+    renderer: bool = True,
+    with_leak_maps: bool = False,
+    progress: Callable[[str], None] = lambda what: None,
+) -> Result:
+    """Run the suite. Starts Taichi several times: scenes made before become unusable.
+
+    Args:
+        level: "quick", "default" or "full".
+        cases: None is all. modes: None is all that are registered.
+        renderer: whether to try camera, environment, BRDFs, film and furnace, too.
+        with_leak_maps: whether to make a picture of the leaks of every accelerated mode.
+        progress: called with what is done next.
+    """
+    size = LEVELS[level]
+    cases = all_cases() if cases is None else cases
+    stages = [Stage(name, [c for c in cases if c.stage == name]) for name in dict.fromkeys(c.stage for c in cases)]
+    rays = {case.name: case.gathered(max(40, int(size.rays * case.rays_wanted))) for case in cases}
+    before = runtime.current()
+    rows, verdicts, started = [], [], None
+    references: dict[tuple, list] = {}
+    machine = machine_facts()
+    try:
+        for mode in all_modes() if modes is None else modes:
+            start = (mode.precision, mode.fast_math)
+            if start != started:
+                gc.collect()  # while the Taichi that made them still runs
+                runtime.init("cpu", mode.precision, mode.fast_math, force=True)
+                started = start
+                if renderer:
+                    progress(f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}")
+                    verdicts += renderer_verdicts(mode, size)
+            progress(str(mode))
+            row, found = run_mode(mode, size, stages, rays, references, with_leak_maps)
+            rows.append(row)
+            gc.collect()
+            verdicts += found
+    finally:
+        if before is not None:
+            runtime.init(before.arch, before.precision, before.fast_math, force=True)
+    return Result(level, machine, rows, verdicts)
+
+
+def run_mode(
+    mode: Mode, size: Level, stages: list[Stage], rays: dict[str, Rays], references: dict, with_leak_maps: bool
+) -> tuple[Row, list[Verdict]]:
+    """All cases in one mode; ``references`` keeps the answers of brute force, which the others must equal."""
+    promise, verdicts, ns_per_ray, picture = promise_of(mode), [], math.nan, None
+    for stage in stages:
+        if not size.covers(stage.name, mode):
+            continue
+        placed = stage.build(mode.triangle_test, mode.intersector)
+        for case in stage.cases:
+            on, sent = placed[case.name], rays[case.name]
+            if mode.intersector == "brute_force":
+                sent = sent.first(max(40, size.tests // len(stage.cases) // stage.num_triangles))
+            findings = case.judge(on, sent, mode.epsilon)
+            findings |= difference_from_brute_force(mode, case, on, references)
+            if case.name == LONG_CASE and mode.intersector != "brute_force":
+                if not mode.fast_math:
+                    long_run(case, on, size.edge_rays, findings)
+            verdicts.append(verdict_of(mode, promise, case.name, len(sent), findings))
+        scene = next(iter(placed.values())).scene
+        if TIMED_CASE in placed:
+            count = TIMED_RAYS if mode.intersector != "brute_force" else size.tests // stage.num_triangles // 8
+            ns_per_ray = time_per_ray(placed[TIMED_CASE], count)
+        scene.destroy()
+    if with_leak_maps and mode.intersector != "brute_force":
+        picture = leak_map(mode)
+    return Row(mode, totals(verdicts), ns_per_ray, picture), verdicts
+
+
+def difference_from_brute_force(mode: Mode, case: Case, on: Placed, references: dict) -> dict[str, int]:
+    """How many of the answers that brute force gave are others here."""
+    key = (mode.triangle_test, mode.precision, mode.fast_math, case.name)
+    answers = [(hits.triangle_id, hits.distance, hits.barycentric_coords) for hits in on.intersected]
+    on.intersected = []
+    if mode.intersector == "brute_force":
+        references[key] = answers
+        return {}
+    wrong = 0
+    for mine, truth in zip(answers, references.get(key, []), strict=False):
+        differs = np.zeros(min(len(truth[0]), len(mine[0])), bool)
+        for a, b in zip(mine, truth, strict=True):
+            n = len(differs)
+            same = (a[:n] == b[:n]) | (np.isnan(a[:n]) & np.isnan(b[:n]))
+            differs |= ~same.reshape(n, -1).all(axis=1)
+        wrong += int(differs.sum())
+    return {"differs": wrong} if key in references else {}
+
+
+def long_run(case: Case, on: Placed, count: int, findings: dict[str, float]) -> None:
+    """Many more rays at edges, in pieces: adds to the findings."""
+    for chunk in range(-(-count // CHUNK)):
+        rays = case.edge_rays(case.rng(2 + chunk), min(CHUNK, count - chunk * CHUNK))
+        hits = on.scene.intersect(rays.origins, rays.directions)
+        findings["edge_leaks"] += int(case.leaks(on, rays, hits).sum())
+        findings["edge_rays"] += len(rays)
+
+
+def time_per_ray(on: Placed, count: int) -> float:
+    """Nanoseconds of ``scene.intersect`` per ray: random ones from inside a closed mesh."""
+    rng, dtype = np.random.default_rng(5), runtime.dtype()
+    low, high = on.vertices.min(axis=0), on.vertices.max(axis=0)
+    origins = (low + (high - low) * rng.uniform(0.3, 0.7, (count, 3))).astype(dtype)
+    directions = rng.normal(size=(count, 3)).astype(dtype)
+    return seconds_of(lambda: on.scene.intersect(origins, directions), times=7) / count * 1e9
+
+
+def verdict_of(mode: Mode, promise: Promise, case: str, rays: int, findings: dict[str, float]) -> Verdict:
+    """What of the findings a promise excludes, and what is merely not right."""
+    verdict = Verdict(str(mode), case, rays, findings)
+    for name, value in findings.items():
+        kept = promise.is_kept(name, value, mode.epsilon)
+        if kept is False:
+            verdict.broken.append(name)
+        elif kept is None and name in COUNTS and value > 0:
+            verdict.weak.append(name)
+    return verdict
+
+
+def totals(verdicts: list[Verdict]) -> dict[str, float]:
+    """Counts of all cases added, errors at their largest."""
+    total: dict[str, float] = {}
+    for verdict in verdicts:
+        for name, value in verdict.findings.items():
+            is_error = name.startswith("t_")
+            total[name] = max(total.get(name, 0.0), value) if is_error else total.get(name, 0) + value
+    return total
+
+
+def renderer_verdicts(mode: Mode, size: Level) -> list[Verdict]:
+    """The cases of the rest of the renderer; without fast_math each promises that nothing is wrong."""
+    name = f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}"
+    promise = Promise() if mode.fast_math else Promise(zero=frozenset(COUNTS))
+    verdicts = []
+    estimators = None if size.is_whole else ("brdf",) if mode.precision == "f32" else ()
+    for case in renderer_cases.all_cases(estimators, only_short=mode.fast_math and not size.is_whole):
+        findings = case.judge(mode.epsilon)
+        tried = int(findings.pop("tried"))
+        verdict = verdict_of(mode, promise, case.name, tried, findings)
+        verdict.mode = name
+        verdicts.append(verdict)
+    return verdicts
+
+
+def machine_facts() -> dict[str, str]:
+    """What the numbers were measured on."""
+    import os
+
+    return {
+        "python": platform.python_version(),
+        "taichi": ".".join(str(part) for part in ti.__version__),
+        "system": f"{platform.system()} {platform.machine()}",
+        "processors": str(os.cpu_count()),
+    }
+
+
+def as_json(result: Result) -> dict:
+    """The result as numbers, strings, lists and dictionaries."""
+    return {
+        "suite": "hardcases",
+        "level": result.level,
+        "passed": result.passed,
+        "machine": result.machine,
+        "modes": [
+            asdict(row.mode)
+            | {"name": str(row.mode), "ns_per_ray": finite(row.ns_per_ray)}
+            | {"edge_leaks_per_million": row.per_million("edge_leaks", "edge_rays")}
+            | {"vertex_leaks_per_million": row.per_million("vertex_leaks", "vertex_rays")}
+            | {"findings": {name: finite(value) for name, value in row.findings.items()}}
+            for row in result.rows
+        ],
+        "cases": [
+            asdict(v) | {"verdict": v.word, "findings": {name: finite(value) for name, value in v.findings.items()}}
+            for v in result.verdicts
+        ],
+    }
+
+
+def finite(value: float) -> float | None:
+    """A number that JSON knows."""
+    return value if math.isfinite(value) else None
+
+
+COLUMNS = ("edge", "vertex", "false", "double", "self", "NaN", *(f"t {name}" for name in T_CLASSES), "ns/ray")
+
+
+def cells(row: Row) -> list[str]:
+    """A row of the table, as text."""
+    found = row.findings
+    rate = (row.per_million("edge_leaks", "edge_rays"), row.per_million("vertex_leaks", "vertex_rays"))
+    double = row.per_million("double_hits", "double_hit_rays")
+    counts = [found.get("false_hits"), double, found.get("self_hits"), found.get("nan")]
+    errors = [found.get(f"t_{name}") for name in T_CLASSES]
+    return [
+        *("–" if r is None else "0" if r == 0 else f"{r:,.3g}" if r < 100 else f"{r:,.0f}" for r in rate),
+        *("–" if c is None else f"{c:,.0f}" for c in counts),
+        *("–" if e is None else f"{e:.0e}" for e in errors),
+        f"{row.ns_per_ray:,.0f}",
+    ]
+
+
+def table(result: Result) -> list[str]:
+    """Lines of text: a row for every mode, what did not hold, and what the safer modes cost."""
+    head = ["mode", *COLUMNS]
+    body = [[str(row.mode), *cells(row)] for row in result.rows]
+    widths = [max(len(line[i]) for line in [head, *body]) for i in range(len(head))]
+    lines = [
+        "  ".join(f"{c:<{w}}" if i == 0 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(line, widths, strict=True)))
+        for line in [head, *body]
+    ]
+    lines += ["", *LEGEND, "", *ratios(result), "", *outcomes(result)]
+    return lines
+
+
+LEGEND = (
+    "edge, vertex: leaks per 1e6 rays aimed there at closed surfaces. false: hits that rounding does not explain.",
+    "double: rays that hit both triangles of an edge, per 1e6; no fault, edges are inclusive. self: rays that hit what "
+    "they leave.",
+    "t: largest relative error of the distance, by class of rays. ns/ray: of scene.intersect, best of seven runs.",
+    "brute force is sent fewer rays, as many as fit into the same time. Other programs at work blur the times.",
+)
+
+
+def ratios(result: Result) -> list[str]:
+    """What the safer choice costs over the other, all else equal."""
+    times = {row.mode: row.ns_per_ray for row in result.rows}
+    lines = []
+    for mode, ns in times.items():
+        for change, text in (
+            ({"triangle_test": "moller_trumbore"}, "moller_trumbore"),
+            ({"precision": "f32"}, "f32"),
+            ({"fast_math": True}, "fast_math"),
+        ):
+            other = Mode(**(asdict(mode) | change))
+            if other != mode and other in times and mode.intersector != "brute_force":
+                lines.append(f"{mode} takes {ns / times[other]:.2f} times as long as with {text}")
+    return lines
+
+
+def outcomes(result: Result) -> list[str]:
+    """PASS or FAIL per case and mode: the ones that hold in one line, the others with what was found."""
+    lines = []
+    for mode in dict.fromkeys(v.mode for v in result.verdicts):
+        verdicts = [v for v in result.verdicts if v.mode == mode]
+        passed = [v for v in verdicts if v.word == "PASS"]
+        lines.append(f"{mode}: {len(passed)} of {len(verdicts)} cases PASS")
+        for v in verdicts:
+            if v.word != "PASS":
+                found = ", ".join(f"{name} {v.findings[name]:.3g}" for name in [*v.broken, *v.weak])
+                lines.append(f"  {v.word}  {v.case}: {found} of {v.rays:,}")
+    failed = sum(bool(v.broken) for v in result.verdicts)
+    lines.append("every mode keeps its promises" if result.passed else f"{failed} promises are broken")
+    return lines

@@ -1,0 +1,343 @@
+"""The stability suite can be trusted: its oracles are right, its cases are hard, and it fails what is broken."""
+
+import json
+import re
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+from support import start
+
+from taichi_tracer import brdf, ray_intersector
+from taichi_tracer.apps import cli
+from taichi_tracer.scene_data import INTERSECTORS
+from taichi_tracer.studies import hard_cases
+from taichi_tracer.studies.hard import meshes, oracle, report
+from taichi_tracer.studies.hard.catalogue import LEVELS, all_cases
+from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces
+from taichi_tracer.studies.hard.many_triangles import AxisParallel, Lattice, Windows
+from taichi_tracer.studies.hard.modes import COUNTS, Mode, Promise, all_modes, promise_of
+from taichi_tracer.studies.hard.renderer_cases import all_cases as all_renderer_cases
+from taichi_tracer.studies.hard.shading_cases import Brdfs
+from taichi_tracer.studies.hard.single_triangles import UnitTriangles
+
+CASES = {case.name: case for case in all_cases()}
+LARGE = [name for name, case in CASES.items() if case.stage == "crowd"]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _taichi():
+    start("f32")
+
+
+# ── oracles ──
+
+
+def by_fractions(o, d, corners):
+    """(position, t) by Cramer's rule in fractions."""
+    o, d, v0, v1, v2 = ([Fraction(float(x)) for x in row] for row in (o, d, *corners))
+    e1, e2, s = ([a - b for a, b in zip(p, q, strict=True)] for p, q in ((v1, v0), (v2, v0), (o, v0)))
+
+    def cross(a, b):
+        return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+    def dot(a, b):
+        return sum(x * y for x, y in zip(a, b, strict=True))
+
+    det = dot(e1, cross(d, e2))
+    if det == 0:
+        return -1, None
+    u, v, t = dot(s, cross(d, e2)) / det, dot(d, cross(s, e1)) / det, dot(e2, cross(s, e1)) / det
+    lowest = min(u, v, 1 - u - v)
+    return (lowest > 0) - (lowest < 0), float(t)
+
+
+def test_the_exact_oracle_agrees_with_fractions(rng):
+    n = 300
+    corners = meshes.as_f32(rng.normal(size=(n, 3, 3)) * 10.0 ** rng.integers(-20, 20, (n, 1, 1)))
+    corners[::3] = rng.integers(-2, 3, corners[::3].shape)
+    o = meshes.as_f32(corners.mean(axis=1) + rng.normal(size=(n, 3)) * np.abs(corners).max(axis=(1, 2))[:, None])
+    d = meshes.as_f32((corners * rng.dirichlet((1, 1, 1), n)[:, :, None]).sum(axis=1) - o)
+    o[::3] = rng.integers(-4, 5, o[::3].shape)
+    d[::3] = corners[::3, 0] - o[::3]
+    position, t = oracle.exact_hit(o, d, corners)
+    truth = [by_fractions(*row) for row in zip(o, d, corners, strict=True)]
+    assert list(position) == [p for p, _ in truth]
+    assert {-1, 0, 1} <= set(position)
+    for mine, (_, exact) in zip(t, truth, strict=True):
+        assert np.isnan(mine) if exact is None else mine == exact
+
+
+def test_how_far_a_line_passes_a_triangle_by():
+    corner = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]])
+    for x, y, away in (
+        (0.2, 0.2, 0),
+        (0, 0, 0),
+        (0.5, 0.5, 0),
+        (-0.3, 0.5, 0.3),
+        (2, 0, 1),
+        (1, 1, np.sqrt(0.5)),
+        (-3, -4, 5),
+    ):
+        o = np.array([[x, y, 7.0]])
+        reach = np.abs(corner - o[:, None]).max()
+        np.testing.assert_allclose(oracle.passes_by(o, np.array([[0, 0, -3.0]]), corner), away / reach, atol=1e-15)
+
+
+def test_closed_meshes_are_closed():
+    for vertices, faces in (meshes.sphere(12, 7, 2.0, (3, 4, 5)), meshes.box((0, 0, 0), (1, 2, 3))):
+        directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        assert len({tuple(e) for e in directed}) == len(directed)  # each edge once each way: closed and oriented
+        assert {tuple(e) for e in directed} == {tuple(e[::-1]) for e in directed}
+        centre = vertices.mean(axis=0)
+        outward = (meshes.normals_of(vertices, faces) * (vertices[faces[:, 0]] - centre)).sum(axis=1)
+        assert (outward > 0).all()
+        edges, owners = meshes.edges_of(faces)
+        assert len(edges) * 2 == len(directed)
+        for (a, b), pair in zip(edges, owners, strict=True):
+            assert all({a, b} <= set(faces[owner]) for owner in pair)
+
+
+# ── the catalogue ──
+
+
+@pytest.mark.parametrize("name", [n for n in CASES if n not in LARGE])
+def test_a_case_is_the_same_in_every_mode_and_run(name):
+    """f32 holds all of its numbers, and a seed makes them."""
+    case = CASES[name]
+    vertices, faces = case.mesh()
+    first = case.gathered(200)
+    case.mesh()
+    again = case.gathered(200)
+    with np.errstate(invalid="ignore"):
+        for a, b in ((first.origins, again.origins), (first.directions, again.directions)):
+            np.testing.assert_array_equal(a, b)
+            is_denormal = np.abs(a) < np.finfo(np.float32).tiny  # 0, once Taichi runs: it has the processor flush them
+            np.testing.assert_array_equal(np.where(is_denormal, 0, a), np.where(is_denormal, 0, a.astype(np.float32)))
+        np.testing.assert_array_equal(vertices, vertices.astype(np.float32))
+    assert len(first) > 0
+    assert faces.min() >= 0
+    assert faces.max() < len(vertices)
+
+
+def test_every_case_has_a_name_and_says_what_goes_wrong():
+    cases = [*all_cases(), *all_renderer_cases()]
+    assert len({case.name for case in cases}) == len(cases)
+    assert all(len(type(case).__doc__) > 80 for case in cases)
+
+
+def test_every_mode_is_tried():
+    modes = all_modes()
+    assert len(modes) == len(set(modes)) == 2 * 2 * len(ray_intersector.TRIANGLE_TESTS) * len(INTERSECTORS)
+    assert {str(m) for m in modes} >= {"watertight f32 bvh", "moller_trumbore f64 brute_force fast_math"}
+    assert all(
+        modes.index(Mode(m.triangle_test, m.precision, m.fast_math, "brute_force")) <= i for i, m in enumerate(modes)
+    )
+
+
+def test_every_mode_and_every_scene_has_a_part_in_the_quick_run():
+    stages = {case.stage for case in CASES.values()}
+    covered = {(stage, mode) for stage in stages for mode in all_modes() if LEVELS["quick"].covers(stage, mode)}
+    assert {stage for stage, _ in covered} == stages
+    assert {mode for _, mode in covered} == set(all_modes())
+    assert LEVELS["full"].edge_rays >= 1e8
+
+
+# ── what it passes and what it fails ──
+
+
+def small(mode_of="watertight", precision="f32", intersector="brute_force", cases=None):
+    """The suite on a few small cases in one mode."""
+    few = [ClosedSphere("ball", "unit", 8.0, (0, 0, 0), 8, 5), Lattice(), AxisParallel(), UnitTriangles(), Windows()]
+    mode = Mode(mode_of, precision, False, intersector)
+    return hard_cases.run("quick", cases=few if cases is None else cases, modes=[mode], renderer=False)
+
+
+@pytest.mark.parametrize(("precision", "intersector"), [("f32", "bvh"), ("f64", "brute_force")])
+def test_the_watertight_test_passes(precision, intersector):
+    result = small(precision=precision, intersector=intersector)
+    assert [(v.case, v.broken, v.weak) for v in result.verdicts if v.word != "PASS"] == []
+    assert result.passed
+    assert len(result.rows) == 1
+
+
+@ti.func
+def course_form(o, d, v0, v1, v2):
+    is_inside, t, u, v, det = ray_intersector.moller_trumbore(o, d, v0, v1, v2)
+    return is_inside and abs(det) > 1e-7 and t > 1e-7, t, u, v, det
+
+
+@ti.func
+def too_wide(o, d, v0, v1, v2):
+    is_inside, t, u, v, det = ray_intersector.watertight(o, d, v0, v1, v2)
+    return u > -0.01 and v > -0.01 and u + v < 1.01, t, u, v, det
+
+
+@ti.func
+def not_a_number(o, d, v0, v1, v2):
+    is_inside, t, u, v, det = ray_intersector.watertight(o, d, v0, v1, v2)
+    return is_inside, t, u + (tm.inf - tm.inf), v, det
+
+
+@ti.func
+def imprecise(o, d, v0, v1, v2):
+    is_inside, t, u, v, det = ray_intersector.watertight(o, d, v0, v1, v2)
+    return is_inside, t * 1.001, u, v, det
+
+
+@pytest.mark.parametrize(
+    ("broken", "finding"),
+    [
+        (course_form, "edge_leaks"),
+        (too_wide, "false_hits"),
+        (not_a_number, "nan"),
+        (imprecise, "t_unit"),
+    ],
+)
+def test_a_broken_triangle_test_is_found(broken, finding, monkeypatch):
+    """Registered under a name that nobody promised anything of, it is held to everything."""
+    monkeypatch.setitem(ray_intersector.TRIANGLE_TESTS, "new", broken)
+    assert "new" in {mode.triangle_test for mode in all_modes()}
+    precision = "f64" if broken is imprecise else "f32"  # in f32 a hit's t is computed once more
+    few = [UnitTriangles() if broken is imprecise else ClosedSphere("ball", "unit", 8.0, (0, 0, 0), 8, 5)]
+    result = small("new", precision, cases=few)
+    assert not result.passed
+    assert finding in {name for v in result.verdicts for name in v.broken}
+
+
+def test_a_triangle_test_with_a_fixed_epsilon_loses_small_triangles(monkeypatch):
+    monkeypatch.setitem(ray_intersector.TRIANGLE_TESTS, "new", course_form)
+    tiny = ClosedSphere("tiny", "unit", 1e-6, (0, 0, 0), 8, 5, outside=False)
+    (verdict,) = small("new", cases=[tiny]).verdicts
+    assert verdict.findings["edge_leaks"] == verdict.findings["edge_rays"]
+
+
+def test_moller_trumbore_leaks_and_does_not_promise_otherwise():
+    (verdict,) = small("moller_trumbore", cases=[ClosedSphere("ball", "unit", 8.0, (0, 0, 0))]).verdicts
+    assert verdict.word == "weak"
+    assert "edge_leaks" in verdict.weak
+
+
+def test_rays_that_leave_a_surface_do_not_meet_it():
+    (verdict,) = small(cases=[LeavingSurfaces()]).verdicts
+    assert verdict.findings["self_hits"] == 0
+    assert verdict.findings["self_hit_rays"] > 1000
+
+
+def test_a_brdf_that_makes_energy_is_found(monkeypatch):
+    class Bright(brdf.Diffuse):
+        @staticmethod
+        @ti.func
+        def weight(material, w_o, w_i, n):
+            return 1.5 * material.Kd
+
+    start("f32")
+    assert Brdfs().judge(2.0**-23)["wrong"] == 0
+    monkeypatch.setattr(brdf, "ALL", (Bright, *brdf.ALL[1:]))
+    assert Brdfs().judge(2.0**-23)["wrong"] > 0
+
+
+def test_promises():
+    strict = Promise(frozenset(COUNTS), {"t_unit": 4})
+    assert strict.is_kept("nan", 0, 1e-7)
+    assert strict.is_kept("nan", 1, 1e-7) is False
+    assert strict.is_kept("t_unit", 4e-7, 1e-7)
+    assert strict.is_kept("t_unit", 5e-7, 1e-7) is False
+    assert strict.is_kept("t_unit", np.nan, 1e-7) is False
+    assert strict.is_kept("double_hits", 9, 1e-7) is None
+    assert promise_of(Mode("anything", "f32", False, "bvh")).zero == frozenset(COUNTS)
+    assert promise_of(Mode("watertight", "f32", True, "bvh")).zero == frozenset()
+
+
+# ── the command ──
+
+
+@pytest.fixture
+def canned(monkeypatch):
+    """A run that takes no time; ``fail`` breaks a promise."""
+
+    def make(fail=False, **findings):
+        mode = Mode("watertight", "f32", False, "bvh")
+        found = {
+            "edge_leaks": int(fail),
+            "edge_rays": 100,
+            "t_unit": float("nan") if fail else 1e-8,
+            "nan": 0,
+        } | findings
+        verdict = hard_cases.verdict_of(mode, promise_of(mode), "closed sphere at 0", 100, found)
+        row = hard_cases.Row(mode, found, 123.4, np.ones((4, 4, 3)))
+        result = hard_cases.Result("quick", {"python": "3"}, [row], [verdict])
+        monkeypatch.setattr(hard_cases, "run", lambda *args, **options: result)
+
+    return make
+
+
+def test_the_exit_code_says_whether_promises_are_kept(canned, capsys):
+    canned()
+    assert cli.main(["hardcases", "--quick"]) == 0
+    out = capsys.readouterr().out
+    assert "every mode keeps its promises" in out
+    assert "watertight f32 bvh" in out
+    canned(fail=True)
+    assert cli.main(["hardcases"]) == 1
+    assert "FAIL  closed sphere at 0: edge_leaks 1" in capsys.readouterr().out
+
+
+def test_json_can_be_read_by_anyone(canned, tmp_path):
+    canned(fail=True)
+    assert cli.main(["hardcases", "--json", str(tmp_path / "a.json")]) == 1
+
+    def refuse(constant):
+        raise AssertionError(constant)  # NaN and Infinity are not JSON
+
+    found = json.loads((tmp_path / "a.json").read_text(), parse_constant=refuse)
+    assert set(found) == {"suite", "level", "passed", "machine", "modes", "cases"}
+    assert found["passed"] is False
+    (mode,), (case,) = found["modes"], found["cases"]
+    assert {"triangle_test", "precision", "fast_math", "intersector", "ns_per_ray", "findings"} <= set(mode)
+    assert mode["edge_leaks_per_million"] == 1e4
+    assert case["verdict"] == "FAIL"
+    assert case["findings"]["t_unit"] is None
+
+
+def test_the_report_is_one_file_that_needs_no_other(canned, tmp_path):
+    canned()
+    assert cli.main(["hardcases", "--report", str(tmp_path / "new" / "folder")]) == 0
+    (path,) = (tmp_path / "new" / "folder").iterdir()
+    text = path.read_text()
+    links = re.findall(r"(?:src|href|url)\s*[=(]\s*['\"]?([^'\" )>]+)", text)
+    assert links
+    assert all(link.startswith("data:") for link in links)
+    assert "<script" not in text
+    assert text.count("<svg") == 2
+    assert "Every case" in text
+
+
+def test_bars_are_as_long_as_their_numbers():
+    svg = report.bars([("a", 10.0), ("b", 5.0), ("none", None), ("<c>", 0)], "red")
+    widths = [float(w) for w in re.findall(r"<rect [^>]*width='([\d.]+)'", svg)]
+    assert widths == [report.BAR_WIDTH, report.BAR_WIDTH / 2, 0]
+    assert "&lt;c&gt;" in svg
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--json", "{tmp}"],
+        ["--json", "{tmp}/no/such/folder/a.json"],
+        ["--report", "{tmp}/file"],
+        ["--report", "{tmp}/file/below"],
+        ["--quick", "--full"],
+    ],
+)
+def test_what_cannot_be_written_is_known_before_the_run(words, tmp_path, monkeypatch, capsys):
+    def run(*args, **options):
+        raise AssertionError("it ran")
+
+    monkeypatch.setattr(hard_cases, "run", run)
+    (tmp_path / "file").write_text("")
+    assert cli.main(["hardcases", *(word.format(tmp=tmp_path) for word in words)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
