@@ -4,9 +4,9 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import runtime, sampler
-from taichi_tracer.camera import Camera
+from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.packets import LANES, PACKET_TESTS, TILE, TILE_BITS, Packets, lanes
-from taichi_tracer.ray_intersector import no_hit
+from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import SampleKey
 from taichi_tracer.scene_data import SceneData
 
@@ -41,7 +41,7 @@ class PrimaryHits:
     def __init__(
         self,
         scene_data: SceneData,
-        camera: Camera,
+        camera: ProjectiveCamera,
         jitter: bool = False,
         samples: type = sampler.SobolSampler,
         use_packets: bool | None = None,
@@ -133,8 +133,8 @@ class PrimaryHits:
                     pixel = ti.cast(y * self.width + x, ti.u32)
                     xi_x, xi_y = self.sampler.get_2d(seed, pixel, index, ti.u32(sampler.PIXEL))
                     self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
-                o, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
-                self.packets.put_rays(c, o, dx, dy, dz)
+                ox, oy, oz, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
+                self.packets.put_rays(c, ox, oy, oz, dx, dy, dz)
                 self.packets.prepare(c, low, high, self.scene_data.ray_intersector.pad_factor, tm.inf)
                 self.scene_data.ray_intersector.trace_packet(self.packets, c, 0.0)
                 self.distance[tile] = self.packets.t[c]

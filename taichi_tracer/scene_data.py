@@ -7,6 +7,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import brdf, effects, runtime
+from taichi_tracer.background import load_background
 from taichi_tracer.bvh import BVHRayIntersector
 from taichi_tracer.camera import view_of_box
 from taichi_tracer.environment import load_environment
@@ -68,6 +69,7 @@ class SceneData:
         environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an
             ``Environment``, or None.
         effects_mode: "scene" compiles what the scene calls for, "all" everything, to compare.
+        background: what stands behind everything in a picture: a ``Background``, a colour, or None.
 
     Attributes:
         effects: what rendering is compiled for, see ``effects.Effects``.
@@ -85,6 +87,7 @@ class SceneData:
         view: dict | None = None,
         environment=None,
         effects_mode: str = "scene",
+        background=None,
     ) -> None:
         if intersector not in INTERSECTORS:
             raise one_of("intersector", intersector, INTERSECTORS)
@@ -99,7 +102,8 @@ class SceneData:
 
         self._memory = runtime.Memory()
         builder = self._memory.fields
-        self.geometry = Geometry(mesh, builder, keep_normals=effects_mode == "all")
+        has_all = effects_mode == "all"
+        self.geometry = Geometry(mesh, builder, keep_normals=has_all, keep_spheres=has_all)
         kinds = [brdf.brdf_of(m, runtime.dtype()) for m in mesh.materials]
         self.material_library = MaterialLibrary(mesh.materials, kinds, builder)
         self._memory.allocate()
@@ -109,11 +113,20 @@ class SceneData:
         self.view = view_of_box(self.geometry.low, self.geometry.high) if view is None else dict(view)
         self._used_materials = np.unique(mesh.face_materials)
         self._has_normals = bool((mesh.face_normals >= 0).any())
-        self.set_environment(environment)
+        self.environment, self.background = environment, None
+        self.set_background(background)
 
     def set_environment(self, environment) -> None:
         """Replace the light from far away; what can be given is as for the constructor."""
         self.environment = load_environment(environment)
+        self._derive_effects()
+
+    def set_background(self, background) -> None:
+        """Replace the picture behind the scene; what can be given is as for the constructor."""
+        self.background = load_background(background)
+        self._derive_effects()
+
+    def _derive_effects(self) -> None:
         self.effects = effects.derive(
             self.materials,
             self._used_materials,
@@ -121,13 +134,20 @@ class SceneData:
             self.environment,
             runtime.dtype(),
             self.effects_mode,
+            self.geometry.num_spheres,
+            self.background,
         )
         self.version += 1
 
     @property
     def num_triangles(self) -> int:
-        """Triangles in the file's order, those included that no ray can hit."""
+        """How many triangles there are, those included that no ray can hit."""
         return self.geometry.num_triangles
+
+    @property
+    def num_spheres(self) -> int:
+        """How many spheres there are beside them."""
+        return self.geometry.num_spheres
 
     @property
     def materials(self) -> list:
@@ -242,8 +262,9 @@ class SceneData:
             blocked[i] = self.ray_intersector.is_blocked(ray, t_min[i], t_max[i])
 
     def __repr__(self) -> str:
+        spheres = f"{self.num_spheres:,} spheres, " if self.num_spheres > 0 else ""
         return (
-            f"SceneData({self.source!r}: {self.num_triangles:,} triangles, {len(self.materials)} materials, "
+            f"SceneData({self.source!r}: {self.num_triangles:,} triangles, {spheres}{len(self.materials)} materials, "
             f"{self.ray_intersector.name}, {self.ray_intersector.triangle_test})"
         )
 

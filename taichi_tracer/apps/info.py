@@ -23,6 +23,7 @@ def describe(scene: SceneData) -> list[str]:
     facts = {
         "source": scene.source,
         "triangles": f"{scene.num_triangles:,}",
+        "spheres": f"{scene.num_spheres:,}",
         "dropped": f"{scene.dropped:,}",
         "vertices": f"{len(geometry.arrays[0]):,}",
         "vertex normals": "yes" if geometry.has_normals else "no",
