@@ -14,71 +14,13 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import runtime
+from taichi_tracer.camera_frame import camera_frame, fovy_window, numbers, show, stretch_of, window_of
 from taichi_tracer.errors import InputError, one_of
 from taichi_tracer.ray import Ray
 
 HANDEDNESS = ("left", "right")
 CENTRE = tm.vec2(0.5, 0.5)  # of a pixel
-
-
-def camera_frame(eye: np.ndarray, at: np.ndarray, up: np.ndarray, handedness: str = "left") -> np.ndarray:
-    """(4, 4) float64 camera-to-world matrix [x_c y_c z_c eye; 0 0 0 1] (A1-6, A1-8); the camera looks along +z_c.
-
-    x_c = up × z_c is the courses' frame and shows right-handed data mirrored; ``handedness="right"`` negates x_c (C-5).
-
-    Raises:
-        InputError: eye = at, or up parallel to the gaze: no frame exists (C-6).
-    """
-    gaze = at - eye
-    if not np.linalg.norm(gaze) > 0:
-        raise InputError(f"camera: eye and at are the same point {_show(eye)}: move one of them")
-    z_c = gaze / np.linalg.norm(gaze)
-    side = np.cross(up, z_c)
-    smallest_sine = 1e-6  # below it, f32 positions no longer tell which way x_c points
-    if not np.linalg.norm(side) > smallest_sine * np.linalg.norm(up):
-        raise InputError(f"camera: up {_show(up)} is parallel to the gaze {_show(gaze)}: choose another up")
-    x_c = side / np.linalg.norm(side)
-    y_c = np.cross(z_c, x_c)
-    if handedness == "right":
-        x_c = -x_c
-    matrix = np.eye(4)
-    matrix[:3, :] = np.stack([x_c, y_c, z_c, eye], axis=1)
-    return matrix
-
-
-def view_of_box(low: np.ndarray, high: np.ndarray, fov: float = 60.0, aspect: float = 1.0) -> dict:
-    """Camera parameters (eye, at, up, fov) that show a whole box from +z, with its bounding sphere just inside."""
-    at = (np.asarray(low, np.float64) + high) / 2
-    radius = max(float(np.linalg.norm(np.asarray(high, np.float64) - low)) / 2, 1e-30)
-    half_angle = math.atan(math.tan(math.radians(fov) / 2) * min(1.0, aspect))
-    eye = at + np.array([0.0, 0.0, radius / math.sin(half_angle)])
-    return {"eye": eye, "at": at, "up": np.array([0.0, 1.0, 0.0]), "fov": fov}
-
-
-def _show(vector: np.ndarray) -> str:
-    return "(" + ", ".join(f"{component:g}" for component in vector) + ")"
-
-
-def _numbers(name: str, value, count: int) -> np.ndarray:
-    """``value`` as ``count`` finite float64 numbers."""
-    try:
-        vector = np.asarray(value, dtype=np.float64).reshape(-1)
-    except (TypeError, ValueError):
-        raise InputError(f"camera: {name} must be {count} numbers, not {value!r}") from None
-    if vector.shape != (count,) or not np.isfinite(vector).all():
-        raise InputError(f"camera: {name} must be {count} finite numbers, not {value!r}")
-    return vector
-
-
-def default_window(aspect: float) -> tuple[float, float, float, float]:
-    """(l, r, b, t): [−1, 1] along the shorter axis of the image, in proportion along the other (RT-3)."""
-    return (-aspect, aspect, -1.0, 1.0) if aspect >= 1 else (-1.0, 1.0, -1 / aspect, 1 / aspect)
-
-
-def fovy_window(fovy: float, aspect: float, focal_distance: float = 1.0) -> tuple[float, float, float, float]:
-    """(l, r, b, t) of the window that is seen under a vertical angle of ``fovy`` degrees (RT-4)."""
-    top = math.tan(math.radians(fovy) / 2) * focal_distance
-    return -top * aspect, top * aspect, -top, top
+DEFAULT_WINDOW = "default"  # asks for RT-3's where nothing would mean an angle
 
 
 @ti.data_oriented
@@ -90,7 +32,8 @@ class ProjectiveCamera(ABC):
         eye, at, up: 3 numbers each, world space.
         fov: vertical field of view in degrees, between 0 and 180; of a perspective camera only.
         handedness: "left" as in the courses, or "right" (C-5).
-        screen_window: (l, r, b, t) of the image plane at the focal distance (RT-3); it wins over ``fov`` (C-9).
+        screen_window: (l, r, b, t) of the image plane at the focal distance; it wins over ``fov`` (C-9).
+            "default" is [−1, 1] along the shorter axis of the image (RT-3).
         frame_aspect: width / height of the window, where that is not to be the image's (RT-4).
         focal_distance: where the window stands, along the gaze (RT-5).
 
@@ -110,7 +53,7 @@ class ProjectiveCamera(ABC):
         up: tuple[float, float, float] = (0.0, 1.0, 0.0),
         fov: float | None = None,
         handedness: str = "left",
-        screen_window: tuple[float, float, float, float] | None = None,
+        screen_window: tuple[float, float, float, float] | str | None = None,
         frame_aspect: float | None = None,
         focal_distance: float = 1.0,
     ) -> None:
@@ -119,7 +62,10 @@ class ProjectiveCamera(ABC):
                 raise InputError(f"camera: {name} must be a whole number of at least 1, not {size!r}")
         self.width, self.height = int(width), int(height)
         self.version = 0  # counts changes, so that a renderer knows when its samples are of another picture
-        values = {"eye": eye, "at": at, "up": up, "handedness": handedness, "screen_window": screen_window}
+        if isinstance(screen_window, str) and screen_window != DEFAULT_WINDOW:
+            raise one_of("screen_window", screen_window, [DEFAULT_WINDOW, "or four numbers"])
+        values = {"eye": eye, "at": at, "up": up, "handedness": handedness}
+        values["screen_window"] = None if isinstance(screen_window, str) else screen_window
         values["fov"] = self.default_fov if fov is None and screen_window is None else fov
         self._values = self.check({**values, "frame_aspect": frame_aspect, "focal_distance": focal_distance})
         self._memory = runtime.Memory()
@@ -153,12 +99,12 @@ class ProjectiveCamera(ABC):
         if values["handedness"] not in HANDEDNESS:
             raise one_of("handedness", values["handedness"], HANDEDNESS)
         for name in ("eye", "at", "up"):
-            checked[name] = _numbers(name, values[name], 3)
+            checked[name] = numbers(name, values[name], 3)
         if values["screen_window"] is not None:
-            checked["screen_window"] = l, r, b, t = _numbers("screen_window", values["screen_window"], 4)
+            checked["screen_window"] = l, r, b, t = numbers("screen_window", values["screen_window"], 4)
             if not (l < r and b < t):
                 raise InputError(
-                    f"camera: screen_window is l r b t with l < r and b < t, not {_show(checked['screen_window'])}"
+                    f"camera: screen_window is l r b t with l < r and b < t, not {show(checked['screen_window'])}"
                 )
         for name in ("frame_aspect", "focal_distance"):
             if values[name] is not None and not 0 < float(values[name]) < math.inf:
@@ -186,13 +132,9 @@ class ProjectiveCamera(ABC):
 
     @property
     def screen_window(self) -> tuple[float, float, float, float]:
-        """(l, r, b, t) at the focal distance: as given, by the angle, or the default (RT-3, RT-4)."""
-        window, fov = self._values["screen_window"], self._values["fov"]
-        if window is not None:
-            return tuple(float(edge) for edge in window)
-        if fov is not None:
-            return fovy_window(fov, self.frame_aspect, self.focal_distance)
-        return default_window(self.frame_aspect)
+        """(l, r, b, t) at the focal distance: as given, that of the angle, or the default (RT-3, RT-4)."""
+        values = self._values
+        return window_of(self.frame_aspect, values["fov"], values["screen_window"], self.focal_distance)
 
     @property
     def has_window(self) -> bool:
@@ -202,12 +144,12 @@ class ProjectiveCamera(ABC):
     @property
     def stretch(self) -> float:
         """How many times as wide as high a square is in the picture; 1 where nothing is distorted."""
-        l, r, b, t = self.screen_window
-        return self.width * (t - b) / (self.height * (r - l))
+        return stretch_of(self.screen_window, self.width, self.height)
 
     def parameters(self) -> dict:
         """What ``make_camera`` needs, beside the size, to make this camera again."""
-        return {"projection": self.projection, **{k: v for k, v in self._values.items() if v is not None}}
+        values = {"projection": self.projection, **{k: v for k, v in self._values.items() if v is not None}}
+        return values if "fov" in values else {"screen_window": DEFAULT_WINDOW, **values}
 
     def compute_matrix(self) -> np.ndarray:
         """(4, 4) float64 camera-to-world matrix (A1-8)."""
@@ -283,7 +225,7 @@ class Camera(ProjectiveCamera):
         if not 0.0 < fov < 180.0:
             raise InputError(f"camera: fov must be between 0 and 180 degrees (both excluded), not {fov:g}")
         if screen_window is not None:
-            told = _show(np.asarray(screen_window, float))
+            told = show(np.asarray(screen_window, float))
             warnings.warn(f"camera: fov {fov:g} does not count beside screen_window {told}", stacklevel=4)
             return None
         return fov
@@ -389,3 +331,28 @@ def make_camera(width: int, height: int, projection: str = "perspective", **para
             aspect = parameters.get("frame_aspect") or width / height
             parameters["screen_window"] = fovy_window(fov, aspect, distance)
     return CAMERAS[projection](width, height, **parameters)
+
+
+def change_projection(view: dict, projection: str) -> dict:
+    """The parameters of the other kind of camera, which shows the same where it looks."""
+    if projection not in CAMERAS:
+        raise one_of("camera", projection, CAMERAS)
+    changed = {**view, "projection": projection}
+    window = view.get("screen_window")
+    if projection != view.get("projection", "perspective") and window is not None and not isinstance(window, str):
+        distance = np.linalg.norm(np.asarray(view["at"], np.float64) - np.asarray(view["eye"], np.float64))
+        scale = distance / view.get("focal_distance", 1.0)
+        changed["screen_window"] = np.asarray(window) * (scale if projection == "orthographic" else 1 / scale)
+    return changed
+
+
+def check_view(width: int, height: int, projection: str = "perspective", **parameters) -> float:
+    """The ``stretch`` of the camera that ``make_camera`` would make; InputError where it would make none."""
+    named = dict.fromkeys(("fov", "screen_window", "frame_aspect")) | {"handedness": "left", "focal_distance": 1.0}
+    values = {**named, **parameters}
+    if isinstance(values["screen_window"], str):
+        values["screen_window"] = None
+    checked = CAMERAS[projection].check(values)
+    aspect = checked["frame_aspect"] or width / height
+    window = window_of(aspect, checked["fov"], checked["screen_window"], checked["focal_distance"])
+    return stretch_of(window, width, height)

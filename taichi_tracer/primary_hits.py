@@ -36,6 +36,7 @@ class PrimaryHits:
         jitter: whether rays pass through a random point of their pixel instead of its centre (A2-1).
         samples: where the random point comes from, see ``sampler.ALL``.
         use_packets: None takes packets where they can be had and are worth their compilation.
+        ranges: ((x0, x1), (y0, y1)), the pixels that are traced, and with packets those of their tiles; None is all.
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class PrimaryHits:
         jitter: bool = False,
         samples: type = sampler.SobolSampler,
         use_packets: bool | None = None,
+        ranges: tuple[tuple[int, int], tuple[int, int]] | None = None,
     ) -> None:
         self.scene_data, self.camera, self.jitter, self.sampler = scene_data, camera, jitter, samples
         self.width, self.height = camera.width, camera.height
@@ -60,6 +62,11 @@ class PrimaryHits:
         self.packets = None
         self.traces = 0
         self.tiles_x, self.tiles_y = -(-self.width // TILE), -(-self.height // TILE)
+        self.ranges = ((0, self.width), (0, self.height)) if ranges is None else ranges
+        (x0, x1), (y0, y1) = self.ranges
+        self.pixels = (x1 - x0) * (y1 - y0)
+        self.first_tile = x0 // TILE, y0 // TILE
+        self.traced_tiles = -(-x1 // TILE) - x0 // TILE, -(-y1 // TILE) - y0 // TILE
         shape = self.tiles_x * self.tiles_y
         self._memory = runtime.Memory()
         self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
@@ -85,8 +92,7 @@ class PrimaryHits:
 
     def is_much_work(self) -> bool:
         """Whether packets, which take seconds to compile, are worth it: for large pictures from the second one on."""
-        pixels = self.width * self.height
-        return self.traces > 0 and (pixels >= LARGE_PICTURE or pixels * self.traces >= MANY_RAYS)
+        return self.traces > 0 and (self.pixels >= LARGE_PICTURE or self.pixels * self.traces >= MANY_RAYS)
 
     @ti.func
     def tile_and_lane(self, x, y):
@@ -109,7 +115,7 @@ class PrimaryHits:
 
     @ti.kernel
     def _trace_rays(self, seed: ti.u32, index: ti.u32):
-        for x, y in ti.ndrange(self.width, self.height):
+        for x, y in ti.ndrange(*self.ranges):
             tile, lane = self.tile_and_lane(x, y)
             if ti.static(self.jitter):
                 xi = sampler.get_2d(self.sampler, self.key(x, y, seed, index), sampler.PIXEL)
@@ -124,10 +130,16 @@ class PrimaryHits:
         for i in range(PLACES * runtime.CPU_BLOCK):
             c = i // runtime.CPU_BLOCK
             low, high = tm.vec3(self.scene_data.geometry.low), tm.vec3(self.scene_data.geometry.high)
-            tile = c + (i % runtime.CPU_BLOCK) * PLACES
-            while tile < self.tiles_x * self.tiles_y:
-                x = ti.Vector([ti.min((tile // self.tiles_y) * TILE + k // TILE, self.width - 1) for k in range(LANES)])
-                y = ti.Vector([ti.min((tile % self.tiles_y) * TILE + k % TILE, self.height - 1) for k in range(LANES)])
+            k = c + (i % runtime.CPU_BLOCK) * PLACES
+            while k < self.traced_tiles[0] * self.traced_tiles[1]:
+                tile_x = self.first_tile[0] + k // self.traced_tiles[1]
+                tile = tile_x * self.tiles_y + self.first_tile[1] + k % self.traced_tiles[1]
+                x = ti.Vector(
+                    [ti.min((tile // self.tiles_y) * TILE + lane // TILE, self.width - 1) for lane in range(LANES)]
+                )
+                y = ti.Vector(
+                    [ti.min((tile % self.tiles_y) * TILE + lane % TILE, self.height - 1) for lane in range(LANES)]
+                )
                 xi_x, xi_y = lanes(0.5), lanes(0.5)
                 if ti.static(self.jitter):
                     pixel = ti.cast(y * self.width + x, ti.u32)
@@ -141,7 +153,7 @@ class PrimaryHits:
                 self.triangle_id[tile] = self.packets.triangle_id[c]
                 self.u[tile] = self.packets.u[c]
                 self.v[tile] = self.packets.v[c]
-                tile += PLACES * runtime.CPU_BLOCK
+                k += PLACES * runtime.CPU_BLOCK
 
     @ti.func
     def hit_data(self, x, y, ray):

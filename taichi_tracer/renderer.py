@@ -72,7 +72,7 @@ class ProgressiveRenderer:
         self.jitter = self.jitters if jitter is None else bool(jitter)
         self.sampler, self.seed, self.first_sample = SAMPLERS[sampler], int(seed), int(first_sample)
         self.film = Film(self.width, self.height, crop)
-        self.hits = PrimaryHits(scene_data, self.camera, self.jitter, self.sampler)
+        self.hits = PrimaryHits(scene_data, self.camera, self.jitter, self.sampler, ranges=self.film.ranges)
         self.active = self.offers[0]
         self._shown = None  # what the samples on the film are of
         self._traced = None  # what ``hits`` belongs to

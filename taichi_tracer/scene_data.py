@@ -9,7 +9,7 @@ import taichi.math as tm
 from taichi_tracer import brdf, effects, runtime
 from taichi_tracer.background import load_background
 from taichi_tracer.bvh import BVHRayIntersector
-from taichi_tracer.camera import view_of_box
+from taichi_tracer.camera_frame import view_of_box
 from taichi_tracer.environment import load_environment
 from taichi_tracer.errors import InputError, one_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
@@ -76,6 +76,7 @@ class SceneData:
         version: counts changes, so that a renderer knows when its samples are of another scene.
         geometry, material_library, ray_intersector: see their classes.
         view: camera parameters that show the scene.
+        shots: the pictures that its file asks for, see ``files.rt3``; of a mesh none.
         notes: what the user should know about the input, a line each.
     """
 
@@ -95,7 +96,7 @@ class SceneData:
         check(mesh)
         mesh = clean(mesh, runtime.dtype())
         self.source, self.notes, self.dropped = mesh.source, mesh.notes, mesh.dropped
-        self.effects_mode, self.version = effects_mode, 0
+        self.effects_mode, self.version, self.shots = effects_mode, 0, ()
         if effects_mode not in effects.MODES:
             raise one_of("effects", effects_mode, effects.MODES)
         environment = load_environment(environment)

@@ -9,7 +9,8 @@ from oracles import cameras as window_oracle
 from oracles import rays as oracle
 
 import taichi_tracer as tt
-from taichi_tracer.camera import CAMERAS, OrthographicCamera, default_window, make_camera
+from taichi_tracer.camera import CAMERAS, OrthographicCamera, make_camera
+from taichi_tracer.camera_frame import default_window
 
 
 @ti.kernel
@@ -105,7 +106,7 @@ def test_an_error_leaves_the_camera_as_it_was(f32):
 
 @pytest.mark.parametrize("aspect", [0.25, 1.0, 4.0])
 def test_view_of_box_shows_all_of_it(f32, aspect):
-    from taichi_tracer.camera import camera_frame, view_of_box
+    from taichi_tracer.camera_frame import camera_frame, view_of_box
 
     low, high = np.array([-3, 1, 2.0]), np.array([4, 2, 9.0])
     view = view_of_box(low, high, 50.0, aspect)
@@ -161,8 +162,8 @@ def test_windows_follow_the_rules_of_the_document(f32, projection, shape):
     if projection == "orthographic" and "fovy" in shape:
         pytest.skip("parallel rays have no angle")
     told = {"fov" if name == "fovy" else name: value for name, value in shape.items()}
-    if projection == "perspective" and "fovy" not in shape:
-        told["screen_window"] = default_window(shape.get("frame_aspect", 6 / 4))
+    if "fovy" not in shape:
+        told["screen_window"] = "default"
     camera = make_camera(6, 4, projection, **told, focal_distance=2.0)
     assert camera.screen_window == pytest.approx(window_oracle.window(6, 4, **shape, focal_distance=2.0))
 

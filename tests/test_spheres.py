@@ -220,7 +220,7 @@ def test_only_a_scene_with_spheres_has_them_compiled(f32):
     plain = tt.load_scene_data("cube")
     assert not plain.effects.spheres
     assert not plain.geometry.has_spheres
-    assert any(line.split() == "spheres not simulated, the scene has none".split() for line in plain.effects.receipt())
+    assert any(line.startswith("spheres") and "not simulated" in line for line in plain.effects.receipt())
     scene = scene_of((0, 0, 0, 1), (3, 0, 0, 1))
     assert scene.effects.spheres
     assert (scene.num_spheres, scene.num_triangles) == (2, 0)

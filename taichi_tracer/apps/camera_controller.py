@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from taichi_tracer.camera import Camera, camera_frame
+from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.camera_frame import camera_frame
 from taichi_tracer.errors import InputError
 
 SPEED = 1.5  # units per second, along every axis (A1-16)
@@ -32,7 +33,7 @@ class Pose:
     handedness: str = "left"
 
     @classmethod
-    def of(cls, camera: Camera) -> "Pose":
+    def of(cls, camera: ProjectiveCamera) -> "Pose":
         """The pose of a camera."""
         return cls(camera.eye, camera.at, camera.up, camera.handedness)
 
