@@ -115,12 +115,14 @@ def _world(mesh: Mesh) -> Iterator[str]:
     for material, name in zip(mesh.materials, names, strict=True):
         yield _material(material, name)
     count = len(mesh.faces)
+    if count == 0:
+        return
     sphere_of = np.full(count, -1)
     sphere_of[mesh.sphere_ids] = np.arange(len(mesh.sphere_ids))
     culls = np.zeros(count, bool) if mesh.face_culls is None else mesh.face_culls
     has_normals = (mesh.face_normals >= 0).any(axis=1) if len(mesh.face_normals) else np.zeros(count, bool)
-    kind = np.stack([sphere_of, mesh.face_materials, culls, has_normals], axis=1) if count else np.zeros((0, 4))
-    starts = np.flatnonzero(np.append(True, (kind[1:] != kind[:-1]).any(axis=1))) if count else []
+    kind = np.stack([sphere_of, mesh.face_materials, culls, has_normals], axis=1)
+    starts = np.flatnonzero(np.append(True, (kind[1:] != kind[:-1]).any(axis=1)))
     for begin, end in zip(starts, [*starts[1:], count], strict=True):
         material = names[mesh.face_materials[begin]]
         if sphere_of[begin] >= 0:
