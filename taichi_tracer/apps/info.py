@@ -69,7 +69,9 @@ def material_table(scene: SceneData) -> list[str]:
 
 
 def show(value) -> str:
-    """A number, or a vector as "(x, y, z)"."""
+    """A number, a word, or a vector as "(x, y, z)"."""
+    if isinstance(value, str):
+        return value
     try:
         return "(" + ", ".join(f"{component:.4g}" for component in value) + ")"
     except TypeError:

@@ -125,7 +125,9 @@ def test_dolly_keeps_at():
 WINDOWED = Pose(np.array([0.0, 0, 5]), np.zeros(3), np.array([0.0, 1, 0]), window=(-2.0, 4.0, -1.0, 1.0))
 
 
-@pytest.mark.parametrize(("keys", "zoom", "factor"), [("e", 0, 1 / np.e), ("q", 0, np.e), ("o", 0, np.e), ("", 0.5, 1 / np.e)])
+@pytest.mark.parametrize(
+    ("keys", "zoom", "factor"), [("e", 0, 1 / np.e), ("q", 0, np.e), ("o", 0, np.e), ("", 0.5, 1 / np.e)]
+)
 def test_an_orthographic_camera_zooms_its_window_about_its_middle(keys, zoom, factor):
     moved = step(WINDOWED, set(keys), 1.0, zoom=zoom)
     np.testing.assert_allclose(moved.window, [1 - 3 * factor, 1 + 3 * factor, -factor, factor])
