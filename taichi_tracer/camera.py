@@ -324,13 +324,20 @@ def make_camera(width: int, height: int, projection: str = "perspective", **para
     """
     if projection not in CAMERAS:
         raise one_of("camera", projection, CAMERAS)
-    if projection == "orthographic" and "fov" in parameters:
-        fov, eye, at = parameters.pop("fov"), parameters["eye"], parameters["at"]
-        distance = float(np.linalg.norm(np.asarray(at, np.float64) - np.asarray(eye, np.float64)))
-        if parameters.get("screen_window") is None:
-            aspect = parameters.get("frame_aspect") or width / height
-            parameters["screen_window"] = fovy_window(fov, aspect, distance)
+    if projection == "orthographic":
+        parameters = without_angle(parameters, width / height)
     return CAMERAS[projection](width, height, **parameters)
+
+
+def without_angle(view: dict, aspect: float) -> dict:
+    """``view`` with the window that its angle shows where the camera looks, for parallel rays; width / height of it."""
+    changed = dict(view)
+    fov = changed.pop("fov", None)
+    if fov is not None and changed.get("screen_window") is None:
+        Camera.check_fov(fov, None)
+        distance = np.linalg.norm(np.asarray(view["at"], np.float64) - np.asarray(view["eye"], np.float64))
+        changed["screen_window"] = fovy_window(fov, view.get("frame_aspect") or aspect, float(distance))
+    return changed
 
 
 def change_projection(view: dict, projection: str) -> dict:

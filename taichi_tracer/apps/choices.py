@@ -8,7 +8,7 @@ from pathlib import Path
 from taichi_tracer import renderer as renderer_module
 from taichi_tracer import rt3_renderer as rt3_renderer_module
 from taichi_tracer import runtime
-from taichi_tracer.camera import change_projection, make_camera
+from taichi_tracer.camera import change_projection, make_camera, without_angle
 from taichi_tracer.environment import load_environment
 from taichi_tracer.errors import one_of
 from taichi_tracer.files.rt3 import Document, FilmSettings, Integrator, Shot, crop_pixels, read_rt3
@@ -148,15 +148,20 @@ def load_scene(args: Namespace) -> SceneData:
     return scene
 
 
-def view_of(args: Namespace, view: dict) -> dict:
-    """Camera parameters: those of a scene or a scene file, and instead of them what the arguments say."""
+def view_of(args: Namespace, view: dict, aspect: float) -> dict:
+    """Camera parameters: those of a scene or a scene file, and instead of them what the arguments say.
+
+    Args:
+        aspect: width / height of the picture.
+    """
     view = dict(view) if args.camera is None else change_projection(view, args.camera)
     if args.fov is not None or args.window is not None:
         view.pop("fov", None)
         view.pop("screen_window", None)
     given = {"eye": args.eye, "at": args.at, "up": args.up, "fov": args.fov, "screen_window": args.window}
     given["handedness"] = args.handedness
-    return view | {name: value for name, value in given.items() if value is not None}
+    view |= {name: value for name, value in given.items() if value is not None}
+    return without_angle(view, aspect) if view.get("projection") == "orthographic" else view
 
 
 def make_renderer(
@@ -167,7 +172,8 @@ def make_renderer(
     options = {} if args.sampler is None else {"sampler": args.sampler}
     if args.jitter:
         options["jitter"] = True
-    view = view_of(args, scene.view if picture.shot is None else picture.shot.view)
+    view = scene.view if picture.shot is None else picture.shot.view
+    view = view_of(args, view, picture.width / picture.height)
     camera = make_camera(picture.width, picture.height, **view)
     renderer = renderer_class(scene_data=scene, camera=camera, crop=picture.crop, seed=args.seed, **options)
     if picture.shot is not None and isinstance(renderer, RT3Renderer):

@@ -58,7 +58,7 @@ def _shot(args: Namespace, document: Document, picture) -> Shot:
     if old is None or args.view is not None:
         integrator = _integrator_of(picture)
     film = replace(film, width=picture.width, height=picture.height, crop_window=window)
-    return Shot(view_of(args, view), film, integrator)
+    return Shot(view_of(args, view, picture.width / picture.height), film, integrator)
 
 
 def _default_view(args: Namespace, document: Document) -> dict:
