@@ -25,7 +25,6 @@ _HOME_OF = {
     "Ray": "ray",
     "HitData": "ray",
     "Camera": "camera",
-    "PerspectiveCamera": "camera",
     "OrthographicCamera": "camera",
     "Background": "background",
     "Mesh": "geometry",

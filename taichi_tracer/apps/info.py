@@ -23,8 +23,8 @@ def describe(scene: SceneData) -> list[str]:
     facts = {
         "source": scene.source,
         "triangles": f"{scene.num_triangles:,}",
-        "spheres": f"{scene.num_spheres:,}",
         "dropped": f"{scene.dropped:,}",
+        "spheres": f"{scene.num_spheres:,}",
         "vertices": f"{len(geometry.arrays[0]):,}",
         "vertex normals": "yes" if geometry.has_normals else "no",
         "bounds": f"{show(geometry.low)} to {show(geometry.high)}",

@@ -6,6 +6,7 @@ since.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -137,10 +138,10 @@ class _Reader:
         self.result = Document(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)), [])
         self.said_since = False
 
-    def note(self, line: str) -> None:
-        """Keep a line for the user; of very many the first."""
+    def note(self, line: str | Callable[[], str]) -> None:
+        """Keep a line for the user; of very many the first, so that no others are worded."""
         if len(self.notes) < MOST_NOTES:
-            self.notes.append(line)
+            self.notes.append(line if isinstance(line, str) else line())
         elif len(self.notes) == MOST_NOTES:
             self.notes.append(f"{self.path}: and more of the kind")
 
@@ -148,7 +149,7 @@ class _Reader:
         """One element, by its tag."""
         tag = SYNONYMS.get(element.tag, element.tag)
         if tag not in TAGS:
-            self.note(f"{element.where}: unknown tag <{element.tag[:40]}>{nearest(element.tag, TAGS)}")
+            self.note(lambda: f"{element.where}: unknown tag <{element.tag[:40]}>{nearest(element.tag, TAGS)}")
             element.known |= dict.fromkeys(element.attributes)  # one line is enough
             return
         if tag in SETTINGS:

@@ -14,6 +14,7 @@ from taichi_tracer.files.text import read_bytes
 
 MOST_BYTES = 1 << 26  # of a document with all that it includes: a mesh of a million triangles has a format of its own
 MOST_ELEMENTS = 200_000
+MOST_ATTRIBUTES = 1_000_000  # of one file, by its equals signs: the parser holds all of an element at once
 MOST_DEPTH = 64  # of elements within elements; the format has none
 MOST_INCLUDES = 1000
 MOST_INCLUDES_DEEP = 32
@@ -26,7 +27,7 @@ class Elements:
         InputError: what is no XML, or more of it than is read, with file and line.
     """
 
-    def __init__(self, handle: Callable[[Element], None], note: Callable[[str], None]) -> None:
+    def __init__(self, handle: Callable[[Element], None], note: Callable) -> None:
         self.handle, self.note = handle, note
         self.bytes = self.elements = self.includes = 0
         self.open: list[Path] = []  # files being read, each included by the one before it
@@ -51,6 +52,8 @@ class Elements:
         content = read_bytes(path)
         if not content.strip():
             raise InputError(f"{prefix}{path}: the file is empty")
+        if content.count(b"=") > MOST_ATTRIBUTES:
+            raise InputError(f"{prefix}{path}: more than {MOST_ATTRIBUTES:,} attributes")
         self.open.append(resolved)
         try:
             self._parse(path, content)

@@ -3,6 +3,7 @@
 import difflib
 import math
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,10 +24,10 @@ class Element:
         tag: its name.
         attributes: name → text.
         where: file and line, for messages.
-        note: takes a line that the user should know.
+        note: takes a line that the user should know, or a function that words it.
     """
 
-    def __init__(self, tag: str, attributes: dict[str, str], where: str, note: Callable[[str], None]) -> None:
+    def __init__(self, tag: str, attributes: dict[str, str], where: str, note: Callable) -> None:
         self.tag, self.attributes, self.where, self.note = tag, attributes, where, note
         self.known: dict[str, None] = {}
 
@@ -170,9 +171,11 @@ class Element:
         """Tell of every attribute that nothing asked for, with the nearest name that something did."""
         for name in self.attributes:
             if name not in self.known:
-                self.note(
-                    f"{self.where}: <{self.tag}> has no attribute {name[:LONGEST_SHOWN]!r}{nearest(name, self.known)}"
-                )
+                self.note(partial(self._unknown, name))
+
+    def _unknown(self, name: str) -> str:
+        near = nearest(name, self.known)
+        return f"{self.where}: <{self.tag}> has no attribute {name[:LONGEST_SHOWN]!r}{near}"
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

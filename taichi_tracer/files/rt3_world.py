@@ -1,6 +1,6 @@
 """The world of an RT3 document while it is read: a transform, a material, and the objects so far."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,9 @@ MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "pho
 MATERIALS |= {"phong": "phong"}
 OBJECTS = {"trianglemesh": "trianglemesh", "triangle_mesh": "trianglemesh", "mesh": "trianglemesh", "sphere": "sphere"}
 MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
+MOST_PRIMITIVES = 20_000_000
 MOST_SAVED = 10_000  # transforms that wait on the stack
+IDENTITY = np.eye(4)
 UNIFORM = 1e-9  # relative; how far from a similarity a transform may be by rounding
 
 
@@ -38,7 +40,9 @@ class World:
         self.saved: list[tuple[str, GraphicsState]] = []
         self.named_transforms: dict[str, np.ndarray] = {}
         self.named_materials: dict[str, Material] = {}
-        self.materials: list[Material] = []
+        self.material_ids: dict[Material, int] = {}  # by first use
+        self.files: dict[Path, Mesh] = {}
+        self.primitives = 0
         self.parts: list[Mesh] = []
         self.notes: list[str] = []
 
@@ -116,9 +120,7 @@ class World:
         return self.state.material if element.find("material") is None else self._named(element, "material")
 
     def _id_of(self, material: Material) -> int:
-        if material not in self.materials:
-            self.materials.append(material)
-        return self.materials.index(material)
+        return self.material_ids.setdefault(material, len(self.material_ids))
 
     # --- objects ------------------------------------------------------------------------------------------------------
 
@@ -142,27 +144,37 @@ class World:
             mesh.face_materials = ids[mesh.face_materials]
         else:
             mesh.face_materials = np.full(len(mesh.faces), self._id_of(material), np.int32)
+        self._count(element, len(mesh.faces))
         self.parts.append(mesh)
+
+    def _count(self, element: Element, more: int) -> None:
+        self.primitives += more
+        if self.primitives > MOST_PRIMITIVES:
+            raise element.error(f"takes the world beyond {MOST_PRIMITIVES:,} primitives")
 
     def _mesh_of_file(self, element: Element, document: Path) -> Mesh:
         from taichi_tracer.files import read
 
-        mesh = read(element.path("filename", document))
-        self.notes += mesh.notes
-        return mesh
+        path = element.path("filename", document)
+        if path not in self.files:
+            self.files[path] = read(path)
+            self.notes += self.files[path].notes
+        return replace(self.files[path])
 
     def _add_sphere(self, element: Element) -> None:
         element.need("radius")
         radius = element.number("radius", above=0.0)
         centre = element.numbers("center", "centre", "origin", default=np.zeros(3))
         ctm = self.state.ctm
-        scale = similarity(ctm[:3, :3])
+        is_placed = bool((ctm == IDENTITY).all())
+        scale = 1.0 if is_placed else similarity(ctm[:3, :3])
         if scale is None:
             raise element.error(
                 "would become an ellipsoid: the transform does not scale all axes alike; use a trianglemesh for it"
             )
-        centre = centre if (ctm == np.eye(4)).all() else ctm[:3, :3] @ centre + ctm[:3, 3]
+        centre = centre if is_placed else ctm[:3, :3] @ centre + ctm[:3, 3]
         material = self._material_of(element)
+        self._count(element, 1)
         self.parts.append(
             Mesh(
                 vertices=centre[None],
@@ -195,7 +207,7 @@ class World:
             normals=_joined([p.normals for p in parts], (0, 3), np.float64),
             face_normals=_joined(corners if has_normals else [], (0, 3), np.int32),
             face_materials=_joined([p.face_materials for p in parts], (0,), np.int32),
-            materials=self.materials or [Material()],
+            materials=list(self.material_ids) or [Material()],
             source=str(self.path),
             spheres=_joined([p.spheres for p in parts], (0, 4), np.float64),
             sphere_ids=_joined(sphere_ids, (0,), np.int32),
@@ -288,7 +300,7 @@ def vertex_normals(mesh: Mesh) -> np.ndarray:
 
 def place(mesh: Mesh, ctm: np.ndarray) -> None:
     """Transform a mesh; a mirror turns its triangles round, so that outsides stay outside."""
-    if (ctm == np.eye(4)).all():
+    if (ctm == IDENTITY).all():
         return
     linear = ctm[:3, :3]
     mesh.vertices = mesh.vertices @ linear.T + ctm[:3, 3]

@@ -245,6 +245,7 @@ def test_what_is_written_is_read_again(tmp_path):
 MESH = '<object type="trianglemesh" '
 TRIANGLE = 'vertices="0 0 0 1 0 0 0 1 0" indices="0 1 2" '
 BOMB = "".join(f'<!ENTITY l{k + 1} "{f"&l{k};" * 10}">' for k in range(9))
+MANY_ATTRIBUTES = " ".join(f'a{k}=""' for k in range(1_000_001))
 
 MALFORMED = {
     # no XML at all
@@ -274,6 +275,8 @@ MALFORMED = {
     # too much
     "nested": ("<a>" * 1_000_000, ":1: elements are nested more than 64 deep"),
     "includes itself": (document('<include filename="scene.xml"/>'), ":6: scene.xml includes itself"),
+    "attributes": (f"<RT3 {MANY_ATTRIBUTES}/>", "more than 1,000,000 attributes"),
+    "elements": (document("<a/>" * 200_001), ":6: more than 200,000 elements"),
     "stacked": (document("<push_CTM/>" * 20_000), ":6: <push_CTM> saves more than 10,000 states"),
     # the course of things
     "no world": (HEAD + "</RT3>", "the document has no <world_begin/>"),
