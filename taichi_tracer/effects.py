@@ -59,12 +59,14 @@ def derive(
     dtype: type,
     mode: str = "scene",
     num_spheres: int = 0,
+    has_culling: bool = False,
     background: Background | None = None,
 ) -> Effects:
     """The effects of a scene; ``mode`` "all" has every one, for comparison.
 
     Args:
         face_materials: (F,) material ids; a material that no triangle has calls for nothing.
+        has_culling: whether rays pass through the backs of some triangles.
     """
     if mode not in MODES:
         raise one_of("effects", mode, MODES)
@@ -93,6 +95,8 @@ def derive(
     )
     has_spheres = num_spheres > 0
     reasons.append(("spheres", has_spheres, f"{num_spheres:,} of them" if has_spheres else "the scene has none"))
+    why = "rays pass through the backs of some triangles" if has_culling else "all triangles have two sides"
+    reasons.append(("backface cull", has_culling, why))
     reasons.append(_about_background(background))
     return Effects(tuple(sorted(found)), sky, emits, has_normals, has_spheres, background is not None, tuple(reasons))
 

@@ -65,7 +65,7 @@ class SceneData:
         mesh: triangles and materials.
         intersector: a name in ``INTERSECTORS``.
         triangle_test: a name in ``ray_intersector.TRIANGLE_TESTS``.
-        view: camera parameters (eye, at, up, fov) that show the scene; computed from its box when None.
+        view: camera parameters that show the scene, as for ``camera.make_camera``; computed from its box when None.
         environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an
             ``Environment``, or None.
         effects_mode: "scene" compiles what the scene calls for, "all" everything, to compare.
@@ -136,6 +136,7 @@ class SceneData:
             runtime.dtype(),
             self.effects_mode,
             self.geometry.num_spheres,
+            self.geometry.has_culling,
             self.background,
         )
         self.version += 1
