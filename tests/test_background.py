@@ -102,7 +102,7 @@ def test_renderers_show_it_where_nothing_is_hit_and_it_lights_nothing():
 
 def test_a_new_background_starts_over_and_the_receipt_knows_it():
     scene = tt.scene_from_mesh(*SQUARE, environment="white")
-    renderer = tt.A2Renderer(scene, 8, 8)
+    renderer = tt.RT3Renderer(scene, 8, 8)
     assert not scene.effects.background
     assert renderer.image()[0, 0].tolist() == [1, 1, 1]
     scene.set_background((0.5, 0.25, 0))

@@ -139,9 +139,9 @@ def test_tangents_and_near_misses_are_decided_as_exact_numbers_are(f32, rng):
     assert not scene_of((0, 0, 0, 1)).intersect([0, 1.0000001, -5], [0, 0, 1]).is_hit[0]
 
 
-@pytest.mark.parametrize("distance", [1e3, 1e6])
-def test_a_small_sphere_far_away_is_hit_right(precision, distance, rng):
+def test_a_small_sphere_far_away_is_hit_right(precision, rng):
     """Radius 1 at a distance of 1e6: outline, depth and normal are those of the numbers that the ray has."""
+    distance = 1e6
     scene = scene_of((distance, 0, 0, 1))
     origins = np.zeros((3_000, 3), np.float32)
     origins[:, 1:] = rng.uniform(-1.2, 1.2, (3_000, 2))
