@@ -25,6 +25,8 @@ _HOME_OF = {
     "Ray": "ray",
     "HitData": "ray",
     "Camera": "camera",
+    "OrthographicCamera": "camera",
+    "Background": "background",
     "Mesh": "geometry",
     "Geometry": "geometry",
     "Material": "materials",
@@ -38,6 +40,7 @@ _HOME_OF = {
     "Environment": "environment",
     "A1Renderer": "renderer",
     "A2Renderer": "renderer",
+    "RT3Renderer": "rt3_renderer",
     "save_image": "files.images",
     "read_image": "files.images",
 }

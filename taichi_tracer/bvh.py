@@ -44,11 +44,11 @@ class BVHRayIntersector(RayIntersector):
         self.solve_packet = PACKET_TESTS.get(triangle_test)
         start = time.perf_counter()
         vertices, faces = geometry.arrays
-        ids = geometry.hittable_ids()
+        ids, boxes = geometry.hittable()
         corners = vertices[faces[ids]]
         order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
         if len(ids) > 0:
-            tree = bvh_build.build(np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1))
+            tree = bvh_build.build(boxes)
             order, wide = tree.order, collapse(tree)
         self.root, self.depth, self.stack_size = wide.root, wide.depth, wide.stack_size
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
@@ -141,7 +141,11 @@ class BVHRayIntersector(RayIntersector):
                     first, count = leaf_range(reference)
                     for i in range(first, first + count):
                         v0, v1, v2 = self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
-                        t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+                        t, u, v = -tm.inf, 0.0, 0.0
+                        if ti.static(self.geometry.is_plain):
+                            t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+                        else:
+                            t, u, v = self.candidate_of(ray, bounds, self.leaf_ids[i], v0, v1, v2, t_min)
                         if t_min < t and t <= best:
                             triangle_id = self.leaf_ids[i]
                             if t < best or (triangle_id < best_id):
@@ -216,7 +220,7 @@ class BVHRayIntersector(RayIntersector):
                     first, count = leaf_range(reference)
                     for i in range(first, first + count):
                         v0, v1, v2 = self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
-                        packets.try_triangle(c, heading, self, v0, v1, v2, self.leaf_ids[i], t_min)
+                        packets.try_primitive(c, heading, self, v0, v1, v2, self.leaf_ids[i], t_min)
                     best = packets.farthest(c)
 
     @ti.func

@@ -35,6 +35,7 @@ class Lighting:
     def __init__(self, scene_data, samples) -> None:
         self.effects = scene_data.effects
         self.environment = scene_data.environment
+        self.background = scene_data.background
         self.intersector = scene_data.ray_intersector
         self.sampler = samples
 
@@ -58,6 +59,16 @@ class Lighting:
         elif ti.static(self.effects.environment == "constant"):
             light = self.environment.constant_radiance()
         return light
+
+    @ti.func
+    def behind(self, direction, x, y, width, height):
+        """What pixel (x, y) of a frame shows where its ray meets nothing: the background, or light from far away."""
+        value = tm.vec3(0)
+        if ti.static(self.effects.background):
+            value = self.background.color(x, y, width, height)
+        else:
+            value = self.radiance(direction)
+        return value
 
 
 class UniformSphere:

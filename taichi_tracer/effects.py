@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from taichi_tracer import brdf
+from taichi_tracer.background import Background
 from taichi_tracer.environment import Environment
 from taichi_tracer.errors import one_of
 from taichi_tracer.materials import Material
@@ -19,6 +20,8 @@ class Effects:
         environment: "none" or "black": no light from far away, and no shadow ray; "constant": no look-up; "image".
         emitters: whether a material emits.
         interpolated_normals: whether a triangle has vertex normals.
+        spheres: whether there are spheres beside the triangles.
+        background: whether there is a picture behind the scene.
         reasons: (effect, is simulated, why), for the receipt.
     """
 
@@ -26,6 +29,8 @@ class Effects:
     environment: str
     emitters: bool
     interpolated_normals: bool
+    spheres: bool
+    background: bool
     reasons: tuple[tuple[str, bool, str], ...]
 
     @property
@@ -53,11 +58,15 @@ def derive(
     environment: Environment | None,
     dtype: type,
     mode: str = "scene",
+    num_spheres: int = 0,
+    has_culling: bool = False,
+    background: Background | None = None,
 ) -> Effects:
     """The effects of a scene; ``mode`` "all" has every one, for comparison.
 
     Args:
         face_materials: (F,) material ids; a material that no triangle has calls for nothing.
+        has_culling: whether rays pass through the backs of some triangles.
     """
     if mode not in MODES:
         raise one_of("effects", mode, MODES)
@@ -71,8 +80,10 @@ def derive(
         sky = "none" if environment is None else "image"
         reason = "everything is compiled in"
         names = [b.name for b in brdf.ALL] + ["environment", "look-up", "shadow rays", "emitters", "vertex normals"]
+        names += ["spheres"]
         reasons = [(name, sky != "none" or name not in ("environment", "look-up"), reason) for name in names]
-        return Effects(tuple(sorted(found)), sky, emits, has_normals, tuple(reasons))
+        reasons.append(_about_background(background))
+        return Effects(tuple(sorted(found)), sky, emits, has_normals, True, background is not None, tuple(reasons))
     reasons = [_about_brdf(i, kinds.count(i), len(kinds)) for i in range(len(brdf.ALL))]
     reasons += _about_light(sky, environment, emits)
     reasons.append(
@@ -82,7 +93,16 @@ def derive(
             "a triangle has them" if has_normals else "the face's normal is that of every point",
         )
     )
-    return Effects(tuple(sorted(found)), sky, emits, has_normals, tuple(reasons))
+    has_spheres = num_spheres > 0
+    reasons.append(("spheres", has_spheres, f"{num_spheres:,} of them" if has_spheres else "the scene has none"))
+    why = "rays pass through the backs of some triangles" if has_culling else "all triangles have two sides"
+    reasons.append(("backface cull", has_culling, why))
+    reasons.append(_about_background(background))
+    return Effects(tuple(sorted(found)), sky, emits, has_normals, has_spheres, background is not None, tuple(reasons))
+
+
+def _about_background(background: Background | None) -> tuple[str, bool, str]:
+    return "background", background is not None, "the scene has none" if background is None else background.what
 
 
 def _kind_of(environment: Environment | None) -> str:

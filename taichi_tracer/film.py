@@ -151,6 +151,11 @@ class Film:
         self._copy_to(image)
         return image
 
+    def own_pixels(self, image: np.ndarray) -> np.ndarray:
+        """The part of a (height, width, ...) image, top row first, that takes samples: what a file shows of it."""
+        x0, x1, y0, y1 = self.crop
+        return image[self.height - y1 : self.height - y0, x0:x1]
+
     def variance_of_mean(self) -> np.ndarray:
         """(height, width, 3) float32, top row first: the variance of every pixel's mean; NaN where it is not known.
 

@@ -1,4 +1,7 @@
-"""Indexed triangles: numpy arrays (``Mesh``, what files hold) and Taichi fields (``Geometry``, what rays meet)."""
+"""Triangles and spheres: numpy arrays (``Mesh``, what files hold) and Taichi fields (``Geometry``, what rays meet).
+
+Both kinds are primitives, numbered together in the file's order; a *triangle id* is the number of a primitive.
+"""
 
 from dataclasses import dataclass, field, replace
 
@@ -15,8 +18,10 @@ from taichi_tracer.materials import Material
 class Mesh:
     """Indexed triangles with materials: plain numpy, ids 0-based and in the file's order, −1 = none (C-16).
 
+    A sphere takes the number, and so the row, of a triangle: its vertex ids there are 0, its material is its own.
+
     Attributes:
-        vertices: (V, 3) float64 positions.
+        vertices: (V, 3) float64 positions; with spheres there is at least one.
         faces: (F, 3) int32 vertex ids, counter-clockwise seen from the front.
         normals: (N, 3) float64 vertex normals, not necessarily unit length; (0, 3) when there are none.
         face_normals: (F, 3) int32 ids into ``normals`` for each corner, −1 where a corner has none; (0, 3) int32 when
@@ -25,6 +30,9 @@ class Mesh:
         materials: in order of first use.
         source: where the mesh came from, for messages.
         notes: one line per thing that the user should know, such as triangles that were dropped.
+        spheres: (S, 4) float64 centre and radius.
+        sphere_ids: (S,) int32, the row of ``faces`` that each sphere has.
+        face_culls: (F,) bool, whether rays pass through the back of a triangle; None when they pass through none.
     """
 
     vertices: np.ndarray
@@ -36,6 +44,9 @@ class Mesh:
     source: str = "mesh"
     notes: list[str] = field(default_factory=list)
     dropped: int = 0
+    spheres: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
+    sphere_ids: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    face_culls: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         if self.face_materials is None:
@@ -78,6 +89,9 @@ def clean(mesh: Mesh, dtype: type) -> Mesh:
     with np.errstate(over="ignore"):
         vertices = mesh.vertices.astype(dtype)
     not_finite, no_area = unhittable(vertices, mesh.faces)
+    with np.errstate(over="ignore"):
+        spheres = mesh.spheres.astype(dtype)
+    not_finite[mesh.sphere_ids], no_area[mesh.sphere_ids] = ~np.isfinite(spheres).all(axis=1), ~(spheres[:, 3] > 0)
     gone = not_finite | no_area
     faces = np.ascontiguousarray(mesh.faces, dtype=np.int32)
     notes = list(mesh.notes)
@@ -87,51 +101,108 @@ def clean(mesh: Mesh, dtype: type) -> Mesh:
         faces = np.where(gone[:, None], np.int32(0), faces)
         causes = ((not_finite, "with a NaN or infinite vertex"), (no_area, "without area"))
         told = ", ".join(f"{which.sum()} {cause}" for which, cause in causes if which.any())
-        notes.append(f"{mesh.source}: {gone.sum()} of {len(faces)} triangles dropped ({told})")
-    return replace(mesh, vertices=vertices, faces=faces, notes=notes, dropped=int(gone.sum()))
+        what = "triangles" if len(spheres) == 0 else "primitives"
+        notes.append(f"{mesh.source}: {gone.sum()} of {len(faces)} {what} dropped ({told})")
+    kept = ~gone[mesh.sphere_ids]
+    return replace(
+        mesh,
+        vertices=vertices,
+        faces=faces,
+        notes=notes,
+        dropped=int(gone.sum()),
+        spheres=spheres[kept],
+        sphere_ids=mesh.sphere_ids[kept],
+    )
 
 
 @ti.data_oriented
 class Geometry:
-    """The triangles of one scene in Taichi fields.
+    """The primitives of one scene in Taichi fields.
 
     Attributes:
+        num_primitives, num_spheres, num_triangles: how many, those included that no ray can hit.
+        is_plain: whether there are only triangles, and rays meet both sides of all: then nothing else is compiled.
         vertices: (V,) vec3. faces: (F,) ivec3 vertex ids. face_materials: (F,) int.
         normals, face_normals: (N,) vec3 and (F,) ivec3, only where ``has_normals``.
+        spheres, sphere_of: (S,) vec4 and (F,) int, −1 for a triangle, only where ``has_spheres``.
+        culls: (F,) int, only where ``has_culling``.
         low, high: corners of the bounding box, numpy float64 (3,).
         arrays: the same vertices and faces as numpy arrays, for builders of accelerators.
+
+    Args:
+        keep_normals, keep_spheres: have the fields, and the code, where there is nothing to put into them.
     """
 
-    def __init__(self, mesh: Mesh, fields: ti.FieldsBuilder, keep_normals: bool = False) -> None:
-        self.num_triangles = len(mesh.faces)
+    def __init__(
+        self, mesh: Mesh, fields: ti.FieldsBuilder, keep_normals: bool = False, keep_spheres: bool = False
+    ) -> None:
+        self.num_primitives, self.num_spheres = len(mesh.faces), len(mesh.spheres)
+        self.num_triangles = self.num_primitives - self.num_spheres
         self.arrays = mesh.vertices, mesh.faces
+        self.sphere_arrays = mesh.spheres, mesh.sphere_ids
         if keep_normals and len(mesh.face_normals) == 0:
-            no_ids = np.full((max(1, self.num_triangles), 3), -1, np.int32)
+            no_ids = np.full((max(1, self.num_primitives), 3), -1, np.int32)
             mesh.normals, mesh.face_normals = np.zeros((1, 3)), no_ids
         self.has_normals = keep_normals or bool((mesh.face_normals >= 0).any())
-        used = mesh.vertices[np.unique(mesh.faces)] if self.num_triangles > 0 else np.zeros((1, 3))
-        self.low, self.high = used.min(axis=0).astype(np.float64), used.max(axis=0).astype(np.float64)
+        self.has_spheres = keep_spheres or self.num_spheres > 0
+        self.has_culling = mesh.face_culls is not None and bool(mesh.face_culls.any())
+        self.is_plain = not (self.has_spheres or self.has_culling)
+        self.low, self.high = self._bounds(mesh)
 
         self.vertices = ti.Vector.field(3, float)
         self.faces = ti.Vector.field(3, ti.i32)
         self.face_materials = ti.field(ti.i32)
         fields.dense(ti.i, max(1, len(mesh.vertices))).place(self.vertices)
-        per_face = fields.dense(ti.i, max(1, self.num_triangles))
+        per_face = fields.dense(ti.i, max(1, self.num_primitives))
         per_face.place(self.faces, self.face_materials)
         if self.has_normals:
             self.normals = ti.Vector.field(3, float)
             self.face_normals = ti.Vector.field(3, ti.i32)
             fields.dense(ti.i, len(mesh.normals)).place(self.normals)
             per_face.place(self.face_normals)
+        if self.has_spheres:
+            self.spheres = ti.Vector.field(4, float)
+            self.sphere_of = ti.field(ti.i32)
+            fields.dense(ti.i, max(1, self.num_spheres)).place(self.spheres)
+            per_face.place(self.sphere_of)
+        if self.has_culling:
+            self.culls = ti.field(ti.i32)
+            per_face.place(self.culls)
 
-    def hittable_ids(self) -> np.ndarray:
+    def _bounds(self, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+        faces = mesh.faces
+        if self.num_spheres > 0:  # whose rows name vertex 0
+            faces = faces[self.hittable_triangles()]
+        corners = [mesh.vertices[np.unique(faces)]] if len(faces) > 0 else []
+        if self.num_spheres > 0:
+            corners += np.split(self.sphere_boxes(), 2, axis=1)
+        used = np.concatenate(corners) if corners else np.zeros((1, 3))
+        return used.min(axis=0).astype(np.float64), used.max(axis=0).astype(np.float64)
+
+    def hittable_triangles(self) -> np.ndarray:
         """(n,) ids of the triangles that ``clean`` did not collapse."""
         faces = self.arrays[1]
         return np.flatnonzero((faces[:, 0] != faces[:, 1]) | (faces[:, 1] != faces[:, 2]))
 
+    def sphere_boxes(self) -> np.ndarray:
+        """(S, 6) low and high corner of every sphere, in the running precision."""
+        spheres = self.sphere_arrays[0]
+        return np.concatenate([spheres[:, :3] - spheres[:, 3:], spheres[:, :3] + spheres[:, 3:]], axis=1)
+
+    def hittable(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) ids of the primitives that a ray can meet, and their (n, 6) boxes."""
+        vertices, faces = self.arrays
+        ids = self.hittable_triangles()
+        corners = vertices[faces[ids]]
+        boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
+        if self.num_spheres > 0:
+            ids = np.concatenate([ids, self.sphere_arrays[1]])
+            boxes = np.concatenate([boxes, self.sphere_boxes()])
+        return ids, boxes
+
     def load(self, mesh: Mesh) -> None:
         """Copy the arrays into the fields; after the builder's ``finalize``."""
-        if self.num_triangles == 0:
+        if self.num_primitives == 0:
             return
         dtype = runtime.dtype()
         self._load_triangles(mesh.vertices, mesh.faces, np.ascontiguousarray(mesh.face_materials, np.int32))
@@ -139,6 +210,12 @@ class Geometry:
             self._load_normals(
                 np.ascontiguousarray(mesh.normals, dtype), np.ascontiguousarray(mesh.face_normals, np.int32)
             )
+        if self.has_spheres:
+            sphere_of = np.full(self.num_primitives, -1, np.int32)
+            sphere_of[mesh.sphere_ids] = np.arange(self.num_spheres)
+            self._load_spheres(np.ascontiguousarray(mesh.spheres, dtype), sphere_of)
+        if self.has_culling:
+            self._load_culls(mesh.face_culls.astype(np.int32))
 
     @ti.kernel
     def _load_triangles(
@@ -164,6 +241,29 @@ class Geometry:
             for k in ti.static(range(3)):
                 self.face_normals[i][k] = face_normals[i, k]
 
+    @ti.kernel
+    def _load_spheres(self, spheres: ti.types.ndarray(ndim=2), sphere_of: ti.types.ndarray(ndim=1)):
+        for i in range(spheres.shape[0]):
+            for k in ti.static(range(4)):
+                self.spheres[i][k] = spheres[i, k]
+        for i in range(sphere_of.shape[0]):
+            self.sphere_of[i] = sphere_of[i]
+
+    @ti.kernel
+    def _load_culls(self, culls: ti.types.ndarray(ndim=1)):
+        for i in range(culls.shape[0]):
+            self.culls[i] = culls[i]
+
+    @ti.func
+    def is_special(self, triangle_id):
+        """Whether a primitive is anything but a triangle with two sides."""
+        special = False
+        if ti.static(self.has_spheres):
+            special = self.sphere_of[triangle_id] >= 0
+        if ti.static(self.has_culling):
+            special = special or self.culls[triangle_id] != 0
+        return special
+
     @ti.func
     def triangle(self, triangle_id):
         """The three vertices v0, v1, v2."""
@@ -183,6 +283,26 @@ class Geometry:
         p = w * v0 + u * v1 + v * v2
         size = abs(w * v0) + abs(u * v1) + abs(v * v2) + (v0 - p).norm() * thinness(v0, v1, v2)
         return p, size * ti.static(8 * runtime.epsilon())
+
+    @ti.func
+    def hit_position(self, data):
+        """Where a ray met the surface, and a bound of the rounding error, as for ``position``; of either primitive.
+
+        On a sphere it is c + r n, which lies on it however far the ray came from.
+        """
+        position, error = tm.vec3(0), tm.vec3(0)
+        sphere = -1
+        if ti.static(self.has_spheres):
+            sphere = self.sphere_of[data.triangle_id]
+            if sphere >= 0:
+                centre, radius = self.spheres[sphere].xyz, self.spheres[sphere].w
+                outward = ti.select(data.is_backfacing, -data.geometric_normal, data.geometric_normal)
+                position = centre + radius * outward
+                error = (abs(centre) + radius) * ti.static(8 * runtime.epsilon())
+        if sphere < 0:
+            u, v = data.barycentric_coords.x, data.barycentric_coords.y
+            position, error = self.position(data.triangle_id, u, v)
+        return position, error
 
     @ti.func
     def shading_normal(self, triangle_id, u, v, geometric_normal):

@@ -88,11 +88,10 @@ class Packets:
         self.count[None] = LANES
 
     @ti.func
-    def put_rays(self, c, o, dx, dy, dz):
-        """Sixteen rays with a common origin."""
-        for k in ti.static(range(3)):
-            self.o[c, k] = lanes(o[k])
-        self.d[c, 0], self.d[c, 1], self.d[c, 2] = dx, dy, dz
+    def put_rays(self, c, ox, oy, oz, dx, dy, dz):
+        """Sixteen rays; what they have in common may be one number."""
+        self.o[c, 0], self.o[c, 1], self.o[c, 2] = lanes(ox), lanes(oy), lanes(oz)
+        self.d[c, 0], self.d[c, 1], self.d[c, 2] = lanes(dx), lanes(dy), lanes(dz)
 
     @ti.func
     def prepare(self, c, low, high, pad_factor, t_max):
@@ -164,6 +163,17 @@ class Packets:
         return farthest
 
     @ti.func
+    def try_primitive(self, c, heading, intersector: ti.template(), v0, v1, v2, triangle_id, t_min):
+        """``try_triangle``; spheres, and triangles with one side, are met by one ray at a time."""
+        if ti.static(intersector.geometry.is_plain):
+            self.try_triangle(c, heading, intersector, v0, v1, v2, triangle_id, t_min)
+        elif intersector.geometry.is_special(triangle_id):
+            for lane in range(self.count[None]):
+                self.try_one(c, lane, intersector, v0, v1, v2, triangle_id, t_min)
+        else:
+            self.try_triangle(c, heading, intersector, v0, v1, v2, triangle_id, t_min)
+
+    @ti.func
     def try_triangle(self, c, heading, intersector: ti.template(), v0, v1, v2, triangle_id, t_min):
         """``candidate`` of sixteen rays, and its acceptance: keep it in the lanes where it is the nearest."""
         is_inside, is_undecided, t, u, v = intersector.solve_packet(self, c, heading, v0, v1, v2)
@@ -202,12 +212,16 @@ class Packets:
 
     @ti.func
     def try_one(self, c, lane, intersector: ti.template(), v0, v1, v2, triangle_id, t_min):
-        """One lane by the plain form: rare, for a ray that passes a vertex or an edge exactly."""
+        """One lane by the plain form: for a sphere, and for a ray that passes a vertex or an edge exactly."""
         o, d = tm.vec3(0), tm.vec3(0)
         for k in ti.static(range(3)):
             o[k], d[k] = self.o[c, k][lane], self.d[c, k][lane]
         ray = Ray(origin=o, direction=d)
-        t, u, v = intersector.candidate(ray, intersector.ray_bounds(ray), v0, v1, v2)
+        t, u, v = -tm.inf, 0.0, 0.0
+        if ti.static(intersector.geometry.is_plain):
+            t, u, v = intersector.candidate(ray, intersector.ray_bounds(ray), v0, v1, v2)
+        else:
+            t, u, v = intersector.candidate_of(ray, intersector.ray_bounds(ray), triangle_id, v0, v1, v2, t_min)
         reach = self.reach[c][lane]
         if t > t_min and (t < reach or (t == reach and triangle_id < self.triangle_id[c][lane])):
             self.reach[c][lane], self.t[c][lane], self.triangle_id[c][lane] = t, t, triangle_id

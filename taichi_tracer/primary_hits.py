@@ -4,9 +4,9 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import runtime, sampler
-from taichi_tracer.camera import Camera
+from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.packets import LANES, PACKET_TESTS, TILE, TILE_BITS, Packets, lanes
-from taichi_tracer.ray_intersector import no_hit
+from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import SampleKey
 from taichi_tracer.scene_data import SceneData
 
@@ -39,16 +39,18 @@ class PrimaryHits:
         samples: where the random point comes from, see ``sampler.ALL``.
         use_packets: None takes packets where they can be had and are worth their compilation.
         adaptive: whether pixels take samples in a ``share`` of the passes, in 1/256, instead of in every one.
+        ranges: ((x0, x1), (y0, y1)), the pixels that are traced, and with packets those of their tiles; None is all.
     """
 
     def __init__(
         self,
         scene_data: SceneData,
-        camera: Camera,
+        camera: ProjectiveCamera,
         jitter: bool = False,
         samples: type = sampler.SobolSampler,
         use_packets: bool | None = None,
         adaptive: bool = False,
+        ranges: tuple[tuple[int, int], tuple[int, int]] | None = None,
     ) -> None:
         self.scene_data, self.camera, self.jitter, self.sampler = scene_data, camera, jitter, samples
         self.adaptive = adaptive
@@ -65,6 +67,11 @@ class PrimaryHits:
         self.packets = None
         self.traces, self.forms = 0, frozenset()  # how often, and in which forms, rays were traced
         self.tiles_x, self.tiles_y = -(-self.width // TILE), -(-self.height // TILE)
+        self.ranges = ((0, self.width), (0, self.height)) if ranges is None else ranges
+        (x0, x1), (y0, y1) = self.ranges
+        self.pixels = (x1 - x0) * (y1 - y0)
+        self.first_tile = x0 // TILE, y0 // TILE
+        self.traced_tiles = -(-x1 // TILE) - x0 // TILE, -(-y1 // TILE) - y0 // TILE
         shape = self.tiles_x * self.tiles_y
         self._memory = runtime.Memory()
         self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
@@ -96,8 +103,7 @@ class PrimaryHits:
 
     def is_much_work(self) -> bool:
         """Whether packets, which take seconds to compile, are worth it: for large pictures from the second one on."""
-        pixels = self.width * self.height
-        return self.traces > 0 and (pixels >= LARGE_PICTURE or pixels * self.traces >= MANY_RAYS)
+        return self.traces > 0 and (self.pixels >= LARGE_PICTURE or self.pixels * self.traces >= MANY_RAYS)
 
     @ti.func
     def tile_and_lane(self, x, y):
@@ -131,7 +137,7 @@ class PrimaryHits:
 
     @ti.kernel
     def _trace_rays(self, seed: ti.u32, index: ti.u32):
-        for x, y in ti.ndrange(self.width, self.height):
+        for x, y in ti.ndrange(*self.ranges):
             tile, lane = self.tile_and_lane(x, y)
             if ti.static(self.jitter):
                 i, _ = self.sample_index(x, y, index)
@@ -147,27 +153,33 @@ class PrimaryHits:
         for i in range(PLACES * runtime.CPU_BLOCK):
             c = i // runtime.CPU_BLOCK
             low, high = tm.vec3(self.scene_data.geometry.low), tm.vec3(self.scene_data.geometry.high)
-            tile = c + (i % runtime.CPU_BLOCK) * PLACES
-            while tile < self.tiles_x * self.tiles_y:
-                x = ti.Vector([ti.min((tile // self.tiles_y) * TILE + k // TILE, self.width - 1) for k in range(LANES)])
-                y = ti.Vector([ti.min((tile % self.tiles_y) * TILE + k % TILE, self.height - 1) for k in range(LANES)])
+            k = c + (i % runtime.CPU_BLOCK) * PLACES
+            while k < self.traced_tiles[0] * self.traced_tiles[1]:
+                tile_x = self.first_tile[0] + k // self.traced_tiles[1]
+                tile = tile_x * self.tiles_y + self.first_tile[1] + k % self.traced_tiles[1]
+                x = ti.Vector(
+                    [ti.min((tile // self.tiles_y) * TILE + lane // TILE, self.width - 1) for lane in range(LANES)]
+                )
+                y = ti.Vector(
+                    [ti.min((tile % self.tiles_y) * TILE + lane % TILE, self.height - 1) for lane in range(LANES)]
+                )
                 xi_x, xi_y = lanes(0.5), lanes(0.5)
                 if ti.static(self.jitter):
                     pixel = ti.cast(y * self.width + x, ti.u32)
-                    k = index + ti.u32(0) * pixel
+                    sample = index + ti.u32(0) * pixel
                     if ti.static(self.adaptive):
-                        k = k * self.share[tile] >> SHARE_BITS
-                    xi_x, xi_y = self.sampler.get_2d(seed, pixel, k, ti.u32(sampler.PIXEL))
+                        sample = sample * self.share[tile] >> SHARE_BITS
+                    xi_x, xi_y = self.sampler.get_2d(seed, pixel, sample, ti.u32(sampler.PIXEL))
                     self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
-                o, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
-                self.packets.put_rays(c, o, dx, dy, dz)
+                ox, oy, oz, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
+                self.packets.put_rays(c, ox, oy, oz, dx, dy, dz)
                 self.packets.prepare(c, low, high, self.scene_data.ray_intersector.pad_factor, tm.inf)
                 self.scene_data.ray_intersector.trace_packet(self.packets, c, 0.0)
                 self.distance[tile] = self.packets.t[c]
                 self.triangle_id[tile] = self.packets.triangle_id[c]
                 self.u[tile] = self.packets.u[c]
                 self.v[tile] = self.packets.v[c]
-                tile += PLACES * runtime.CPU_BLOCK
+                k += PLACES * runtime.CPU_BLOCK
 
     @ti.kernel
     def set_shares(self, shares: ti.types.ndarray(dtype=ti.i32, ndim=2)):

@@ -42,6 +42,21 @@ class HitData:
 
 
 @ti.func
+def no_hit():
+    """HitData of a ray that met nothing."""
+    return HitData(
+        is_hit=0,
+        is_backfacing=0,
+        triangle_id=-1,
+        distance=tm.inf,
+        barycentric_coords=tm.vec2(0),
+        normal=tm.vec3(0),
+        geometric_normal=tm.vec3(0),
+        material_id=-1,
+    )
+
+
+@ti.func
 def offset_origin(p, error, n):
     """``p`` moved along the unit vector n until it lies off its surface for certain (PBR, 4th edition, section 6.8.6).
 

@@ -12,7 +12,8 @@ import taichi.math as tm
 from taichi_tracer import runtime
 from taichi_tracer.errors import one_of
 from taichi_tracer.geometry import Geometry
-from taichi_tracer.ray import HitData
+from taichi_tracer.ray import HitData, no_hit
+from taichi_tracer.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
 
 
 @ti.func
@@ -161,10 +162,10 @@ def box_interval(bounds, low, high, t_near, t_far):
 
 @ti.data_oriented
 class RayIntersector(ABC):
-    """Finds what a ray meets in a geometry. A subclass says in which order triangles are tried.
+    """Finds what a ray meets in a geometry. A subclass says in which order primitives are tried.
 
     Args:
-        geometry: the triangles.
+        geometry: the triangles and spheres.
         triangle_test: a name in ``TRIANGLE_TESTS``.
     """
 
@@ -179,11 +180,14 @@ class RayIntersector(ABC):
 
     @abstractmethod
     def nearest(self, ray, t_min, t_max):
-        """(t, id, u, v) of the nearest hit with t_min < t < t_max, of equals the lowest id; else (t_max, −1, 0, 0)."""
+        """(t, id, u, v) of the nearest hit with t_min < t < t_max, of equals the lowest id; else (t_max, −1, 0, 0).
+
+        On a sphere u and v are 0: ``describe`` knows better ones.
+        """
 
     @abstractmethod
     def is_blocked(self, ray, t_min, t_max):
-        """Whether any triangle is hit with t_min < t < t_max."""
+        """Whether anything is hit with t_min < t < t_max."""
 
     def destroy(self) -> None:  # noqa: B027 (most have nothing to free)
         """Free what the intersector allocated beside the geometry: nothing, unless a subclass does."""
@@ -215,16 +219,60 @@ class RayIntersector(ABC):
         return distance, u, v
 
     @ti.func
+    def candidate_of(self, ray, bounds, triangle_id, v0, v1, v2, t_min):
+        """``candidate`` of the primitive with this id, in a scene that has more than triangles with two sides."""
+        t, u, v = -tm.inf, 0.0, 0.0
+        sphere = -1
+        if ti.static(self.geometry.has_spheres):
+            sphere = self.geometry.sphere_of[triangle_id]
+            if sphere >= 0:
+                t = self.sphere_candidate(ray, bounds, sphere, t_min)
+        if sphere < 0:
+            t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+            if ti.static(self.geometry.has_culling):
+                if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
+                    t = -tm.inf
+        return t, u, v
+
+    @ti.func
+    def sphere_candidate(self, ray, bounds, sphere, t_min):
+        """t where the ray enters a sphere, or leaves it when the entry is not beyond t_min; −∞ when it misses.
+
+        t is kept within the sphere's own box, for the reason that ``candidate`` gives.
+        """
+        centre, radius = self.geometry.spheres[sphere].xyz, self.geometry.spheres[sphere].w
+        t = -tm.inf
+        t_near, t_far = box_interval(bounds, centre - radius, centre + radius, -tm.inf, tm.inf)
+        if t_near <= t_far:
+            o, d = widened(ray.origin), widened(ray.direction)
+            is_met, t_in, t_out = sphere_roots(o, d, widened(centre), widened(radius))
+            if is_met:
+                entry, exit = ti.cast(t_in, float), ti.cast(t_out, float)
+                entry = ti.select(entry < t_near, t_near, entry)
+                t = ti.select(entry > t_min, entry, ti.select(exit > t_far, t_far, exit))
+        return t
+
+    @ti.func
     def is_legal(self, ray):
         """Whether the ray has a direction and all its numbers are finite; any other misses everything."""
         total = abs(ray.origin).sum() + abs(ray.direction).sum()
         return total < tm.inf and abs(ray.direction).sum() > 0
 
     @ti.func
-    def intersect_triangle(self, ray, triangle_id):
-        """HitData of one triangle, whatever lies before it (A1-14); t > 0."""
+    def try_primitive(self, ray, bounds, triangle_id, t_min):
+        """``candidate`` of the primitive with this id, by the shortest way that the scene allows."""
         v0, v1, v2 = self.geometry.triangle(triangle_id)
-        t, u, v = self.candidate(ray, self.ray_bounds(ray), v0, v1, v2)
+        t, u, v = -tm.inf, 0.0, 0.0
+        if ti.static(self.geometry.is_plain):
+            t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+        else:
+            t, u, v = self.candidate_of(ray, bounds, triangle_id, v0, v1, v2, t_min)
+        return t, u, v
+
+    @ti.func
+    def intersect_triangle(self, ray, triangle_id):
+        """HitData of one triangle, or of the sphere with this id, whatever lies before it (A1-14); t > 0."""
+        t, u, v = self.try_primitive(ray, self.ray_bounds(ray), triangle_id, 0.0)
         data = no_hit()
         if self.is_legal(ray) and t > 0:
             data = self.describe(ray, t, triangle_id, u, v)
@@ -256,6 +304,40 @@ class RayIntersector(ABC):
         Once per hit there is time to compute t again, as exactly as it can be said; but a hit that was accepted between
         t_min and t_max stays there, or a march from hit to hit would find the same one for ever.
         """
+        data = no_hit()
+        if ti.static(self.geometry.has_spheres):
+            sphere = self.geometry.sphere_of[triangle_id]
+            if sphere >= 0:
+                data = self.describe_sphere(ray, t, triangle_id, sphere)
+            else:
+                data = self.describe_triangle(ray, t, triangle_id, u, v, t_min, t_max)
+        else:
+            data = self.describe_triangle(ray, t, triangle_id, u, v, t_min, t_max)
+        return data
+
+    @ti.func
+    def describe_sphere(self, ray, t, triangle_id, sphere):
+        """``describe`` of a sphere; its (u, v) are longitude and latitude, from 0 to 1."""
+        centre, radius = self.geometry.spheres[sphere].xyz, self.geometry.spheres[sphere].w
+        o, d, c, r = widened(ray.origin), widened(ray.direction), widened(centre), widened(radius)
+        is_met, t_in, t_out = sphere_roots(o, d, c, r)
+        outward = sphere_normal(o, d, c, r, t_in, t_out, t)
+        is_backfacing = tm.dot(ray.direction, outward) > 0
+        normal = ti.select(is_backfacing, -outward, outward)
+        return HitData(
+            is_hit=1,
+            is_backfacing=is_backfacing,
+            triangle_id=triangle_id,
+            distance=t,
+            barycentric_coords=longitude_latitude(outward),
+            normal=normal,
+            geometric_normal=normal,
+            material_id=self.geometry.face_materials[triangle_id],
+        )
+
+    @ti.func
+    def describe_triangle(self, ray, t, triangle_id, u, v, t_min, t_max):
+        """``describe`` of a triangle."""
         v0, v1, v2 = self.geometry.triangle(triangle_id)
         distance = t
         if ti.static(runtime.can_widen()):
@@ -280,21 +362,6 @@ class RayIntersector(ABC):
         )
 
 
-@ti.func
-def no_hit():
-    """HitData of a ray that met nothing."""
-    return HitData(
-        is_hit=0,
-        is_backfacing=0,
-        triangle_id=-1,
-        distance=tm.inf,
-        barycentric_coords=tm.vec2(0),
-        normal=tm.vec3(0),
-        geometric_normal=tm.vec3(0),
-        material_id=-1,
-    )
-
-
 @ti.data_oriented
 class BruteForceRayIntersector(RayIntersector):
     """Tries every triangle: the reference that every accelerator must equal, and what a student writes first."""
@@ -306,9 +373,8 @@ class BruteForceRayIntersector(RayIntersector):
         bounds = self.ray_bounds(ray)
         best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
         if self.is_legal(ray):
-            for i in range(self.geometry.num_triangles):
-                v0, v1, v2 = self.geometry.triangle(i)
-                t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+            for i in range(self.geometry.num_primitives):
+                t, u, v = self.try_primitive(ray, bounds, i, t_min)
                 if t_min < t and t < best:
                     best, best_id, best_u, best_v = t, i, u, v
         return best, best_id, best_u, best_v
@@ -318,9 +384,8 @@ class BruteForceRayIntersector(RayIntersector):
         bounds = self.ray_bounds(ray)
         blocked = False
         if self.is_legal(ray):
-            for i in range(self.geometry.num_triangles):
-                v0, v1, v2 = self.geometry.triangle(i)
-                t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+            for i in range(self.geometry.num_primitives):
+                t, u, v = self.try_primitive(ray, bounds, i, t_min)
                 if t_min < t and t < t_max:
                     blocked = True
                     break

@@ -12,7 +12,7 @@ import taichi.math as tm
 
 from taichi_tracer import direct_illumination, runtime, sampler, surface_views
 from taichi_tracer.adaptive import adapt
-from taichi_tracer.camera import Camera
+from taichi_tracer.camera import ProjectiveCamera, make_camera
 from taichi_tracer.direct_illumination import Lighting, SurfacePoint
 from taichi_tracer.error_estimate import RelativeError
 from taichi_tracer.errors import InputError, one_of
@@ -61,7 +61,7 @@ class ProgressiveRenderer:
         scene_data: SceneData,
         width: int = 512,
         height: int = 512,
-        camera: Camera | None = None,
+        camera: ProjectiveCamera | None = None,
         jitter: bool | None = None,
         sampler: str = "sobol",
         seed: int = 0,
@@ -76,7 +76,7 @@ class ProgressiveRenderer:
             if int(number) != number or not 0 <= number < 2**32:
                 raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
         self.scene_data = scene_data
-        self.camera = Camera(width, height, **scene_data.view) if camera is None else camera
+        self.camera = make_camera(width, height, **scene_data.view) if camera is None else camera
         self.width, self.height = self.camera.width, self.camera.height
         self.jitter = self.jitters if jitter is None else bool(jitter)
         self.sampler, self.seed, self.first_sample = SAMPLERS[sampler], int(seed), int(first_sample)
@@ -84,7 +84,9 @@ class ProgressiveRenderer:
         if adaptive and not self.jitter:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
         self.adaptive, self.mean_share = bool(adaptive), 1.0
-        self.hits = PrimaryHits(scene_data, self.camera, self.jitter, self.sampler, adaptive=self.adaptive)
+        self.hits = PrimaryHits(
+            scene_data, self.camera, self.jitter, self.sampler, ranges=self.film.ranges, adaptive=self.adaptive
+        )
         self.active = self.offers[0]
         self._shown = None  # what the samples on the film are of
         self._traced = None  # what ``hits`` belongs to
@@ -331,7 +333,11 @@ class A2Renderer(ProgressiveRenderer):
                 key = self.hits.key(x, y, seed, i)
                 ray = self.hits.eye_ray(x, y)
                 data = self.hits.hit_data(x, y, ray)
-                self.film.add(x, y, self.shade_ray(lighting, estimator, ray, data, key), i)
+                L = self.shade_ray(lighting, estimator, ray, data, key)
+                if ti.static(lighting.effects.background):
+                    if not data.is_hit:
+                        L = lighting.behind(ray.direction, x, y, self.width, self.height)
+                self.film.add(x, y, L, i)
 
     @ti.func
     def shade_ray(self, lighting: ti.template(), estimator: ti.template(), ray, data, key):
@@ -342,8 +348,7 @@ class A2Renderer(ProgressiveRenderer):
             if ti.static(lighting.effects.emitters):
                 L = material.Ke
             if ti.static(lighting.effects.is_lit):
-                u, v = data.barycentric_coords.x, data.barycentric_coords.y
-                position, error = self.scene_data.geometry.position(data.triangle_id, u, v)
+                position, error = self.scene_data.geometry.hit_position(data)
                 point = SurfacePoint(
                     origin=offset_origin(position, error, data.geometric_normal),
                     normal=data.normal,

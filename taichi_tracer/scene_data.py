@@ -8,8 +8,9 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import brdf, effects, runtime
+from taichi_tracer.background import load_background
 from taichi_tracer.bvh import BVHRayIntersector
-from taichi_tracer.camera import view_of_box
+from taichi_tracer.camera_frame import view_of_box
 from taichi_tracer.environment import load_environment
 from taichi_tracer.errors import InputError, one_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
@@ -65,16 +66,18 @@ class SceneData:
         mesh: triangles and materials.
         intersector: a name in ``INTERSECTORS``.
         triangle_test: a name in ``ray_intersector.TRIANGLE_TESTS``.
-        view: camera parameters (eye, at, up, fov) that show the scene; computed from its box when None.
+        view: camera parameters that show the scene, as for ``camera.make_camera``; computed from its box when None.
         environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an
             ``Environment``, or None.
         effects_mode: "scene" compiles what the scene calls for, "all" everything, to compare.
+        background: what stands behind everything in a picture: a ``Background``, a colour, or None.
 
     Attributes:
         effects: what rendering is compiled for, see ``effects.Effects``.
         version: counts changes, so that a renderer knows when its samples are of another scene.
         geometry, material_library, ray_intersector: see their classes.
         view: camera parameters that show the scene.
+        shots: the pictures that its file asks for, see ``files.rt3``; of a mesh none.
         notes: what the user should know about the input, a line each.
     """
 
@@ -86,6 +89,7 @@ class SceneData:
         view: dict | None = None,
         environment=None,
         effects_mode: str = "scene",
+        background=None,
     ) -> None:
         if intersector not in INTERSECTORS:
             raise one_of("intersector", intersector, INTERSECTORS)
@@ -93,14 +97,15 @@ class SceneData:
         check(mesh)
         mesh = clean(mesh, runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
-        self.effects_mode, self.version = effects_mode, 0
+        self.effects_mode, self.version, self.shots = effects_mode, 0, ()
         if effects_mode not in effects.MODES:
             raise one_of("effects", effects_mode, effects.MODES)
         environment = load_environment(environment)
 
         self._memory = runtime.Memory()
         builder = self._memory.fields
-        self.geometry = Geometry(mesh, builder, keep_normals=effects_mode == "all")
+        has_all = effects_mode == "all"
+        self.geometry = Geometry(mesh, builder, keep_normals=has_all, keep_spheres=has_all)
         kinds = [brdf.brdf_of(m, runtime.dtype()) for m in mesh.materials]
         self.material_library = MaterialLibrary(mesh.materials, kinds, builder)
         self._memory.allocate()
@@ -110,11 +115,20 @@ class SceneData:
         self.view = view_of_box(self.geometry.low, self.geometry.high) if view is None else dict(view)
         self._used_materials = np.unique(mesh.face_materials)
         self._has_normals = bool((mesh.face_normals >= 0).any())
-        self.set_environment(environment)
+        self.environment, self.background = environment, None
+        self.set_background(background)
 
     def set_environment(self, environment) -> None:
         """Replace the light from far away; what can be given is as for the constructor."""
         self.environment = load_environment(environment)
+        self._derive_effects()
+
+    def set_background(self, background) -> None:
+        """Replace the picture behind the scene; what can be given is as for the constructor."""
+        self.background = load_background(background)
+        self._derive_effects()
+
+    def _derive_effects(self) -> None:
         self.effects = effects.derive(
             self.materials,
             self._used_materials,
@@ -122,6 +136,9 @@ class SceneData:
             self.environment,
             runtime.dtype(),
             self.effects_mode,
+            self.geometry.num_spheres,
+            self.geometry.has_culling,
+            self.background,
         )
         self.version += 1
 
@@ -130,6 +147,11 @@ class SceneData:
         mesh, sky = self.mesh, self.environment
         digest = hashlib.sha256(repr(mesh.materials).encode())
         arrays = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
+        arrays += [mesh.spheres, mesh.sphere_ids]
+        if mesh.face_culls is not None:
+            arrays.append(mesh.face_culls)
+        if self.background is not None:
+            arrays += [self.background.pixels, np.array([self.background.corners])]
         if sky is not None:
             arrays += [sky.pixels, np.array([sky.intensity, sky.rotation])]
             digest.update(sky.lookup.encode())
@@ -140,8 +162,13 @@ class SceneData:
 
     @property
     def num_triangles(self) -> int:
-        """Triangles in the file's order, those included that no ray can hit."""
+        """How many triangles there are, those included that no ray can hit."""
         return self.geometry.num_triangles
+
+    @property
+    def num_spheres(self) -> int:
+        """How many spheres there are beside them."""
+        return self.geometry.num_spheres
 
     @property
     def materials(self) -> list:
@@ -256,8 +283,9 @@ class SceneData:
             blocked[i] = self.ray_intersector.is_blocked(ray, t_min[i], t_max[i])
 
     def __repr__(self) -> str:
+        spheres = f"{self.num_spheres:,} spheres, " if self.num_spheres > 0 else ""
         return (
-            f"SceneData({self.source!r}: {self.num_triangles:,} triangles, {len(self.materials)} materials, "
+            f"SceneData({self.source!r}: {self.num_triangles:,} triangles, {spheres}{len(self.materials)} materials, "
             f"{self.ray_intersector.name}, {self.ray_intersector.triangle_test})"
         )
 

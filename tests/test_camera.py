@@ -1,11 +1,16 @@
 """Eye rays against the formulas in float64, and the cameras that cannot be (C-6)."""
 
+import itertools
+
 import numpy as np
 import pytest
 import taichi as ti
+from oracles import cameras as window_oracle
 from oracles import rays as oracle
 
 import taichi_tracer as tt
+from taichi_tracer.camera import CAMERAS, OrthographicCamera, make_camera
+from taichi_tracer.camera_frame import default_window
 
 
 @ti.kernel
@@ -101,7 +106,7 @@ def test_an_error_leaves_the_camera_as_it_was(f32):
 
 @pytest.mark.parametrize("aspect", [0.25, 1.0, 4.0])
 def test_view_of_box_shows_all_of_it(f32, aspect):
-    from taichi_tracer.camera import camera_frame, view_of_box
+    from taichi_tracer.camera_frame import camera_frame, view_of_box
 
     low, high = np.array([-3, 1, 2.0]), np.array([4, 2, 9.0])
     view = view_of_box(low, high, 50.0, aspect)
@@ -111,3 +116,124 @@ def test_view_of_box_shows_all_of_it(f32, aspect):
     assert (local[:, 2] > 0).all()
     assert (np.abs(local[:, 1]) <= tangent * local[:, 2]).all()
     assert (np.abs(local[:, 0]) <= aspect * tangent * local[:, 2]).all()
+
+
+@ti.kernel
+def _rays(camera: ti.template(), dx: float, dy: float, origin: ti.types.ndarray(), direction: ti.types.ndarray()):
+    for x, y in ti.ndrange(camera.width, camera.height):
+        ray = camera.generate_ray(x + dx, y + dy)
+        for k in ti.static(range(3)):
+            origin[y, x, k] = ray.origin[k]
+            direction[y, x, k] = ray.direction[k]
+
+
+def rays_of(camera, dx=0.0, dy=0.0):
+    from taichi_tracer import runtime
+
+    origin, direction = (np.zeros((camera.height, camera.width, 3), runtime.dtype()) for _ in range(2))
+    _rays(camera, dx, dy, origin, direction)
+    return origin, direction
+
+
+@pytest.mark.parametrize("projection", CAMERAS)
+def test_windows_give_the_rays_of_the_document(precision, projection, rng):
+    """Random frames, every way to say a window, both hands, whole and half pixels (RT-1 … RT-5)."""
+    tolerance = 4e-6 if precision == "f32" else 1e-13
+    for width, height in ((7, 3), (2, 5)):
+        camera = make_camera(width, height, projection)
+        windows = [default_window(width / height), (-3.0, 1.0, 0.5, 2.0), (-0.5, 0.5, -0.25, 0.25)]
+        for k, (window, handedness) in enumerate(itertools.product(windows, ("left", "right"))):
+            eye, at, up = rng.normal(size=(3, 3)) * [[5], [1], [1]]
+            place = {"eye": eye, "at": at, "up": up, "handedness": handedness}
+            camera.set_camera_parameters(**place, screen_window=window, focal_distance=1 + k / 2)
+            dx, dy = (0.25, -0.5) if handedness == "left" else (0.0, 0.0)
+            expected = window_oracle.rays(
+                projection, width, height, eye, at, up, handedness, focal_distance=1 + k / 2, screen_window=window,
+                i=np.arange(width) + dx, j=np.arange(height) + dy,
+            )  # fmt: skip
+            for found, true, scale in zip(rays_of(camera, dx, dy), expected, (4, 1), strict=True):
+                np.testing.assert_allclose(found, true, atol=scale * tolerance)
+
+
+@pytest.mark.parametrize("projection", CAMERAS)
+@pytest.mark.parametrize("shape", [{}, {"frame_aspect": 2.5}, {"fovy": 30.0}, {"fovy": 80.0, "frame_aspect": 0.5}])
+def test_windows_follow_the_rules_of_the_document(f32, projection, shape):
+    """RT-3 and RT-4, for wide, square and high images and with a focal distance, which an angle makes irrelevant."""
+    if projection == "orthographic" and "fovy" in shape:
+        pytest.skip("parallel rays have no angle")
+    told = {"fov" if name == "fovy" else name: value for name, value in shape.items()}
+    if "fovy" not in shape:
+        told["screen_window"] = "default"
+    camera = make_camera(6, 4, projection, **told, focal_distance=2.0)
+    assert camera.screen_window == pytest.approx(window_oracle.window(6, 4, **shape, focal_distance=2.0))
+
+
+def test_the_default_window_is_1_along_the_shorter_axis(f32):
+    view = {"eye": (0, 0, 1), "at": (0, 0, 0), "up": (0, 1, 0)}
+    assert OrthographicCamera(28, 18, **view).screen_window == pytest.approx((-28 / 18, 28 / 18, -1, 1))
+    assert OrthographicCamera(18, 36, **view).screen_window == (-1, 1, -2, 2)
+    assert OrthographicCamera(4, 4, **view, frame_aspect=2).screen_window == (-2, 2, -1, 1)
+
+
+def test_the_window_of_the_document_belongs_to_fovy_90(f32):
+    """C-10: "fovy 30 defaults to −1.555 1.555 −1 1" is wrong."""
+    assert tt.Camera(2800, 1800, fov=90).screen_window == pytest.approx((-1.5556, 1.5556, -1, 1), abs=1e-4)
+    assert tt.Camera(2800, 1800, fov=30).screen_window[3] == pytest.approx(0.26795, abs=1e-5)
+
+
+def test_an_angle_beside_a_window_is_told_and_does_not_count(f32):
+    """C-9."""
+    with pytest.warns(UserWarning, match=r"fov 30 does not count beside screen_window \(-1, 1, -1, 1\)"):
+        camera = tt.Camera(4, 4, fov=30, screen_window=(-1, 1, -1, 1))
+    assert camera.fov == pytest.approx(90)
+    camera.set_camera_parameters(fov=60)
+    assert camera.fov == 60
+    assert not camera.has_window
+    camera.set_camera_parameters(screen_window=(0, 1, 0, 1))
+    assert camera.fov == pytest.approx(45)
+
+
+def test_a_stretched_window_says_by_how_much(f32):
+    """C-11: 5.3 × 4 on 2800 × 1800."""
+    camera = OrthographicCamera(2800, 1800, screen_window=(-5.3, 5.3, -4, 4))
+    assert camera.stretch == pytest.approx(1.174, abs=1e-3)
+    assert tt.Camera(640, 480).stretch == pytest.approx(1)
+
+
+def test_an_orthographic_camera_of_an_angle_shows_the_same_where_it_looks(f32):
+    view = {"eye": (0, 0, 5), "at": (0, 0, 1), "up": (0, 1, 0), "fov": 90.0}
+    camera = make_camera(20, 10, "orthographic", **view)
+    assert camera.screen_window == pytest.approx((-8, 8, -4, 4))
+
+
+@pytest.mark.parametrize(
+    ("projection", "parameters", "message"),
+    [
+        ("perspective", {"screen_window": (1, -1, -1, 1)}, "l < r and b < t, not (1, -1, -1, 1)"),
+        ("orthographic", {"screen_window": (0, 1, 2, 2)}, "l < r and b < t"),
+        ("orthographic", {"screen_window": (0, 1, 2)}, "screen_window must be 4 finite numbers"),
+        ("orthographic", {"screen_window": (0, 1, 2, float("nan"))}, "screen_window must be 4 finite numbers"),
+        ("perspective", {"focal_distance": 0.0}, "focal_distance must be a finite number above 0, not 0"),
+        ("orthographic", {"frame_aspect": -1.0}, "frame_aspect must be a finite number above 0, not -1"),
+        ("fisheye", {}, "unknown camera 'fisheye'"),
+    ],
+)
+def test_a_window_that_cannot_be_is_an_error_with_its_value(f32, projection, parameters, message):
+    with pytest.raises(tt.InputError) as error:
+        make_camera(4, 4, projection, **parameters)
+    assert message in str(error.value)
+
+
+def test_parallel_rays_have_no_angle(f32):
+    with pytest.raises(tt.InputError, match="an orthographic camera has no fov"):
+        OrthographicCamera(4, 4, fov=30)
+    with pytest.raises(tt.InputError, match="camera parameter 'fog'"):
+        tt.Camera(4, 4).set_camera_parameters(fog=1)
+
+
+@pytest.mark.parametrize("projection", CAMERAS)
+def test_a_camera_is_made_again_from_its_parameters(f32, projection):
+    camera = make_camera(5, 4, projection, eye=(1, 2, 3), screen_window=(-1, 2, -1, 1), handedness="right")
+    again = make_camera(5, 4, **camera.parameters())
+    for a, b in zip(rays_of(camera), rays_of(again), strict=True):
+        np.testing.assert_array_equal(a, b)

@@ -49,7 +49,7 @@ def test_the_receipt_names_every_effect_with_its_reason():
     assert "phong           not simulated, no triangle has a material with Ns > 1" in text
     assert "look-up         not simulated, its radiance is the same in every direction" in text
     assert "diffuse         simulated, 1 of 1 materials" in text
-    assert len(lines) == len(brdf.ALL) + 5
+    assert len(lines) == len(brdf.ALL) + 8
 
 
 @pytest.mark.parametrize("estimator", ["brdf", "mis"])

@@ -17,13 +17,13 @@ MOST_LINES, MOST_LINES_OF_A_FUNCTION = 400, 90
 # From the bottom up: a file uses what stands before it. A folder's name stands for all of its files.
 LAYERS = (
     "errors runtime error_estimate progress",
-    "ray sampler",
-    "materials geometry brdf files environment",
+    "ray sampler camera_frame camera spheres",
+    "materials geometry brdf files environment background",
     "ray_intersector packets bvh_build bvh_wide bvh",
-    "camera film",
+    "film",
     "effects scene_data scene_data_loader",
     "primary_hits adaptive",
-    "surface_views direct_illumination renderer",
+    "surface_views integrators direct_illumination renderer rt3_renderer",
     "__init__",
     "studies",
     "apps",

@@ -6,7 +6,7 @@ from shapes import lattice, soup, sphere
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.camera import Camera
+from taichi_tracer.camera import Camera, OrthographicCamera
 from taichi_tracer.packets import PACKET_TESTS
 from taichi_tracer.primary_hits import PrimaryHits
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
@@ -62,6 +62,17 @@ def test_packets_equal_single_rays_bit_for_bit(test, rng):
     single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
     for name, view in VIEWS.items():
         camera.set_camera_parameters(**{"fov": 60.0, **view})
+        assert (assert_same_bits(single, packets) >= 0).mean() > 0.1, name
+
+
+def test_packets_of_parallel_rays_equal_single_ones(rng):
+    """Also along an axis, where two components of every direction are 0."""
+    scene = tt.scene_from_mesh(*many_shapes(rng))
+    camera = OrthographicCamera(37, 22)
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    for name in ("soup", "lattice seen along an axis", "inside a sphere"):
+        view = {part: VIEWS[name][part] for part in ("eye", "at")}
+        camera.set_camera_parameters(**view, screen_window=(-2, 2, -1, 1))
         assert (assert_same_bits(single, packets) >= 0).mean() > 0.1, name
 
 

@@ -116,7 +116,7 @@ def test_folder_is_small():
 def test_readme_lists_every_scene_and_environment():
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
     for path in FOLDER.rglob("*"):
-        if path.suffix in (".obj", ".ply", ".npy"):
+        if path.suffix in (".obj", ".ply", ".npy", ".xml"):
             assert f"`{path.relative_to(FOLDER).as_posix()}`" in text
 
 

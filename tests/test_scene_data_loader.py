@@ -12,7 +12,7 @@ def _taichi():
     start("f32")
 
 
-@pytest.mark.parametrize("name", tt.scene_names())
+@pytest.mark.parametrize("name", [name for name in tt.scene_names() if not name.startswith("rt3/")])
 def test_every_shipped_scene_loads_with_the_courses_view(name):
     scene = tt.load_scene_data(name)
     assert scene.num_triangles > 0

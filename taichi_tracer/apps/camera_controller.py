@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from taichi_tracer.camera import Camera, camera_frame
+from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.camera_frame import camera_frame
 from taichi_tracer.errors import InputError
 
 SPEED = 1.5  # units per second, along every axis (A1-16)
@@ -19,22 +20,33 @@ WORLD_KEYS = {"w": (1, 1), "s": (1, -1), "e": (2, 1), "q": (2, -1)}
 SIDE_KEYS = {"d": 1, "a": -1}
 ARROWS = {"Right": (0, 1), "Left": (0, -1), "Up": (1, 1), "Down": (1, -1)}
 ZOOM_KEYS = {"i": -1, "o": 1}
+WINDOW_KEYS = {"e": -1, "q": 1}  # of an orthographic camera, whose picture no step along its gaze would change
 KEYS = (*WORLD_KEYS, *SIDE_KEYS, *ARROWS, *ZOOM_KEYS)
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a camera is: eye, at, up are (3,) float64 in world space."""
+    """Where a camera is: eye, at, up are (3,) float64 in world space.
+
+    ``window`` is an orthographic camera's (l, r, b, t), which zooms where a perspective eye comes nearer; else None.
+    """
 
     eye: np.ndarray
     at: np.ndarray
     up: np.ndarray
     handedness: str = "left"
+    window: tuple[float, float, float, float] | None = None
 
     @classmethod
-    def of(cls, camera: Camera) -> "Pose":
+    def of(cls, camera: ProjectiveCamera) -> "Pose":
         """The pose of a camera."""
-        return cls(camera.eye, camera.at, camera.up, camera.handedness)
+        window = camera.screen_window if camera.projection == "orthographic" else None
+        return cls(camera.eye, camera.at, camera.up, camera.handedness, window)
+
+    def parameters(self) -> dict:
+        """What moves a camera here, for ``set_camera_parameters``."""
+        moved = {"eye": self.eye, "at": self.at}
+        return moved if self.window is None else {**moved, "screen_window": self.window}
 
     def frame(self) -> np.ndarray:
         """(4, 4) camera-to-world matrix; its first column points right in the picture, the second up."""
@@ -45,7 +57,10 @@ def is_legal(pose: Pose) -> bool:
     """Whether a camera exists there, in f32 as kernels have it: numbers finite, eye ≠ at, up not along the gaze."""
     with np.errstate(over="ignore"):
         eye, at = pose.eye.astype(np.float32), pose.at.astype(np.float32)
-    if not (np.isfinite(eye).all() and np.isfinite(at).all()):
+        window = np.float32([-1, 1, -1, 1] if pose.window is None else pose.window)
+    if not (np.isfinite(eye).all() and np.isfinite(at).all() and np.isfinite(window).all()):
+        return False
+    if not (window[0] < window[1] and window[2] < window[3]):
         return False
     try:
         camera_frame(eye.astype(np.float64), at.astype(np.float64), pose.up, pose.handedness)
@@ -67,9 +82,11 @@ def step(
     """
     moved = pan(pose, keys, SPEED * seconds)
     moved = turn(moved, *orbit)
-    farther = sum(sign for key, sign in ZOOM_KEYS.items() if key in keys) * ZOOM_RATE * seconds - ZOOM_DRAG * zoom
+    zooming = ZOOM_KEYS if pose.window is None else {**ZOOM_KEYS, **WINDOW_KEYS}
+    farther = sum(sign for key, sign in zooming.items() if key in keys) * ZOOM_RATE * seconds - ZOOM_DRAG * zoom
     largest_exponent = 88.0  # e to the power of more is beyond f32
-    moved = dolly(moved, math.exp(min(farther, largest_exponent)))
+    factor = math.exp(min(farther, largest_exponent))
+    moved = dolly(moved, factor) if pose.window is None else zoom_window(moved, factor)
     return moved if is_legal(moved) else pose
 
 
@@ -77,7 +94,7 @@ def pan(pose: Pose, keys: set[str], distance: float) -> Pose:
     """Move ``eye`` and ``at`` by ``distance`` for every key that is held (A1-16).
 
     w/s move the eye along the world's +y/−y, e/q along +z/−z, a/d along the world's x, to the left/right of the
-    picture. Arrows move ``at`` along the picture's own axes.
+    picture. Arrows move ``at`` along the picture's own axes. With an orthographic camera, e/q zoom instead.
     """
     right, top = pose.frame()[:3, 0], pose.frame()[:3, 1]
     eye, at = pose.eye.copy(), pose.at.copy()
@@ -86,7 +103,7 @@ def pan(pose: Pose, keys: set[str], distance: float) -> Pose:
         if key in keys:
             eye[0] += sign * x_sign * distance
     for key, (axis, sign) in WORLD_KEYS.items():
-        if key in keys:
+        if key in keys and not (pose.window is not None and key in WINDOW_KEYS):
             eye[axis] += sign * distance
     for key, (axis, sign) in ARROWS.items():
         if key in keys:
@@ -118,3 +135,10 @@ def rotate(v: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
 def dolly(pose: Pose, factor: float) -> Pose:
     """Multiply the distance from ``at`` to the eye."""
     return replace(pose, eye=pose.at + factor * (pose.eye - pose.at))
+
+
+def zoom_window(pose: Pose, factor: float) -> Pose:
+    """Multiply the window of an orthographic camera about its middle."""
+    l, r, b, t = pose.window
+    x, y, half_width, half_height = (l + r) / 2, (b + t) / 2, factor * (r - l) / 2, factor * (t - b) / 2
+    return replace(pose, window=(x - half_width, x + half_width, y - half_height, y + half_height))

@@ -79,7 +79,9 @@ def make_parser() -> Parser:
     render = add_command(commands, "render", "write pictures of a scene", "render:run")
     add_scene_options(render)
     add_picture_options(render)
-    targets = render.add_argument_group("when to stop", "at the first that is reached; 1 sample when none is given")
+    targets = render.add_argument_group(
+        "when to stop", "at the first that is reached; else the samples of the scene file, or 1"
+    )
     targets.add_argument("--spp", type=at_least_one, metavar="N", help="samples per pixel")
     targets.add_argument("--time", type=positive, metavar="SECONDS", help="seconds of rendering, without compiling")
     targets.add_argument("--error", type=positive, metavar="PERCENT", help="estimated relative RMSE of the picture")
@@ -100,7 +102,8 @@ def make_parser() -> Parser:
         "-o",
         "--output",
         metavar="FILE",
-        help="picture to write, or a folder; its ending says the format (default: renders/SCENE_VIEW.png)",
+        help="picture to write, or a folder; its ending says the format (default: the scene file's, or "
+        "renders/SCENE_VIEW.png)",
     )
 
     merge = add_command(commands, "merge", "add the samples of two checkpoints of one picture", "merge:run")
@@ -111,6 +114,11 @@ def make_parser() -> Parser:
     view = add_command(commands, "view", "open the interactive window", "viewer:run")
     add_scene_options(view)
     add_picture_options(view)
+
+    export = add_command(commands, "export", "write a scene and its camera as RT3 XML", "export:run")
+    add_scene_argument(export)
+    export.add_argument("output", metavar="OUT.xml", help="file to write; the meshes stand in it, number by number")
+    add_picture_options(export)
 
     info = add_command(commands, "info", "what a scene is made of", "info:run")
     add_scene_options(info)
@@ -189,13 +197,13 @@ def load(target: str) -> Callable:
 
 def add_scene_options(parser: Parser) -> None:
     """The scene, how its rays are intersected, and where that runs."""
-    parser.names = lambda: load("choices:help_text")()
-    parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene, or a file: .obj .ply .stl .glb ...")
+    add_scene_argument(parser)
     light = parser.add_argument_group("light from far away")
     light.add_argument(
         "--environment",
         metavar="E",
-        help="a shipped name, an image (.hdr .exr .png .jpg .npy), or none (default: studio, where light is asked for)",
+        help="a shipped name, an image (.hdr .exr .png .jpg .npy), or none (default: the scene file's, or studio where "
+        "light is asked for)",
     )
     light.add_argument(
         "--intensity", type=number, metavar="X", help="factor of the environment's radiance (default: 1)"
@@ -212,23 +220,46 @@ def add_scene_options(parser: Parser) -> None:
     machine.add_argument("--fast-math", action="store_true", help="let the compiler round and treat NaN freely")
 
 
+def add_scene_argument(parser: Parser) -> None:
+    """The scene alone."""
+    parser.names = lambda: load("choices:help_text")()
+    what = "name of a shipped scene, or a file: .obj .ply .stl .glb ..., or .xml of RT3"
+    parser.add_argument("scene", metavar="SCENE", help=what)
+
+
 def add_picture_options(parser: Parser) -> None:
     """What is shown, how large, and from where."""
     parser.add_argument(
         "--view",
         "--estimator",
         dest="view",
-        default="normal",
         metavar="NAME",
-        help="what to show, or how to sample its light: one name, several with commas, or 'all' (default: normal)",
+        help="what to show, or how to sample its light: one name, several with commas, or 'all' (default: the scene "
+        "file's, or normal)",
     )
-    parser.add_argument("--size", type=size, default=(512, 512), metavar="WxH", help="pixels (default: 512x512)")
+    parser.add_argument("--size", type=size, metavar="WxH", help="pixels (default: the scene file's, or 512x512)")
+    parser.add_argument("--quick", action="store_true", help="a quarter of the width and of the height")
+    parser.add_argument(
+        "--crop",
+        type=number,
+        nargs=4,
+        metavar=("X0", "X1", "Y0", "Y1"),
+        help="render only this part of the frame, in fractions of it, y from the bottom",
+    )
     parser.add_argument("--sampler", metavar="NAME", help="random numbers: sobol or independent (default: sobol)")
     parser.add_argument("--seed", type=whole, default=0, metavar="S", help="of the random numbers (default: 0)")
     parser.add_argument("--jitter", action="store_true", help="rays through random points of the pixels, in views too")
     camera = parser.add_argument_group("camera", "what is not given is the scene's own")
     for name, what in (("eye", "position"), ("at", "point looked at"), ("up", "which way is up")):
         camera.add_argument(f"--{name}", type=number, nargs=3, metavar=("X", "Y", "Z"), help=what)
+    camera.add_argument("--camera", metavar="NAME", help="perspective or orthographic (default: perspective)")
+    camera.add_argument(
+        "--window",
+        type=number,
+        nargs=4,
+        metavar=("L", "R", "B", "T"),
+        help="left, right, bottom and top of the image plane: at distance 1, or in world units where orthographic",
+    )
     camera.add_argument("--fov", type=number, metavar="D", help="vertical field of view in degrees, between 0 and 180")
     camera.add_argument(
         "--handedness",

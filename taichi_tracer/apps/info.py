@@ -24,6 +24,7 @@ def describe(scene: SceneData) -> list[str]:
         "source": scene.source,
         "triangles": f"{scene.num_triangles:,}",
         "dropped": f"{scene.dropped:,}",
+        "spheres": f"{scene.num_spheres:,}",
         "vertices": f"{len(geometry.arrays[0]):,}",
         "vertex normals": "yes" if geometry.has_normals else "no",
         "bounds": f"{show(geometry.low)} to {show(geometry.high)}",
@@ -68,7 +69,9 @@ def material_table(scene: SceneData) -> list[str]:
 
 
 def show(value) -> str:
-    """A number, or a vector as "(x, y, z)"."""
+    """A number, a word, or a vector as "(x, y, z)"."""
+    if isinstance(value, str):
+        return value
     try:
         return "(" + ", ".join(f"{component:.4g}" for component in value) + ")"
     except TypeError:

@@ -6,7 +6,9 @@ import time
 from argparse import Namespace
 from pathlib import Path
 
-from taichi_tracer.apps.choices import find_views, load_scene, make_renderer
+import numpy as np
+
+from taichi_tracer.apps.choices import Picture, load_scene, make_renderer, pictures
 from taichi_tracer.errors import InputError
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import check_writable, save_image
@@ -19,38 +21,75 @@ BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
 
 def run(args: Namespace) -> int:
     """Render and write every view that was asked for; 0, or 130 when Ctrl-C ended it with what was done by then."""
-    views = find_views(args.view)
-    paths = output_paths(args.output, args.scene, [choice.name for _, choice in views])
+    asked = pictures(args)
+    paths = paths_of(asked, args.output, args.scene)
     if args.checkpoint is not None:
-        if len(views) > 1:
-            raise InputError(f"--checkpoint {args.checkpoint} is one file for {len(views)} pictures: ask for one")
+        count = sum(len(places) for places in paths)
+        if count > 1:
+            raise InputError(f"--checkpoint {args.checkpoint} is one file for {count} pictures: ask for one")
         check_place(args.checkpoint)
     start = time.perf_counter()
     scene = load_scene(args)
     loading = f"scene {time.perf_counter() - start:.2f} s"
-    made = {}
-    for (renderer_class, choice), path in zip(views, paths, strict=True):
-        if renderer_class not in made:
-            made[renderer_class] = make_renderer(renderer_class, scene, args)
-        renderer = made[renderer_class].use(choice.name)
-        renderer.reset()
-        was_interrupted = add_samples(renderer, args)
-        if renderer.samples > 0:
-            save_image(path, renderer.image(), srgb=renderer.srgb)
-            print(f"{path}: {describe(renderer)} ({loading}, {describe_times(renderer)})")
-            report_non_finite(renderer)
-        if was_interrupted:
-            print(f"taichi-tracer: interrupted after {renderer.samples} samples", file=sys.stderr)
-            return 130
+    for picture, places in zip(asked, paths, strict=True):
+        made = {}
+        for (renderer_class, choice), path in zip(picture.views, places, strict=True):
+            if renderer_class not in made:
+                made[renderer_class] = make_renderer(renderer_class, scene, args, picture)
+            renderer = made[renderer_class].use(choice.name)
+            renderer.reset()
+            was_interrupted = add_samples(renderer, picture, args)
+            if renderer.samples > 0:
+                image = renderer.film.own_pixels(renderer.image())
+                encodes = renderer.srgb and (picture.shot is None or picture.shot.film.gamma_corrected)
+                save_image(path, image, srgb=encodes)
+                print(f"{path}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})")
+                report_non_finite(renderer)
+            if was_interrupted:
+                print(f"taichi-tracer: interrupted after {renderer.samples} samples", file=sys.stderr)
+                return 130
     return 0
 
 
-def add_samples(renderer: ProgressiveRenderer, args: Namespace) -> bool:
+def paths_of(asked: list[Picture], output: str | None, scene: str) -> list[list[Path]]:
+    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``renders``."""
+    names = [(picture.filename, choice.name) for picture in asked for _, choice in picture.views]
+    if output is None and all(filename is not None for filename, _ in names):
+        paths = [Path(filename) for filename, _ in names]
+        for path in paths:
+            make_folder(path.parent, f"filename {path}")
+    else:
+        paths = output_paths(output, scene, [name for _, name in names])
+        if len(paths) > 1 or Path(output or "renders").is_dir():
+            paths = [
+                path.parent / Path(path.name if filename is None else filename).name
+                for path, (filename, _) in zip(paths, names, strict=True)
+            ]
+    paths = distinct(paths)
+    for path in paths:
+        check_writable(path)
+    places = iter(paths)
+    return [[next(places) for _ in picture.views] for picture in asked]
+
+
+def distinct(paths: list[Path]) -> list[Path]:
+    """The same paths, but a number after the name of each that an earlier one has."""
+    free: list[Path] = []
+    for path in paths:
+        numbered, count = path, 1
+        while numbered in free:
+            count += 1
+            numbered = path.with_stem(f"{path.stem}_{count}")
+        free.append(numbered)
+    return free
+
+
+def add_samples(renderer: ProgressiveRenderer, picture: Picture, args: Namespace) -> bool:
     """Render until a target is reached, and keep a checkpoint if one is wanted; True if Ctrl-C ended it before."""
     keeper = Keeper(renderer, args.checkpoint, args.checkpoint_every)
-    spp, seconds = args.spp, args.time
-    if spp is None and seconds is None and args.error is None:
-        spp = 1
+    spp = args.spp
+    if spp is None and args.time is None and args.error is None:
+        spp = picture.spp
     if spp is not None:
         spp -= keeper.resume()
         if spp <= 0:
@@ -67,7 +106,7 @@ def add_samples(renderer: ProgressiveRenderer, args: Namespace) -> bool:
 
         try:
             error = None if args.error is None else args.error / 100
-            renderer.render(spp=spp, time=seconds, error=error, watch=watch)
+            renderer.render(spp=spp, time=args.time, error=error, watch=watch)
         except KeyboardInterrupt:
             pass
     keeper.keep()
@@ -150,9 +189,9 @@ class Bar:
             self.bar.close()
 
 
-def describe(renderer: ProgressiveRenderer) -> str:
+def describe(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
     """Size, samples, and the error where there is one."""
-    text = f"{renderer.width}x{renderer.height}, {renderer.samples} spp"
+    text = f"{image.shape[1]}x{image.shape[0]}, {renderer.samples} spp"
     error = renderer.error() if renderer.jitter and renderer.samples > 1 else None
     return text if error is None or error != error else f"{text}, error {error}"
 
@@ -193,11 +232,16 @@ def output_paths(output: str | None, scene: str, names: list[str]) -> list[Path]
         is_folder = True
     paths = [folder]
     if is_folder:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"-o {output}: the folder cannot be made ({error.strerror})") from None
+        make_folder(folder, f"-o {output}")
         paths = [folder / f"{Path(scene).stem}_{name}.png" for name in names]
     for path in paths:
         check_writable(path)
     return paths
+
+
+def make_folder(folder: Path, why: str) -> None:
+    """The folder, and those that it lies in; an InputError that begins with ``why`` where it cannot be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{why}: the folder {folder} cannot be made ({error.strerror})") from None

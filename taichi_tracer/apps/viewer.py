@@ -15,9 +15,10 @@ import taichi.math as tm
 
 from taichi_tracer.apps import camera_controller
 from taichi_tracer.apps.camera_controller import Pose
-from taichi_tracer.apps.choices import find_views, load_scene, make_renderer, scene_label
+from taichi_tracer.apps.choices import load_scene, make_renderer, pictures, scene_label
 from taichi_tracer.apps.display import can_open_window
 from taichi_tracer.apps.plot import draw_curve
+from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.errors import InputError
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.renderer import ProgressiveRenderer
@@ -36,7 +37,7 @@ TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
 HELP = (
     "a d         eye left, right (along x)",
     "w s         eye up, down (along y)",
-    "e q         eye to +z, to -z",
+    "e q         eye to +z, to -z, or zoom",
     "arrows      move the point looked at",
     "drag        orbit about that point",
     "right drag  up: nearer, down: farther",
@@ -49,8 +50,9 @@ HELP = (
 
 def run(args: Namespace) -> int:
     """``taichi-tracer view``: the window of the renderer that offers the view asked for."""
-    renderer_class, choice = find_views(args.view)[0]
-    return show(make_renderer(renderer_class, load_scene(args), args).use(choice.name))
+    picture = pictures(args)[0]
+    renderer_class, choice = picture.views[0]
+    return show(make_renderer(renderer_class, load_scene(args), args, picture).use(choice.name))
 
 
 def show(renderer: ProgressiveRenderer, folder: str | Path = "renders") -> int:
@@ -98,7 +100,7 @@ class Screen:
     """
 
     def __init__(self, renderer: ProgressiveRenderer, panel_lines: int) -> None:
-        self.source, self.srgb = renderer.canvas, renderer.srgb
+        self.renderer, self.source = renderer, renderer.canvas
         plot = PLOT_HEIGHT if renderer.needs_light else 0
         self.scale = max(1, SMALLEST_PICTURE // max(renderer.width, renderer.height))
         self.shown_width, self.shown_height = renderer.width * self.scale, renderer.height * self.scale
@@ -110,12 +112,15 @@ class Screen:
         self.pixels = ti.Vector.field(3, ti.f32, shape=(self.width, self.height))
         self.pixels.fill(BACKGROUND)
 
-    @ti.kernel
-    def update(self):
+    def update(self) -> None:
         """Copy the canvas into its place."""
+        self._copy(self.renderer.srgb)
+
+    @ti.kernel
+    def _copy(self, srgb: ti.template()):
         for x, y in ti.ndrange(self.shown_width, self.shown_height):
             color = ti.cast(self.source[x // self.scale, y // self.scale], ti.f32)
-            if ti.static(self.srgb):
+            if ti.static(srgb):
                 color = encode_srgb(color)
             self.pixels[PANEL_WIDTH + x, self.below + y] = color
 
@@ -232,7 +237,7 @@ class Viewer:
         camera = self.renderer.camera
         if keys or zoom != 0 or orbit != (0, 0):
             pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom)
-            camera.set_camera_parameters(eye=pose.eye, at=pose.at)
+            camera.set_camera_parameters(**pose.parameters())
 
     def progress(self) -> str:
         """Seconds since the picture was begun, and its estimated error, measured twice a second."""
@@ -296,9 +301,18 @@ def as_command(renderer: ProgressiveRenderer) -> str:
         light += f"--spp {renderer.samples} --sampler {renderer.sampler.name} "
     return (
         f"taichi-tracer render {shlex.quote(renderer.scene_data.source)} --view {renderer.active.name} {light}"
-        f"--size {renderer.width}x{renderer.height} {' '.join(vectors)} --fov {camera.fov:.9g} "
-        f"--handedness {camera.handedness}"
+        f"--size {renderer.width}x{renderer.height} {' '.join(vectors)} {as_words(camera)}"
     )
+
+
+def as_words(camera: ProjectiveCamera) -> str:
+    """The options that make the projection of a camera, its window at distance 1 where it is perspective."""
+    words = f"--handedness {camera.handedness}"
+    if not camera.has_window:
+        return f"--fov {camera.fov:.9g} {words}"
+    scale = 1.0 if camera.projection == "orthographic" else camera.focal_distance
+    window = " ".join(f"{edge / scale:.9g}" for edge in camera.screen_window)
+    return f"--camera {camera.projection} --window {window} {words}"
 
 
 def wrap(text: str) -> list[str]:

@@ -6,7 +6,6 @@ every line of its keyword is parsed by itself: the same result, slower, and it k
 """
 
 import re
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import numpy as np
 
 from taichi_tracer.errors import InputError
 from taichi_tracer.files.mtl import find_library, read_mtl
-from taichi_tracer.files.text import SPACES, Block, Lines, name_in, number, read_text, shapes
+from taichi_tracer.files.text import SPACES, Block, Lines, all_numbers, name_in, number, read_text, shapes
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 
@@ -91,18 +90,6 @@ def fan(sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([first_corner, second_corner, second_corner + 1], axis=-1), polygon_of
 
 
-def _numbers(text: bytes, dtype: type) -> np.ndarray | None:
-    """Every number of a text, or None where something is none. ``1.5.3`` is two: the caller counts."""
-    if b"(" in text:  # C reads nan(1) as a number
-        return None
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        try:
-            return np.fromstring(text, dtype, sep=" ")
-        except (DeprecationWarning, ValueError):
-            return None
-
-
 def _rows(block: Block, path: Path) -> np.ndarray:
     """(n, 3) float64 from ``v`` or ``vn`` lines; what follows the third number (w, a colour) is ignored."""
     if len(block) == 0:
@@ -117,7 +104,7 @@ def _rows_at_once(block: Block) -> np.ndarray | None:
     widths = words[which]
     if words.min() < 3:
         return None
-    numbers = _numbers(block.text, np.float64)
+    numbers = all_numbers(block.text, np.float64)
     if numbers is None or numbers.size != widths.sum():
         return None
     if len(known) == 1:
@@ -175,7 +162,7 @@ def _polygons_at_once(block: Block) -> Polygons | None:
     columns = [_columns(shape) for shape in known]
     if None in columns:
         return None
-    numbers = _numbers(block.text.replace(b"/", b" "), np.int64)
+    numbers = all_numbers(block.text.replace(b"/", b" "), np.int64)
     widths = np.array([width for _, _, width in columns])[which]
     if numbers is None or numbers.size != widths.sum():
         return None

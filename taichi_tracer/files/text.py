@@ -2,6 +2,7 @@
 
 import codecs
 import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,6 +66,18 @@ def number(word: str, where: str) -> float:
         return float(word)
     except ValueError:
         raise InputError(f"{where}: {word!r} is not a number") from None
+
+
+def all_numbers(text: bytes, dtype: type) -> np.ndarray | None:
+    """Every number of a text, or None where something is none. ``1.5.3`` is two: the caller counts."""
+    if b"(" in text:  # C reads nan(1) as a number
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return np.fromstring(text, dtype, sep=" ")
+        except (DeprecationWarning, ValueError):
+            return None
 
 
 @dataclass(frozen=True)

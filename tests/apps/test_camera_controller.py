@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from taichi_tracer.apps.camera_controller import KEYS, ORBIT_ANGLE, SPEED, ZOOM_DRAG, Pose, dolly, is_legal, step, turn
+from taichi_tracer.camera import OrthographicCamera
 
 COURSE = {"eye": (0.0, 1.0, 3.0), "at": (0.0, 1.0, 0.0), "up": (0.0, 1.0, 0.0)}
 
@@ -119,3 +120,33 @@ def test_random_walks_always_leave_a_camera():
 def test_dolly_keeps_at():
     np.testing.assert_allclose(dolly(pose(), 2.0).eye, (0, 1, 6))
     np.testing.assert_array_equal(dolly(pose(), 2.0).at, COURSE["at"])
+
+
+WINDOWED = Pose(np.array([0.0, 0, 5]), np.zeros(3), np.array([0.0, 1, 0]), window=(-2.0, 4.0, -1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("keys", "zoom", "factor"), [("e", 0, 1 / np.e), ("q", 0, np.e), ("o", 0, np.e), ("", 0.5, 1 / np.e)]
+)
+def test_an_orthographic_camera_zooms_its_window_about_its_middle(keys, zoom, factor):
+    moved = step(WINDOWED, set(keys), 1.0, zoom=zoom)
+    np.testing.assert_allclose(moved.window, [1 - 3 * factor, 1 + 3 * factor, -factor, factor])
+    np.testing.assert_array_equal(moved.eye, WINDOWED.eye)
+
+
+def test_the_other_keys_move_an_orthographic_camera_as_any():
+    moved = step(WINDOWED, {"w", "Left"}, 1.0)
+    assert moved.window == WINDOWED.window
+    assert moved.eye[1] == 1.5
+    camera = OrthographicCamera(4, 4, screen_window=(-1, 1, -1, 1))
+    camera.set_camera_parameters(**step(Pose.of(camera), {"q"}, 1.0).parameters())
+    np.testing.assert_allclose(camera.screen_window, [-np.e, np.e, -np.e, np.e])
+
+
+@pytest.mark.parametrize("seconds", [200.0, -200.0])
+def test_a_window_never_grows_or_shrinks_beyond_its_numbers(seconds):
+    pose = WINDOWED
+    for _ in range(3):
+        pose = step(pose, {"q"}, seconds)
+    assert pose.window[0] < pose.window[1]
+    assert np.isfinite(np.float32(pose.window)).all()

@@ -1,0 +1,124 @@
+"""What stands behind everything in a picture: one colour, four corners, or an image over the whole frame (RT-7).
+
+It belongs to the picture, not to the world: it is looked up by pixel, at pixel centres of the full frame, and lights
+nothing. What surrounds a scene on all sides is an ``Environment``.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import taichi as ti
+
+from taichi_tracer import runtime
+from taichi_tracer.errors import InputError
+
+CORNERS = ("bl", "tl", "tr", "br")  # bottom left, top left, top right, bottom right: the order of the scene files
+
+
+@ti.data_oriented
+class Background:
+    """Texels that are stretched over the frame, bilinear between their centres; four corners are its own corners.
+
+    Args:
+        texels: (rows, columns, 3) linear colours, top row first: (1, 1, 3) is one colour, (2, 2, 3) are four corners
+            or the smallest image, as ``corners`` says.
+        corners: the texels of the border lie on the frame's border, and not half a texel inside it.
+        what: for messages.
+
+    Raises:
+        InputError: a shape that is no image; a colour that is not finite or negative, with its place.
+    """
+
+    def __init__(self, texels: np.ndarray, corners: bool = False, what: str = "background") -> None:
+        runtime.ensure()
+        self.what, self.corners = what, corners
+        self.pixels = _checked(texels, what)
+        self.rows, self.columns = self.pixels.shape[:2]
+        self._memory = runtime.Memory()
+        self.texels = ti.Vector.field(3, float)
+        self._memory.fields.dense(ti.ij, (self.rows, self.columns)).place(self.texels)
+        self._memory.allocate()
+        self._load(self.pixels)
+
+    def destroy(self) -> None:
+        """Free the memory now; the background cannot be used afterwards."""
+        self._memory.free()
+
+    def check_alive(self) -> None:
+        """Raise StaleSceneError when Taichi was initialised again after the background was made."""
+        self._memory.check("background")
+
+    @ti.kernel
+    def _load(self, pixels: ti.types.ndarray(ndim=3)):
+        for row, column in self.texels:
+            for k in ti.static(range(3)):
+                self.texels[row, column][k] = pixels[row, column, k]
+
+    @ti.func
+    def between(self, pixel, pixels, texels: ti.template()):
+        """(first texel, second texel, how far towards the second) of a pixel's centre along one axis.
+
+        The place is a fraction of whole numbers, so that an image of the frame's size is shown texel by texel.
+        """
+        twice = 2 * ti.cast(pixel, ti.i64) + 1  # over 2·pixels: the centre, as a fraction of the frame
+        place = twice * (texels - 1)
+        if ti.static(not self.corners):
+            place = ti.max(twice * texels - pixels, 0)
+        first = ti.cast(place // (2 * pixels), ti.i32)
+        rest = ti.cast(place - ti.cast(first, ti.i64) * (2 * pixels), float) / (2 * pixels)
+        second = ti.min(first + 1, texels - 1)
+        return ti.min(first, texels - 1), second, rest
+
+    @ti.func
+    def color(self, x, y, width, height):
+        """The colour behind pixel (x, y), from the bottom left; a + f (b − a) keeps equal colours as they are."""
+        left, right, fx = self.between(x, width, self.columns)
+        top, bottom, fy = self.between(height - 1 - y, height, self.rows)
+        above = self.texels[top, left] + fx * (self.texels[top, right] - self.texels[top, left])
+        below = self.texels[bottom, left] + fx * (self.texels[bottom, right] - self.texels[bottom, left])
+        return above + fy * (below - above)
+
+
+def _checked(texels, what: str) -> np.ndarray:
+    try:
+        pixels = np.asarray(texels, np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what}: a background is made of numbers, not {type(texels).__name__}") from None
+    if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
+        raise InputError(f"{what}: a background has the shape (height, width, 3), not {np.shape(texels)}")
+    wrong = ~(np.isfinite(pixels) & (pixels >= 0))
+    if wrong.any():
+        row, column, channel = np.argwhere(wrong)[0]
+        raise InputError(
+            f"{what}: a colour is finite and at least 0, not {pixels[row, column, channel]:g} "
+            f"(row {row}, column {column})"
+        )
+    return np.ascontiguousarray(pixels.astype(runtime.dtype()))
+
+
+def corner_background(bl, tl, tr, br) -> Background:
+    """Four colours at the corners of the frame, bilinear between them (RT-7)."""
+    return Background([[tl, tr], [bl, br]], corners=True, what="four corners")
+
+
+def load_background(value) -> Background | None:
+    """A background from one colour, four (``CORNERS``), an image, the path of one, a ``Background``, or None.
+
+    PNG and JPEG are decoded from sRGB; the other formats hold linear values.
+
+    Raises:
+        InputError: a file that cannot be used, or colours that are none.
+    """
+    if value is None or isinstance(value, Background):
+        return value
+    if isinstance(value, (str, Path)):
+        from taichi_tracer.files.images import read_image
+
+        path = Path(value).expanduser()
+        is_encoded = path.suffix.lower() in (".png", ".jpg", ".jpeg")
+        return Background(read_image(path, srgb=is_encoded), what=str(path))
+    if np.shape(value) == (3,):
+        return Background(np.reshape(value, (1, 1, 3)), what="one colour")
+    if np.shape(value) == (4, 3):
+        return corner_background(*value)
+    return Background(value)

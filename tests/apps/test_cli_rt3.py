@@ -1,0 +1,153 @@
+"""The command line and RT3's scene files: what the file says, what wins over it, and what is written."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from taichi_tracer.apps.choices import pictures
+from taichi_tracer.apps.cli import main, make_parser
+from taichi_tracer.apps.render import paths_of
+
+SCENE = """<RT3>
+<lookat look_from="0 0 -5" look_at="0 0 0" up="0 1 0"/>
+<camera type="perspective" fovy="60"/>
+<film x_res="32" y_res="24" crop_window="{crop}"
+      filename="pictures/{name}" img_type="{kind}" gamma_corrected="{gamma}"/>
+<world_begin/>
+<background bl="0 0 0" tl="0 1 0" tr="1 1 0" br="1 0 0"/>
+<material type="flat" color="0.5 0.25 1"/>
+<object type="sphere" radius="1"/>
+<object type="trianglemesh" vertices="-9 -2 -3 -9 -2 9 9 -2 9 9 -2 -3" indices="0 1 2 0 2 3"/>
+<world_end/>
+{tail}
+</RT3>"""
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    """Writes ``scene.xml`` into an empty folder, and works there."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(crop="0 1 0 1", name="ball", kind="png", gamma="yes", tail=""):
+        (tmp_path / "scene.xml").write_text(SCENE.format(crop=crop, name=name, kind=kind, gamma=gamma, tail=tail))
+        return tmp_path
+
+    return write
+
+
+def run(*words):
+    assert main([*words, "--arch", "cpu"] if words[0] != "export" else list(words)) == 0
+
+
+def pixels(path):
+    return np.asarray(Image.open(path))
+
+
+def test_the_film_says_where_how_large_and_how(scene):
+    """The file's name, type and size; without gamma correction values stand as they are."""
+    folder = scene()
+    run("render", "scene.xml")
+    shown = pixels(folder / "pictures" / "ball.png")
+    assert shown.shape == (24, 32, 3)
+    assert shown[12, 16].tolist() == [188, 137, 255]  # 0.5 and 0.25 by the sRGB curve
+    scene(kind="ppm", gamma="no")
+    run("render", "scene.xml")
+    assert (folder / "pictures" / "ball.ppm").read_bytes().startswith(b"P6\n32 24\n255\n")
+    assert pixels(folder / "pictures" / "ball.ppm")[12, 16].tolist() == [128, 64, 255]
+
+
+def asked(*words):
+    """The pictures that a command asks for, and where they go; nothing is rendered."""
+    args = make_parser().parse_args(["render", "scene.xml", *words])
+    found = pictures(args)
+    return found, [str(path) for places in paths_of(found, args.output, args.scene) for path in places]
+
+
+def test_options_win(scene):
+    scene(crop="0.5 1 0.5 1")
+    (picture,), paths = asked()
+    assert (picture.width, picture.height, picture.crop) == (32, 24, (16, 32, 12, 24))
+    assert [choice.name for _, choice in picture.views] == ["flat"]
+    assert (picture.spp, paths) == (1, ["pictures/ball.png"])
+    (picture,), paths = asked("--size", "20x10", "--crop", "0", "1", "0", "0.5", "--view", "mis", "--spp", "3")
+    assert (picture.width, picture.height, picture.crop, picture.spp) == (20, 10, (0, 20, 0, 5), 3)
+    assert [choice.name for _, choice in picture.views] == ["mis"]
+    assert paths == ["renders/scene_mis.png"]
+    (picture,), paths = asked("--quick", "-o", "b.ppm")
+    assert (picture.width, picture.height, paths) == (8, 6, ["b.ppm"])
+
+
+def test_every_picture_of_a_document_has_its_file(scene, capsys):
+    scene(tail='<integrator type="direct" estimator="brdf" spp="9"/><render_again/>')
+    found, paths = asked()
+    assert [picture.spp for picture in found] == [1, 9]
+    assert [picture.views[0][1].name for picture in found] == ["flat", "brdf"]
+    assert paths == ["pictures/ball.png", "pictures/ball_2.png"]
+    assert asked("-o", "there/")[1] == ["there/ball.png", "there/ball_2.png"]
+    assert asked("--view", "normal")[1] == ["renders/scene_normal.png", "renders/scene_normal_2.png"]
+    assert main(["render", "scene.xml", "-o", "one.png"]) == 2
+    assert "is one file for 2 views" in capsys.readouterr().err
+
+
+def test_a_crop_is_that_part_of_the_picture(scene):
+    folder = scene()
+    run("render", "scene.xml", "-o", "whole.png")
+    run("render", "scene.xml", "-o", "part.png", "--crop", "0.25", "0.75", "0", "0.5")
+    np.testing.assert_array_equal(pixels(folder / "part.png"), pixels(folder / "whole.png")[12:, 8:24])
+
+
+def test_another_projection_shows_the_same_where_the_camera_looks(scene):
+    """--camera orthographic takes its window from the angle; --window is that window."""
+    folder = scene()
+    run("render", "scene.xml", "--camera", "orthographic", "--view", "hit", "-o", "a.png")
+    half = 5 * np.tan(np.radians(30))
+    window = [repr(float(x)) for x in (-half * 32 / 24, half * 32 / 24, -half, half)]
+    run("render", "scene.xml", "--camera", "orthographic", "--window", *window, "--view", "hit", "-o", "b.png")
+    np.testing.assert_array_equal(pixels(folder / "a.png"), pixels(folder / "b.png"))
+    middle = pixels(folder / "a.png")[12, :, 0] == 255
+    assert middle.sum() * 2 * half * 32 / 24 / 32 == pytest.approx(2, abs=0.4)  # the sphere's width
+
+
+def test_an_exported_scene_is_the_same_picture(scene):
+    """Of a document, and of a mesh with a camera of one's own."""
+    folder = scene()
+    run("export", "scene.xml", "again.xml", "--view", "depth_map", "--camera", "orthographic")
+    run("render", "again.xml", "-o", "a.png")
+    run("render", "scene.xml", "-o", "b.png", "--view", "depth_map", "--camera", "orthographic")
+    assert (folder / "a.png").read_bytes() == (folder / "b.png").read_bytes()
+    run("export", "cornell_box", "box.xml", "--size", "40x30", "--eye", "0.1", "1", "3.3")
+    run("render", "box.xml", "-o", "a.png")
+    run("render", "cornell_box", "-o", "b.png", "--size", "40x30", "--eye", "0.1", "1", "3.3")
+    assert (folder / "a.png").read_bytes() == (folder / "b.png").read_bytes()
+
+
+def test_info_tells_of_spheres(scene, capsys):
+    scene()
+    run("info", "scene.xml")
+    told = capsys.readouterr().out
+    assert "spheres         1\n" in told
+    assert "simulated, 1 of them" in told
+    assert "simulated, four corners" in told
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("render", "scene.xml", "--crop", "0", "2", "0", "1"), "a crop window is x0 x1 y0 y1"),
+        (("render", "scene.xml", "--camera", "fisheye"), "unknown camera 'fisheye'"),
+        (("render", "scene.xml", "--window", "1", "0", "0", "1"), "l < r and b < t"),
+        (("render", "broken.xml"), "broken.xml:2: this is not well-formed XML"),
+        (("render", "rt3/four_cornes"), "did you mean 'rt3/four_corners'"),
+        (("export", "scene.xml", "out.obj"), "the ending must be .xml"),
+        (("export", "scene.xml", "nowhere/out.xml"), "the folder nowhere does not exist"),
+        (("export", "cube", "out.xml", "--view", "barycentric"), "no integrator that shows 'barycentric'"),
+    ],
+)
+def test_what_cannot_be_is_one_line_and_leaves_nothing(scene, capsys, words, message):
+    folder = scene()
+    (folder / "broken.xml").write_text("<RT3>\n<a></RT3>")
+    before = {path for path in folder.rglob("*") if path.is_file()}
+    assert main(list(words)) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert {path for path in folder.rglob("*") if path.is_file()} == before
