@@ -15,6 +15,7 @@ BENCHMARKS = {
     "build": ["82000", "1300000"],
     "crossover": [],
     "direct": [],
+    "error": [],
     "obj_reader": [],
 }
 HEAD = """# Results

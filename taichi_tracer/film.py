@@ -16,20 +16,27 @@ class Film:
     """Sums over samples [x, y] with y up, inside kernels; an image with the top row first, outside.
 
     Every pixel has two compensated sums (two numbers each, together exact to twice the precision), of its samples of
-    even and of odd index, how many samples there were, and the sum of squared deviations from the mean. The canvas
-    shows the mean.
+    even and of odd index, and how many there were. The canvas shows the mean. Of independent samples there is also the
+    sum of squared deviations from the mean; of replicas the difference of the two sums says what it would.
 
     Args:
         width, height: pixels.
         crop: (x0, x1, y0, y1) in pixels from the bottom left, x1 and y1 excluded: only these take samples; None is all.
         replicated: whether samples of even and of odd index are two independent replicas, and not independent within
             them; see ``error_estimate``.
+        keeps_deviation: whether there are squared deviations; None is where the error needs them.
     """
 
     def __init__(
-        self, width: int, height: int, crop: tuple[int, int, int, int] | None = None, replicated: bool = False
+        self,
+        width: int,
+        height: int,
+        crop: tuple[int, int, int, int] | None = None,
+        replicated: bool = False,
+        keeps_deviation: bool | None = None,
     ) -> None:
         self.width, self.height, self.replicated = width, height, replicated
+        self.keeps_deviation = not replicated if keeps_deviation is None else keeps_deviation
         self.crop = (0, width, 0, height) if crop is None else tuple(int(c) for c in crop)
         x0, x1, y0, y1 = self.crop
         if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
@@ -45,9 +52,12 @@ class Film:
         fields.dense(ti.ij, shape).place(self.canvas)
         self.count, self.odd_count = ti.field(ti.i32), ti.field(ti.i32)
         self.total, self.rest, self.odd_total, self.odd_rest = (ti.Vector.field(3, float) for _ in range(4))
-        self.deviation = ti.Vector.field(3, float)
-        fields.dense(ti.ij, shape).place(self.count, self.total, self.rest, self.deviation)
+        fields.dense(ti.ij, shape).place(self.count, self.total, self.rest)
         fields.dense(ti.ij, shape).place(self.odd_count, self.odd_total, self.odd_rest)
+        self.deviation = None
+        if self.keeps_deviation:
+            self.deviation = ti.Vector.field(3, float)
+            fields.dense(ti.ij, shape).place(self.deviation)
         self.non_finite_count = ti.field(ti.i32)
         self.non_finite_at = ti.Vector.field(3, ti.i32)
         fields.place(self.non_finite_count)
@@ -68,8 +78,8 @@ class Film:
     def _clear(self):
         for x, y in self.count:
             self.count[x, y], self.odd_count[x, y] = 0, 0
-            self.total[x, y], self.rest[x, y], self.deviation[x, y] = tm.vec3(0), tm.vec3(0), tm.vec3(0)
-            self.odd_total[x, y], self.odd_rest[x, y] = tm.vec3(0), tm.vec3(0)
+            for field in ti.static(self._sums()):
+                field[x, y] = tm.vec3(0)
         self.non_finite_count[None] = 0
 
     @ti.func
@@ -90,8 +100,9 @@ class Film:
                 self.odd_total[x, y], self.odd_rest[x, y] = total, rest
                 self.odd_count[x, y] += 1
             after = self.sum_of_both(x, y) / (n + 1)
-            if n > 0:
-                self.deviation[x, y] += (value - self.canvas[x, y]) * (value - after)  # Welford 1962
+            if ti.static(self.keeps_deviation):
+                if n > 0:
+                    self.deviation[x, y] += (value - self.canvas[x, y]) * (value - after)  # Welford 1962
             self.count[x, y] = n + 1
             self.canvas[x, y] = after
         else:
@@ -102,7 +113,7 @@ class Film:
     @ti.func
     def sum_of_both(self, x, y):
         """The sum of all samples of a pixel."""
-        return self.total[x, y] + (self.odd_total[x, y] + (self.rest[x, y] + self.odd_rest[x, y]))
+        return self.total[x, y] + self.odd_total[x, y]
 
     def merge(self, other: "Film") -> None:
         """Add the samples of another film of the same size: of other sample indices, so that none counts twice."""
@@ -119,9 +130,10 @@ class Film:
         for x, y in self.count:
             n, m = self.count[x, y], other.count[x, y]
             if m > 0:
-                difference = other.sum_of_both(x, y) / m - self.sum_of_both(x, y) / ti.max(n, 1)
-                share = ti.cast(n, float) * m / (n + m)
-                self.deviation[x, y] += other.deviation[x, y] + difference * difference * share  # Chan et al. 1979
+                if ti.static(self.keeps_deviation):
+                    difference = other.sum_of_both(x, y) / m - self.sum_of_both(x, y) / ti.max(n, 1)
+                    share = ti.cast(n, float) * m / (n + m)
+                    self.deviation[x, y] += other.deviation[x, y] + difference * difference * share  # Chan et al. 1979
                 self.total[x, y], self.rest[x, y] = add_to_pair(
                     self.total[x, y], self.rest[x, y], other.total[x, y], other.rest[x, y]
                 )
@@ -208,7 +220,7 @@ class Film:
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Everything the film holds, for a checkpoint."""
         self._memory.check("film")
-        values = np.empty((self.width, self.height, 5, 3), runtime.dtype())
+        values = np.empty((self.width, self.height, len(self._sums()), 3), runtime.dtype())
         counts = np.empty((self.width, self.height, 2), np.int32)
         self._export(values, counts)
         return {"values": values, "counts": counts, "non_finite": self._bad_samples()}
@@ -246,7 +258,8 @@ class Film:
 
     def _sums(self) -> tuple:
         """The fields that a checkpoint keeps, in its order."""
-        return self.total, self.rest, self.odd_total, self.odd_rest, self.deviation
+        sums = self.total, self.rest, self.odd_total, self.odd_rest
+        return (*sums, self.deviation) if self.keeps_deviation else sums
 
     @ti.kernel
     def _copy_to(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):

@@ -112,7 +112,7 @@ class Progress:
         self.looks.append((n, float(self.error)))
         if self.target.error is not None:
             least, most = STEPS
-            left = self._samples_to_error()
+            left = self.samples_left
             self._next_look = n + max(1, least * n, min(most * n, most * n if math.isnan(left) else left))
         else:
             cost = self._look_seconds / max(1, len(self.looks) - 1)
@@ -139,12 +139,14 @@ class Progress:
         if self.target.time is not None:
             left.append(self.target.time - self.seconds)
         if self.target.error is not None:
-            left.append(self._samples_to_error() * self.seconds_per_sample)
-        known = [seconds for seconds in left if not math.isnan(seconds)]
-        return max(0.0, min(known)) if known else math.nan
+            left.append(self.samples_left * self.seconds_per_sample)
+        if any(math.isnan(seconds) for seconds in left):
+            return math.nan
+        return max(0.0, min(left, default=math.nan))
 
-    def _samples_to_error(self) -> float:
-        """Samples until the error is that of the target, if it goes on falling as a power of their number."""
+    @property
+    def samples_left(self) -> float:
+        """Predicted samples until the error is the target's, if it goes on falling as a power of their number."""
         now = [(n, e) for n, e in self.looks if n >= self.samples / 8 and e > 0]
         if self.samples < FIRST_ERROR or not now:
             return math.nan

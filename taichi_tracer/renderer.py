@@ -80,7 +80,7 @@ class ProgressiveRenderer:
         self.width, self.height = self.camera.width, self.camera.height
         self.jitter = self.jitters if jitter is None else bool(jitter)
         self.sampler, self.seed, self.first_sample = SAMPLERS[sampler], int(seed), int(first_sample)
-        self.film = Film(self.width, self.height, crop, self.sampler.replicated)
+        self.film = Film(self.width, self.height, crop, self.sampler.replicated, True if adaptive else None)
         if adaptive and not self.jitter:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
         self.adaptive, self.mean_share = bool(adaptive), 1.0

@@ -78,7 +78,15 @@ def test_the_wheel_knows_its_version_and_what_it_needs(files):
     metadata = files[f"taichi_tracer-{tt.__version__}.dist-info/METADATA"].decode().splitlines()
     assert f"Version: {tt.__version__}" in metadata
     needed = {line.removeprefix("Requires-Dist: ").split(">")[0].split("<")[0] for line in metadata if is_core(line)}
-    assert {name.lower() for name in needed} == {"taichi", "numpy", "trimesh", "pillow", "tqdm"}
+    assert {name.lower() for name in needed} == {
+        "taichi",
+        "numpy",
+        "trimesh",
+        "pillow",
+        "tqdm",
+        "matplotlib",
+        "flip-evaluator",
+    }
 
 
 def is_core(line: str) -> bool:

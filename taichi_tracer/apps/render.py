@@ -46,7 +46,8 @@ def run(args: Namespace) -> int:
                 print(f"{path}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})")
                 report_non_finite(renderer)
             if was_interrupted:
-                print(f"taichi-tracer: interrupted after {renderer.samples} samples", file=sys.stderr)
+                of = "" if args.spp is None else f" of {args.spp}"
+                print(f"taichi-tracer: interrupted after {renderer.samples}{of} samples", file=sys.stderr)
                 return 130
     return 0
 
@@ -108,7 +109,7 @@ def add_samples(renderer: ProgressiveRenderer, picture: Picture, args: Namespace
             error = None if args.error is None else args.error / 100
             renderer.render(spp=spp, time=args.time, error=error, watch=watch)
         except KeyboardInterrupt:
-            pass
+            interruption.came = True
     keeper.keep()
     return interruption.came
 

@@ -1,6 +1,7 @@
 """The command line, called as a function where that is enough and as a process where that is the point."""
 
 import os
+import re
 import select
 import signal
 import subprocess
@@ -422,3 +423,76 @@ def test_wrong_light_is_one_line(words, told, capsys, tmp_path):
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert told in error
     assert list(tmp_path.iterdir()) == []
+
+
+# ── targets, checkpoints, and pictures compared ──
+
+
+def told_by(words, capsys, code=0):
+    assert main([str(w) for w in words]) == code
+    return capsys.readouterr()
+
+
+def test_a_killed_render_goes_on_where_it_was_to_the_last_bit(tmp_path, instant, capsys):
+    picture = ["render", "cube", "--estimator", "brdf", "--size", "16x12", "--spp", 9]
+    told_by([*picture, "-o", tmp_path / "whole.pfm"], capsys)
+    kept = tmp_path / "a.checkpoint"
+    told_by([*picture[:-1], 4, "--checkpoint", kept, "-o", tmp_path / "part.pfm"], capsys)
+    told = told_by([*picture, "--checkpoint", kept, "-o", tmp_path / "part.pfm"], capsys)
+    assert "going on after 4 samples" in told.out
+    assert "9 spp, error" in told.out
+    assert (tmp_path / "part.pfm").read_bytes() == (tmp_path / "whole.pfm").read_bytes()
+
+    first, second = tmp_path / "1.checkpoint", tmp_path / "2.checkpoint"
+    told_by([*picture[:-1], 4, "--checkpoint", first, "-o", tmp_path / "1.pfm"], capsys)
+    rest = ["--first-sample", 4, "--checkpoint", second, "-o", tmp_path / "2.pfm"]
+    told_by([*picture[:-1], 5, *rest], capsys)
+    told = told_by(["merge", first, second, "-o", tmp_path / "both.pfm"], capsys)
+    assert "9 spp" in told.out
+    assert "samples 0 to 8" in told.out
+    assert (tmp_path / "both.pfm").read_bytes() == (tmp_path / "whole.pfm").read_bytes()
+    told = told_by(["merge", first, first, "-o", tmp_path / "x.checkpoint"], capsys, code=2)
+    assert "samples 0 to 3 are in both" in told.err
+    assert not (tmp_path / "x.checkpoint").exists()
+    told = told_by(["merge", first, second, "-o", tmp_path / "x.txt"], capsys, code=2)
+    assert "unknown file type '.txt'" in told.err
+    told = told_by(["compare", tmp_path / "both.pfm", tmp_path / "whole.pfm", "--tolerance", 1], capsys)
+    assert "pixels that differ: 0 of 192" in told.out
+    page = tmp_path / "page.html"
+    told = told_by(
+        ["compare", tmp_path / "1.pfm", tmp_path / "whole.pfm", "--tolerance", 1, "--report", page], capsys, code=1
+    )
+    assert "differ by more than 1 %" in told.out
+    assert page.read_text().count("<img") == 4
+
+
+def test_one_checkpoint_is_of_one_picture(tmp_path, instant, capsys):
+    words = ["render", "cube", "--view", "hit,normal", "--size", "8", "--checkpoint", tmp_path / "a", "-o", tmp_path]
+    assert "one file for 2 pictures" in told_by(words, capsys, code=2).err
+
+
+def test_renders_to_an_error_and_to_a_time(tmp_path, instant, capsys):
+    words = ["render", "cube", "--estimator", "mis", "--size", "32", "-o", tmp_path / "a.png"]
+    told = told_by([*words, "--error", 20, "--spp", 5000], capsys).out
+    assert float(re.search(r"error ([\d.]+) %", told)[1]) <= 20
+    assert int(re.search(r"(\d+) spp", told)[1]) < 5000
+    told = told_by([*words, "--time", "0.3", "--adaptive"], capsys).out
+    assert float(re.search(r"rendering ([\d.]+) s", told)[1]) == pytest.approx(0.3, abs=0.15)
+    for option, value in (("--error", "0"), ("--time", "-1"), ("--error", "x"), ("--checkpoint-every", "0")):
+        told = told_by([*words, option, value], capsys, code=2)
+        assert option in told.err
+        assert f"{value!r} is not a number" in told.err
+
+
+def test_accuracy_refuses_before_it_works(tmp_path, capsys):
+    for words, message in (
+        (["accuracy", "cube", "--estimators", "brdf,miss"], "unknown estimator 'miss': did you mean 'mis'?"),
+        (["accuracy", "kube"], "unknown scene 'kube'"),
+        (["accuracy", "cube", "--budget", "0"], "'0' is not a number more than 0"),
+        (["compare", "no.png", "no.png"], "no.png: no such file"),
+        (["merge", "no.checkpoint", "no.checkpoint", "-o", "x.png"], "no.checkpoint: no such file"),
+    ):
+        assert message in told_by(words, capsys, code=2).err
+    blocked = tmp_path / "file"
+    blocked.write_text("x")
+    assert "cannot be made" in told_by(["accuracy", "cube", "--report", blocked / "x"], capsys, code=2).err
