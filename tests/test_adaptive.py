@@ -7,7 +7,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.adaptive import shares_of
 
-SIZE, SPP = 48, 96
+SIZE, SPP = 32, 64
 
 
 @pytest.fixture(scope="module")
@@ -25,12 +25,12 @@ def test_shares_follow_the_deviation():
 
 
 def test_it_is_unbiased_and_better(scene):
-    """z of the mean of 12 pictures beyond 4 would have p < 1e-4; the noise is on a fifth of the pixels."""
-    truth = tt.A2Renderer(scene, SIZE, SIZE, seed=5).use("mis").render(2048)
+    """z of the mean of 8 pictures beyond 4 would have p < 1e-4; the noise is on a fifth of the pixels."""
+    truth = tt.A2Renderer(scene, SIZE, SIZE, seed=5).use("mis").render(1024)
     plain = tt.A2Renderer(scene, SIZE, SIZE).use("mis")
     adaptive = tt.A2Renderer(scene, SIZE, SIZE, adaptive=True).use("mis")
     means, errors = [], {plain: [], adaptive: []}
-    for seed in range(12):
+    for seed in range(8):
         for renderer, values in errors.items():
             renderer.seed = seed
             renderer.begin_anew()
@@ -49,7 +49,7 @@ def test_it_is_unbiased_and_better(scene):
 def test_packets_take_the_same_samples(scene):
     images = []
     for use_packets in (False, True):
-        renderer = tt.A2Renderer(scene, 32, 32, adaptive=True).use("brdf")
+        renderer = tt.A2Renderer(scene, 16, 16, adaptive=True).use("brdf")
         renderer.hits.use_packets = use_packets and renderer.hits.can_use_packets
         images.append(renderer.render(24).image())
     np.testing.assert_array_equal(*images)

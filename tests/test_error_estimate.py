@@ -84,9 +84,9 @@ def test_it_is_a_number_that_shows_its_interval():
 def test_renders_know_their_error(sampler):
     """60 short renders of a shipped scene: at least 85 % are covered, since 95 % minus 3 standard errors is 86.6 %."""
     start("f32")
-    scene = tt.load_scene_data("cube", environment="studio")
-    size = 32
-    truth = tt.A2Renderer(scene, size, size, seed=77).use("mis").render(2048).image().astype(np.float64)
+    scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
+    size = 24
+    truth = tt.A2Renderer(scene, size, size, seed=77).use("mis").render(1024).image().astype(np.float64)
     renderer, covered = tt.A2Renderer(scene, size, size, sampler=sampler).use("mis"), 0
     for seed in range(60):
         renderer.seed = seed

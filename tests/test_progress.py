@@ -75,7 +75,7 @@ def test_targets_that_are_none_are_refused(name, value):
 
 def test_renders_keep_to_a_time_and_to_an_error():
     start("f32")
-    scene = tt.load_scene_data("cube", environment="studio")
+    scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
     renderer = tt.A2Renderer(scene, 64, 64).use("mis")
     renderer.render(time=0.5)
     assert renderer.progress.seconds == pytest.approx(0.5, abs=0.15)

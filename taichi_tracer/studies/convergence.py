@@ -158,6 +158,7 @@ def measure(
             a few samples.
         tell: called with what is being done, and the share of the budget that is spent.
     """
+    source.check(variants)
     start = time.perf_counter()
     study = Study(source.name, size, "", seeds, budget * PICTURE_SHARE)
     truths: dict[str, Truth] = {}

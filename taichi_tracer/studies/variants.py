@@ -117,16 +117,19 @@ class Source:
         name = Path(self.scene.source).stem if self.is_loaded else Path(str(self.scene)).stem
         return f"{name} under {getattr(self.environment, 'name', self.environment)}"
 
+    def check(self, variants: list[Variant]) -> None:
+        """Raise InputError where a variant needs Taichi to be started anew, and with it the caller's scene to end."""
+        settings = runtime.current()
+        for variant in variants if self.is_loaded else ():
+            if (settings.precision, settings.fast_math) != (variant.precision, variant.fast_math):
+                raise InputError(
+                    "accuracy: precision and fast math of a loaded scene cannot change: give its name or path instead"
+                )
+
     def start(self, variant: Variant, arch: str = "auto") -> None:
         """Bring Taichi into the precision of a variant."""
         if not self.is_loaded:
             runtime.init(arch, variant.precision, variant.fast_math, force=True)
-            return
-        settings = runtime.current()
-        if (settings.precision, settings.fast_math) != (variant.precision, variant.fast_math):
-            raise InputError(
-                "accuracy: precision and fast math of a loaded scene cannot change: give its name or path instead"
-            )
 
     def load(self, variant: Variant) -> SceneData:
         """The scene as a variant wants it, in the running precision."""
@@ -137,5 +140,6 @@ class Source:
         environment = load_environment(environment, lookup=variant.lookup, **options)
         options = {"triangle_test": variant.triangle_test, "environment": environment}
         if self.is_loaded:
-            return SceneData(self.scene.mesh, view=self.scene.view, **options)
+            intersector = self.scene.ray_intersector.name
+            return SceneData(self.scene.mesh, intersector=intersector, view=self.scene.view, **options)
         return load_scene_data(self.scene, **options)

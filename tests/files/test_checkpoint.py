@@ -10,10 +10,14 @@ import taichi_tracer as tt
 from taichi_tracer.files import checkpoint
 
 
+def load(name, environment="studio"):
+    return tt.load_scene_data(name, environment=environment, intersector="brute_force")  # compiles soonest
+
+
 @pytest.fixture(scope="module")
 def scene():
     start("f32")
-    return tt.load_scene_data("cube", environment="studio")
+    return load("cube")
 
 
 def renderer(scene, **options):
@@ -64,8 +68,8 @@ def test_samples_of_something_else_are_refused(scene, tmp_path, change, message)
 def test_another_scene_light_or_size_is_refused(scene, tmp_path):
     path = tmp_path / "a.checkpoint"
     renderer(scene).render(2).save_checkpoint(path)
-    lit = tt.load_scene_data("cube", environment="white")
-    for other in (renderer(lit), renderer(tt.load_scene_data("sphere", environment="studio"))):
+    lit = load("cube", "white")
+    for other in (renderer(lit), renderer(load("sphere"))):
         with pytest.raises(tt.InputError, match="another scene"):
             other.load_checkpoint(path)
     with pytest.raises(tt.InputError, match="another (camera|size)"):
