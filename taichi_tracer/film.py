@@ -173,7 +173,7 @@ class Film:
 
         Of independent samples, by their squared deviations; of two replicas, by the difference of their means.
         """
-        return self._spread()[0]
+        return self.spread()[0]
 
     def sample_deviation(self) -> np.ndarray:
         """(height, width) float64, top row first: the standard deviation of one sample of every pixel."""
@@ -187,10 +187,10 @@ class Film:
 
         NaN where there is none, and where the picture is black.
         """
-        variance, groups = self._spread()
+        variance, groups = self.spread()
         return relative_error(variance, groups, self.image())
 
-    def _spread(self) -> tuple[np.ndarray, np.ndarray]:
+    def spread(self) -> tuple[np.ndarray, np.ndarray]:
         """Variance of the pixels' means, (height, width, 3), and how many independent groups it comes from."""
         self._memory.check("film")
         variance = np.empty((self.height, self.width, 3), np.float32)

@@ -39,7 +39,7 @@ def draw(study: Study):
     bars.barh(names, [c.compile_seconds for c in study.curves], color="#9aa5b1")
     bars.invert_yaxis()
     bars.tick_params(axis="y", labelsize=7)
-    bars.set(xlabel="seconds of compiling, once")
+    bars.set(xlabel="compiling, s (once)")
     return figure
 
 

@@ -5,7 +5,7 @@ import statistics
 
 import numpy as np
 
-from taichi_tracer.studies.convergence import TARGETS, Curve, Study
+from taichi_tracer.studies.convergence import GLARE, TARGETS, Curve, Study, without_glare
 
 
 def efficiency_table(study: Study) -> list[dict]:
@@ -67,7 +67,8 @@ def summary(study: Study, target: float = TARGETS[2]) -> list[str]:
     plain = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
     told = sorted((c for c in plain if c.seconds_to(target)[0] > 0), key=lambda c: c.seconds_to(target)[0])
     if not told:
-        return [f"No variant came near enough to {target:.0%} for its time to be told: give a larger budget."]
+        advice = f"No variant came near enough to {target:.0%} for its time to be told: give a larger budget."
+        return [advice, where_the_error_is(study)]
     best, worst = told[0], told[-1]
     sentences = [f"To {target:.0%} error, {best.variant.label} is cheapest: {show_seconds(best.seconds_to(target))}."]
     if worst is not best:
@@ -87,7 +88,19 @@ def summary(study: Study, target: float = TARGETS[2]) -> list[str]:
             f"{r['to']} {r['time']:.2f} times the time at {r['error']:.3g} times the error" for r in knobs
         )
         sentences.append(f"How exactly single rays are computed: {times}.")
-    return sentences
+    return [*sentences, where_the_error_is(study)]
+
+
+def where_the_error_is(study: Study) -> str:
+    """How many pixels hold half of the squared error of the picture that is nearest to the reference."""
+    best = min((c for c in study.curves if c.image is not None), key=lambda c: c.image_error)
+    reference = study.references[best.variant.lookup]
+    squares = np.sort(((best.image - reference) ** 2).sum(axis=2)[without_glare(reference)])[::-1]
+    count = int(np.searchsorted(np.cumsum(squares), squares.sum() / 2)) + 1
+    told = f"Half of the squared error of {best.variant.label} lies in {count} of {squares.size} pixels."
+    if study.glaring == 0:
+        return told
+    return f"{told} {study.glaring} more are over {GLARE} times as bright as the picture, and left out of every error."
 
 
 def show_seconds(value: tuple[float, bool]) -> str:

@@ -11,7 +11,7 @@ import taichi as ti
 
 from taichi_tracer import runtime
 from taichi_tracer.adaptive import PILOT
-from taichi_tracer.error_estimate import RelativeError
+from taichi_tracer.error_estimate import RelativeError, relative_error
 from taichi_tracer.primary_hits import LARGE_PICTURE
 from taichi_tracer.progress import slope
 from taichi_tracer.renderer import A2Renderer
@@ -22,7 +22,9 @@ TARGETS = (0.10, 0.05, 0.02, 0.01)  # relative RMSE
 REFERENCE_SEED = 1_000_003
 REFERENCE_SHARE, PICTURE_SHARE = 0.2, 0.006  # of the budget: for the reference, and for each picture at equal time
 STEEPEST = -0.75  # slope that is continued beyond what was measured: what Owen's scrambling promises in general
+FARTHEST = 300  # times the seconds that were measured: no curve is continued beyond
 WARM_UP = 3  # samples: after them everything is compiled
+GLARE = 50  # times the mean of the picture: pixels above it, such as a sun in a mirror, would alone decide its error
 CLEAR = 1.5  # times the reference's own error: below it, the error of a picture cannot be told from that
 FEWEST, MOST_SAMPLES = 3, 1 << 16  # pictures of a curve; samples per pixel
 
@@ -80,7 +82,10 @@ class Curve:
         return [(s, e) for s, e in pairs if e > 0]
 
     def seconds_to(self, target: float) -> tuple[float, bool]:
-        """(seconds to a relative error, whether that was measured): beyond the last picture, the slope is continued."""
+        """(seconds to a relative error, whether that was measured).
+
+        Beyond the last picture the slope is continued; NaN where that would be too far.
+        """
         points = self._known()
         if not points:
             return math.nan, False
@@ -93,7 +98,8 @@ class Curve:
         power = max(self.slope, STEEPEST)
         if not power < -0.1:
             return math.nan, False
-        return points[-1][0] * (points[-1][1] / target) ** (-1 / power), False
+        factor = (points[-1][1] / target) ** (-1 / power)
+        return (points[-1][0] * factor if factor <= FARTHEST else math.nan), False
 
     @property
     def variance_times_time(self) -> float:
@@ -123,6 +129,11 @@ class Study:
     seconds: float = 0.0
 
     @property
+    def glaring(self) -> int:
+        """How many pixels are in no error."""
+        return int((~without_glare(self.reference)).sum())
+
+    @property
     def reference(self) -> np.ndarray:
         """(h, w, 3) what the first variant is compared with."""
         return next(iter(self.references.values()))
@@ -130,7 +141,7 @@ class Study:
 
 @dataclass
 class Truth:
-    """A reference: the picture, its relative error, and the variance of its pixels.
+    """A reference: the picture, its relative error without the pixels that glare, and the variance of its pixels.
 
     The renderer is kept because Taichi forgets every compiled kernel when a field is freed.
     """
@@ -139,7 +150,16 @@ class Truth:
     error: RelativeError
     variance: np.ndarray
     samples: int
-    renderer: A2Renderer
+    renderer: A2Renderer | None
+
+    @property
+    def counted(self) -> np.ndarray:
+        """(h, w) bool: the pixels that errors are of, all but those that glare."""
+        return without_glare(self.image)
+
+    def error_of(self, image: np.ndarray) -> float:
+        """Relative RMSE of a picture."""
+        return relative_rmse(image[self.counted], self.image[self.counted])
 
 
 def measure(
@@ -205,8 +225,14 @@ def reference_of(scene, size: tuple[int, int], seconds: float) -> Truth:
     renderer = make(scene, Variant(), size)
     renderer.seed = REFERENCE_SEED
     renderer.render(time=max(seconds, 0.2))
-    image, variance = renderer.image().astype(np.float64), renderer.film.variance_of_mean()
-    return Truth(image, renderer.error(), variance, renderer.samples, renderer)
+    image, (variance, groups) = renderer.image().astype(np.float64), renderer.film.spread()
+    error = relative_error(variance, np.where(without_glare(image), groups, 0), image)
+    return Truth(image, error, variance, renderer.samples, renderer)
+
+
+def without_glare(image: np.ndarray) -> np.ndarray:
+    """(h, w) bool: pixels that are no more than ``GLARE`` times as bright as the picture."""
+    return image.max(axis=2) <= GLARE * image.mean()
 
 
 def scaled(truth: Truth, scale: float) -> Truth:
@@ -266,7 +292,7 @@ class Run:
             ti.sync()
             spent += time.perf_counter() - begin
             seconds.append(spent)
-            errors.append(error_beyond(relative_rmse(renderer.image(), self.truth.image), self.truth.error))
+            errors.append(error_beyond(self.truth.error_of(renderer.image()), self.truth.error))
             if is_first:
                 samples.append(wanted)
             wanted *= 2
@@ -290,7 +316,7 @@ class Run:
             self.begin(seed)
             image = self.renderer.render(time=equal_seconds).image()
             curve.image, curve.image_samples = image, self.renderer.samples
-            curve.image_error = relative_rmse(image, self.truth.image)
+            curve.image_error = self.truth.error_of(image)
             curve.image_rel_mse, curve.image_flip = rel_mse(image, self.truth.image), flip(image, self.truth.image)[0]
         return curve
 

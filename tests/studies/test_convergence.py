@@ -21,6 +21,9 @@ def curve(power=-0.5, scale=1.0, per_sample=0.01, variant=None, k=7):
 
 
 def study(*curves):
+    for c in curves:
+        c.image, c.image_error = np.ones((8, 8, 3)), 0.0
+        c.image[2, 3] = 1.1
     truth = RelativeError(0.001, 0.0009, 0.0011)
     return Study("x", (8, 8), "", 3, 0.1, list(curves), {"nearest": np.ones((8, 8, 3))}, truth, 100, 1.0)
 
@@ -30,6 +33,7 @@ def test_slope_and_seconds_to_an_error():
     assert c.slope == pytest.approx(-0.5)
     assert c.seconds_to(0.05) == (pytest.approx(0.16), True)
     assert c.seconds_to(0.002) == (pytest.approx(100), False)
+    assert math.isnan(c.seconds_to(0.0005)[0])
     assert c.seconds_to(0.5) == (pytest.approx(0.02), True)
     assert c.milliseconds_per_sample == pytest.approx(10)
     assert c.variance_times_time == pytest.approx(0.02**2)
@@ -42,12 +46,14 @@ def test_what_is_steeper_than_can_last_is_not_continued_so():
 
 
 def test_knobs_are_compared_at_equal_samples():
-    other = curve(scale=0.5, per_sample=0.02, variant=Variant(sampler="independent"), k=5)
-    (row,) = accuracy_tables.knob_table(study(curve(), other))
+    other = curve(scale=0.05, per_sample=0.02, variant=Variant(sampler="independent"), k=5)
+    (row,) = accuracy_tables.knob_table(study(curve(scale=0.1), other))
     assert (row["knob"], row["from"], row["to"]) == ("sampler", "sobol", "independent")
     assert row["time"] == pytest.approx(2)
     assert row["error"] == pytest.approx(0.5 / math.sqrt(2))
-    assert accuracy_tables.summary(study(curve(), other))[0].startswith("To 2% error, mis,")
+    sentences = accuracy_tables.summary(study(curve(scale=0.1), other))
+    assert sentences[0].startswith("To 2% error, mis,")
+    assert sentences[-1].endswith("lies in 1 of 64 pixels.")
 
 
 def test_the_references_own_error_is_taken_off():
@@ -76,6 +82,18 @@ def test_a_reference_of_fewer_pixels_is_the_mean_of_blocks(rng):
     np.testing.assert_allclose(half.image[1, 2], image[2:4, 4:6].mean(axis=(0, 1)))
     assert half.error == pytest.approx(0.05)
     assert convergence.scaled(truth, 1.0) is truth
+
+
+def test_pixels_that_glare_are_in_no_error():
+    image = np.ones((10, 10, 3))
+    image[4, 5] = 1e6
+    truth = Truth(image, RelativeError(0, 0, 0), np.zeros((10, 10, 3)), 1, None)
+    wrong = image.copy()
+    wrong[4, 5] = 0
+    assert truth.counted.sum() == 99
+    assert truth.error_of(wrong) == 0
+    wrong[0, 0] = 2
+    assert truth.error_of(wrong) == pytest.approx(math.sqrt(1 / 99))
 
 
 def test_plans():
