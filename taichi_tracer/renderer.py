@@ -244,6 +244,16 @@ class ProgressiveRenderer:
             self.hits.trace(self.seed, index)
             self._traced = wanted
 
+    @ti.func
+    def record(self, x, y, value, index):
+        """Bring the value of a pixel to the film: a sample, or without jitter what every sample would be."""
+        if ti.static(self.jitter):
+            i, is_taken = self.hits.sample_index(x, y, index)
+            if is_taken:
+                self.film.add(x, y, value, i)
+        else:
+            self.film.put(x, y, value)
+
     def image(self) -> np.ndarray:
         """(height, width, 3) float32, linear, top row first; rendered first if no sample of it was taken."""
         self.scene_data.check_alive()
@@ -288,12 +298,7 @@ class A1Renderer(ProgressiveRenderer):
             value = tm.vec3(0)
             if data.is_hit:
                 value = color(data)
-            if ti.static(self.jitter):
-                i, is_taken = self.hits.sample_index(x, y, index)
-                if is_taken:
-                    self.film.add(x, y, value, i)
-            else:
-                self.film.put(x, y, value)
+            self.record(x, y, value, index)
 
 
 @ti.data_oriented

@@ -82,12 +82,7 @@ class RT3Renderer(ProgressiveRenderer):
                 value = integrator.color(self, ray, data)
             else:
                 value = lighting.behind(ray.direction, x, y, self.width, self.height)
-            if ti.static(self.jitter):
-                i, is_taken = self.hits.sample_index(x, y, index)
-                if is_taken:
-                    self.film.add(x, y, value, i)
-            else:
-                self.film.put(x, y, value)
+            self.record(x, y, value, index)
 
 
 def renderer_of(scene_data, shot: Shot | None = None, **options) -> ProgressiveRenderer:

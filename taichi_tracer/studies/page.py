@@ -17,9 +17,9 @@ img { image-rendering: pixelated; display: block; } svg { max-width: 100%; heigh
 """
 
 
-def page(title: str, parts: list[str]) -> str:
-    """A whole document of parts that are HTML already."""
-    head = f"<meta charset='utf-8'><title>{html.escape(title)}</title><style>{STYLE}</style>"
+def page(title: str, parts: list[str], style: str = "") -> str:
+    """A whole document of parts that are HTML already; ``style`` is added to the common one."""
+    head = f"<meta charset='utf-8'><title>{html.escape(title)}</title><style>{STYLE}{style}</style>"
     body = f"<h1>{html.escape(title)}</h1>" + "".join(parts)
     return f"<!doctype html><html lang='en'><head>{head}</head><body>{body}</body></html>\n"
 

@@ -1,27 +1,21 @@
 """The result as one HTML page that needs no other file: tables, bars and leak maps."""
 
-import base64
 from html import escape
 
-from taichi_tracer.files.images import encode_png
 from taichi_tracer.studies import hard_cases
+from taichi_tracer.studies import page as pages
 from taichi_tracer.studies.hard.catalogue import all_cases
 from taichi_tracer.studies.hard.modes import COUNTS, INFORMATIVE
 from taichi_tracer.studies.hard.renderer_cases import all_cases as all_renderer_cases
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #1b1f24; }
-table { border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums; }
 .wide { overflow-x: auto; }
-th, td { padding: .25rem .6rem; border-bottom: 1px solid #d8dee4; text-align: right; white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; }
 td.text { text-align: left; white-space: normal; }
 .PASS { color: #1a7f37; } .FAIL { color: #cf222e; font-weight: 700; } .weak { color: #9a6700; }
-figure { display: inline-block; margin: 0 1rem 1rem 0; vertical-align: top; width: 320px; }
-figure img { width: 320px; image-rendering: pixelated; } figcaption { font-size: 13px; }
 svg text { font: 13px system-ui, sans-serif; fill: #1b1f24; }
 """
-BAR_HEIGHT, BAR_LEFT, BAR_WIDTH = 22, 300, 420
+BAR_HEIGHT, BAR_LEFT, BAR_WIDTH = 22, 300, 420  # pixels
+MAP_WIDTH = 320
 
 
 def page(result) -> str:
@@ -29,7 +23,6 @@ def page(result) -> str:
     verdict = "every mode keeps its promises" if result.passed else "a promise is broken"
     machine = ", ".join(f"{name} {value}" for name, value in result.machine.items())
     parts = [
-        f"<h1>Hard cases: {verdict}</h1>",
         f"<p>Level “{escape(result.level)}”; {escape(machine)}.</p>",
         "<h2>Every mode</h2>",
         mode_table(result),
@@ -44,8 +37,7 @@ def page(result) -> str:
         "<h2>Every case</h2>",
         case_table(result),
     ]
-    head = f"<meta charset='utf-8'><title>Hard cases</title><style>{STYLE}</style>"
-    return f"<!doctype html><html lang='en'><head>{head}</head><body>{''.join(parts)}</body></html>\n"
+    return pages.page(f"Hard cases: {verdict}", parts, STYLE)
 
 
 def mode_table(result) -> str:
@@ -112,12 +104,8 @@ def leak_maps(result) -> str:
     pictures.sort(key=lambda row: (row.mode.fast_math, row.mode.precision, row.mode.triangle_test))
     figures = []
     for row in pictures:
-        png = base64.b64encode(encode_png(row.leak_map)).decode()
-        figures.append(
-            f"<figure><img alt='leak map' src='data:image/png;base64,{png}'>"
-            f"<figcaption>{escape(str(row.mode))}: {row.leaking_pixels:,} of {row.leak_map[..., 0].size:,} pixels "
-            "are leaks</figcaption></figure>"
-        )
+        caption = f"{row.mode}: {row.leaking_pixels:,} of {row.leak_map[..., 0].size:,} pixels are leaks"
+        figures.append(pages.picture(row.leak_map, caption, MAP_WIDTH))
     told = (
         "A closed white sphere, lit from inside, in front of a red background: every red pixel is a ray that got out. "
         "The ray of each pixel is aimed at the point of an edge that is nearest to what the pixel shows, as exactly as "
