@@ -45,10 +45,14 @@ _HOME_OF = {
     "read_image": "files.images",
 }
 
+_PACKAGES = ("studies",)
+
 __all__ = ["__version__", *_HOME_OF]
 
 
 def __getattr__(name: str) -> object:
+    if name in _PACKAGES:
+        return importlib.import_module(f"taichi_tracer.{name}")
     if name not in _HOME_OF:
         raise AttributeError(f"module 'taichi_tracer' has no attribute {name!r}")
     module = importlib.import_module(f"taichi_tracer.{_HOME_OF[name]}")
@@ -58,4 +62,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*__all__, *_PACKAGES])

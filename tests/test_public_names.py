@@ -121,3 +121,8 @@ def test_taichi_settings_of_the_user_are_kept():
     program = "import os, taichi_tracer; print(os.environ['ENABLE_TAICHI_HEADER_PRINT'])"
     assert python(program, ENABLE_TAICHI_HEADER_PRINT="1").strip() == "1"
     assert python(program).strip() == "0"
+
+
+def test_studies_are_found_without_importing_them():
+    assert "accuracy" in python("import taichi_tracer as tt; print(tt.studies.accuracy.__name__)")
+    assert "studies" in dir(tt)
