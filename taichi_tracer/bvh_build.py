@@ -4,6 +4,7 @@ Two levels, as in HLBVH (Pantaleoni & Luebke 2010): the triangles are grouped by
 is built on its own (in parallel), then a tree over the groups is built by the same kernel.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ NUM_BINS = 16
 MAX_LEAF = 8  # the most triangles of a leaf; the heuristic stops earlier
 COST_OF_BOX = 1.2  # of visiting a node, in units of one triangle test
 GROUP_FROM = 8192  # triangles from which grouping pays
+BATCH = 1 << 18  # triangles after which the progress of a long build is shown
+SHOW_PROGRESS_AFTER = 2.0  # seconds
 CELLS_PER_AXIS = 32  # 15 bits of Morton code, which numpy sorts by radix
 
 
@@ -45,10 +48,27 @@ def build(box: np.ndarray) -> BinaryTree:
         order, starts = grid_groups(box)
     ends = np.append(starts[1:], n).astype(np.int32)
     nodes = Nodes(2 * n + 2 * len(starts), box.dtype)
-    _build_ranges(starts, ends, 0, MAX_LEAF, box, order, nodes.box, nodes.links, *_scratch(len(starts), box.dtype))
+    for some in _batches(starts, n):
+        scratch = _scratch(len(starts[some]), box.dtype)
+        _build_ranges(starts[some], ends[some], 0, MAX_LEAF, box, order, nodes.box, nodes.links, *scratch)
     if len(starts) == 1:
         return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
     return _join(nodes, starts, order)
+
+
+def _batches(starts: np.ndarray, n: int) -> Iterator[slice]:
+    """Slices of the groups, some ``BATCH`` triangles each; on a terminal, long builds show how far they are."""
+    if n <= BATCH:
+        yield slice(None)
+        return
+    from tqdm import tqdm
+
+    firsts = np.unique(np.searchsorted(starts, np.arange(0, n, BATCH)))
+    options = {"unit": " triangles", "unit_scale": True, "delay": SHOW_PROGRESS_AFTER, "disable": None, "leave": False}
+    with tqdm(total=n, desc="building the tree", **options) as bar:
+        for first, last in zip(firsts, [*firsts[1:], len(starts)], strict=True):
+            yield slice(first, last)
+            bar.update((n if last == len(starts) else int(starts[last])) - int(starts[first]))
 
 
 class Nodes:

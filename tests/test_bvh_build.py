@@ -87,3 +87,23 @@ def test_with_fast_math_the_tree_is_one(name, rng):
         test_the_tree_is_one(name, rng)
     finally:
         start("f32")
+
+
+def test_batches_hold_every_group_once(monkeypatch):
+    monkeypatch.setattr(bvh_build, "BATCH", 10)
+    starts = np.array([0, 3, 4, 25, 26, 31, 60], np.int32)
+    slices = list(bvh_build._batches(starts, 64))
+    assert len(slices) > 2
+    np.testing.assert_array_equal(np.concatenate([starts[s] for s in slices]), starts)
+    assert [len(starts[s]) > 0 for s in slices] == [True] * len(slices)
+    assert list(bvh_build._batches(starts[:1], 10)) == [slice(None)]
+
+
+def test_batches_change_no_bit_of_the_tree(monkeypatch, rng):
+    low = rng.random((20_000, 3)).astype(np.float32)
+    box = np.concatenate([low, low + np.float32(0.01)], axis=1)
+    whole = bvh_build.build(box)
+    monkeypatch.setattr(bvh_build, "BATCH", 1_000)
+    parts = bvh_build.build(box)
+    for name in ("box", "child", "begin", "end", "order"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
