@@ -38,10 +38,15 @@ def main(names: list[str]) -> None:
             continue
         lines = [line for line in done.stdout.splitlines() if not line.startswith(("[Taichi]", "\x1b["))]
         parts[name] = "\n" + "\n".join(lines).strip() + "\n\n"
+        write(parts)
         print(f"{name}: done", flush=True)
+
+
+def write(parts: dict[str, str]) -> None:
+    """Name → output of the benchmarks, in the order of ``BENCHMARKS``."""
     titles = {name: " ".join([f"python -m benchmarks.{name}", *BENCHMARKS[name]]) for name in BENCHMARKS}
-    text = HEAD + "".join(f"## `{titles[name]}`\n{parts[name]}" for name in BENCHMARKS if name in parts)
-    RESULTS.write_text(text.rstrip() + "\n", encoding="utf-8")
+    text = "\n".join(f"## `{titles[name]}`\n\n{parts[name].strip()}\n" for name in BENCHMARKS if name in parts)
+    RESULTS.write_text(HEAD + text, encoding="utf-8")
 
 
 if __name__ == "__main__":
