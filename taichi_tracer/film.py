@@ -15,9 +15,9 @@ MAX_LOCATED = 16  # non-finite samples whose place is kept; all are counted
 class Film:
     """Sums over samples [x, y] with y up, inside kernels; an image with the top row first, outside.
 
-    Every pixel has two compensated sums (two numbers each, together exact to twice the precision), of its samples of
-    even and of odd index, and how many there were. The canvas shows the mean. Of independent samples there is also the
-    sum of squared deviations from the mean; of replicas the difference of the two sums says what it would.
+    Every pixel has a compensated sum (two numbers, together exact to twice the precision), and how many samples there
+    were. The canvas shows the mean. Of independent samples there is also the sum of squared deviations from the mean;
+    of replicas, those of odd index have a sum of their own, and the difference says what the deviations would.
 
     Args:
         width, height: pixels.
@@ -50,14 +50,16 @@ class Film:
         shape = (width, height)
         self.canvas = ti.Vector.field(3, float)
         fields.dense(ti.ij, shape).place(self.canvas)
-        self.count, self.odd_count = ti.field(ti.i32), ti.field(ti.i32)
-        self.total, self.rest, self.odd_total, self.odd_rest = (ti.Vector.field(3, float) for _ in range(4))
-        fields.dense(ti.ij, shape).place(self.count, self.total, self.rest)
-        fields.dense(ti.ij, shape).place(self.odd_count, self.odd_total, self.odd_rest)
-        self.deviation = None
+        self.count, self.total, self.rest = ti.field(ti.i32), ti.Vector.field(3, float), ti.Vector.field(3, float)
+        cell = [self.count, self.total, self.rest]
         if self.keeps_deviation:
             self.deviation = ti.Vector.field(3, float)
-            fields.dense(ti.ij, shape).place(self.deviation)
+            cell.append(self.deviation)
+        fields.dense(ti.ij, shape).place(*cell)
+        if replicated:
+            self.odd_count = ti.field(ti.i32)
+            self.odd_total, self.odd_rest = ti.Vector.field(3, float), ti.Vector.field(3, float)
+            fields.dense(ti.ij, shape).place(self.odd_count, self.odd_total, self.odd_rest)
         self.non_finite_count = ti.field(ti.i32)
         self.non_finite_at = ti.Vector.field(3, ti.i32)
         fields.place(self.non_finite_count)
@@ -77,7 +79,9 @@ class Film:
     @ti.kernel
     def _clear(self):
         for x, y in self.count:
-            self.count[x, y], self.odd_count[x, y] = 0, 0
+            self.count[x, y] = 0
+            if ti.static(self.replicated):
+                self.odd_count[x, y] = 0
             for field in ti.static(self._sums()):
                 field[x, y] = tm.vec3(0)
         self.non_finite_count[None] = 0
@@ -92,14 +96,16 @@ class Film:
         """One more sample of a pixel. One that is not finite is counted and located, not added (C-20)."""
         if is_finite(value):
             n = self.count[x, y]
-            if sample & 1 == 0:
+            is_odd = sample & 1 == 1
+            if ti.static(self.replicated):
+                if is_odd:
+                    total, rest = add_to_pair(self.odd_total[x, y], self.odd_rest[x, y], value, tm.vec3(0))
+                    self.odd_total[x, y], self.odd_rest[x, y] = total, rest
+                    self.odd_count[x, y] += 1
+            if not (is_odd and ti.static(self.replicated)):
                 total, rest = add_to_pair(self.total[x, y], self.rest[x, y], value, tm.vec3(0))
                 self.total[x, y], self.rest[x, y] = total, rest
-            else:
-                total, rest = add_to_pair(self.odd_total[x, y], self.odd_rest[x, y], value, tm.vec3(0))
-                self.odd_total[x, y], self.odd_rest[x, y] = total, rest
-                self.odd_count[x, y] += 1
-            after = self.sum_of_both(x, y) / (n + 1)
+            after = self.sum_of_samples(x, y) / (n + 1)
             if ti.static(self.keeps_deviation):
                 if n > 0:
                     self.deviation[x, y] += (value - self.canvas[x, y]) * (value - after)  # Welford 1962
@@ -111,12 +117,15 @@ class Film:
                 self.non_finite_at[place] = ti.Vector([x, y, ti.cast(sample, ti.i32)])
 
     @ti.func
-    def sum_of_both(self, x, y):
+    def sum_of_samples(self, x, y):
         """The sum of all samples of a pixel."""
-        return self.total[x, y] + self.odd_total[x, y]
+        total = self.total[x, y]
+        if ti.static(self.replicated):
+            total += self.odd_total[x, y]
+        return total
 
     def merge(self, other: "Film") -> None:
-        """Add the samples of another film of the same size: of other sample indices, so that none counts twice."""
+        """Add the samples of another film of the same kind: of other sample indices, so that none counts twice."""
         self._memory.check("film")
         if (self.width, self.height) != (other.width, other.height):
             raise InputError(
@@ -131,18 +140,19 @@ class Film:
             n, m = self.count[x, y], other.count[x, y]
             if m > 0:
                 if ti.static(self.keeps_deviation):
-                    difference = other.sum_of_both(x, y) / m - self.sum_of_both(x, y) / ti.max(n, 1)
+                    difference = other.sum_of_samples(x, y) / m - self.sum_of_samples(x, y) / ti.max(n, 1)
                     share = ti.cast(n, float) * m / (n + m)
                     self.deviation[x, y] += other.deviation[x, y] + difference * difference * share  # Chan et al. 1979
                 self.total[x, y], self.rest[x, y] = add_to_pair(
                     self.total[x, y], self.rest[x, y], other.total[x, y], other.rest[x, y]
                 )
-                self.odd_total[x, y], self.odd_rest[x, y] = add_to_pair(
-                    self.odd_total[x, y], self.odd_rest[x, y], other.odd_total[x, y], other.odd_rest[x, y]
-                )
+                if ti.static(self.replicated):
+                    self.odd_total[x, y], self.odd_rest[x, y] = add_to_pair(
+                        self.odd_total[x, y], self.odd_rest[x, y], other.odd_total[x, y], other.odd_rest[x, y]
+                    )
+                    self.odd_count[x, y] += other.odd_count[x, y]
                 self.count[x, y] = n + m
-                self.odd_count[x, y] += other.odd_count[x, y]
-                self.canvas[x, y] = self.sum_of_both(x, y) / (n + m)
+                self.canvas[x, y] = self.sum_of_samples(x, y) / (n + m)
         self.non_finite_count[None] += other.non_finite_count[None]
 
     @property
@@ -204,9 +214,10 @@ class Film:
     ):
         for row, column in ti.ndrange(self.height, self.width):
             x, y = column, self.height - 1 - row
-            n, odd = self.count[x, y], self.odd_count[x, y]
+            n = self.count[x, y]
             k, v = n, tm.vec3(0)
             if ti.static(self.replicated):
+                odd = self.odd_count[x, y]
                 k = ti.select(n > odd and odd > 0, 2, 1)
                 share = ti.cast(n - odd, float) * odd / (ti.cast(n, float) * n)  # a quarter, when both have as many
                 difference = self.total[x, y] / (n - odd) - self.odd_total[x, y] / odd
@@ -241,7 +252,9 @@ class Film:
     @ti.kernel
     def _export(self, values: ti.types.ndarray(ndim=4), counts: ti.types.ndarray(dtype=ti.i32, ndim=3)):
         for x, y in self.count:
-            counts[x, y, 0], counts[x, y, 1] = self.count[x, y], self.odd_count[x, y]
+            counts[x, y, 0], counts[x, y, 1] = self.count[x, y], 0
+            if ti.static(self.replicated):
+                counts[x, y, 1] = self.odd_count[x, y]
             for k in ti.static(range(3)):
                 for i, field in ti.static(enumerate(self._sums())):
                     values[x, y, i, k] = field[x, y][k]
@@ -249,17 +262,19 @@ class Film:
     @ti.kernel
     def _import(self, values: ti.types.ndarray(ndim=4), counts: ti.types.ndarray(dtype=ti.i32, ndim=3)):
         for x, y in self.count:
-            self.count[x, y], self.odd_count[x, y] = counts[x, y, 0], counts[x, y, 1]
+            self.count[x, y] = counts[x, y, 0]
+            if ti.static(self.replicated):
+                self.odd_count[x, y] = counts[x, y, 1]
             for k in ti.static(range(3)):
                 for i, field in ti.static(enumerate(self._sums())):
                     field[x, y][k] = values[x, y, i, k]
             if self.count[x, y] > 0:
-                self.canvas[x, y] = self.sum_of_both(x, y) / self.count[x, y]
+                self.canvas[x, y] = self.sum_of_samples(x, y) / self.count[x, y]
 
     def _sums(self) -> tuple:
         """The fields that a checkpoint keeps, in its order."""
-        sums = self.total, self.rest, self.odd_total, self.odd_rest
-        return (*sums, self.deviation) if self.keeps_deviation else sums
+        odd = (self.odd_total, self.odd_rest) if self.replicated else ()
+        return (self.total, self.rest, *odd, *([self.deviation] if self.keeps_deviation else []))
 
     @ti.kernel
     def _copy_to(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):

@@ -152,9 +152,10 @@ class Geometry:
         self.vertices = ti.Vector.field(3, float)
         self.faces = ti.Vector.field(3, ti.i32)
         self.face_materials = ti.field(ti.i32)
+        self.thinness = ti.field(float)  # of every triangle, since a shaded point asks for it
         fields.dense(ti.i, max(1, len(mesh.vertices))).place(self.vertices)
         per_face = fields.dense(ti.i, max(1, self.num_primitives))
-        per_face.place(self.faces, self.face_materials)
+        per_face.place(self.faces, self.face_materials, self.thinness)
         if self.has_normals:
             self.normals = ti.Vector.field(3, float)
             self.face_normals = ti.Vector.field(3, ti.i32)
@@ -231,6 +232,8 @@ class Geometry:
             self.face_materials[i] = face_materials[i]
             for k in ti.static(range(3)):
                 self.faces[i][k] = faces[i, k]
+        for i in range(faces.shape[0]):
+            self.thinness[i] = thinness(*self.triangle(i))
 
     @ti.kernel
     def _load_normals(self, normals: ti.types.ndarray(ndim=2), face_normals: ti.types.ndarray(ndim=2)):
@@ -281,7 +284,7 @@ class Geometry:
         v0, v1, v2 = self.triangle(triangle_id)
         w = 1 - u - v
         p = w * v0 + u * v1 + v * v2
-        size = abs(w * v0) + abs(u * v1) + abs(v * v2) + (v0 - p).norm() * thinness(v0, v1, v2)
+        size = abs(w * v0) + abs(u * v1) + abs(v * v2) + (v0 - p).norm() * self.thinness[triangle_id]
         return p, size * ti.static(8 * runtime.epsilon())
 
     @ti.func
