@@ -131,6 +131,8 @@ class Film:
             raise InputError(
                 f"film: {other.width}x{other.height} samples cannot be added to a film of {self.width}x{self.height}"
             )
+        if (self.replicated, self.keeps_deviation) != (other.replicated, other.keeps_deviation):
+            raise InputError("film: samples of different samplers cannot be added")
         self._merge(other)
         self.samples += other.samples
 

@@ -80,10 +80,11 @@ class ProgressiveRenderer:
         self.width, self.height = self.camera.width, self.camera.height
         self.jitter = self.jitters if jitter is None else bool(jitter)
         self.sampler, self.seed, self.first_sample = SAMPLERS[sampler], int(seed), int(first_sample)
-        self.film = Film(self.width, self.height, crop, self.sampler.replicated, True if adaptive else None)
         if adaptive and not self.jitter:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
         self.adaptive, self.mean_share = bool(adaptive), 1.0
+        replicated = self.sampler.replicated
+        self.film = Film(self.width, self.height, crop, replicated, keeps_deviation=self.adaptive or not replicated)
         self.hits = PrimaryHits(
             scene_data, self.camera, self.jitter, self.sampler, ranges=self.film.ranges, adaptive=self.adaptive
         )
@@ -149,7 +150,7 @@ class ProgressiveRenderer:
             spp: samples per pixel to add; 1 when no target is given.
             time: seconds of rendering. Compilation does not count: ``progress`` tells both.
             error: relative RMSE as estimated (``error()``), a fraction: 0.02 is 2 %. Only what takes random samples
-                has one; where every sample is the picture itself, it is reached at once.
+                has one; where every sample is the picture itself, it and the time are reached at once.
             watch: called with ``progress`` after every sample of every pixel.
         """
         self.scene_data.check_alive()
@@ -172,7 +173,7 @@ class ProgressiveRenderer:
             progress.took(perf_counter() - start, self.mean_share, compiles)
             if looks and self.jitter:
                 progress.look(self.error)
-            elif error is not None:
+            elif error is not None or time is not None:
                 break
             if watch is not None:
                 watch(progress)
@@ -196,12 +197,14 @@ class ProgressiveRenderer:
     def facts(self) -> dict:
         """What the bits of a picture depend on, for checkpoints: samples of different facts do not belong together."""
         settings, camera = runtime.current(), self.camera
+        window = camera.compute_half_size(), camera.compute_centre()
         return {
             "scene": self.scene_data.fingerprint(),
-            "camera": repr((camera.projection, camera.compute_matrix().tolist(), camera.compute_half_size())),
+            "camera": repr((camera.projection, camera.compute_matrix().tolist(), *window)),
             self.what: self.active.name,
             "size": [self.width, self.height],
             "crop": list(self.film.crop),
+            "srgb": self.srgb,
             "sampler": self.sampler.name,
             "seed": self.seed,
             "jitter": self.jitter,

@@ -50,6 +50,10 @@ class RT3Renderer(ProgressiveRenderer):
         """What the picture depends on, the colours and range of the depth map among it."""
         return *super().state(), self._depth_version
 
+    def facts(self) -> dict:
+        """What the bits of a picture depend on, the colours and range of the depth map among it."""
+        return {**super().facts(), "depth map": [self.depth_colors.to_numpy().tolist(), self._zmin, self._zmax]}
+
     def begin(self) -> None:
         """Start over; the range of the depth map follows the camera."""
         super().begin()

@@ -1,11 +1,9 @@
 """``taichi-tracer accuracy``: what accuracy costs in time, as a table, a chart and a page."""
 
-import sys
 from argparse import Namespace
 from pathlib import Path
 
-from taichi_tracer.errors import InputError
-from taichi_tracer.files.disk import check_place
+from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, variants
 
@@ -47,10 +45,7 @@ def names(text: str | None, known: tuple[str, ...]) -> tuple[str, ...] | None:
 def prepared(report: str) -> Path:
     """The report's folder, made, and its files known to be writable."""
     folder = Path(report)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"--report {report}: the folder cannot be made ({error.strerror})") from None
+    make_folder(folder, f"--report {report}")
     for name in accuracy_report.FILES:
         check_place(folder / name)
     return folder
@@ -81,23 +76,19 @@ class Bar:
     """A progress bar of the budget on stderr, when that is a terminal."""
 
     def __init__(self, budget: float) -> None:
-        self.budget, self.bar = budget, None
+        from tqdm import tqdm
+
+        layout = "{percentage:3.0f}%|{bar}| {elapsed} of " + f"{budget:g} s {{desc}}"
+        self.bar = tqdm(total=1.0, bar_format=layout, leave=False, disable=None)
 
     def __enter__(self):
-        if sys.stderr.isatty():
-            from tqdm import tqdm
-
-            layout = "{percentage:3.0f}%|{bar}| {elapsed} of " + f"{self.budget:g} s {{desc}}"
-            self.bar = tqdm(total=1.0, bar_format=layout, leave=False)
         return self
 
     def show(self, what: str, done: float) -> None:
         """Bring the bar up to date."""
-        if self.bar is not None:
-            self.bar.set_description_str(what, refresh=False)
-            self.bar.update(max(0.0, min(done, 1.0) - self.bar.n))
-            self.bar.refresh()
+        self.bar.set_description_str(what, refresh=False)
+        self.bar.update(max(0.0, min(done, 1.0) - self.bar.n))
+        self.bar.refresh()
 
     def __exit__(self, *_error) -> None:
-        if self.bar is not None:
-            self.bar.close()
+        self.bar.close()

@@ -1,15 +1,12 @@
 """``taichi-tracer hardcases``: whether hard cases stay stable on this machine, in every mode."""
 
 import json
-import os
-import sys
 from argparse import Namespace
 from pathlib import Path
 
 from tqdm import tqdm
 
-from taichi_tracer.errors import InputError
-from taichi_tracer.files.disk import check_place, replace_file
+from taichi_tracer.files.disk import check_place, make_folder, replace_file
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import report
 
@@ -19,9 +16,10 @@ def run(args: Namespace) -> int:
     if args.json is not None:
         check_place(args.json)
     if args.report is not None:
-        check_folder(Path(args.report))
+        make_folder(args.report, f"--report {args.report}")
+        check_place(Path(args.report) / "index.html")
     count = len(hard_cases.all_modes())
-    with tqdm(total=count, unit="mode", disable=not sys.stderr.isatty(), leave=False) as bar:
+    with tqdm(total=count, unit="mode", disable=None, leave=False) as bar:
 
         def progress(what: str) -> None:
             bar.set_description(what)
@@ -35,20 +33,6 @@ def run(args: Namespace) -> int:
         print(f"wrote {args.json}")
     if args.report is not None:
         path = Path(args.report) / "index.html"
-        path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(path, report.page(result).encode())
         print(f"wrote {path}")
     return 0 if result.passed else 1
-
-
-def check_folder(path: Path) -> None:
-    """Raise an InputError now if a page could not be written into a folder later; it may not exist yet."""
-    if path.exists() and not path.is_dir():
-        raise InputError(f"{path}: this is a file: give a folder")
-    there = next(p for p in (path.absolute(), *path.absolute().parents) if p.exists())
-    if not there.is_dir():
-        raise InputError(f"{path}: {there} is a file, not a folder")
-    if not os.access(there, os.W_OK):
-        raise InputError(f"{path}: no permission to write in {there}")
-    if path.is_dir():
-        check_place(path / "index.html")

@@ -38,7 +38,7 @@ def run(args: Namespace) -> int:
     film, other = (film_of(facts, values, done) for values, done in ((arrays, first), (other_arrays, second)))
     film.merge(other)
     if is_picture:
-        save_image(output, film.image(), srgb=True)
+        save_image(output, film.own_pixels(film.image()), srgb=facts["srgb"])
     else:
         checkpoint.write_checkpoint(output, {"samples": ranges, **facts}, film.to_arrays())
     print(f"{output}: {film.samples} spp, error {film.error()}, samples {checkpoint.show_ranges(ranges)}")

@@ -1,5 +1,6 @@
 """``taichi-tracer render``: pictures into files."""
 
+import math
 import signal
 import sys
 import time
@@ -10,7 +11,7 @@ import numpy as np
 
 from taichi_tracer.apps.choices import Picture, load_scene, make_renderer, pictures
 from taichi_tracer.errors import InputError
-from taichi_tracer.files.disk import check_place
+from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.progress import Progress
 from taichi_tracer.renderer import ProgressiveRenderer
@@ -103,15 +104,21 @@ def add_samples(renderer: ProgressiveRenderer, picture: Picture, args: Namespace
             bar.show(progress)
             keeper.keep_sometimes()
             if interruption.came:
-                raise KeyboardInterrupt
+                raise Stopped
 
         try:
             error = None if args.error is None else args.error / 100
             renderer.render(spp=spp, time=args.time, error=error, watch=watch)
-        except KeyboardInterrupt:
-            interruption.came = True
+        except Stopped:
+            pass
+        except KeyboardInterrupt:  # within a sample: some pixels may have it, so that nothing can go on from there
+            return True
     keeper.keep()
     return interruption.came
+
+
+class Stopped(Exception):
+    """The rendering was interrupted after a whole sample."""
 
 
 class Keeper:
@@ -163,14 +170,13 @@ class Bar:
 
     def __init__(self, renderer: ProgressiveRenderer) -> None:
         self.renderer, self.bar = renderer, None
-
-    def __enter__(self):
-        if sys.stderr.isatty():
+        if sys.stderr.isatty():  # where there is no bar, tqdm is not loaded either
             from tqdm import tqdm
 
-            self.bar = tqdm(
-                total=1.0, bar_format=BAR, desc=self.renderer.active.name, delay=SHOW_PROGRESS_AFTER, leave=False
-            )
+            options = {"delay": SHOW_PROGRESS_AFTER, "leave": False}
+            self.bar = tqdm(total=1.0, bar_format=BAR, desc=renderer.active.name, **options)
+
+    def __enter__(self):
         return self
 
     def show(self, progress: Progress) -> None:
@@ -178,11 +184,11 @@ class Bar:
         if self.bar is None:
             return
         left, texts = progress.seconds_left, [f"{self.renderer.samples} spp", f"{progress.seconds:.1f} s"]
-        if progress.error == progress.error:
+        if not math.isnan(progress.error):
             texts.append(f"error {100 * progress.error:.2g} %")
-        texts.append("? left" if left != left else f"{left:.1f} s left")
+        texts.append("? left" if math.isnan(left) else f"{left:.1f} s left")
         self.bar.set_postfix_str(", ".join(texts), refresh=False)
-        done = 0.0 if left != left else progress.seconds / max(progress.seconds + left, 1e-9)
+        done = 0.0 if math.isnan(left) else progress.seconds / max(progress.seconds + left, 1e-9)
         self.bar.update(max(0.0, done - self.bar.n))
 
     def __exit__(self, *_error) -> None:
@@ -194,13 +200,15 @@ def describe(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
     """Size, samples, and the error where there is one."""
     text = f"{image.shape[1]}x{image.shape[0]}, {renderer.samples} spp"
     error = renderer.error() if renderer.jitter and renderer.samples > 1 else None
-    return text if error is None or error != error else f"{text}, error {error}"
+    return text if error is None or math.isnan(error) else f"{text}, error {error}"
 
 
 def describe_times(renderer: ProgressiveRenderer) -> str:
     """How long compiling and rendering took."""
     progress = renderer.progress
-    if progress.samples <= 2:
+    if progress.samples == 0:
+        return "no more samples were needed"
+    if progress.samples == 1:
         return f"first sample with compiling {progress.seconds:.2f} s"
     return f"compiling {progress.compile_seconds:.2f} s, rendering {progress.seconds:.2f} s"
 
@@ -238,11 +246,3 @@ def output_paths(output: str | None, scene: str, names: list[str]) -> list[Path]
     for path in paths:
         check_writable(path)
     return paths
-
-
-def make_folder(folder: Path, why: str) -> None:
-    """The folder, and those that it lies in; an InputError that begins with ``why`` where it cannot be."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{why}: the folder {folder} cannot be made ({error.strerror})") from None

@@ -1,8 +1,7 @@
 """Checkpoints: what a film holds, and of what, so that a rendering can go on later or elsewhere.
 
-A file holds a line that says what it is, a line of JSON, and the arrays in numpy's own format; the JSON has the SHA-256
-of the arrays. An older file is
-replaced only when the new one is complete.
+A file holds a line that says what it is, the SHA-256 of the rest, a line of JSON, and the arrays in numpy's own format.
+An older file is replaced only when the new one is complete.
 """
 
 import hashlib
@@ -17,7 +16,7 @@ from taichi_tracer.files.disk import read_bytes, replace_file
 
 EXTENSION = ".checkpoint"
 MAGIC = b"taichi_tracer checkpoint 1\n"
-LONGEST_HEADER = 1 << 20  # bytes
+HASH_LENGTH = 64  # characters
 
 
 def write_checkpoint(path: str | Path, facts: dict, arrays: dict[str, np.ndarray]) -> None:
@@ -29,9 +28,8 @@ def write_checkpoint(path: str | Path, facts: dict, arrays: dict[str, np.ndarray
     """
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)
-    content = buffer.getvalue()
-    header = json.dumps({"sha256": hashlib.sha256(content).hexdigest(), **facts}).encode() + b"\n"
-    replace_file(path, MAGIC + header + content)
+    content = json.dumps(facts).encode() + b"\n" + buffer.getvalue()
+    replace_file(path, MAGIC + hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
 
 
 def read_checkpoint(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
@@ -43,19 +41,12 @@ def read_checkpoint(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
     raw = read_bytes(path)
     if not raw.startswith(MAGIC):
         raise InputError(f"{path}: this is no checkpoint of taichi_tracer")
-    end = raw.find(b"\n", len(MAGIC), len(MAGIC) + LONGEST_HEADER)
-    try:
-        facts = json.loads(raw[len(MAGIC) : end])
-        expected = facts.pop("sha256")
-    except (ValueError, KeyError, AttributeError, TypeError):
-        raise InputError(f"{path}: the checkpoint is damaged: its header cannot be read") from None
-    content = raw[end + 1 :]
-    if hashlib.sha256(content).hexdigest() != expected:
-        raise InputError(
-            f"{path}: the checkpoint is cut short or damaged: its contents are not those that were written"
-        )
-    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        return facts, {name: archive[name] for name in archive.files}
+    told, content = raw[len(MAGIC) :][:HASH_LENGTH], raw[len(MAGIC) + HASH_LENGTH + 1 :]
+    if hashlib.sha256(content).hexdigest().encode() != told:
+        raise InputError(f"{path}: the checkpoint is cut short or damaged: it does not hold what was written")
+    facts, arrays = content.split(b"\n", 1)
+    with np.load(io.BytesIO(arrays), allow_pickle=False) as archive:
+        return json.loads(facts), {name: archive[name] for name in archive.files}
 
 
 def check_same(path: str | Path, facts: dict, other: str, theirs: dict) -> None:

@@ -45,3 +45,11 @@ def replace_file(path: str | Path, content: bytes) -> None:
             Path(part).unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def make_folder(folder: str | Path, why: str) -> None:
+    """The folder, and those that it lies in; an InputError that begins with ``why`` where it cannot be."""
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{why}: the folder {folder} cannot be made ({error.strerror})") from None

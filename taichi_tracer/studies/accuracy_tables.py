@@ -11,7 +11,8 @@ from taichi_tracer.studies.convergence import GLARE, TARGETS, Curve, Study, with
 def efficiency_table(study: Study) -> list[dict]:
     """A row per variant: what it costs to reach an error, and whether it is biased."""
     rows, middle = [], TARGETS[2]
-    best = min((c.seconds_to(middle)[0] for c in study.curves if c.seconds_to(middle)[0] > 0), default=math.nan)
+    whole = [c.seconds_to(middle)[0] for c in study.curves if c.variant.scale == 1]
+    best = min((seconds for seconds in whole if seconds > 0), default=math.nan)
     for curve in study.curves:
         row = {"variant": curve.variant.label}
         for target in TARGETS:

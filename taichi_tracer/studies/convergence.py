@@ -1,7 +1,6 @@
 """Error against seconds: the ways to render a picture, over several seeds, against a reference of known error."""
 
 import math
-import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -9,12 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import taichi as ti
 
-from taichi_tracer import runtime
 from taichi_tracer.adaptive import PILOT
 from taichi_tracer.error_estimate import RelativeError, relative_error
 from taichi_tracer.primary_hits import LARGE_PICTURE
 from taichi_tracer.progress import slope
 from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.metrics import flip, rel_mse, relative_rmse
 from taichi_tracer.studies.variants import Source, Variant
 
@@ -338,9 +337,3 @@ def bias(finals: list[tuple[np.ndarray, np.ndarray]], truth: Truth) -> float:
     variance = np.sum([np.nan_to_num(v) for _, v in finals], axis=0) / len(finals) ** 2 + np.nan_to_num(truth.variance)
     spread = variance.sum(axis=2) / 3  # channels err together
     return float(difference.mean() / math.sqrt(spread.mean() / spread.size)) if spread.any() else 0.0
-
-
-def describe_machine() -> str:
-    """Backend and processors."""
-    settings = runtime.current()
-    return f"{'' if settings is None else settings.arch + ', '}{os.cpu_count()} processors"

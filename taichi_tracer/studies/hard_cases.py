@@ -7,12 +7,10 @@ mode does not promise is counted all the same.
 
 import gc
 import math
-import platform
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
-import taichi as ti
 
 from taichi_tracer import runtime
 from taichi_tracer.studies.hard import renderer_cases
@@ -20,6 +18,7 @@ from taichi_tracer.studies.hard.case import Case, Placed, Rays, Stage, seconds_o
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases
 from taichi_tracer.studies.hard.leak_map import RED, leak_map
 from taichi_tracer.studies.hard.modes import COUNTS, T_CLASSES, Mode, Promise, all_modes, promise_of
+from taichi_tracer.studies.machine import machine_facts
 
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000
@@ -233,18 +232,6 @@ def renderer_verdicts(mode: Mode, size: Level) -> list[Verdict]:
         verdict.mode = name
         verdicts.append(verdict)
     return verdicts
-
-
-def machine_facts() -> dict[str, str]:
-    """What the numbers were measured on."""
-    import os
-
-    return {
-        "python": platform.python_version(),
-        "taichi": ".".join(str(part) for part in ti.__version__),
-        "system": f"{platform.system()} {platform.machine()}",
-        "processors": str(os.cpu_count()),
-    }
 
 
 def as_json(result: Result) -> dict:

@@ -8,9 +8,9 @@ import numpy as np
 from taichi_tracer.files.images import encode_png
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 1080px; margin: 2em auto; padding: 0 1em; color: #1c2733; }
-h1, h2 { line-height: 1.2; } table { border-collapse: collapse; margin: 1em 0; font-size: 13px; }
-th, td { padding: 3px 9px; border-bottom: 1px solid #d5dbe1; text-align: right; white-space: nowrap; }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 1180px; margin: 2em auto; padding: 0 1em; color: #1c2733; }
+h1, h2 { line-height: 1.2; } table { border-collapse: collapse; margin: 1em 0; font-size: 12px; }
+th, td { padding: 3px 7px; border-bottom: 1px solid #d5dbe1; text-align: right; white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; } th { background: #f2f5f8; }
 figure { display: inline-block; margin: 0 10px 14px 0; vertical-align: top; } figcaption { font-size: 12px; }
 img { image-rendering: pixelated; display: block; } svg { max-width: 100%; height: auto; } .note { color: #5b6875; }

@@ -1,0 +1,25 @@
+"""What the numbers of a study were measured on."""
+
+import os
+import platform
+
+import taichi as ti
+
+from taichi_tracer import runtime
+
+
+def machine_facts() -> dict[str, str]:
+    """Versions, backend and processors, by name."""
+    settings = runtime.current()
+    return {
+        "python": platform.python_version(),
+        "taichi": ".".join(str(part) for part in ti.__version__),
+        "system": f"{platform.system()} {platform.machine()}",
+        "backend": "none" if settings is None else settings.arch,
+        "processors": str(os.cpu_count()),
+    }
+
+
+def describe_machine() -> str:
+    """The facts in one line."""
+    return ", ".join(f"{name} {value}" for name, value in machine_facts().items())
