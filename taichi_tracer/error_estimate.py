@@ -4,8 +4,8 @@ The error of a pixel is the deviation of its mean. Of k independent groups of sa
 their means, it has the variance v = s²/k. Samples that are independent are groups of one. Those of a low-discrepancy
 sequence are not: they avoid each other, which is why their mean is better than their variance promises. So their
 sequence is scrambled twice, independently; samples of even index take the one, samples of odd index the other, and the
-two halves are two groups: k = 2 and v = (mean_even − mean_odd)²/4 (replicated randomised quasi-Monte Carlo: Owen, "Monte
-Carlo theory, methods and examples"). One pixel says little that way; a whole picture says enough.
+two halves are two groups: k = 2 and v = (mean_even − mean_odd)²/4 (replicated randomised quasi-Monte Carlo: Owen,
+"Monte Carlo theory, methods and examples"). One pixel says little that way; a whole picture says enough.
 
 The mean square error of the picture is estimated by M = Σ v / N over N pixels. The error that this picture has differs
 from M, since both are random: by a variance of 2 v² k/(k − 1) per pixel, whatever the kurtosis, for that is in both.

@@ -173,7 +173,7 @@ class ProgressiveRenderer:
             progress.took(perf_counter() - start, self.mean_share, compiles)
             if looks and self.jitter:
                 progress.look(self.error)
-            elif error is not None or time is not None:
+            if not self.jitter and (error is not None or time is not None):
                 break
             if watch is not None:
                 watch(progress)

@@ -90,4 +90,6 @@ def test_renders_keep_to_a_time_and_to_an_error():
     views = tt.A1Renderer(scene, 8, 8)
     views.render(spp=10, error=0.1)
     assert views.samples == 1
+    views.begin_anew()
+    assert views.render(time=60).samples == 1
     np.testing.assert_array_equal(views.image(), tt.A1Renderer(scene, 8, 8).image())

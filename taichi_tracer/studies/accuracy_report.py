@@ -12,7 +12,7 @@ from taichi_tracer.files.disk import replace_file
 from taichi_tracer.studies import page
 from taichi_tracer.studies.accuracy_chart import draw, png_of, svg_of
 from taichi_tracer.studies.accuracy_tables import efficiency_table, knob_table, show_seconds, summary
-from taichi_tracer.studies.convergence import TARGETS, Curve, Study
+from taichi_tracer.studies.convergence import TARGETS, Curve, Study, without_glare
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.json", "accuracy.png")
 SHOWN = 240  # pixels, width of a picture in the page
@@ -82,7 +82,7 @@ def pictures(study: Study) -> list[str]:
         return []
     maps = [np.abs(c.image - study.references[c.variant.lookup]).mean(axis=2) for c in shown]
     largest = float(np.quantile(np.concatenate([m.ravel() for m in maps]), 0.99))
-    y, x = noisiest(maps[-1])
+    y, x = noisiest(np.where(without_glare(study.reference), maps[-1], 0))
     parts = [page.picture(study.reference, "reference", SHOWN, srgb=True), "<br>"]
     for curve, errors in zip(shown, maps, strict=True):
         rows, columns = crop_of(errors.shape, y, x)

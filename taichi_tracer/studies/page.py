@@ -43,7 +43,7 @@ def picture(image: np.ndarray, caption: str, width: int, srgb: bool = False) -> 
     data = base64.b64encode(encode_png(image, srgb=srgb)).decode()
     text = html.escape(caption)
     image_tag = f"<img width='{width}' src='data:image/png;base64,{data}' alt='{text}'>"
-    return f"<figure>{image_tag}<figcaption>{text}</figcaption></figure>"
+    return f"<figure style='width: {width}px'>{image_tag}<figcaption>{text}</figcaption></figure>"
 
 
 def heat(values: np.ndarray, largest: float) -> np.ndarray:
