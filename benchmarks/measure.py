@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 RUNS = 7
+REST = 0.05  # seconds before each call: threads of some libraries keep a core busy for a while after their work
 
 
 def interleaved(candidates: dict[str, Callable[[], object]], runs: int = RUNS) -> dict[str, float]:
@@ -20,6 +21,7 @@ def interleaved(candidates: dict[str, Callable[[], object]], runs: int = RUNS) -
     seconds: dict[str, list[float]] = {name: [] for name in candidates}
     for _ in range(runs):
         for name, call in candidates.items():
+            time.sleep(REST)
             start = time.perf_counter()
             call()
             seconds[name].append(time.perf_counter() - start)
