@@ -8,6 +8,7 @@ import contextlib
 import ctypes
 import ctypes.util
 import io
+import os
 import struct
 import sys
 import weakref
@@ -23,6 +24,7 @@ ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
 F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only as an extension that Taichi does not ask for
 CPU_BLOCK = 512  # iterations of a parallel loop that Taichi gives to one CPU thread at a time, whatever block_dim says
+WORKERS_PER_CPU = 2  # of a pool for all CPUs: of two workers for two CPUs, Linux often wakes both on the same one
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ def init(
             and the film's compensated sums need exact rounding; the accuracy study shows what it would gain.
         force: start again although Taichi runs with other settings. Every scene made before becomes unusable.
         debug: check the bounds of every read and the ``assert`` in kernels (slow).
-        threads: CPU threads; None is all.
+        threads: CPUs at work; None is all.
 
     Calling it again with the settings that are in force does nothing.
 
@@ -78,7 +80,8 @@ def init(
     if running is not None and not force:
         chosen = running.arch if arch == "auto" or arch == _fell_back_from else arch
         is_same = Settings(chosen, precision, bool(fast_math)) == running
-        if is_same and threads in (None, ti.cfg.cpu_max_num_threads) and debug in (False, ti.cfg.debug):
+        is_as_many = threads is None or workers(threads) == ti.cfg.cpu_max_num_threads
+        if is_same and is_as_many and debug in (False, ti.cfg.debug):
             return running
         raise RuntimeError(
             f"Taichi already runs with ({running}); starting it again with "
@@ -88,7 +91,6 @@ def init(
 
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
-    options = {} if threads is None else {"cpu_max_num_threads": int(threads)}
     with contextlib.redirect_stdout(io.StringIO()):  # Taichi prints its arch; _choose has the better line
         ti.init(
             arch=getattr(ti, chosen),
@@ -99,11 +101,18 @@ def init(
             # Taichi's own passes take half of the compilation and LLVM finds the same: benchmarks/RESULTS.md.
             advanced_optimization=False,
             cfg_optimization=False,
-            **options,
+            cpu_max_num_threads=workers(threads),
         )
     if message is not None:
         print(f"taichi_tracer: {message}", file=sys.stderr)
     return current()
+
+
+def workers(threads: int | None) -> int:
+    """How many threads Taichi is to start for so many CPUs; None is all that this process may use."""
+    has_affinity = hasattr(os, "sched_getaffinity")  # not on macOS and Windows
+    cpus = len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count() or 1
+    return threads if threads is not None and threads < cpus else WORKERS_PER_CPU * (threads or cpus)
 
 
 _fell_back_from: str | None = None  # the arch that was asked for in the start that is running, where it got another

@@ -93,9 +93,11 @@ def test_a_start_as_asked_is_silent(arguments):
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
 
 
-def test_the_number_of_threads_is_passed_on():
+def test_a_pool_for_all_cpus_has_twice_as_many_threads():
     program = "import taichi as ti, taichi_tracer as tt; tt.init('cpu', threads={}); print(ti.cfg.cpu_max_num_threads)"
-    assert [told(program.format(n)) for n in (1, 2)] == ["1", "2"]
+    cpus = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    asked = {1: 1 if cpus > 1 else 2, cpus: 2 * cpus, None: 2 * cpus}
+    assert {n: int(told(program.format(n))) for n in asked} == asked
 
 
 @pytest.mark.parametrize("threads", [0, -1, "'two'"])
