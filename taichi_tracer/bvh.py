@@ -13,8 +13,11 @@ import taichi.math as tm
 from taichi_tracer import bvh_build, runtime
 from taichi_tracer.bvh_wide import ABSENT, LEAF_BITS, WIDTH, collapse, empty_tree
 from taichi_tracer.geometry import Geometry
-from taichi_tracer.packets import PACKET_TESTS
+from taichi_tracer.packet_tests import PACKET_TESTS
+from taichi_tracer.packets import larger, slab, smaller
 from taichi_tracer.ray_intersector import RayIntersector
+
+NOTHING = -(1 << 31)  # in place of a reference to a node or a leaf
 
 
 @ti.func
@@ -127,55 +130,65 @@ class BVHRayIntersector(RayIntersector):
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
         waiting_t = ti.Vector([0.0] * self.stack_size, float)
         top = 0
+        reference = NOTHING
         if self.is_legal(ray):
-            waiting[0], waiting_t[0] = self.root, t_min
-            top = 1
-        while top > 0:
-            top -= 1
-            reference = waiting[top]
-            if waiting_t[top] <= best:
-                if reference >= 0:
-                    t_near, mask = self.met_children(bounds, reference, t_min, best)
-                    top = self.push(waiting, waiting_t, top, reference, t_near, mask)
-                else:
-                    first, count = leaf_range(reference)
-                    for i in range(first, first + count):
-                        v0, v1, v2 = self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
-                        t, u, v = -tm.inf, 0.0, 0.0
-                        if ti.static(self.geometry.is_plain):
-                            t, u, v = self.candidate(ray, bounds, v0, v1, v2)
-                        else:
-                            t, u, v = self.candidate_of(ray, bounds, self.leaf_ids[i], v0, v1, v2, t_min)
-                        if t_min < t and t <= best:
-                            triangle_id = self.leaf_ids[i]
-                            if t < best or (triangle_id < best_id):
-                                best, best_id, best_u, best_v = t, triangle_id, u, v
-                    if ti.static(any_hit):
-                        if best_id >= 0:
-                            top = 0
+            reference = self.root
+        while reference != NOTHING:
+            following = NOTHING
+            if reference >= 0:
+                t_near, mask = self.met_children(bounds, reference, t_min, best)
+                following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
+            else:
+                first, count = leaf_range(reference)
+                for i in range(first, first + count):
+                    v0, v1, v2 = self.leaf_triangle(i)
+                    t, u, v = -tm.inf, 0.0, 0.0
+                    if ti.static(self.geometry.is_plain):
+                        t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+                    else:
+                        t, u, v = self.candidate_of(ray, bounds, self.leaf_ids[i], v0, v1, v2, t_min)
+                    if t_min < t and t <= best:
+                        triangle_id = self.leaf_ids[i]
+                        if t < best or (triangle_id < best_id):
+                            best, best_id, best_u, best_v = t, triangle_id, u, v
+                if ti.static(any_hit):
+                    if best_id >= 0:
+                        top = 0
+            if following == NOTHING:
+                following, top = self.wake(waiting, waiting_t, top, best)
+            reference = following
         return best, best_id, best_u, best_v
 
     @ti.func
-    def push(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
-        """Let the children that were met wait, the nearest on top; returns the new top.
+    def enter(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
+        """The nearest of the children that were met, or ``NOTHING``; the others wait. Also returns the new top.
 
         An absent child has a box that no ray meets, but fast_math does not know infinity: it may say otherwise.
         """
-        nearest_t, nearest_at = tm.inf, -1
+        nearest, nearest_t = NOTHING, tm.inf
         while mask != 0:
             k = ti.math.popcnt((mask & -mask) - 1)
             mask &= mask - 1
-            child = self.children[node, k]
+            child, t = self.children[node, k], t_near[k]
             if child != ABSENT:
-                waiting[top], waiting_t[top] = child, t_near[k]
-                if nearest_at < 0 or t_near[k] < nearest_t:
-                    nearest_t, nearest_at = t_near[k], top
-                top += 1
-        if nearest_at >= 0:
-            last = top - 1
-            waiting[nearest_at], waiting[last] = waiting[last], waiting[nearest_at]
-            waiting_t[nearest_at], waiting_t[last] = waiting_t[last], waiting_t[nearest_at]
-        return top
+                is_nearer = t < nearest_t
+                if nearest != NOTHING:
+                    waiting[top] = ti.select(is_nearer, nearest, child)
+                    waiting_t[top] = ti.select(is_nearer, nearest_t, t)
+                    top += 1
+                nearest = ti.select(is_nearer, child, nearest)
+                nearest_t = ti.select(is_nearer, t, nearest_t)
+        return nearest, top
+
+    @ti.func
+    def wake(self, waiting: ti.template(), waiting_t: ti.template(), top, best):
+        """The last reference that waits and is met before ``best``, or ``NOTHING``, and the new top."""
+        following = NOTHING
+        while following == NOTHING and top > 0:
+            top -= 1
+            if waiting_t[top] <= best:
+                following = waiting[top]
+        return following, top
 
     @ti.func
     def met_children(self, bounds, node, t_min, t_max):
@@ -191,49 +204,61 @@ class BVHRayIntersector(RayIntersector):
         return entries(t_near, t_far)
 
     @ti.func
-    def trace_packet(self, packets: ti.template(), c, t_min):
-        """``nearest`` of the sixteen rays of a packet, one heading after the other; the answers are in the packet."""
-        for lane in range(packets.count[None]):
-            heading = packets.heading[c][lane]
-            if heading >= 0:
-                packets.take_heading(c, heading)
-                self.trace_heading(packets, c, heading, t_min)
-                packets.heading[c] = ti.select(packets.heading[c] == heading, -1, packets.heading[c])
+    def leaf_triangle(self, i):
+        """The vertices of the triangle in place i of the leaves' order."""
+        return self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
 
     @ti.func
-    def trace_heading(self, packets: ti.template(), c, heading, t_min):
+    def leaf_box(self, i):
+        """The box of the primitive in place i of the leaves' order."""
+        v0, v1, v2 = self.leaf_triangle(i)
+        low, high = smaller(v0, smaller(v1, v2)), larger(v0, larger(v1, v2))
+        if ti.static(self.geometry.has_spheres):
+            sphere = self.geometry.sphere_of[self.leaf_ids[i]]
+            if sphere >= 0:
+                centre, radius = self.geometry.spheres[sphere].xyz, self.geometry.spheres[sphere].w
+                low, high = centre - radius, centre + radius
+        return low, high
+
+    @ti.func
+    def trace_packet(self, packets: ti.template(), c, origin, t_min):
+        """``nearest`` of the rays of a packet, one heading after the other; the answers are in the packet."""
+        heading = packets.next_heading(c)
+        while heading >= 0:
+            common = packets.take_heading(c, heading, origin, self)
+            self.trace_heading(packets, c, common, t_min)
+            heading = packets.next_heading(c)
+
+    @ti.func
+    def trace_heading(self, packets: ti.template(), c, common, t_min):
         """``traverse`` of all rays of a heading: into every box that one of them can meet."""
-        bounds = packets.common_bounds(c, heading)
         best = packets.farthest(c)
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
         waiting_t = ti.Vector([0.0] * self.stack_size, float)
-        waiting[0], waiting_t[0] = self.root, t_min
-        top = 1
-        while top > 0:
-            top -= 1
-            reference = waiting[top]
-            if waiting_t[top] <= best:
-                if reference >= 0:
-                    t_near, mask = self.children_met_by_any(bounds, heading, reference, t_min, best)
-                    top = self.push(waiting, waiting_t, top, reference, t_near, mask)
-                else:
-                    first, count = leaf_range(reference)
-                    for i in range(first, first + count):
-                        v0, v1, v2 = self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
-                        packets.try_primitive(c, heading, self, v0, v1, v2, self.leaf_ids[i], t_min)
-                    best = packets.farthest(c)
+        top = 0
+        reference = self.root
+        while reference != NOTHING:
+            following = NOTHING
+            if reference >= 0:
+                t_near, mask = self.children_met_by_any(common, reference, t_min, best)
+                following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
+            else:
+                first, count = leaf_range(reference)
+                packets.try_leaf(c, common, self, first, count, t_min, best)
+                best = packets.farthest(c)
+            if following == NOTHING:
+                following, top = self.wake(waiting, waiting_t, top, best)
+            reference = following
 
     @ti.func
-    def children_met_by_any(self, bounds, heading, node, t_min, t_max):
-        """``met_children`` for all rays between the extremes of ``bounds``: never later in, never earlier out."""
+    def children_met_by_any(self, common, node, t_min, t_max):
+        """``met_children`` for all rays between the extremes of ``common``."""
         t_near = ti.Vector([t_min] * WIDTH)
         t_far = ti.Vector([t_max] * WIDTH)
         for k in ti.static(range(3)):
-            is_backward = (heading >> k) & 1
-            to_near = self.planes[node, k + 3 * is_backward] - bounds.near_origin[k]
-            to_far = self.planes[node, k + 3 - 3 * is_backward] - bounds.far_origin[k]
-            near = to_near * ti.select(to_near >= 0, bounds.low[k], bounds.high[k])
-            far = to_far * ti.select(to_far >= 0, bounds.high[k], bounds.low[k])
-            t_near = ti.select(near > t_near, near, t_near)
-            t_far = ti.select(far < t_far, far, t_far)
+            is_backward = (common.heading >> k) & 1
+            to_near = self.planes[node, k + 3 * is_backward] - common.near_origin[k]
+            to_far = self.planes[node, k + 3 - 3 * is_backward] - common.far_origin[k]
+            low, high = ti.Vector([common.low[k]] * WIDTH), ti.Vector([common.high[k]] * WIDTH)
+            t_near, t_far = slab(to_near, to_far, low, high, t_near, t_far)
         return entries(t_near, t_far)

@@ -14,7 +14,7 @@ WIDTH = 8
 LEAF_BITS = 4  # a leaf is written as −1 − (first·2^LEAF_BITS + count)
 ABSENT = 0  # in place of a child: the root is nobody's
 COST_OF_NODE = 1.0  # of testing the eight boxes of a node …
-COST_OF_TRIANGLE = 0.4  # … and of testing one triangle: their ratio is what counts
+COST_OF_TRIANGLE = 0.7  # … and of testing one triangle: their ratio is what counts
 
 
 @dataclass

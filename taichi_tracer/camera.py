@@ -42,7 +42,13 @@ class ProjectiveCamera(ABC):
     """
 
     projection = ""  # the name of the kind of camera
+    share_origin = False  # whether all rays start at one point
     default_fov: float | None = None  # where neither an angle nor a window is given
+
+    def __init_subclass__(cls) -> None:
+        """Whoever gives other rays must say again whether they share their origin."""
+        if {"rays_through", "generate_rays"} & set(vars(cls)):
+            cls.share_origin = vars(cls).get("share_origin", False)
 
     def __init__(
         self,
@@ -214,6 +220,7 @@ class Camera(ProjectiveCamera):
     """
 
     projection = "perspective"
+    share_origin = True
     default_fov = 60.0
 
     @classmethod

@@ -1,11 +1,13 @@
 """What every pixel's eye ray meets: a kernel of its own, whose result every view and estimator shades from."""
 
+import numpy as np
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import runtime, sampler
 from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.packets import LANES, PACKET_TESTS, TILE, TILE_BITS, Packets, lanes
+from taichi_tracer.packet_tests import PACKET_TESTS
+from taichi_tracer.packets import LANES, SIDE, SIDE_BITS, TILE, TILE_BITS, Packets, lanes
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import SampleKey
 from taichi_tracer.scene_data import SceneData
@@ -66,12 +68,13 @@ class PrimaryHits:
         self.use_packets = use_packets
         self.packets = None
         self.traces, self.forms = 0, frozenset()  # how often, and in which forms, rays were traced
-        self.tiles_x, self.tiles_y = -(-self.width // TILE), -(-self.height // TILE)
+        side = SIDE * TILE  # of a packet, in pixels
+        self.tiles_x, self.tiles_y = -(-self.width // side) * SIDE, -(-self.height // side) * SIDE
         self.ranges = ((0, self.width), (0, self.height)) if ranges is None else ranges
         (x0, x1), (y0, y1) = self.ranges
         self.pixels = (x1 - x0) * (y1 - y0)
-        self.first_tile = x0 // TILE, y0 // TILE
-        self.traced_tiles = -(-x1 // TILE) - x0 // TILE, -(-y1 // TILE) - y0 // TILE
+        self.first = x0 // side, y0 // side  # of the packets that are traced
+        self.across, self.upwards = -(-x1 // side) - x0 // side, -(-y1 // side) - y0 // side
         shape = self.tiles_x * self.tiles_y
         self._memory = runtime.Memory()
         self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
@@ -98,12 +101,18 @@ class PrimaryHits:
             self._trace_rays(seed, index)
             return
         if self.packets is None:
-            self.packets = Packets(PLACES)
+            self.packets = Packets(PLACES, self.camera.share_origin)
         self._trace_packets(seed, index)
 
     def is_much_work(self) -> bool:
         """Whether packets, which take seconds to compile, are worth it: for large pictures from the second one on."""
         return self.traces > 0 and (self.pixels >= LARGE_PICTURE or self.pixels * self.traces >= MANY_RAYS)
+
+    def to_image(self, name: str) -> np.ndarray:
+        """(height, width) of "distance", "triangle_id", "u" or "v", top row first."""
+        tiles = getattr(self, name).to_numpy().reshape(self.tiles_x, self.tiles_y, TILE, TILE)
+        padded = tiles.transpose(1, 3, 0, 2).reshape(self.tiles_y * TILE, self.tiles_x * TILE)
+        return padded[: self.height, : self.width][::-1]
 
     @ti.func
     def tile_and_lane(self, x, y):
@@ -150,36 +159,48 @@ class PrimaryHits:
 
     @ti.kernel
     def _trace_packets(self, seed: ti.u32, index: ti.u32):
+        packets = self.across * self.upwards
+        share = (packets + PLACES - 1) // PLACES
         for i in range(PLACES * runtime.CPU_BLOCK):
             c = i // runtime.CPU_BLOCK
-            low, high = tm.vec3(self.scene_data.geometry.low), tm.vec3(self.scene_data.geometry.high)
-            k = c + (i % runtime.CPU_BLOCK) * PLACES
-            while k < self.traced_tiles[0] * self.traced_tiles[1]:
-                tile_x = self.first_tile[0] + k // self.traced_tiles[1]
-                tile = tile_x * self.tiles_y + self.first_tile[1] + k % self.traced_tiles[1]
-                x = ti.Vector(
-                    [ti.min((tile // self.tiles_y) * TILE + lane // TILE, self.width - 1) for lane in range(LANES)]
-                )
-                y = ti.Vector(
-                    [ti.min((tile % self.tiles_y) * TILE + lane % TILE, self.height - 1) for lane in range(LANES)]
-                )
-                xi_x, xi_y = lanes(0.5), lanes(0.5)
-                if ti.static(self.jitter):
-                    pixel = ti.cast(y * self.width + x, ti.u32)
-                    sample = index + ti.u32(0) * pixel
-                    if ti.static(self.adaptive):
-                        sample = sample * self.share[tile] >> SHARE_BITS
-                    xi_x, xi_y = self.sampler.get_2d(seed, pixel, sample, ti.u32(sampler.PIXEL))
-                    self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
-                ox, oy, oz, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
-                self.packets.put_rays(c, ox, oy, oz, dx, dy, dz)
-                self.packets.prepare(c, low, high, self.scene_data.ray_intersector.pad_factor, tm.inf)
-                self.scene_data.ray_intersector.trace_packet(self.packets, c, 0.0)
-                self.distance[tile] = self.packets.t[c]
-                self.triangle_id[tile] = self.packets.triangle_id[c]
-                self.u[tile] = self.packets.u[c]
-                self.v[tile] = self.packets.v[c]
-                k += PLACES * runtime.CPU_BLOCK
+            # All packets of a place, one after the other, in the first iteration of the block that has the place.
+            k = c * share if i % runtime.CPU_BLOCK == 0 else packets
+            while k < ti.min((c + 1) * share, packets):
+                first_x, first_y = self.first[0] + k // self.upwards, self.first[1] + k % self.upwards
+                origin = tm.vec3(0)
+                for g in range(self.packets.groups[None]):
+                    tile_x, tile_y = first_x * SIDE + (g >> SIDE_BITS), first_y * SIDE + (g & (SIDE - 1))
+                    origin = self.put_rays(c, g, tile_x, tile_y, seed, index)
+                self.scene_data.ray_intersector.trace_packet(self.packets, c, origin, 0.0)
+                for g in range(self.packets.groups[None]):
+                    tile_x, tile_y = first_x * SIDE + (g >> SIDE_BITS), first_y * SIDE + (g & (SIDE - 1))
+                    tile = tile_x * self.tiles_y + tile_y
+                    self.distance[tile] = self.packets.t[c, g]
+                    self.triangle_id[tile] = self.packets.triangle_id[c, g]
+                    self.u[tile] = self.packets.u[c, g]
+                    self.v[tile] = self.packets.v[c, g]
+                k += 1
+
+    @ti.func
+    def put_rays(self, c, g, tile_x, tile_y, seed, index):
+        """Put the eye rays of a tile into a group of a packet; returns their origin where they share it."""
+        tile = tile_x * self.tiles_y + tile_y
+        x = ti.Vector([ti.min(tile_x * TILE + lane // TILE, self.width - 1) for lane in range(LANES)])
+        y = ti.Vector([ti.min(tile_y * TILE + lane % TILE, self.height - 1) for lane in range(LANES)])
+        xi_x, xi_y = lanes(0.5), lanes(0.5)
+        if ti.static(self.jitter):
+            pixel = ti.cast(y * self.width + x, ti.u32)
+            sample = index + ti.u32(0) * pixel
+            if ti.static(self.adaptive):
+                sample = sample * self.share[tile] >> SHARE_BITS
+            xi_x, xi_y = self.sampler.get_2d(seed, pixel, sample, ti.u32(sampler.PIXEL))
+            self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
+        ox, oy, oz, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
+        self.packets.put_rays(c, g, ox, oy, oz, dx, dy, dz)
+        origin = tm.vec3(0)
+        if ti.static(self.camera.share_origin):
+            origin = tm.vec3(ox, oy, oz)
+        return origin
 
     @ti.kernel
     def set_shares(self, shares: ti.types.ndarray(dtype=ti.i32, ndim=2)):

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+import taichi as ti
 from shapes import lattice, soup, sphere
 from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera, OrthographicCamera
-from taichi_tracer.packets import PACKET_TESTS
+from taichi_tracer.packet_tests import PACKET_TESTS
 from taichi_tracer.primary_hits import PrimaryHits
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
 
@@ -20,11 +21,8 @@ def _taichi():
 
 
 def fields_of(hits):
-    """Every field of the hits, without the lanes beside the picture."""
-    lane_x, lane_y = np.divmod(np.arange(16), 4)
-    tile_x, tile_y = np.divmod(np.arange(hits.tiles_x * hits.tiles_y), hits.tiles_y)
-    inside = (tile_x[:, None] * 4 + lane_x < hits.width) & (tile_y[:, None] * 4 + lane_y < hits.height)
-    return {name: getattr(hits, name).to_numpy()[inside] for name in FIELDS}
+    """Every field of the hits, as pictures."""
+    return {name: hits.to_image(name) for name in FIELDS}
 
 
 def assert_same_bits(single, packets):
@@ -76,6 +74,35 @@ def test_packets_of_parallel_rays_equal_single_ones(rng):
         assert (assert_same_bits(single, packets) >= 0).mean() > 0.1, name
 
 
+@ti.data_oriented
+class ScatteredCamera(Camera):
+    """Rays that start beside the eye, each somewhere else."""
+
+    @ti.func
+    def ray_through(self, ndc):
+        ray = Camera.ray_through(self, ndc)
+        ray.origin.x += ndc.y / 8
+        return ray
+
+    @ti.func
+    def rays_through(self, x, y):
+        ox, oy, oz, dx, dy, dz = Camera.rays_through(self, x, y)
+        return ox + (y - self.centre[None].y) / self.half_size[None].y / 8, oy, oz, dx, dy, dz
+
+
+def test_packets_of_rays_without_a_common_origin_equal_single_ones(rng):
+    """A camera of a user's own has to say that its rays start at one point."""
+    assert (Camera.share_origin, ScatteredCamera.share_origin, OrthographicCamera.share_origin) == (True, False, False)
+    scene = tt.scene_from_mesh(*many_shapes(rng))
+    camera = ScatteredCamera(40, 24, **VIEWS["soup"])
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    for hits in (single, packets):
+        hits.trace()
+    a, b = (hits.to_image("triangle_id") for hits in (single, packets))
+    assert (a >= 0).mean() > 0.1
+    assert (a == b).mean() > 0.99  # the two forms of this camera round differently
+
+
 def test_packets_equal_single_rays_far_from_the_origin():
     scene = tt.scene_from_mesh(*sphere(centre=(1e4, 0, -2e4)))
     camera = Camera(18, 18, eye=(1e4, 0.5, -2e4 + 4), at=(1e4, 0, -2e4))
@@ -99,7 +126,7 @@ def test_the_hits_are_those_of_intersect():
 
     view = {name: scene.view[name] for name in ("eye", "at", "up", "fov")}
     asked = scene.intersect(scene.view["eye"], eye_rays(**view, width=20, height=12).reshape(-1, 3))
-    found = hits.triangle_id.to_numpy().reshape(5, 3, 4, 4).transpose(1, 3, 0, 2).reshape(12, 20)
+    found = hits.to_image("triangle_id")[::-1]  # the oracle begins at the bottom
     assert (found.reshape(-1) == asked.triangle_id).mean() > 0.99
 
 

@@ -51,7 +51,7 @@ def cost_of_light(scene: SceneData, estimator: str = "brdf", size: int = 64) -> 
         renderer.render()
         ti.sync()
         seconds.append(time.perf_counter() - start)
-    hits = float((renderer.hits.triangle_id.to_numpy() >= 0).mean())
+    hits = float((renderer.hits.to_image("triangle_id") >= 0).mean())
     return [
         f"compile time    {seconds[0] - seconds[1]:.2f} s ({estimator})",
         f"rays per sample 1 eye ray, and up to {hits:.2f} shadow rays ({2 * hits:.2f} with MIS), one for each hit",
