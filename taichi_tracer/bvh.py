@@ -11,7 +11,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import bvh_build, runtime
-from taichi_tracer.bvh_wide import ABSENT, LEAF_BITS, WIDTH, collapse, empty_tree
+from taichi_tracer.bvh_wide import ABSENT, LEAF_BITS, WIDTH, collapse, empty_tree, quantise
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.packet_tests import PACKET_TESTS
 from taichi_tracer.packets import larger, slab, smaller
@@ -57,26 +57,31 @@ class BVHRayIntersector(RayIntersector):
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
 
         self._memory = runtime.Memory()
-        self.planes = ti.Vector.field(WIDTH, float)
+        self.corner, self.step = ti.Vector.field(3, float), ti.Vector.field(3, float)
+        self.number_type = ti.u8 if runtime.has_f64() else ti.i32  # some Vulkan devices have no bytes
+        self.numbers = ti.Vector.field(WIDTH, self.number_type)
         self.children = ti.field(ti.i32)
         self.leaf_vertices = ti.Vector.field(3, float)
         self.leaf_ids = ti.field(ti.i32)
         # Nested, so that all of a node, and all of a triangle, lies in one piece of memory.
         node = self._memory.fields.dense(ti.i, self.num_nodes)
-        node.dense(ti.j, 6).place(self.planes)
+        node.place(self.corner, self.step)
+        node.dense(ti.j, 6).place(self.numbers)
         node.dense(ti.j, WIDTH).place(self.children)
         triangle = self._memory.fields.dense(ti.i, max(1, len(ids)))
         triangle.dense(ti.j, 3).place(self.leaf_vertices)
         triangle.place(self.leaf_ids)
         self._memory.allocate()
-        self._load(wide.planes, wide.children, np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
+        grid = quantise(wide.planes)
+        self._load_nodes(grid.corner, grid.step, grid.numbers.astype(np.int32), wide.children)
+        self._load_leaves(np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
         self.build_seconds = time.perf_counter() - start
 
     @property
     def bytes(self) -> int:
         """Memory of the nodes and of the triangles in the leaves' order."""
-        scalar = np.dtype(runtime.dtype()).itemsize
-        return self.num_nodes * WIDTH * (6 * scalar + 4) + self.num_leaf_triangles * (9 * scalar + 4)
+        scalar, number = np.dtype(runtime.dtype()).itemsize, 1 if self.number_type == ti.u8 else 4
+        return self.num_nodes * (6 * scalar + WIDTH * (6 * number + 4)) + self.num_leaf_triangles * (9 * scalar + 4)
 
     def facts(self) -> dict[str, str]:
         """What ``taichi-tracer info`` tells of the tree."""
@@ -94,19 +99,24 @@ class BVHRayIntersector(RayIntersector):
         self._memory.free()
 
     @ti.kernel
-    def _load(
+    def _load_nodes(
         self,
-        planes: ti.types.ndarray(ndim=3),
+        corner: ti.types.ndarray(ndim=2),
+        step: ti.types.ndarray(ndim=2),
+        numbers: ti.types.ndarray(dtype=ti.i32, ndim=3),
         children: ti.types.ndarray(ndim=2),
-        corners: ti.types.ndarray(ndim=3),
-        ids: ti.types.ndarray(ndim=1),
     ):
-        for i in range(planes.shape[0]):
+        for i in range(numbers.shape[0]):
+            for k in ti.static(range(3)):
+                self.corner[i][k], self.step[i][k] = corner[i, k], step[i, k]
             for plane in range(6):
                 for k in ti.static(range(WIDTH)):
-                    self.planes[i, plane][k] = planes[i, plane, k]
+                    self.numbers[i, plane][k] = ti.cast(numbers[i, plane, k], self.number_type)
             for k in range(WIDTH):
                 self.children[i, k] = children[i, k]
+
+    @ti.kernel
+    def _load_leaves(self, corners: ti.types.ndarray(ndim=3), ids: ti.types.ndarray(ndim=1)):
         for i in range(ids.shape[0]):
             self.leaf_ids[i] = ids[i]
             for corner in ti.static(range(3)):
@@ -191,14 +201,23 @@ class BVHRayIntersector(RayIntersector):
         return following, top
 
     @ti.func
+    def near_and_far_plane(self, node, axis, is_forward):
+        """Where rays come into and go out of the eight boxes of a node along an axis."""
+        near = self.numbers[node, ti.select(is_forward, axis, axis + 3)]
+        far = self.numbers[node, ti.select(is_forward, axis + 3, axis)]
+        corner, step = self.corner[node][axis], self.step[node][axis]
+        return corner + ti.cast(near, float) * step, corner + ti.cast(far, float) * step
+
+    @ti.func
     def met_children(self, bounds, node, t_min, t_max):
         """Where the ray enters each of the eight boxes, and a bit for each that it meets: ``box_interval`` by lanes."""
         t_near = ti.Vector([t_min] * WIDTH)
         t_far = ti.Vector([t_max] * WIDTH)
         for k in ti.static(range(3)):
             is_forward = bounds.inverse[k] >= 0
-            near = (self.planes[node, ti.select(is_forward, k, k + 3)] - bounds.near_origin[k]) * bounds.inverse[k]
-            far = (self.planes[node, ti.select(is_forward, k + 3, k)] - bounds.far_origin[k]) * bounds.inverse[k]
+            near_plane, far_plane = self.near_and_far_plane(node, k, is_forward)
+            near = (near_plane - bounds.near_origin[k]) * bounds.inverse[k]
+            far = (far_plane - bounds.far_origin[k]) * bounds.inverse[k]
             t_near = ti.select(near > t_near, near, t_near)
             t_far = ti.select(far < t_far, far, t_far)
         return entries(t_near, t_far)
@@ -256,9 +275,8 @@ class BVHRayIntersector(RayIntersector):
         t_near = ti.Vector([t_min] * WIDTH)
         t_far = ti.Vector([t_max] * WIDTH)
         for k in ti.static(range(3)):
-            is_backward = (common.heading >> k) & 1
-            to_near = self.planes[node, k + 3 * is_backward] - common.near_origin[k]
-            to_far = self.planes[node, k + 3 - 3 * is_backward] - common.far_origin[k]
+            near_plane, far_plane = self.near_and_far_plane(node, k, (common.heading >> k) & 1 == 0)
+            to_near, to_far = near_plane - common.near_origin[k], far_plane - common.far_origin[k]
             low, high = ti.Vector([common.low[k]] * WIDTH), ti.Vector([common.high[k]] * WIDTH)
             t_near, t_far = slab(to_near, to_far, low, high, t_near, t_far)
         return entries(t_near, t_far)

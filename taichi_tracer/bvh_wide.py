@@ -18,6 +18,48 @@ COST_OF_TRIANGLE = 0.7  # … and of testing one triangle: their ratio is what c
 
 
 @dataclass
+class Grid:
+    """Boxes in steps from a corner of their node: a quarter of the memory, and never smaller than they were.
+
+    A plane is corner + number · step. Steps are powers of two, so that this is rounded once, whoever computes it.
+
+    Attributes:
+        corner, step: (W, 3) in the running precision.
+        numbers: (W, 6, 8) uint8, in the order of ``WideTree.planes``; an absent child's box is inside out.
+    """
+
+    corner: np.ndarray
+    step: np.ndarray
+    numbers: np.ndarray
+
+
+MOST_STEPS = 253  # of 255: the rest is for rounding
+
+
+def quantise(planes: np.ndarray) -> Grid:
+    """``WideTree.planes`` on a grid of each node (Ylitie, Karras & Laine, section 3.2)."""
+    dtype = planes.dtype.type
+    low, high = planes[:, :3], planes[:, 3:]
+    corner = low.min(axis=2)
+    wanted = high.max(axis=2).astype(np.float64) / MOST_STEPS - corner.astype(np.float64) / MOST_STEPS
+    exponent = np.ceil(np.log2(np.maximum(wanted, float(np.finfo(dtype).tiny))))
+    step = np.ldexp(1.0, exponent.astype(np.int32)).astype(dtype)
+
+    from_corner, by = corner[:, :, None], step[:, :, None]
+    is_absent = low > high
+    low, high = np.where(is_absent, from_corner, low), np.where(is_absent, from_corner, high)
+    first = np.floor(low / by - from_corner / by)
+    last = np.ceil(high / by - from_corner / by)
+    with np.errstate(over="ignore"):
+        while (inside := from_corner + first * by > low).any():
+            first -= inside
+        while (inside := from_corner + last * by < high).any():
+            last += inside
+    numbers = np.concatenate([np.where(is_absent, 255, first), np.where(is_absent, 0, last)], axis=1)
+    return Grid(corner, step, numbers.astype(np.uint8))
+
+
+@dataclass
 class WideTree:
     """Nodes of ``WIDTH`` children; ``root`` refers to node 0, or is a leaf when that is all there is.
 

@@ -6,7 +6,7 @@ from support import start
 from test_bvh_build import BOXES
 
 from taichi_tracer import bvh_build
-from taichi_tracer.bvh_wide import LEAF_BITS, WIDTH, collapse, leaf_reference
+from taichi_tracer.bvh_wide import LEAF_BITS, WIDTH, collapse, leaf_reference, quantise
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -59,3 +59,42 @@ def test_leaf_references_are_negative_and_come_back():
     assert (references < 0).all()
     assert (references >= -(2**31)).all()
     assert [leaf_range(int(r)) for r in references] == [(0, 1), (1, 8), (77, 3), (100_000_000, 0)]
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("name", ["ordinary", "flat", "one point", "far away", "huge", "tiny", "of all sizes"])
+def test_boxes_on_a_grid_are_never_smaller_and_hardly_larger(name, dtype, rng):
+    low = rng.uniform(-1, 1, (200, 3, WIDTH))
+    high = low + rng.uniform(0, 1, (200, 3, WIDTH)) ** 4
+    if name == "flat":
+        low[:, 1] = high[:, 1] = 0.3
+    elif name == "one point":
+        low = high = np.full((200, 3, WIDTH), 0.1)
+    elif name == "far away":
+        low, high = low + 1e5, high + 1e5
+    elif name in ("huge", "tiny"):
+        exponent = {"huge": np.finfo(dtype).maxexp - 4, "tiny": np.finfo(dtype).minexp + 4}[name]
+        low, high = np.ldexp(low, exponent), np.ldexp(high, exponent)
+    elif name == "of all sizes":
+        scale = 10.0 ** rng.uniform(-12, 12, (200, 1, 1))
+        low, high = low * scale, low * scale + (high - low)
+    planes = np.concatenate([low, high], axis=1).astype(dtype)
+    absent = rng.uniform(size=(200, WIDTH)) < 0.3
+    absent[:, 0] = False
+    for plane in range(6):
+        planes[:, plane][absent] = np.inf if plane < 3 else -np.inf
+
+    grid = quantise(planes)
+    corner, step = grid.corner[:, :, None], grid.step[:, :, None]
+    numbers = grid.numbers.astype(dtype)
+    first, last = corner + numbers[:, :3] * step, corner + numbers[:, 3:] * step
+    is_present = np.broadcast_to(~absent[:, None], first.shape)
+    assert (first <= planes[:, :3])[is_present].all()
+    assert (last >= planes[:, 3:])[is_present].all()
+    assert (numbers[:, :3] > numbers[:, 3:])[~is_present].all()
+
+    rounding = np.finfo(dtype).eps * np.maximum(abs(first), abs(last)) + np.finfo(dtype).tiny
+    extent = np.where(is_present, planes[:, 3:] - corner, 0).max(axis=2, keepdims=True)
+    assert (step <= extent / 100 + rounding).all()
+    assert (planes[:, :3] - first <= 2 * step + 2 * rounding)[is_present].all()
+    assert (last - planes[:, 3:] <= 2 * step + 2 * rounding)[is_present].all()
