@@ -25,6 +25,7 @@ class Film:
         replicated: whether samples of even and of odd index are two independent replicas, and not independent within
             them; see ``error_estimate``.
         keeps_deviation: whether there are squared deviations; None is where the error needs them.
+        averages: whether pixels take samples; a picture that is only ``put`` leaves no sums to be cleared.
     """
 
     def __init__(
@@ -34,8 +35,10 @@ class Film:
         crop: tuple[int, int, int, int] | None = None,
         replicated: bool = False,
         keeps_deviation: bool | None = None,
+        averages: bool = True,
     ) -> None:
         self.width, self.height, self.replicated = width, height, replicated
+        self.averages = averages
         self.keeps_deviation = not replicated if keeps_deviation is None else keeps_deviation
         self.crop = (0, width, 0, height) if crop is None else tuple(int(c) for c in crop)
         x0, x1, y0, y1 = self.crop
@@ -70,7 +73,8 @@ class Film:
         """Forget every sample; the canvas keeps its last picture until the next one."""
         self.check_alive()
         self.samples = 0
-        self._clear()
+        if self.averages:
+            self._clear()
 
     def check_alive(self) -> None:
         """Raise StaleSceneError when Taichi was initialised again after the film was made."""

@@ -84,7 +84,8 @@ class ProgressiveRenderer:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
         self.adaptive, self.mean_share = bool(adaptive), 1.0
         replicated = self.sampler.replicated
-        self.film = Film(self.width, self.height, crop, replicated, keeps_deviation=self.adaptive or not replicated)
+        keeps_deviation, averages = self.adaptive or not replicated, self.jitter or self.jitters
+        self.film = Film(self.width, self.height, crop, replicated, keeps_deviation, averages)
         self.hits = PrimaryHits(
             scene_data, self.camera, self.jitter, self.sampler, ranges=self.film.ranges, adaptive=self.adaptive
         )
