@@ -123,6 +123,7 @@ class Geometry:
         num_primitives, num_spheres, num_triangles: how many, those included that no ray can hit.
         is_plain: whether there are only triangles, and rays meet both sides of all: then nothing else is compiled.
         vertices: (V,) vec3. faces: (F,) ivec3 vertex ids. face_materials: (F,) int.
+        unit_normals: (F,) vec3, (v1 − v0) × (v2 − v0) normalised.
         normals, face_normals: (N,) vec3 and (F,) ivec3, only where ``has_normals``.
         spheres, sphere_of: (S,) vec4 and (F,) int, −1 for a triangle, only where ``has_spheres``.
         culls: (F,) int, only where ``has_culling``.
@@ -152,10 +153,11 @@ class Geometry:
         self.vertices = ti.Vector.field(3, float)
         self.faces = ti.Vector.field(3, ti.i32)
         self.face_materials = ti.field(ti.i32)
-        self.thinness = ti.field(float)  # of every triangle, since a shaded point asks for it
+        # Of every triangle, since every point that is shaded asks for them.
+        self.unit_normals, self.thinness = ti.Vector.field(3, float), ti.field(float)
         fields.dense(ti.i, max(1, len(mesh.vertices))).place(self.vertices)
         per_face = fields.dense(ti.i, max(1, self.num_primitives))
-        per_face.place(self.faces, self.face_materials, self.thinness)
+        per_face.place(self.faces, self.face_materials, self.unit_normals, self.thinness)
         if self.has_normals:
             self.normals = ti.Vector.field(3, float)
             self.face_normals = ti.Vector.field(3, ti.i32)
@@ -233,7 +235,9 @@ class Geometry:
             for k in ti.static(range(3)):
                 self.faces[i][k] = faces[i, k]
         for i in range(faces.shape[0]):
-            self.thinness[i] = thinness(*self.triangle(i))
+            v0, v1, v2 = self.triangle(i)
+            self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
+            self.thinness[i] = thinness(v0, v1, v2)
 
     @ti.kernel
     def _load_normals(self, normals: ti.types.ndarray(ndim=2), face_normals: ti.types.ndarray(ndim=2)):
@@ -328,3 +332,24 @@ def thinness(v0, v1, v2):
     longest = ti.max(a, b, c)
     others = ti.select(longest == a, b * c, ti.select(longest == b, c * a, a * b))
     return others / tm.cross(v1 - v0, v2 - v0).norm()
+
+
+@ti.func
+def stable_normal(v0, v1, v2):
+    """(v1 − v0) × (v2 − v0), from the two shortest edges, which lose least to rounding on a sliver."""
+    e0 = v1 - v0
+    e1 = v2 - v1
+    e2 = v0 - v2
+    l0, l1, l2 = e0.norm_sqr(), e1.norm_sqr(), e2.norm_sqr()
+    is_0_longest = l0 >= l1 and l0 >= l2
+    is_1_longest = l1 >= l2
+    p = ti.select(is_0_longest, e1, ti.select(is_1_longest, e2, e0))
+    q = ti.select(is_0_longest, e2, ti.select(is_1_longest, e0, e1))
+    return tm.cross(p, q)
+
+
+@ti.func
+def unit(v):
+    """v / |v|, also where |v|² is beyond the largest or below the smallest number: scaled by its largest component."""
+    w = v / abs(v).max()
+    return w / w.norm()

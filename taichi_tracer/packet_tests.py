@@ -3,8 +3,8 @@
 import taichi as ti
 
 from taichi_tracer import runtime
+from taichi_tracer.geometry import stable_normal
 from taichi_tracer.packets import any_lane, lanes, larger, smaller
-from taichi_tracer.ray_intersector import stable_normal
 
 
 @ti.func

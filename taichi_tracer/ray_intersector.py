@@ -11,7 +11,7 @@ import taichi.math as tm
 
 from taichi_tracer import runtime
 from taichi_tracer.errors import one_of
-from taichi_tracer.geometry import Geometry
+from taichi_tracer.geometry import Geometry, stable_normal
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
 
@@ -100,32 +100,11 @@ def exact_difference(p, q, r, s):
 
 
 @ti.func
-def stable_normal(v0, v1, v2):
-    """(v1 − v0) × (v2 − v0), from the two shortest edges, which lose least to rounding on a sliver."""
-    e0 = v1 - v0
-    e1 = v2 - v1
-    e2 = v0 - v2
-    l0, l1, l2 = e0.norm_sqr(), e1.norm_sqr(), e2.norm_sqr()
-    is_0_longest = l0 >= l1 and l0 >= l2
-    is_1_longest = l1 >= l2
-    p = ti.select(is_0_longest, e1, ti.select(is_1_longest, e2, e0))
-    q = ti.select(is_0_longest, e2, ti.select(is_1_longest, e0, e1))
-    return tm.cross(p, q)
-
-
-@ti.func
 def plane_distance(o, d, v0, v1, v2):
     """t where the ray meets the triangle's plane, computed in f64: the nearest f32, also for an origin close to it."""
     a = ti.cast(v0, ti.f64) - ti.cast(o, ti.f64)
     n = tm.cross(ti.cast(v1, ti.f64) - ti.cast(v0, ti.f64), ti.cast(v2, ti.f64) - ti.cast(v0, ti.f64))
     return ti.cast(tm.dot(a, n) / tm.dot(ti.cast(d, ti.f64), n), ti.f32)
-
-
-@ti.func
-def unit(v):
-    """v / |v|, also where |v|² is beyond the largest or below the smallest number: scaled by its largest component."""
-    w = v / abs(v).max()
-    return w / w.norm()
 
 
 TRIANGLE_TESTS = {"watertight": watertight, "moller_trumbore": moller_trumbore}
@@ -346,7 +325,7 @@ class RayIntersector(ABC):
             exact = plane_distance(ray.origin, ray.direction, v0, v1, v2)
             if t_near <= exact and exact <= t_far and t_min < exact and exact < t_max:
                 distance = exact
-        geometric_normal = unit(stable_normal(v0, v1, v2))
+        geometric_normal = self.geometry.unit_normals[triangle_id]
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
         is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
         facing = ti.select(is_backfacing, -1, 1)

@@ -10,8 +10,8 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer import runtime
+from taichi_tracer.geometry import stable_normal, unit
 from taichi_tracer.ray import offset_origin
-from taichi_tracer.ray_intersector import stable_normal, unit
 from taichi_tracer.scene_data import RayHits, SceneData, mesh_from_arrays, ray_from
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.meshes import join
