@@ -13,7 +13,7 @@ import taichi.math as tm
 from taichi_tracer import bvh_build, runtime
 from taichi_tracer.bvh_wide import ABSENT, LEAF_BITS, WIDTH, collapse, empty_tree, quantise
 from taichi_tracer.geometry import Geometry
-from taichi_tracer.packet_tests import PACKET_TESTS
+from taichi_tracer.packet_triangles import PACKET_TESTS
 from taichi_tracer.packets import larger, slab, smaller
 from taichi_tracer.ray_intersector import RayIntersector
 

@@ -6,7 +6,7 @@ import taichi.math as tm
 
 from taichi_tracer import runtime, sampler
 from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.packet_tests import PACKET_TESTS
+from taichi_tracer.packet_triangles import PACKET_TESTS
 from taichi_tracer.packets import LANES, SIDE, SIDE_BITS, TILE, TILE_BITS, Packets, lanes
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import SampleKey

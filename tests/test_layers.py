@@ -19,7 +19,7 @@ LAYERS = (
     "errors runtime error_estimate progress",
     "ray sampler camera_frame camera spheres",
     "materials geometry brdf files environment background",
-    "ray_intersector bvh_build bvh_wide packets packet_tests bvh",
+    "ray_intersector bvh_build bvh_wide packets packet_triangles bvh",
     "film",
     "effects scene_data scene_data_loader",
     "primary_hits adaptive",

@@ -8,7 +8,7 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera, OrthographicCamera
-from taichi_tracer.packet_tests import PACKET_TESTS
+from taichi_tracer.packet_triangles import PACKET_TESTS
 from taichi_tracer.primary_hits import PrimaryHits
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
 
