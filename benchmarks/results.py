@@ -12,6 +12,7 @@ RESULTS = Path(__file__).parent / "RESULTS.md"
 BENCHMARKS = {
     "startup": [],
     "rays": ["82000", "512000"],
+    "scaling": [],
     "build": ["82000", "1300000"],
     "crossover": [],
     "direct": [],

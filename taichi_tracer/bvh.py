@@ -1,7 +1,7 @@
 """A bounding volume hierarchy, and the way of one ray through it.
 
 The nodes have eight children (Wald, Benthin & Boulos, "Getting rid of packets", RT 2008): each of the six planes of all
-eight boxes lies next to its like, so that a CPU tests the boxes at once.
+eight boxes lies next to its like, so that a CPU tests the boxes at once. A plane is a byte, see ``bvh_wide.Grid``.
 """
 
 import time
