@@ -73,8 +73,8 @@ class BVHRayIntersector(RayIntersector):
         triangle.place(self.leaf_ids)
         self._memory.allocate()
         grid = quantise(wide.planes)
-        self._load_nodes(grid.corner, grid.step, grid.numbers.astype(np.int32), wide.children)
-        self._load_leaves(np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
+        nodes = grid.corner, grid.step, grid.numbers.astype(np.int32), wide.children
+        self._load(*nodes, np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
         self.build_seconds = time.perf_counter() - start
 
     @property
@@ -99,12 +99,14 @@ class BVHRayIntersector(RayIntersector):
         self._memory.free()
 
     @ti.kernel
-    def _load_nodes(
+    def _load(
         self,
         corner: ti.types.ndarray(ndim=2),
         step: ti.types.ndarray(ndim=2),
         numbers: ti.types.ndarray(dtype=ti.i32, ndim=3),
         children: ti.types.ndarray(ndim=2),
+        corners: ti.types.ndarray(ndim=3),
+        ids: ti.types.ndarray(ndim=1),
     ):
         for i in range(numbers.shape[0]):
             for k in ti.static(range(3)):
@@ -114,9 +116,6 @@ class BVHRayIntersector(RayIntersector):
                     self.numbers[i, plane][k] = ti.cast(numbers[i, plane, k], self.number_type)
             for k in range(WIDTH):
                 self.children[i, k] = children[i, k]
-
-    @ti.kernel
-    def _load_leaves(self, corners: ti.types.ndarray(ndim=3), ids: ti.types.ndarray(ndim=1)):
         for i in range(ids.shape[0]):
             self.leaf_ids[i] = ids[i]
             for corner in ti.static(range(3)):

@@ -15,6 +15,7 @@ from taichi_tracer.scene_data import SceneData
 PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
 LARGE_PICTURE = 256 * 256  # pixels
 MANY_RAYS = 1 << 22  # about a second's work for single rays
+CROWD = 8  # triangles per pixel, beyond which neighbouring rays have too little in common
 SHARE_BITS = 8
 WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pass
 
@@ -106,6 +107,8 @@ class PrimaryHits:
 
     def is_much_work(self) -> bool:
         """Whether packets, which take seconds to compile, are worth it: for large pictures from the second one on."""
+        if self.scene_data.geometry.num_primitives > CROWD * self.width * self.height:
+            return False
         return self.traces > 0 and (self.pixels >= LARGE_PICTURE or self.pixels * self.traces >= MANY_RAYS)
 
     def to_image(self, name: str) -> np.ndarray:

@@ -130,6 +130,21 @@ def test_the_hits_are_those_of_intersect():
     assert (found.reshape(-1) == asked.triangle_id).mean() > 0.99
 
 
+def test_packets_are_for_much_work_where_neighbours_have_something_in_common():
+    scene = tt.scene_from_mesh(*sphere())
+    large, small = PrimaryHits(scene, Camera(256, 256)), PrimaryHits(scene, Camera(16, 16))
+    assert not large.is_much_work()  # the first picture would wait for the compiler
+    large.traces, small.traces = 1, 1
+    assert large.is_much_work()
+    assert not small.is_much_work()
+    small.traces = 1 << 14
+    assert small.is_much_work()
+    crowded = PrimaryHits(scene, Camera(4, 4))
+    crowded.traces = 1 << 18
+    assert scene.geometry.num_primitives > 8 * 16
+    assert not crowded.is_much_work()
+
+
 def test_brute_force_and_replaced_cameras_go_ray_by_ray():
     """Whoever replaces the plain form alone gets the plain form, not the packets of the class below."""
     brute = tt.load_scene_data("cube", intersector=BruteForceRayIntersector.name)
