@@ -172,7 +172,7 @@ class BVHRayIntersector(RayIntersector):
     def enter(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
         """The nearest of the children that were met, or ``NOTHING``; the others wait. Also returns the new top.
 
-        An absent child has a box that no ray meets, but fast_math does not know infinity: it may say otherwise.
+        An absent child has a box that is inside out, but in a node smaller than the padding of a ray it may be met.
         """
         nearest, nearest_t = NOTHING, tm.inf
         while mask != 0:
@@ -217,8 +217,7 @@ class BVHRayIntersector(RayIntersector):
             near_plane, far_plane = self.near_and_far_plane(node, k, is_forward)
             near = (near_plane - bounds.near_origin[k]) * bounds.inverse[k]
             far = (far_plane - bounds.far_origin[k]) * bounds.inverse[k]
-            t_near = ti.select(near > t_near, near, t_near)
-            t_far = ti.select(far < t_far, far, t_far)
+            t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return entries(t_near, t_far)
 
     @ti.func

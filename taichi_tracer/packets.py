@@ -270,8 +270,7 @@ class Packets:
             to_near = near_corner[k] - self.near_origin(c, g, common, k)
             to_far = far_corner[k] - self.far_origin(c, g, common, k)
             near, far = to_near * self.i[c, g, k], to_far * self.i[c, g, k]
-            t_near = ti.select(near > t_near, near, t_near)
-            t_far = ti.select(far < t_far, far, t_far)
+            t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, t_far
 
     @ti.func
