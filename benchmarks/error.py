@@ -11,7 +11,7 @@ import taichi as ti
 
 import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
-from taichi_tracer.film import Film, add_to_pair
+from taichi_tracer.picture.film import Film, add_to_pair
 from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.studies.metrics import relative_rmse
 

@@ -14,7 +14,7 @@ from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import from_arguments
 from benchmarks.peers import MitsubaScene, embree_scene
 from taichi_tracer.camera import Camera
-from taichi_tracer.primary_hits import PrimaryHits
+from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.ray import Ray
 
 RESOLUTION = 1024

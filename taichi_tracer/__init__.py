@@ -19,9 +19,9 @@ os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 __version__ = "0.1.0"
 
 _HOME_OF = {
-    "init": "runtime",
-    "InputError": "errors",
-    "StaleSceneError": "errors",
+    "init": "system.runtime",
+    "InputError": "system.errors",
+    "StaleSceneError": "system.errors",
     "Ray": "ray",
     "HitData": "ray",
     "Camera": "camera",
@@ -40,7 +40,7 @@ _HOME_OF = {
     "Environment": "environment",
     "A1Renderer": "renderer",
     "A2Renderer": "renderer",
-    "RT3Renderer": "rt3_renderer",
+    "RT3Renderer": "rt3.renderer",
     "save_image": "files.images",
     "read_image": "files.images",
 }

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import taichi as ti
 
-from taichi_tracer import runtime
-from taichi_tracer.errors import InputError
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
 
 CORNERS = ("bl", "tl", "tr", "br")  # bottom left, top left, top right, bottom right: the order of the scene files
 

@@ -13,10 +13,10 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
-from taichi_tracer.camera_frame import camera_frame, fovy_window, numbers, show, stretch_of, window_of
-from taichi_tracer.errors import InputError, one_of
+from taichi_tracer.formulas.camera_frame import camera_frame, fovy_window, numbers, show, stretch_of, window_of
 from taichi_tracer.ray import Ray
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError, one_of
 
 HANDEDNESS = ("left", "right")
 CENTRE = tm.vec2(0.5, 0.5)  # of a pixel

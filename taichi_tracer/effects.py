@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from taichi_tracer import brdf
 from taichi_tracer.background import Background
 from taichi_tracer.environment import Environment
-from taichi_tracer.errors import one_of
 from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import one_of
 
 MODES = ("scene", "all")
 

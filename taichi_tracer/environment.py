@@ -8,9 +8,9 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
-from taichi_tracer.errors import InputError, one_of
 from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError, one_of
 
 LOOKUPS = ("nearest", "bilinear")
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB (ITU-R BT.709)

@@ -9,9 +9,9 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
-from taichi_tracer.errors import InputError
 from taichi_tracer.materials import Material
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
 
 
 @dataclass

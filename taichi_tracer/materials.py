@@ -6,8 +6,8 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
 from taichi_tracer.ray import real
+from taichi_tracer.system import runtime
 
 
 @dataclass(frozen=True)

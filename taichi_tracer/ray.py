@@ -3,7 +3,7 @@
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
+from taichi_tracer.system import runtime
 
 # The scalar type of tm.vec3, which follows the running precision; ``float`` in a dataclass stays what it was on import.
 real = tm.vec3.dtype

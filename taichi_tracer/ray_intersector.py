@@ -9,11 +9,11 @@ from abc import ABC, abstractmethod
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
-from taichi_tracer.errors import one_of
+from taichi_tracer.formulas.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
 from taichi_tracer.geometry import Geometry, stable_normal
 from taichi_tracer.ray import HitData, no_hit
-from taichi_tracer.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import one_of
 
 
 @ti.func

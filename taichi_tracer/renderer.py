@@ -10,18 +10,21 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import direct_illumination, runtime, sampler, surface_views
-from taichi_tracer.adaptive import adapt
+from taichi_tracer import sampler
 from taichi_tracer.camera import ProjectiveCamera, make_camera
-from taichi_tracer.direct_illumination import Lighting, SurfacePoint
-from taichi_tracer.error_estimate import RelativeError
-from taichi_tracer.errors import InputError, one_of
+from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.files.checkpoint import check_same, read_checkpoint, show_ranges, write_checkpoint
-from taichi_tracer.film import Film
-from taichi_tracer.primary_hits import PrimaryHits
-from taichi_tracer.progress import Progress, Target
+from taichi_tracer.integrators.direct_light import Lighting, SurfacePoint
+from taichi_tracer.integrators import direct_light as direct_illumination
+from taichi_tracer.integrators import surface_views
+from taichi_tracer.picture.adaptive import adapt
+from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.picture.film import Film
+from taichi_tracer.picture.progress import Progress, Target
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError, one_of
 
 SAMPLERS = {s.name: s for s in sampler.ALL}
 

@@ -7,7 +7,7 @@ range of samples can be rendered anywhere. Every function here works on one numb
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
+from taichi_tracer.system import runtime
 
 # Dimensions: what a pair of numbers is for. A new use takes a new one, so that no two are correlated.
 PIXEL, BRDF_DIRECTION, LIGHT_DIRECTION = 0, 1, 2

@@ -7,16 +7,17 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import brdf, effects, runtime
+from taichi_tracer import brdf, effects
 from taichi_tracer.background import load_background
-from taichi_tracer.bvh import BVHRayIntersector
-from taichi_tracer.camera_frame import view_of_box
 from taichi_tracer.environment import load_environment
-from taichi_tracer.errors import InputError, one_of
+from taichi_tracer.fast.wide_bvh import BVHRayIntersector
+from taichi_tracer.formulas.camera_frame import view_of_box
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
 from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError, one_of
 
 INTERSECTORS = {c.name: c for c in (BVHRayIntersector, BruteForceRayIntersector)}
 

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from taichi_tracer.environment import load_environment
-from taichi_tracer.errors import InputError, MissingFileError, one_of
 from taichi_tracer.files import EXTENSIONS, read
-from taichi_tracer.files.rt3 import Document, read_rt3
 from taichi_tracer.files.shipped import scene_data_dir
+from taichi_tracer.rt3.document import Document, read_rt3
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
 # The course's camera (A1-16); every shipped scene is made for it.
 COURSE_VIEW = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}

@@ -24,11 +24,11 @@ from hypothesis.extra import numpy as hnp
 
 import taichi_tracer as tt
 from taichi_tracer.environment import checked
-from taichi_tracer.errors import InputError
 from taichi_tracer.files import read
 from taichi_tracer.files.images import DECODERS, ENCODERS, read_image
 from taichi_tracer.files.mtl import read_mtl
 from taichi_tracer.geometry import check, clean
+from taichi_tracer.system.errors import InputError
 
 SECONDS, MEGABYTES = 20, 4096  # one example may take
 ROUND = 200  # examples of each kind in a round of the long run

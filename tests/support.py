@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from taichi_tracer import runtime
+from taichi_tracer.system import runtime
 
 DEBUG = os.environ.get("TAICHI_TRACER_DEBUG") == "1"
 DATA = Path(__file__).parent.parent.parent / "shared" / "data"

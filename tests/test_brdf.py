@@ -8,8 +8,9 @@ from oracles import light
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer import brdf, runtime
+from taichi_tracer import brdf
 from taichi_tracer.materials import Material, MaterialValues
+from taichi_tracer.system import runtime
 
 
 @ti.kernel

@@ -10,7 +10,7 @@ from oracles import rays as oracle
 
 import taichi_tracer as tt
 from taichi_tracer.camera import CAMERAS, OrthographicCamera, make_camera
-from taichi_tracer.camera_frame import default_window
+from taichi_tracer.formulas.camera_frame import default_window
 
 
 @ti.kernel
@@ -30,7 +30,7 @@ def _origin_and_jittered(camera: ti.template(), px: float, py: float, out: ti.ty
 
 
 def directions_of(camera):
-    from taichi_tracer import runtime
+    from taichi_tracer.system import runtime
 
     out = np.zeros((camera.height, camera.width, 3), runtime.dtype())
     _directions(camera, out)
@@ -106,7 +106,7 @@ def test_an_error_leaves_the_camera_as_it_was(f32):
 
 @pytest.mark.parametrize("aspect", [0.25, 1.0, 4.0])
 def test_view_of_box_shows_all_of_it(f32, aspect):
-    from taichi_tracer.camera_frame import camera_frame, view_of_box
+    from taichi_tracer.formulas.camera_frame import camera_frame, view_of_box
 
     low, high = np.array([-3, 1, 2.0]), np.array([4, 2, 9.0])
     view = view_of_box(low, high, 50.0, aspect)
@@ -128,7 +128,7 @@ def _rays(camera: ti.template(), dx: float, dy: float, origin: ti.types.ndarray(
 
 
 def rays_of(camera, dx=0.0, dy=0.0):
-    from taichi_tracer import runtime
+    from taichi_tracer.system import runtime
 
     origin, direction = (np.zeros((camera.height, camera.width, 3), runtime.dtype()) for _ in range(2))
     _rays(camera, dx, dy, origin, direction)

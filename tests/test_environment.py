@@ -9,9 +9,9 @@ from scipy import stats
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer import runtime
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.system import runtime
 
 NAMES = list(shipped_environments())
 

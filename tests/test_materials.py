@@ -16,7 +16,7 @@ def _read(library: ti.template(), i: int, out: ti.types.ndarray(ndim=1)):
 
 
 def test_every_value_arrives_under_its_own_name(precision, rng):
-    from taichi_tracer import runtime
+    from taichi_tracer.system import runtime
 
     def colour():
         return tuple(rng.uniform(size=3))

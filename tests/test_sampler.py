@@ -8,7 +8,8 @@ from oracles import numbers
 from scipy import stats
 from support import start
 
-from taichi_tracer import runtime, sampler
+from taichi_tracer import sampler
+from taichi_tracer.system import runtime
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.camera_frame import camera_frame
-from taichi_tracer.errors import InputError
+from taichi_tracer.formulas.camera_frame import camera_frame
+from taichi_tracer.system.errors import InputError
 
 SPEED = 1.5  # units per second, along every axis (A1-16)
 ZOOM_RATE = 1.0  # the distance to ``at`` changes by a factor of e in one second

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from taichi_tracer import renderer as renderer_module
-from taichi_tracer import rt3_renderer as rt3_renderer_module
-from taichi_tracer import runtime
 from taichi_tracer.camera import change_projection, make_camera, without_angle
 from taichi_tracer.environment import load_environment
-from taichi_tracer.errors import one_of
-from taichi_tracer.files.rt3 import Document, FilmSettings, Integrator, Shot, crop_pixels, read_rt3
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.renderer import ProgressiveRenderer
-from taichi_tracer.rt3_renderer import RT3Renderer
+from taichi_tracer.rt3 import renderer as rt3_renderer_module
+from taichi_tracer.rt3.document import Document, FilmSettings, Integrator, Shot, crop_pixels, read_rt3
+from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_data, scene_names, scene_of_document
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import one_of
 
 QUICK = 4  # a quick picture has a quarter of the width and of the height
 

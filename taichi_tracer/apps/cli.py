@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable
 
 import taichi_tracer
-from taichi_tracer.errors import InputError, StaleSceneError
+from taichi_tracer.system.errors import InputError, StaleSceneError
 
 USER_ERROR, INTERRUPTED = 2, 130  # exit codes
 MOST_PIXELS = 8192**2  # their fields take 3 GB

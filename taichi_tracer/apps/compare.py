@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.images import read_image
 from taichi_tracer.studies import page
 from taichi_tracer.studies.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
+from taichi_tracer.system.errors import InputError
 
 MOST_PLACES = 5  # largest differences that are told
 SHOWN = 400  # pixels, width of a picture in the page

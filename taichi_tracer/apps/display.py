@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import taichi as ti
 
-from taichi_tracer import runtime
+from taichi_tracer.system import runtime
 
 # Opens a real, small window for one frame; the surface of a hidden one is never made.
 TRIAL = """

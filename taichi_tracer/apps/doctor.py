@@ -16,10 +16,10 @@ import taichi as ti
 from taichi.lang import impl
 
 import taichi_tracer
-from taichi_tracer import runtime
 from taichi_tracer.apps import display
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.images import ENCODERS, save_image
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
 
 # What is no dependency of the package: module → (what it is for, what installs it)
 EXTRAS = {

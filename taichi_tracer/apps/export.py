@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.apps.choices import document_of, pictures, view_of
-from taichi_tracer.camera_frame import view_of_box
-from taichi_tracer.errors import InputError
 from taichi_tracer.files import read
-from taichi_tracer.files.rt3 import Document, FilmSettings, Integrator, Shot, read_rt3
-from taichi_tracer.files.rt3_write import as_rt3
 from taichi_tracer.files.shipped import scene_data_dir
+from taichi_tracer.formulas.camera_frame import view_of_box
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.rt3_renderer import RT3Renderer
+from taichi_tracer.rt3.document import Document, FilmSettings, Integrator, Shot, read_rt3
+from taichi_tracer.rt3.renderer import RT3Renderer
+from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.scene_data_loader import COURSE_VIEW, find_scene
+from taichi_tracer.system.errors import InputError
 
 SAME_AS = {"normal": "normal_map"}  # views that an integrator of RT3 shows
 

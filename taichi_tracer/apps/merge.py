@@ -4,13 +4,13 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from taichi_tracer import runtime
-from taichi_tracer.errors import InputError
 from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import ENCODERS, check_writable, save_image
-from taichi_tracer.film import Film
+from taichi_tracer.picture.film import Film
 from taichi_tracer.renderer import SAMPLERS
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
 
 
 def run(args: Namespace) -> int:

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.apps.choices import Picture, load_scene, make_renderer, pictures
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import check_writable, save_image
-from taichi_tracer.progress import Progress
+from taichi_tracer.picture.progress import Progress
 from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.system.errors import InputError
 
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"

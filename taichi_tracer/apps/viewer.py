@@ -19,9 +19,9 @@ from taichi_tracer.apps.choices import load_scene, make_renderer, pictures, scen
 from taichi_tracer.apps.display import can_open_window
 from taichi_tracer.apps.plot import draw_curve
 from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.system.errors import InputError
 
 TITLE = "Interactive Renderer"
 PANEL_WIDTH, PANEL_LINE = 248, 24  # pixels; they fit 32 characters, and a button, in ti.ui's only font

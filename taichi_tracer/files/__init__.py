@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from taichi_tracer.errors import InputError, MissingFileError
 from taichi_tracer.files import meshes
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 EXTENSIONS = (".obj", *meshes.EXTENSIONS)
 

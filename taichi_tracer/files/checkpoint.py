@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.disk import read_bytes, replace_file
+from taichi_tracer.system.errors import InputError
 
 EXTENSION = ".checkpoint"
 MAGIC = b"taichi_tracer checkpoint 1\n"

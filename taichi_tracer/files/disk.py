@@ -4,7 +4,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from taichi_tracer.errors import InputError, MissingFileError
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 
 def read_bytes(path: str | Path) -> bytes:

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.disk import check_place, read_bytes, replace_file
+from taichi_tracer.system.errors import InputError
 
 MAX_PIXELS = 1 << 27  # 16384 x 8192, the largest environments there are: a larger header is damage or an attack
 MAX_JPEG_SIDE = 65_500  # libjpeg's

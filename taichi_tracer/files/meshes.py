@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.text import read_bytes
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import InputError
 
 EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_HEADER, STL_TRIANGLE = 80, 50  # bytes

@@ -4,9 +4,9 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from taichi_tracer.errors import InputError, MissingFileError
 from taichi_tracer.files.text import name_in, number, numbered_lines, read_text
 from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 COLORS = {"kd": "Kd", "ka": "Ka", "ks": "Ks", "ke": "Ke", "f0": "F0"}
 NUMBERS = {"ns": "Ns", "ni": "Ni", "d": "d", "alpha_x": "alpha_x", "alpha_y": "alpha_y"}

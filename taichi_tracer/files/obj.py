@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.mtl import find_library, read_mtl
 from taichi_tracer.files.text import SPACES, Block, Lines, all_numbers, name_in, number, read_text, shapes
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import InputError
 
 # Classes of characters, see ``shapes``: words of any kind; or runs of digits, and every other character as it is.
 WORDS = bytes(c if c == ord("\n") else ord(" ") if c in SPACES else ord("x") for c in range(256))

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.disk import read_bytes
+from taichi_tracer.system.errors import InputError
 
 SPACES = b" \t\n\r\f\v"
 IS_SPACE = np.isin(np.arange(256), list(SPACES))

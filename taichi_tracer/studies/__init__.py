@@ -41,8 +41,8 @@ def accuracy(
 
     import numpy as np
 
-    from taichi_tracer import runtime
     from taichi_tracer.studies import accuracy_chart, accuracy_report, accuracy_tables, convergence, variants
+    from taichi_tracer.system import runtime
 
     source = variants.Source(scene, environment)
     if source.is_loaded:

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.adaptive import PILOT
-from taichi_tracer.error_estimate import RelativeError, relative_error
-from taichi_tracer.primary_hits import LARGE_PICTURE
-from taichi_tracer.progress import slope
+from taichi_tracer.fast.primary_hits import LARGE_PICTURE
+from taichi_tracer.picture.adaptive import PILOT
+from taichi_tracer.picture.error_estimate import RelativeError, relative_error
+from taichi_tracer.picture.progress import slope
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.metrics import flip, rel_mse, relative_rmse

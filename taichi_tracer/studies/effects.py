@@ -12,8 +12,8 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer import brdf
-from taichi_tracer.direct_illumination import Lighting
 from taichi_tracer.effects import Effects
+from taichi_tracer.integrators.direct_light import Lighting
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data import SceneData
 

@@ -12,13 +12,13 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from taichi_tracer import runtime
 from taichi_tracer.studies.hard import renderer_cases
 from taichi_tracer.studies.hard.case import Case, Placed, Rays, Stage, seconds_of
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases
 from taichi_tracer.studies.hard.leak_map import RED, leak_map
 from taichi_tracer.studies.hard.modes import COUNTS, T_CLASSES, Mode, Promise, all_modes, promise_of
 from taichi_tracer.studies.machine import machine_facts
+from taichi_tracer.system import runtime
 
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000

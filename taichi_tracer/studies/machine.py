@@ -5,7 +5,7 @@ import platform
 
 import taichi as ti
 
-from taichi_tracer import runtime
+from taichi_tracer.system import runtime
 
 
 def machine_facts() -> dict[str, str]:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from taichi_tracer.errors import InputError
 from taichi_tracer.files.images import srgb_from_linear
+from taichi_tracer.system.errors import InputError
 
 PBRT_EPSILON = 0.01
 

@@ -3,14 +3,14 @@
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
-from taichi_tracer import runtime
-from taichi_tracer.direct_illumination import ALL as ESTIMATORS
 from taichi_tracer.environment import LOOKUPS, Environment, load_environment
-from taichi_tracer.errors import InputError, one_of
+from taichi_tracer.integrators.direct_light import ALL as ESTIMATORS
 from taichi_tracer.ray_intersector import TRIANGLE_TESTS
 from taichi_tracer.renderer import SAMPLERS
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import load_scene_data
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError, one_of
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from taichi_tracer import runtime
+from taichi_tracer.system import runtime
 
 
 @pytest.fixture(scope="module", autouse=True)

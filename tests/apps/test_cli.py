@@ -16,9 +16,9 @@ from PIL import Image
 import taichi_tracer as tt
 from taichi_tracer.apps import choices, cli, render
 from taichi_tracer.apps.cli import as_value, main, make_parser
+from taichi_tracer.integrators.surface_views import View
 from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
 from taichi_tracer.studies import effects as effects_study
-from taichi_tracer.surface_views import View
 
 PACKAGE = Path(tt.__file__).parents[1]  # this copy, for processes that start elsewhere
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"

@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from taichi_tracer import runtime
 from taichi_tracer.apps import display
+from taichi_tracer.system import runtime
 
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="X11 is asked on Linux only")
 SOFTWARE = [runtime.VulkanDevice("llvmpipe", True)]

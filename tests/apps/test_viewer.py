@@ -15,13 +15,13 @@ import pytest
 from PIL import Image, ImageGrab, features
 
 import taichi_tracer as tt
-from taichi_tracer import runtime
 from taichi_tracer.apps import camera_controller, viewer
 from taichi_tracer.apps.choices import make_renderer
 from taichi_tracer.apps.cli import as_value, make_parser
 from taichi_tracer.apps.display import Verdict
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
+from taichi_tracer.system import runtime
 
 QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 

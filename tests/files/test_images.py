@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from taichi_tracer.errors import InputError, MissingFileError
 from taichi_tracer.files import images
 from taichi_tracer.files.images import (
     check_writable,
@@ -20,6 +19,7 @@ from taichi_tracer.files.images import (
     to_bytes,
     to_rgbe,
 )
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 EIGHT_BITS = [".png", ".jpg", ".jpeg", ".ppm"]
 RED, GREEN, BLUE = np.eye(3)

@@ -10,10 +10,10 @@ import trimesh
 from shapes import SQUARE, sphere
 from support import data_file
 
-from taichi_tracer.errors import InputError, MissingFileError
 from taichi_tracer.files import EXTENSIONS, read
 from taichi_tracer.files.meshes import from_trimesh
 from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 PLY = """ply
 format ascii 1.0

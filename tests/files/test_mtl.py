@@ -2,9 +2,9 @@
 
 import pytest
 
-from taichi_tracer.errors import InputError, MissingFileError
 from taichi_tracer.files.mtl import find_library, read_mtl
 from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 
 @pytest.fixture

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from oracles import tiny_obj
 from support import data_file
 
-from taichi_tracer.errors import InputError, MissingFileError
 from taichi_tracer.files import read
 from taichi_tracer.files.obj import fan, read_obj
 from taichi_tracer.geometry import clean
 from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 

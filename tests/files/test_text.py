@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from taichi_tracer.errors import InputError, MissingFileError
 from taichi_tracer.files.obj import DIGITS, WORDS
 from taichi_tracer.files.text import (
     Lines,
@@ -15,6 +14,7 @@ from taichi_tracer.files.text import (
     read_text,
     shapes,
 )
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.error_estimate import RelativeError
+from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, variants
 from taichi_tracer.studies.convergence import Curve, Study, Truth
 from taichi_tracer.studies.variants import Variant

@@ -9,12 +9,12 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
 from taichi_tracer.geometry import stable_normal, unit
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.scene_data import RayHits, SceneData, mesh_from_arrays, ray_from
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.meshes import join
+from taichi_tracer.system import runtime
 
 LAST_XI = 1 - 2.0**-24  # the largest random number
 ROUNDING = 16  # how many ε of its farthest corner a ray may pass a triangle by and still hit it, see ``false_hits``

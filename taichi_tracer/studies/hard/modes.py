@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taichi_tracer.ray_intersector import TRIANGLE_TESTS
-from taichi_tracer.runtime import PRECISIONS
 from taichi_tracer.scene_data import INTERSECTORS
+from taichi_tracer.system.runtime import PRECISIONS
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """All cases of the rest of the renderer."""
 
-from taichi_tracer import direct_illumination
+from taichi_tracer.integrators import direct_light as direct_illumination
 from taichi_tracer.studies.hard.case import RendererCase
 from taichi_tracer.studies.hard.shading_cases import Accumulation, Brdfs, Furnace, OppositeNormals
 from taichi_tracer.studies.hard.view_cases import (

@@ -8,15 +8,16 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import brdf, runtime
+from taichi_tracer import brdf
 from taichi_tracer.camera import Camera
-from taichi_tracer.film import Film
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material, MaterialValues
+from taichi_tracer.picture.film import Film
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
 from taichi_tracer.studies.hard.meshes import sphere
+from taichi_tracer.system import runtime
 
 
 @ti.data_oriented

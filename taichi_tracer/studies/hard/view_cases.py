@@ -7,11 +7,11 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import runtime
 from taichi_tracer.camera import Camera
 from taichi_tracer.environment import Environment
-from taichi_tracer.errors import InputError
 from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
 
 
 class ImpossibleCameras(RendererCase):

@@ -1,0 +1,217 @@
+"""From a binary tree to nodes of eight children, at the least expected cost.
+
+Which descendants a node adopts is decided for the whole tree at once by dynamic programming (Ylitie, Karras & Laine,
+"Efficient incoherent ray traversal on GPUs through compressed wide BVHs", HPG 2017, section 3.1), level by level.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from taichi_tracer.fast.bvh_build import MAX_LEAF, BinaryTree
+
+WIDTH = 8
+LEAF_BITS = 4  # a leaf is written as −1 − (first·2^LEAF_BITS + count)
+ABSENT = 0  # in place of a child: the root is nobody's
+COST_OF_NODE = 1.0  # of testing the eight boxes of a node …
+COST_OF_TRIANGLE = 0.7  # … and of testing one triangle: their ratio is what counts
+
+
+@dataclass
+class Grid:
+    """Boxes in steps from a corner of their node: a quarter of the memory, and never smaller than they were.
+
+    A plane is corner + number · step. Steps are powers of two, so that this is rounded once, whoever computes it.
+
+    Attributes:
+        corner, step: (W, 3) in the running precision.
+        numbers: (W, 6, 8) uint8, in the order of ``WideTree.planes``; an absent child's box is inside out.
+    """
+
+    corner: np.ndarray
+    step: np.ndarray
+    numbers: np.ndarray
+
+
+MOST_STEPS = 253  # of 255: the rest is for rounding
+
+
+def quantise(planes: np.ndarray) -> Grid:
+    """``WideTree.planes`` on a grid of each node (Ylitie, Karras & Laine, section 3.2)."""
+    dtype = planes.dtype.type
+    low, high = planes[:, :3], planes[:, 3:]
+    corner = low.min(axis=2)
+    wanted = high.max(axis=2).astype(np.float64) / MOST_STEPS - corner.astype(np.float64) / MOST_STEPS
+    exponent = np.ceil(np.log2(np.maximum(wanted, float(np.finfo(dtype).tiny))))
+    step = np.ldexp(1.0, exponent.astype(np.int32)).astype(dtype)
+
+    from_corner, by = corner[:, :, None], step[:, :, None]
+    is_absent = low > high
+    low, high = np.where(is_absent, from_corner, low), np.where(is_absent, from_corner, high)
+    first = np.floor(low / by - from_corner / by)
+    last = np.ceil(high / by - from_corner / by)
+    with np.errstate(over="ignore"):
+        while (inside := from_corner + first * by > low).any():
+            first -= inside
+        while (inside := from_corner + last * by < high).any():
+            last += inside
+    numbers = np.concatenate([np.where(is_absent, 255, first), np.where(is_absent, 0, last)], axis=1)
+    return Grid(corner, step, numbers.astype(np.uint8))
+
+
+@dataclass
+class WideTree:
+    """Nodes of ``WIDTH`` children; ``root`` refers to node 0, or is a leaf when that is all there is.
+
+    Attributes:
+        planes: (W, 6, 8) low x y z, high x y z of the children's boxes; an absent child's box is inside out.
+        children: (W, 8) int32, the index of a node, a leaf (see ``leaf_reference``), or ``ABSENT``.
+        depth: nodes on the longest way down.
+        stack_size: the most references that wait while a ray is on its way.
+        cost: expected cost of a ray that meets the root's box, in triangle tests (the surface-area heuristic).
+    """
+
+    planes: np.ndarray
+    children: np.ndarray
+    root: int
+    depth: int
+    stack_size: int
+    cost: float
+
+
+def leaf_reference(begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """How a leaf over the range [begin, end) of the ordered triangles is written: a negative number."""
+    return -1 - ((begin << LEAF_BITS) + (end - begin))
+
+
+def empty_tree(dtype: type) -> WideTree:
+    """A tree without triangles: a leaf over none."""
+    return _single_leaf(0, 0, dtype)
+
+
+def _single_leaf(begin: int, end: int, dtype: type) -> WideTree:
+    root = int(leaf_reference(np.int64(begin), np.int64(end)))
+    return WideTree(np.zeros((1, 6, WIDTH), dtype), np.zeros((1, WIDTH), np.int32), root, 1, 1, float(end - begin))
+
+
+def collapse(tree: BinaryTree) -> WideTree:
+    """The wide tree of least cost over a binary one."""
+    plan = _Plan(tree)
+    if plan.is_leaf[0]:
+        return _single_leaf(tree.begin[0], tree.end[0], tree.box.dtype)
+
+    members_of, inner_of, children_of = [], [], []
+    level, first_of_next = np.array([0]), 1
+    while len(level) > 0:
+        members = plan.members(level)
+        is_inner = (members >= 0) & ~plan.is_leaf[members]
+        children = np.where(members >= 0, leaf_reference(tree.begin[members], tree.end[members]), ABSENT)
+        children[is_inner] = first_of_next + np.arange(is_inner.sum())
+        for of, value in ((members_of, members), (inner_of, is_inner), (children_of, children)):
+            of.append(value)
+        level = members[is_inner]
+        first_of_next += len(level)
+
+    members = np.concatenate(members_of)
+    boxes = tree.box[members]
+    boxes[members < 0] = [np.inf] * 3 + [-np.inf] * 3
+    return WideTree(
+        planes=np.ascontiguousarray(boxes.transpose(0, 2, 1)),
+        children=np.concatenate(children_of).astype(np.int32),
+        root=0,
+        depth=len(members_of),
+        stack_size=_stack_size(members_of, inner_of),
+        cost=float(plan.cost[0, 1] / max(plan.area[0], 1e-300) / COST_OF_TRIANGLE),
+    )
+
+
+class _Plan:
+    """What is cheapest for every binary node: to be a leaf, to be a wide node, or to pass its children on.
+
+    Attributes:
+        cost: (N, 9) of a subtree when it may take up to i slots of the wide node above it.
+        slots: (N, 9) how many of i slots it is best to use. to_left: (N, 9) how many of them go to the left child.
+        is_leaf: (N,) whether the node is a leaf when it takes one slot.
+    """
+
+    def __init__(self, tree: BinaryTree) -> None:
+        self.child = tree.child
+        size = (tree.box[:, 3:] - tree.box[:, :3]).astype(np.float64)
+        self.area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
+        count = tree.end.astype(np.int64) - tree.begin
+        n = len(tree.child)
+        self.cost = np.zeros((n, WIDTH + 1), np.float32)
+        self.slots = np.ones((n, WIDTH + 1), np.int8)
+        self.to_left = np.zeros((n, WIDTH + 1), np.int8)
+        self.is_leaf = np.ones(n, bool)
+        as_leaf = np.where(count <= MAX_LEAF, self.area * count * COST_OF_TRIANGLE, np.inf)
+        for level in reversed(_levels(tree.child)):
+            leaves = level[tree.child[level] < 0]
+            self.cost[leaves] = as_leaf[leaves, None]
+            self._decide(level[tree.child[level] >= 0], as_leaf)
+
+    def _decide(self, nodes: np.ndarray, as_leaf: np.ndarray) -> None:
+        """C(n, i) of the paper for inner nodes whose children are done."""
+        left, right = self.cost[self.child[nodes]], self.cost[self.child[nodes] + 1]
+        shared = {}
+        for i in range(2, WIDTH + 1):
+            options = np.stack([left[:, k] + right[:, i - k] for k in range(1, i)])
+            k = options.argmin(axis=0)
+            shared[i] = options[k, np.arange(len(nodes))]
+            self.to_left[nodes, i] = k + 1
+        as_node = shared[WIDTH] + self.area[nodes] * COST_OF_NODE
+        best = np.minimum(as_leaf[nodes], as_node)
+        self.is_leaf[nodes] = as_leaf[nodes] <= as_node
+        self.cost[nodes, 1] = best
+        for i in range(2, WIDTH):
+            is_better = shared[i] < best
+            best = np.where(is_better, shared[i], best)
+            self.cost[nodes, i] = best
+            self.slots[nodes, i] = np.where(is_better, i, self.slots[nodes, i - 1])
+
+    def members(self, level: np.ndarray) -> np.ndarray:
+        """(K, 8) binary nodes that become the children of K wide ones, −1 where there are fewer."""
+        rows = np.arange(len(level))
+        to_left = self.to_left[level, WIDTH].astype(np.int64)
+        owner = np.concatenate([rows, rows])
+        node = np.concatenate([self.child[level], self.child[level] + 1]).astype(np.int64)
+        slots = np.concatenate([to_left, WIDTH - to_left])
+        done_owner, done_node = [], []
+        while len(node) > 0:
+            slots = self.slots[node, slots].astype(np.int64)
+            is_done = slots == 1
+            done_owner.append(owner[is_done])
+            done_node.append(node[is_done])
+            owner, node, slots = owner[~is_done], node[~is_done], slots[~is_done]
+            to_left = self.to_left[node, slots].astype(np.int64)
+            owner = np.concatenate([owner, owner])
+            slots = np.concatenate([to_left, slots - to_left])
+            node = np.concatenate([self.child[node], self.child[node] + 1]).astype(np.int64)
+        owner, node = np.concatenate(done_owner), np.concatenate(done_node)
+        order = np.argsort(owner, kind="stable")
+        owner, node = owner[order], node[order]
+        position = np.arange(len(owner)) - np.searchsorted(owner, owner)
+        members = np.full((len(level), WIDTH), -1, np.int64)
+        members[owner, position] = node
+        return members
+
+
+def _levels(child: np.ndarray) -> list[np.ndarray]:
+    """The nodes of every depth, the root first."""
+    levels, level = [], np.array([0])
+    while len(level) > 0:
+        levels.append(level)
+        inner = child[level[child[level] >= 0]]
+        level = np.stack([inner, inner + 1], axis=1).reshape(-1)
+    return levels
+
+
+def _stack_size(members_of: list[np.ndarray], inner_of: list[np.ndarray]) -> int:
+    """The most references that wait at once: all children of a node lie on the stack before the first is taken."""
+    need = np.zeros(0, np.int64)
+    for members, is_inner in zip(reversed(members_of), reversed(inner_of), strict=True):
+        below = np.zeros(members.shape, np.int64)
+        below[is_inner] = need
+        count = (members >= 0).sum(axis=1)
+        need = np.maximum(count, count - 1 + below.max(axis=1))
+    return int(need[0])

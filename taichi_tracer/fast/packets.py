@@ -1,0 +1,373 @@
+"""Sixty-four rays at once: the plain form's arithmetic, lane by lane, for rays that go almost the same way.
+
+A packet is four groups of sixteen rays. It goes down the tree as one, asking only what all its rays together can meet;
+a triangle's box says which groups try the triangle. There the formulas are those of ``ray_intersector`` with sixteen
+lanes in place of one number and the same order of operations, so that both forms give the same bits. Conditions become
+``select``, and results are stored in memory as sixteen neighbours: that is how a CPU's compiler sees that one vector
+instruction will do (Wald et al., "Interactive rendering with coherent ray tracing", 2001).
+
+What the rays have in common is taken out of the lanes (Boulos et al., "Interactive distribution ray tracing", 2006): a
+packet works on the lanes of one *heading* at a time, which have the same signs and the same largest component of their
+directions, and most packets have one heading. Where all rays start at one point, what depends on it is one number.
+"""
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.fast.bvh_build import MAX_LEAF
+from taichi_tracer.ray import Ray
+from taichi_tracer.system import runtime
+
+TILE_BITS = 2
+TILE = 1 << TILE_BITS  # TILE × TILE pixels are a group …
+LANES = TILE * TILE
+SIDE_BITS = 1
+SIDE = 1 << SIDE_BITS  # … and SIDE × SIDE groups a packet
+GROUP_BITS = 2 * SIDE_BITS
+GROUPS = 1 << GROUP_BITS
+
+lanes = ti.types.vector(LANES, float)
+flags = ti.types.vector(LANES, ti.i32)
+
+
+@ti.func
+def larger(a, b):
+    """max, in the form that stays packed."""
+    return ti.select(a > b, a, b)
+
+
+@ti.func
+def smaller(a, b):
+    """min, in the form that stays packed."""
+    return ti.select(a < b, a, b)
+
+
+@ti.func
+def any_lane(condition):
+    """Whether a condition holds in any lane: a chain of ``|``, which becomes one test of a mask register."""
+    found = condition[0]
+    for k in ti.static(range(1, LANES)):
+        found = found | condition[k]
+    return found
+
+
+@ti.func
+def least(values):
+    """The smallest of all lanes, by halves."""
+    eight = ti.Vector([smaller(values[k], values[k + 8]) for k in range(8)])
+    four = ti.Vector([smaller(eight[k], eight[k + 4]) for k in range(4)])
+    return smaller(smaller(four[0], four[2]), smaller(four[1], four[3]))
+
+
+@ti.func
+def greatest(values):
+    """The largest of all lanes."""
+    return -least(-values)
+
+
+@ti.func
+def slab(to_near, to_far, low, high, t_near, t_far):
+    """One axis of ``box_interval`` for all rays with 1/d between ``low`` and ``high``: never later in, nor earlier out.
+
+    The first two, the planes as seen from the moved origins, or the second two may be vectors: several boxes, or
+    several groups of rays.
+    """
+    near, far = smaller(to_near * low, to_near * high), larger(to_far * low, to_far * high)
+    return larger(near, t_near), smaller(far, t_far)
+
+
+@ti.func
+def smaller_axes(heading):
+    """The axes x, y, z of the sheared coordinates: the two smaller ones of the directions, and the largest."""
+    z = heading >> 3
+    return ti.select(z == 2, 0, z + 1), ti.select(z == 0, 2, z - 1), z
+
+
+@ti.func
+def heading_signs(heading):
+    """1 or −1 by axis."""
+    signs = tm.vec3(1)
+    for k in ti.static(range(3)):
+        signs[k] = ti.select((heading >> k) & 1, -1.0, 1.0)
+    return signs
+
+
+@ti.dataclass
+class Common:
+    """What the rays of one heading have in common.
+
+    heading: the signs of 1/d (bits 0 to 2) and the largest axis (from bit 3). low, high: the smallest and largest 1/d
+    by axis. near_origin, far_origin: of the origins in ``RayBounds``, those of the rays that come first to a plane and
+    that leave it last. origin, sheared_origin: where all start, also in the order of ``smaller_axes``.
+    """
+
+    heading: ti.i32
+    low: tm.vec3
+    high: tm.vec3
+    near_origin: tm.vec3
+    far_origin: tm.vec3
+    origin: tm.vec3
+    sheared_origin: tm.vec3
+
+
+@ti.data_oriented
+class Packets:
+    """Places for packets at work: their rays, and the nearest hits so far.
+
+    Fields of a group in a place, sixteen lanes each:
+        o, n, f: by axis, origin, and the origin moved towards and away from the goal (``RayBounds``); only where the
+            rays do not share it.
+        d, i: by axis, direction and 1/d. heading: see ``Common``; −1 when its turn is over.
+        shear_x, shear_y: what the two smaller axes lose per unit of the largest, see ``ray_intersector.shear_axes``.
+        x0 … y2: a triangle's corners in sheared coordinates.
+        t, triangle_id, u, v: the nearest hit. reach: t in the lanes of the heading at work, −∞ in the others.
+        is_undecided: lanes that a triangle test in this precision cannot decide.
+    Fields of a place:
+        group_low, group_high: by axis, the smallest and largest 1/d of each group.
+        near_corner, far_corner: of the boxes of a leaf's triangles, where rays come in and go out.
+        met: which triangles of a leaf are to be tried with which groups.
+
+    Args:
+        places: how many packets can be at work at once.
+        share_origin: whether all rays of a packet start at one point.
+    """
+
+    def __init__(self, places: int, share_origin: bool = False) -> None:
+        self.share_origin = share_origin
+        self._memory = runtime.Memory()
+        self.d, self.i = (ti.Vector.field(LANES, float) for _ in range(2))
+        self.shear_x, self.shear_y, self.t, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
+        self.x0, self.x1, self.x2, self.y0, self.y1, self.y2 = (ti.Vector.field(LANES, float) for _ in range(6))
+        self.reach = ti.Vector.field(LANES, float)
+        self.triangle_id, self.heading, self.is_undecided = (ti.Vector.field(LANES, ti.i32) for _ in range(3))
+        self.group_low, self.group_high = (ti.Vector.field(GROUPS, float) for _ in range(2))
+        self.near_corner, self.far_corner = (ti.Vector.field(3, float) for _ in range(2))
+        self.met = ti.field(ti.i32)
+        self.lanes, self.groups = (ti.field(ti.i32) for _ in range(2))  # in memory: what it can count, LLVM copies out
+        self._memory.fields.place(self.lanes, self.groups)
+
+        place = self._memory.fields.dense(ti.i, places)
+        place.dense(ti.j, MAX_LEAF * GROUPS + 1).place(self.met)
+        place.dense(ti.j, MAX_LEAF).place(self.near_corner, self.far_corner)
+        place.dense(ti.j, 3).place(self.group_low, self.group_high)
+        group = place.dense(ti.j, GROUPS)
+        by_axis = [self.d, self.i]
+        if not share_origin:
+            self.o, self.n, self.f = (ti.Vector.field(LANES, float) for _ in range(3))
+            by_axis += [self.o, self.n, self.f]
+        for field in by_axis:
+            group.dense(ti.k, 3).place(field)
+        # Stores to neighbours would be packed across the borders of the vectors: corners do not lie side by side.
+        group.place(self.x0, self.shear_x, self.x1, self.shear_y, self.x2, self.t)
+        group.place(self.y0, self.u, self.y1, self.v, self.y2, self.reach)
+        group.place(self.triangle_id, self.heading, self.is_undecided)
+        self._memory.allocate()
+        self.lanes[None], self.groups[None] = LANES, GROUPS
+
+    @ti.func
+    def put_rays(self, c, g, ox, oy, oz, dx, dy, dz):
+        """Sixteen rays without a hit so far; what they have in common may be one number."""
+        if ti.static(not self.share_origin):
+            self.o[c, g, 0], self.o[c, g, 1], self.o[c, g, 2] = lanes(ox), lanes(oy), lanes(oz)
+        self.d[c, g, 0], self.d[c, g, 1], self.d[c, g, 2] = lanes(dx), lanes(dy), lanes(dz)
+        heading = flags(0)
+        for k in ti.static(range(3)):
+            inverse = 1 / self.d[c, g, k]
+            self.i[c, g, k] = inverse
+            heading += ti.select(inverse >= 0, 0, 1 << k)
+        x, y, z = abs(self.d[c, g, 0]), abs(self.d[c, g, 1]), abs(self.d[c, g, 2])
+        self.heading[c, g] = heading + ti.select((x > y) & (x > z), 0, ti.select(y > z, 8, 16))
+        self.t[c, g], self.triangle_id[c, g] = lanes(tm.inf), flags(-1)
+        self.u[c, g], self.v[c, g] = lanes(0.0), lanes(0.0)
+
+    @ti.func
+    def next_heading(self, c):
+        """A heading whose turn has not come yet; −1 when there is none."""
+        heading = self.heading[c, 0]
+        for g in ti.static(range(1, GROUPS)):
+            heading = larger(heading, self.heading[c, g])
+        return greatest(heading)
+
+    @ti.func
+    def take_heading(self, c, heading, origin, intersector: ti.template()):
+        """Let the lanes of one heading work and the others wait; returns what they have in common.
+
+        What is computed here for lanes that wait is of no consequence: their reach keeps every hit out.
+        """
+        x, y, z = smaller_axes(heading)
+        common = Common(heading=heading, low=tm.vec3(tm.inf), high=tm.vec3(-tm.inf))
+        common.origin, common.sheared_origin = origin, tm.vec3(origin[x], origin[y], origin[z])
+        for g in range(self.groups[None]):
+            is_at_work = self.heading[c, g] == heading
+            self.reach[c, g] = ti.select(is_at_work, self.t[c, g], lanes(-tm.inf))
+            self.shear_x[c, g] = self.d[c, g, x] / self.d[c, g, z]
+            self.shear_y[c, g] = self.d[c, g, y] / self.d[c, g, z]
+            for k in ti.static(range(3)):
+                low = least(ti.select(is_at_work, self.i[c, g, k], lanes(tm.inf)))
+                high = greatest(ti.select(is_at_work, self.i[c, g, k], lanes(-tm.inf)))
+                self.group_low[c, k][g], self.group_high[c, k][g] = low, high
+                common.low[k], common.high[k] = smaller(low, common.low[k]), larger(high, common.high[k])
+        if ti.static(self.share_origin):
+            self.move_origin(common, intersector)
+        else:
+            self.move_origins(c, common, intersector)
+        for g in ti.static(range(GROUPS)):
+            self.heading[c, g] = ti.select(self.heading[c, g] == heading, -1, self.heading[c, g])
+        return common
+
+    @ti.func
+    def move_origin(self, common: ti.template(), intersector: ti.template()):
+        """What ``ray_bounds`` computes of an origin that all rays share."""
+        bounds = intersector.ray_bounds(Ray(origin=common.origin, direction=heading_signs(common.heading)))
+        common.near_origin, common.far_origin = bounds.near_origin, bounds.far_origin
+
+    @ti.func
+    def move_origins(self, c, common: ti.template(), intersector: ti.template()):
+        """What ``ray_bounds`` computes of the origins, and their extremes."""
+        low, high = tm.vec3(intersector.geometry.low), tm.vec3(intersector.geometry.high)
+        signs = heading_signs(common.heading)
+        first, last = tm.vec3(-tm.inf), tm.vec3(tm.inf)
+        for g in range(self.groups[None]):
+            is_at_work = self.heading[c, g] == common.heading
+            reach = lanes(0.0)
+            for k in ti.static(range(3)):
+                o = self.o[c, g, k]
+                reach = larger(reach, larger(abs(low[k] - o), abs(high[k] - o)))
+            for k in ti.static(range(3)):
+                towards = signs[k] * (intersector.pad_factor * (reach + abs(self.o[c, g, k]) / 4))
+                self.n[c, g, k] = self.o[c, g, k] + towards
+                self.f[c, g, k] = self.o[c, g, k] - towards
+                near = ti.select(is_at_work, signs[k] * self.n[c, g, k], lanes(-tm.inf))
+                far = ti.select(is_at_work, signs[k] * self.f[c, g, k], lanes(tm.inf))
+                first[k], last[k] = larger(first[k], greatest(near)), smaller(last[k], least(far))
+        common.near_origin, common.far_origin = signs * first, signs * last
+
+    @ti.func
+    def origin(self, c, g, common, axis):
+        """A component of the origins: a number when they are shared, else sixteen lanes."""
+        if ti.static(self.share_origin):
+            return common.origin[axis]
+        return self.o[c, g, axis]
+
+    @ti.func
+    def near_origin(self, c, g, common, axis):
+        """A component of the origins moved towards the goal."""
+        if ti.static(self.share_origin):
+            return common.near_origin[axis]
+        return self.n[c, g, axis]
+
+    @ti.func
+    def far_origin(self, c, g, common, axis):
+        """A component of the origins moved away from the goal."""
+        if ti.static(self.share_origin):
+            return common.far_origin[axis]
+        return self.f[c, g, axis]
+
+    @ti.func
+    def box_interval(self, c, g, common, near_corner, far_corner, t_near, t_far):
+        """``box_interval`` of sixteen rays, from the corners where rays of this heading come in and go out."""
+        for k in ti.static(range(3)):
+            to_near = near_corner[k] - self.near_origin(c, g, common, k)
+            to_far = far_corner[k] - self.far_origin(c, g, common, k)
+            near, far = to_near * self.i[c, g, k], to_far * self.i[c, g, k]
+            t_near, t_far = larger(near, t_near), smaller(far, t_far)
+        return t_near, t_far
+
+    @ti.func
+    def farthest(self, c):
+        """The largest t at which a ray at work can still find a nearer hit."""
+        reach = self.reach[c, 0]
+        for g in ti.static(range(1, GROUPS)):
+            reach = larger(reach, self.reach[c, g])
+        return greatest(reach)
+
+    @ti.func
+    def try_leaf(self, c, common, intersector: ti.template(), first, count, t_min, t_max):
+        """Try the primitives of a leaf, each with the groups that can meet its box before t_max.
+
+        First all boxes, then all triangles: no step of the first loop waits for what the one before it found.
+        """
+        signs = heading_signs(common.heading)
+        met = 0
+        for slot in range(count):
+            low, high = intersector.leaf_box(first + slot)
+            near_corner, far_corner = ti.select(signs > 0, low, high), ti.select(signs > 0, high, low)
+            self.near_corner[c, slot], self.far_corner[c, slot] = near_corner, far_corner
+            t_near, t_far = ti.Vector([t_min] * GROUPS), ti.Vector([t_max] * GROUPS)
+            for k in ti.static(range(3)):
+                to_near, to_far = near_corner[k] - common.near_origin[k], far_corner[k] - common.far_origin[k]
+                group_low, group_high = self.group_low[c, k], self.group_high[c, k]
+                t_near, t_far = slab(to_near, to_far, group_low, group_high, t_near, t_far)
+            for g in ti.static(range(GROUPS)):
+                self.met[c, met] = (slot << GROUP_BITS) + g
+                met += ti.cast(t_near[g] <= t_far[g], ti.i32)
+        for k in range(met):
+            slot, g = self.met[c, k] >> GROUP_BITS, self.met[c, k] & (GROUPS - 1)
+            self.try_primitive(c, g, common, intersector, slot, first + slot, t_min)
+
+    @ti.func
+    def try_primitive(self, c, g, common, intersector: ti.template(), slot, i, t_min):
+        """``try_triangle``; spheres, and triangles with one side, are met by one ray at a time."""
+        if ti.static(intersector.geometry.is_plain):
+            self.try_triangle(c, g, common, intersector, slot, i, t_min)
+        elif intersector.geometry.is_special(intersector.leaf_ids[i]):
+            for lane in range(self.lanes[None]):
+                self.try_one(c, g, lane, common, intersector, i, t_min)
+        else:
+            self.try_triangle(c, g, common, intersector, slot, i, t_min)
+
+    @ti.func
+    def try_triangle(self, c, g, common, intersector: ti.template(), slot, i, t_min):
+        """``candidate`` of sixteen rays, and its acceptance: keep it in the lanes where it is the nearest."""
+        is_inside, is_undecided, t, u, v = intersector.solve_packet(self, c, g, common, intersector.leaf_vertices, i)
+        if any_lane(is_inside):
+            triangle_id = intersector.leaf_ids[i]
+            near_corner, far_corner = self.near_corner[c, slot], self.far_corner[c, slot]
+            t_near, t_far = self.box_interval(c, g, common, near_corner, far_corner, lanes(-tm.inf), lanes(tm.inf))
+            t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
+            reach, best_id = self.reach[c, g], self.triangle_id[c, g]
+            is_nearer = (t < reach) | ((t == reach) & (triangle_id < best_id))
+            taken = is_inside & (t_near <= t_far) & (t > t_min) & is_nearer
+            self.reach[c, g] = ti.select(taken, t, reach)
+            self.t[c, g] = ti.select(taken, t, self.t[c, g])
+            self.triangle_id[c, g] = ti.select(taken, triangle_id, best_id)
+            self.u[c, g] = ti.select(taken, u, self.u[c, g])
+            self.v[c, g] = ti.select(taken, v, self.v[c, g])
+        if ti.static(runtime.can_widen() and intersector.triangle_test == "watertight"):
+            if any_lane(is_undecided):
+                self.is_undecided[c, g] = ti.select(is_undecided, flags(1), flags(0))
+                for lane in range(self.lanes[None]):
+                    if self.is_undecided[c, g][lane] != 0:
+                        self.try_one(c, g, lane, common, intersector, i, t_min)
+
+    @ti.func
+    def project(self, c, g, common, corners: ti.template(), i, corner: ti.template()):
+        """A corner on the plane of the two smaller axes of the rays, sheared along the largest (Woop et al.)."""
+        kx, ky, kz = smaller_axes(common.heading)
+        x, y, z = corners[i, corner][kx], corners[i, corner][ky], corners[i, corner][kz]
+        if ti.static(self.share_origin):
+            x, y, z = x - common.sheared_origin.x, y - common.sheared_origin.y, z - common.sheared_origin.z
+            return x - self.shear_x[c, g] * z, y - self.shear_y[c, g] * z
+        from_x, from_y, along = x - self.o[c, g, kx], y - self.o[c, g, ky], z - self.o[c, g, kz]
+        return from_x - self.shear_x[c, g] * along, from_y - self.shear_y[c, g] * along
+
+    @ti.func
+    def try_one(self, c, g, lane, common, intersector: ti.template(), i, t_min):
+        """One lane by the plain form: for a sphere, and for a ray that passes a vertex or an edge exactly."""
+        v0, v1, v2 = intersector.leaf_triangle(i)
+        triangle_id = intersector.leaf_ids[i]
+        o, d = common.origin, tm.vec3(0)
+        for k in ti.static(range(3)):
+            d[k] = self.d[c, g, k][lane]
+            if ti.static(not self.share_origin):
+                o[k] = self.o[c, g, k][lane]
+        ray = Ray(origin=o, direction=d)
+        t, u, v = -tm.inf, 0.0, 0.0
+        if ti.static(intersector.geometry.is_plain):
+            t, u, v = intersector.candidate(ray, intersector.ray_bounds(ray), v0, v1, v2)
+        else:
+            t, u, v = intersector.candidate_of(ray, intersector.ray_bounds(ray), triangle_id, v0, v1, v2, t_min)
+        reach = self.reach[c, g][lane]
+        if t > t_min and (t < reach or (t == reach and triangle_id < self.triangle_id[c, g][lane])):
+            self.reach[c, g][lane], self.t[c, g][lane], self.triangle_id[c, g][lane] = t, t, triangle_id
+            self.u[c, g][lane], self.v[c, g][lane] = u, v

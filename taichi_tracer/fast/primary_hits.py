@@ -1,0 +1,226 @@
+"""What every pixel's eye ray meets: a kernel of its own, whose result every view and estimator shades from."""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer import sampler
+from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.fast.packet_triangles import PACKET_TESTS
+from taichi_tracer.fast.packets import LANES, SIDE, SIDE_BITS, TILE, TILE_BITS, Packets, lanes
+from taichi_tracer.ray import no_hit
+from taichi_tracer.sampler import SampleKey
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system import runtime
+
+PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
+LARGE_PICTURE = 256 * 256  # pixels
+MANY_RAYS = 1 << 22  # about a second's work for single rays
+CROWD = 8  # triangles per pixel, beyond which neighbouring rays have too little in common
+SHARE_BITS = 8
+WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pass
+
+
+def has_both(part: object, plain: str, packet: str) -> bool:
+    """Whether the packet form is of the class that has the plain form: whoever replaces one alone gets that one."""
+    for cls in type(part).__mro__:
+        if plain in vars(cls) or packet in vars(cls):
+            return plain in vars(cls) and packet in vars(cls)
+    return False
+
+
+@ti.data_oriented
+class PrimaryHits:
+    """t, triangle id and barycentrics (u, v) of the nearest hit of every pixel; id −1 where there is none.
+
+    Pixels are kept by tiles of 4 × 4, one lane each. Two forms fill them with the same bits: one ray per thread, and on
+    a CPU, where the intersector can, a packet per tile. Packets are several times as fast and take longer to compile.
+
+    Args:
+        scene_data: what is hit.
+        camera: where the rays come from.
+        jitter: whether rays pass through a random point of their pixel instead of its centre (A2-1).
+        samples: where the random point comes from, see ``sampler.ALL``.
+        use_packets: None takes packets where they can be had and are worth their compilation.
+        adaptive: whether pixels take samples in a ``share`` of the passes, in 1/256, instead of in every one.
+        ranges: ((x0, x1), (y0, y1)), the pixels that are traced, and with packets those of their tiles; None is all.
+    """
+
+    def __init__(
+        self,
+        scene_data: SceneData,
+        camera: ProjectiveCamera,
+        jitter: bool = False,
+        samples: type = sampler.SobolSampler,
+        use_packets: bool | None = None,
+        adaptive: bool = False,
+        ranges: tuple[tuple[int, int], tuple[int, int]] | None = None,
+    ) -> None:
+        self.scene_data, self.camera, self.jitter, self.sampler = scene_data, camera, jitter, samples
+        self.adaptive = adaptive
+        self.width, self.height = camera.width, camera.height
+        intersector = scene_data.ray_intersector
+        on_cpu = runtime.ensure().arch == "cpu"
+        self.can_use_packets = (
+            on_cpu
+            and has_both(camera, "generate_ray", "generate_rays")
+            and has_both(intersector, "nearest", "trace_packet")
+            and intersector.triangle_test in PACKET_TESTS
+        )
+        self.use_packets = use_packets
+        self.packets = None
+        self.traces, self.forms = 0, frozenset()  # how often, and in which forms, rays were traced
+        side = SIDE * TILE  # of a packet, in pixels
+        self.tiles_x, self.tiles_y = -(-self.width // side) * SIDE, -(-self.height // side) * SIDE
+        self.ranges = ((0, self.width), (0, self.height)) if ranges is None else ranges
+        (x0, x1), (y0, y1) = self.ranges
+        self.pixels = (x1 - x0) * (y1 - y0)
+        self.first = x0 // side, y0 // side  # of the packets that are traced
+        self.across, self.upwards = -(-x1 // side) - x0 // side, -(-y1 // side) - y0 // side
+        shape = self.tiles_x * self.tiles_y
+        self._memory = runtime.Memory()
+        self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
+        self.triangle_id = ti.Vector.field(LANES, ti.i32)
+        for field in (self.distance, self.triangle_id, self.u, self.v):
+            self._memory.fields.dense(ti.i, shape).place(field)
+        if jitter:  # kept, since making the points again costs more than reading them
+            self.xi_x, self.xi_y = (ti.Vector.field(LANES, float) for _ in range(2))
+            for field in (self.xi_x, self.xi_y):
+                self._memory.fields.dense(ti.i, shape).place(field)
+        if adaptive:
+            self.share = ti.Vector.field(LANES, ti.u32)
+            self._memory.fields.dense(ti.i, shape).place(self.share)
+        self._memory.allocate()
+        if adaptive:
+            self.share.fill(WHOLE)
+
+    def trace(self, seed: int = 0, index: int = 0) -> None:
+        """Send one eye ray through every pixel: with jitter, that of one sample."""
+        use_packets = self.can_use_packets and self.is_much_work() if self.use_packets is None else self.use_packets
+        self.traces += 1
+        self.forms |= {use_packets}
+        if not use_packets:
+            self._trace_rays(seed, index)
+            return
+        if self.packets is None:
+            self.packets = Packets(PLACES, self.camera.share_origin)
+        self._trace_packets(seed, index)
+
+    def is_much_work(self) -> bool:
+        """Whether packets, which take seconds to compile, are worth it: for large pictures from the second one on."""
+        if self.scene_data.geometry.num_primitives > CROWD * self.width * self.height:
+            return False
+        return self.traces > 0 and (self.pixels >= LARGE_PICTURE or self.pixels * self.traces >= MANY_RAYS)
+
+    def to_image(self, name: str) -> np.ndarray:
+        """(height, width) of "distance", "triangle_id", "u" or "v", top row first."""
+        tiles = getattr(self, name).to_numpy().reshape(self.tiles_x, self.tiles_y, TILE, TILE)
+        padded = tiles.transpose(1, 3, 0, 2).reshape(self.tiles_y * TILE, self.tiles_x * TILE)
+        return padded[: self.height, : self.width][::-1]
+
+    @ti.func
+    def tile_and_lane(self, x, y):
+        """Where a pixel is kept."""
+        return (x >> TILE_BITS) * self.tiles_y + (y >> TILE_BITS), (x & (TILE - 1)) * TILE + (y & (TILE - 1))
+
+    @ti.func
+    def sample_index(self, x, y, index):
+        """(index of the sample of a pixel in a pass, whether it takes one in this pass)."""
+        is_taken = True
+        if ti.static(self.adaptive):
+            tile, lane = self.tile_and_lane(x, y)
+            share = self.share[tile][lane]
+            is_taken = ((index + 1) * share >> SHARE_BITS) > (index * share >> SHARE_BITS)
+            index = index * share >> SHARE_BITS
+        return index, is_taken
+
+    @ti.func
+    def eye_ray(self, x, y):
+        """The ray that was traced through a pixel."""
+        xi = tm.vec2(0.5)
+        if ti.static(self.jitter):
+            tile, lane = self.tile_and_lane(x, y)
+            xi = tm.vec2(self.xi_x[tile][lane], self.xi_y[tile][lane])
+        return self.camera.generate_ray(x, y, self.jitter, xi)
+
+    @ti.func
+    def key(self, x, y, seed, index):
+        """What the random numbers of a pixel in one sample depend on."""
+        return SampleKey(seed=seed, pixel=ti.cast(y * self.width + x, ti.u32), index=index)
+
+    @ti.kernel
+    def _trace_rays(self, seed: ti.u32, index: ti.u32):
+        for x, y in ti.ndrange(*self.ranges):
+            tile, lane = self.tile_and_lane(x, y)
+            if ti.static(self.jitter):
+                i, _ = self.sample_index(x, y, index)
+                xi = sampler.get_2d(self.sampler, self.key(x, y, seed, i), sampler.PIXEL)
+                self.xi_x[tile][lane], self.xi_y[tile][lane] = xi.x, xi.y
+            ray = self.eye_ray(x, y)
+            t, triangle_id, u, v = self.scene_data.ray_intersector.nearest(ray, 0.0, tm.inf)
+            self.distance[tile][lane], self.triangle_id[tile][lane] = t, triangle_id
+            self.u[tile][lane], self.v[tile][lane] = u, v
+
+    @ti.kernel
+    def _trace_packets(self, seed: ti.u32, index: ti.u32):
+        packets = self.across * self.upwards
+        share = (packets + PLACES - 1) // PLACES
+        for i in range(PLACES * runtime.CPU_BLOCK):
+            c = i // runtime.CPU_BLOCK
+            # All packets of a place, one after the other, in the first iteration of the block that has the place.
+            k = c * share if i % runtime.CPU_BLOCK == 0 else packets
+            while k < ti.min((c + 1) * share, packets):
+                first_x, first_y = self.first[0] + k // self.upwards, self.first[1] + k % self.upwards
+                origin = tm.vec3(0)
+                for g in range(self.packets.groups[None]):
+                    tile_x, tile_y = first_x * SIDE + (g >> SIDE_BITS), first_y * SIDE + (g & (SIDE - 1))
+                    origin = self.put_rays(c, g, tile_x, tile_y, seed, index)
+                self.scene_data.ray_intersector.trace_packet(self.packets, c, origin, 0.0)
+                for g in range(self.packets.groups[None]):
+                    tile_x, tile_y = first_x * SIDE + (g >> SIDE_BITS), first_y * SIDE + (g & (SIDE - 1))
+                    tile = tile_x * self.tiles_y + tile_y
+                    self.distance[tile] = self.packets.t[c, g]
+                    self.triangle_id[tile] = self.packets.triangle_id[c, g]
+                    self.u[tile] = self.packets.u[c, g]
+                    self.v[tile] = self.packets.v[c, g]
+                k += 1
+
+    @ti.func
+    def put_rays(self, c, g, tile_x, tile_y, seed, index):
+        """Put the eye rays of a tile into a group of a packet; returns their origin where they share it."""
+        tile = tile_x * self.tiles_y + tile_y
+        x = ti.Vector([ti.min(tile_x * TILE + lane // TILE, self.width - 1) for lane in range(LANES)])
+        y = ti.Vector([ti.min(tile_y * TILE + lane % TILE, self.height - 1) for lane in range(LANES)])
+        xi_x, xi_y = lanes(0.5), lanes(0.5)
+        if ti.static(self.jitter):
+            pixel = ti.cast(y * self.width + x, ti.u32)
+            sample = index + ti.u32(0) * pixel
+            if ti.static(self.adaptive):
+                sample = sample * self.share[tile] >> SHARE_BITS
+            xi_x, xi_y = self.sampler.get_2d(seed, pixel, sample, ti.u32(sampler.PIXEL))
+            self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
+        ox, oy, oz, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
+        self.packets.put_rays(c, g, ox, oy, oz, dx, dy, dz)
+        origin = tm.vec3(0)
+        if ti.static(self.camera.share_origin):
+            origin = tm.vec3(ox, oy, oz)
+        return origin
+
+    @ti.kernel
+    def set_shares(self, shares: ti.types.ndarray(dtype=ti.i32, ndim=2)):
+        """Take the (height, width) shares of the pixels, top row first, in 1/256."""
+        for x, y in ti.ndrange(self.width, self.height):
+            tile, lane = self.tile_and_lane(x, y)
+            self.share[tile][lane] = ti.cast(shares[self.height - 1 - y, x], ti.u32)
+
+    @ti.func
+    def hit_data(self, x, y, ray):
+        """HitData of a pixel's eye ray."""
+        tile, lane = self.tile_and_lane(x, y)
+        data = no_hit()
+        triangle_id = self.triangle_id[tile][lane]
+        if triangle_id >= 0:
+            data = self.scene_data.ray_intersector.describe(
+                ray, self.distance[tile][lane], triangle_id, self.u[tile][lane], self.v[tile][lane]
+            )
+        return data

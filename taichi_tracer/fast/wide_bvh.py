@@ -1,0 +1,281 @@
+"""A bounding volume hierarchy, and the way of one ray through it.
+
+The nodes have eight children (Wald, Benthin & Boulos, "Getting rid of packets", RT 2008): each of the six planes of all
+eight boxes lies next to its like, so that a CPU tests the boxes at once. A plane is a byte, see ``bvh_wide.Grid``.
+"""
+
+import time
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.fast import bvh_build
+from taichi_tracer.fast.bvh_wide import ABSENT, LEAF_BITS, WIDTH, collapse, empty_tree, quantise
+from taichi_tracer.fast.packet_triangles import PACKET_TESTS
+from taichi_tracer.fast.packets import larger, slab, smaller
+from taichi_tracer.geometry import Geometry
+from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.system import runtime
+
+NOTHING = -(1 << 31)  # in place of a reference to a node or a leaf
+
+
+@ti.func
+def leaf_range(reference):
+    """First triangle and count of a leaf, see ``leaf_reference``."""
+    return (-1 - reference) >> LEAF_BITS, (-1 - reference) & ((1 << LEAF_BITS) - 1)
+
+
+@ti.func
+def entries(t_near, t_far):
+    """Where eight boxes are entered, ∞ for those that are not, and a bit for each that is."""
+    entry = ti.select(t_near <= t_far, t_near, ti.Vector([tm.inf] * WIDTH))
+    mask = 0
+    for k in ti.static(range(WIDTH)):
+        mask |= ti.cast(entry[k] < tm.inf, ti.i32) << k
+    return entry, mask
+
+
+@ti.data_oriented
+class BVHRayIntersector(RayIntersector):
+    """Tries only triangles whose boxes the ray meets, nearest box first; answers exactly as brute force does."""
+
+    name = "bvh"
+
+    def __init__(self, geometry: Geometry, triangle_test: str = "watertight") -> None:
+        super().__init__(geometry, triangle_test)
+        self.solve_packet = PACKET_TESTS.get(triangle_test)
+        start = time.perf_counter()
+        vertices, faces = geometry.arrays
+        ids, boxes = geometry.hittable()
+        corners = vertices[faces[ids]]
+        order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
+        if len(ids) > 0:
+            tree = bvh_build.build(boxes)
+            order, wide = tree.order, collapse(tree)
+        self.root, self.depth, self.stack_size = wide.root, wide.depth, wide.stack_size
+        self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
+
+        self._memory = runtime.Memory()
+        self.corner, self.step = ti.Vector.field(3, float), ti.Vector.field(3, float)
+        self.number_type = ti.u8 if runtime.has_f64() else ti.i32  # some Vulkan devices have no bytes
+        self.numbers = ti.Vector.field(WIDTH, self.number_type)
+        self.children = ti.field(ti.i32)
+        self.leaf_vertices = ti.Vector.field(3, float)
+        self.leaf_ids = ti.field(ti.i32)
+        # Nested, so that all of a node, and all of a triangle, lies in one piece of memory.
+        node = self._memory.fields.dense(ti.i, self.num_nodes)
+        node.place(self.corner, self.step)
+        node.dense(ti.j, 6).place(self.numbers)
+        node.dense(ti.j, WIDTH).place(self.children)
+        triangle = self._memory.fields.dense(ti.i, max(1, len(ids)))
+        triangle.dense(ti.j, 3).place(self.leaf_vertices)
+        triangle.place(self.leaf_ids)
+        self._memory.allocate()
+        grid = quantise(wide.planes)
+        nodes = grid.corner, grid.step, grid.numbers.astype(np.int32), wide.children
+        self._load(*nodes, np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
+        self.build_seconds = time.perf_counter() - start
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the nodes and of the triangles in the leaves' order."""
+        scalar, number = np.dtype(runtime.dtype()).itemsize, 1 if self.number_type == ti.u8 else 4
+        return self.num_nodes * (6 * scalar + WIDTH * (6 * number + 4)) + self.num_leaf_triangles * (9 * scalar + 4)
+
+    def facts(self) -> dict[str, str]:
+        """What ``taichi-tracer info`` tells of the tree."""
+        per_triangle = self.bytes / max(1, self.num_leaf_triangles)
+        return {
+            "nodes": f"{self.num_nodes:,}",
+            "depth": f"{self.depth}",
+            "SAH cost": f"{self.cost:.1f} triangle tests for a ray that meets the bounds",
+            "build time": f"{self.build_seconds:.2f} s, compiling included",
+            "tree memory": f"{self.bytes:,} bytes ({per_triangle:.0f} bytes per triangle)",
+        }
+
+    def destroy(self) -> None:
+        """Free the tree's memory."""
+        self._memory.free()
+
+    @ti.kernel
+    def _load(
+        self,
+        corner: ti.types.ndarray(ndim=2),
+        step: ti.types.ndarray(ndim=2),
+        numbers: ti.types.ndarray(dtype=ti.i32, ndim=3),
+        children: ti.types.ndarray(ndim=2),
+        corners: ti.types.ndarray(ndim=3),
+        ids: ti.types.ndarray(ndim=1),
+    ):
+        for i in range(numbers.shape[0]):
+            for k in ti.static(range(3)):
+                self.corner[i][k], self.step[i][k] = corner[i, k], step[i, k]
+            for plane in range(6):
+                for k in ti.static(range(WIDTH)):
+                    self.numbers[i, plane][k] = ti.cast(numbers[i, plane, k], self.number_type)
+            for k in range(WIDTH):
+                self.children[i, k] = children[i, k]
+        for i in range(ids.shape[0]):
+            self.leaf_ids[i] = ids[i]
+            for corner in ti.static(range(3)):
+                for k in ti.static(range(3)):
+                    self.leaf_vertices[i, corner][k] = corners[i, corner, k]
+
+    @ti.func
+    def nearest(self, ray, t_min, t_max):
+        return self.traverse(ray, t_min, t_max, False)
+
+    @ti.func
+    def is_blocked(self, ray, t_min, t_max):
+        t, triangle_id, u, v = self.traverse(ray, t_min, t_max, True)
+        return triangle_id >= 0
+
+    @ti.func
+    def traverse(self, ray, t_min, t_max, any_hit: ti.template()):
+        """(t, id, u, v) of the nearest hit, or of the first one found with ``any_hit``; t_max, −1 for none."""
+        bounds = self.ray_bounds(ray)
+        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
+        waiting = ti.Vector([0] * self.stack_size, ti.i32)
+        waiting_t = ti.Vector([0.0] * self.stack_size, float)
+        top = 0
+        reference = NOTHING
+        if self.is_legal(ray):
+            reference = self.root
+        while reference != NOTHING:
+            following = NOTHING
+            if reference >= 0:
+                t_near, mask = self.met_children(bounds, reference, t_min, best)
+                following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
+            else:
+                first, count = leaf_range(reference)
+                for i in range(first, first + count):
+                    v0, v1, v2 = self.leaf_triangle(i)
+                    t, u, v = -tm.inf, 0.0, 0.0
+                    if ti.static(self.geometry.is_plain):
+                        t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+                    else:
+                        t, u, v = self.candidate_of(ray, bounds, self.leaf_ids[i], v0, v1, v2, t_min)
+                    if t_min < t and t <= best:
+                        triangle_id = self.leaf_ids[i]
+                        if t < best or (triangle_id < best_id):
+                            best, best_id, best_u, best_v = t, triangle_id, u, v
+                if ti.static(any_hit):
+                    if best_id >= 0:
+                        top = 0
+            if following == NOTHING:
+                following, top = self.wake(waiting, waiting_t, top, best)
+            reference = following
+        return best, best_id, best_u, best_v
+
+    @ti.func
+    def enter(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
+        """The nearest of the children that were met, or ``NOTHING``; the others wait. Also returns the new top.
+
+        An absent child has a box that is inside out, but in a node smaller than the padding of a ray it may be met.
+        """
+        nearest, nearest_t = NOTHING, tm.inf
+        while mask != 0:
+            k = ti.math.popcnt((mask & -mask) - 1)
+            mask &= mask - 1
+            child, t = self.children[node, k], t_near[k]
+            if child != ABSENT:
+                is_nearer = t < nearest_t
+                if nearest != NOTHING:
+                    waiting[top] = ti.select(is_nearer, nearest, child)
+                    waiting_t[top] = ti.select(is_nearer, nearest_t, t)
+                    top += 1
+                nearest = ti.select(is_nearer, child, nearest)
+                nearest_t = ti.select(is_nearer, t, nearest_t)
+        return nearest, top
+
+    @ti.func
+    def wake(self, waiting: ti.template(), waiting_t: ti.template(), top, best):
+        """The last reference that waits and is met before ``best``, or ``NOTHING``, and the new top."""
+        following = NOTHING
+        while following == NOTHING and top > 0:
+            top -= 1
+            if waiting_t[top] <= best:
+                following = waiting[top]
+        return following, top
+
+    @ti.func
+    def near_and_far_plane(self, node, axis, is_forward):
+        """Where rays come into and go out of the eight boxes of a node along an axis."""
+        near = self.numbers[node, ti.select(is_forward, axis, axis + 3)]
+        far = self.numbers[node, ti.select(is_forward, axis + 3, axis)]
+        corner, step = self.corner[node][axis], self.step[node][axis]
+        return corner + ti.cast(near, float) * step, corner + ti.cast(far, float) * step
+
+    @ti.func
+    def met_children(self, bounds, node, t_min, t_max):
+        """Where the ray enters each of the eight boxes, and a bit for each that it meets: ``box_interval`` by lanes."""
+        t_near = ti.Vector([t_min] * WIDTH)
+        t_far = ti.Vector([t_max] * WIDTH)
+        for k in ti.static(range(3)):
+            is_forward = bounds.inverse[k] >= 0
+            near_plane, far_plane = self.near_and_far_plane(node, k, is_forward)
+            near = (near_plane - bounds.near_origin[k]) * bounds.inverse[k]
+            far = (far_plane - bounds.far_origin[k]) * bounds.inverse[k]
+            t_near, t_far = larger(near, t_near), smaller(far, t_far)
+        return entries(t_near, t_far)
+
+    @ti.func
+    def leaf_triangle(self, i):
+        """The vertices of the triangle in place i of the leaves' order."""
+        return self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
+
+    @ti.func
+    def leaf_box(self, i):
+        """The box of the primitive in place i of the leaves' order."""
+        v0, v1, v2 = self.leaf_triangle(i)
+        low, high = smaller(v0, smaller(v1, v2)), larger(v0, larger(v1, v2))
+        if ti.static(self.geometry.has_spheres):
+            sphere = self.geometry.sphere_of[self.leaf_ids[i]]
+            if sphere >= 0:
+                centre, radius = self.geometry.spheres[sphere].xyz, self.geometry.spheres[sphere].w
+                low, high = centre - radius, centre + radius
+        return low, high
+
+    @ti.func
+    def trace_packet(self, packets: ti.template(), c, origin, t_min):
+        """``nearest`` of the rays of a packet, one heading after the other; the answers are in the packet."""
+        heading = packets.next_heading(c)
+        while heading >= 0:
+            common = packets.take_heading(c, heading, origin, self)
+            self.trace_heading(packets, c, common, t_min)
+            heading = packets.next_heading(c)
+
+    @ti.func
+    def trace_heading(self, packets: ti.template(), c, common, t_min):
+        """``traverse`` of all rays of a heading: into every box that one of them can meet."""
+        best = packets.farthest(c)
+        waiting = ti.Vector([0] * self.stack_size, ti.i32)
+        waiting_t = ti.Vector([0.0] * self.stack_size, float)
+        top = 0
+        reference = self.root
+        while reference != NOTHING:
+            following = NOTHING
+            if reference >= 0:
+                t_near, mask = self.children_met_by_any(common, reference, t_min, best)
+                following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
+            else:
+                first, count = leaf_range(reference)
+                packets.try_leaf(c, common, self, first, count, t_min, best)
+                best = packets.farthest(c)
+            if following == NOTHING:
+                following, top = self.wake(waiting, waiting_t, top, best)
+            reference = following
+
+    @ti.func
+    def children_met_by_any(self, common, node, t_min, t_max):
+        """``met_children`` for all rays between the extremes of ``common``."""
+        t_near = ti.Vector([t_min] * WIDTH)
+        t_far = ti.Vector([t_max] * WIDTH)
+        for k in ti.static(range(3)):
+            near_plane, far_plane = self.near_and_far_plane(node, k, (common.heading >> k) & 1 == 0)
+            to_near, to_far = near_plane - common.near_origin[k], far_plane - common.far_origin[k]
+            low, high = ti.Vector([common.low[k]] * WIDTH), ti.Vector([common.high[k]] * WIDTH)
+            t_near, t_far = slab(to_near, to_far, low, high, t_near, t_far)
+        return entries(t_near, t_far)

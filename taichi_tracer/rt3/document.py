@@ -1,0 +1,355 @@
+"""RT3: the XML scenes of a course's ray tracer (RT-1 … RT-9), read as the state machine that they are.
+
+``world_begin`` and ``world_end`` are empty elements: what stands between them is the world, what stands before them
+says how it is seen. The picture is taken at ``world_end``, and once more at every ``render_again``, with what was said
+since.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from taichi_tracer.camera import CAMERAS, DEFAULT_WINDOW, check_view
+from taichi_tracer.files.text import read_bytes
+from taichi_tracer.formulas.camera_frame import camera_frame
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.rt3.elements import Elements
+from taichi_tracer.rt3.values import Element, nearest
+from taichi_tracer.rt3.world import World
+from taichi_tracer.system.errors import InputError
+
+MOST_PIXELS = 8192**2
+MOST_NOTES = 200
+STRETCH_TOLD = 1e-3  # relative; below it no eye sees a circle become an ellipse
+IMAGE_TYPES = {"png": ".png", "ppm": ".ppm", "ppm3": ".ppm", "ppm6": ".ppm", "exr": ".exr"}
+PROJECTIONS = {name: name for name in CAMERAS}
+INTEGRATORS = {"flat": "flat", "normal_map": "normal_map", "normal": "normal_map", "depth_map": "depth_map"}
+INTEGRATORS |= {"depth": "depth_map", "direct": "direct", "direct_illumination": "direct"}
+BACKGROUNDS = {"colors": "colors", "color": "colors", "single_color": "colors", "4_colors": "colors"}
+BACKGROUNDS |= {"image": "image", "spherical": "spherical"}
+SYNONYMS = {"look_at": "lookat", "translation": "translate", "rotation": "rotate", "scaling": "scale"}
+SYNONYMS |= {"push_ctm": "push_CTM", "pop_ctm": "pop_CTM", "push_gs": "push_GS", "pop_gs": "pop_GS"}
+TRANSFORMS = ("translate", "scale", "rotate", "identity")
+SETTINGS = ("lookat", "camera", "film", "integrator", "background")
+WORLD = ("object", "material", "make_named_material", "named_material", *TRANSFORMS, "push_CTM", "pop_CTM")
+WORLD += ("push_GS", "pop_GS", "save_coord_system", "restore_coord_system")
+TAGS = (*SETTINGS, "world_begin", "world_end", "render_again", "include", *WORLD)
+
+
+@dataclass(frozen=True)
+class FilmSettings:
+    """What a picture is written as (RT-6).
+
+    Attributes:
+        width, height: pixels of the whole frame.
+        crop_window: (x0, x1, y0, y1) as fractions of the frame, y from the bottom (C-12).
+        filename: with the ending of the image type; None when the document names none.
+        gamma_corrected: whether colours get the sRGB transfer function in 8 bits (C-14).
+    """
+
+    width: int = 512
+    height: int = 512
+    crop_window: tuple[float, float, float, float] = (0.0, 1.0, 0.0, 1.0)
+    filename: str | None = None
+    gamma_corrected: bool = True
+
+    def crop(self, width: int | None = None, height: int | None = None) -> tuple[int, int, int, int]:
+        """(x0, x1, y0, y1) in pixels of a frame of this or another size; windows that meet share no pixel."""
+        return crop_pixels(self.crop_window, width or self.width, height or self.height)
+
+
+def crop_pixels(window, width: int, height: int) -> tuple[int, int, int, int]:
+    """(x0, x1, y0, y1) in pixels of a crop window in fractions; InputError where no pixel is left."""
+    x0, x1, y0, y1 = (float(edge) for edge in window)
+    if not (0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1):
+        told = " ".join(f"{edge:g}" for edge in (x0, x1, y0, y1))
+        raise InputError(f"a crop window is x0 x1 y0 y1 with 0 <= x0 < x1 <= 1 and the same for y, not {told}")
+    pixels = math.ceil(x0 * width), math.ceil(x1 * width), math.ceil(y0 * height), math.ceil(y1 * height)
+    if pixels[0] == pixels[1] or pixels[2] == pixels[3]:
+        raise InputError(f"the crop window {x0:g} {x1:g} {y0:g} {y1:g} holds no pixel of {width}x{height}")
+    return pixels
+
+
+@dataclass(frozen=True)
+class Integrator:
+    """What a picture shows: of "depth_map" the colours and the range, of "direct" how it samples."""
+
+    name: str = "flat"
+    depth: dict = field(default_factory=dict)
+    estimator: str = "mis"
+    spp: int = 1
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture that a document asks for; ``view`` is what ``camera.make_camera`` needs beside the size."""
+
+    view: dict
+    film: FilmSettings
+    integrator: Integrator
+
+
+@dataclass
+class Document:
+    """What was read.
+
+    Attributes:
+        mesh: triangles, spheres and materials; its ``notes`` are what the user should know, a line each.
+        shots: at least one.
+        background: for ``background.load_background``; environment: for ``environment.load_environment``, and options.
+    """
+
+    mesh: Mesh
+    shots: list[Shot]
+    background: object = None
+    environment: Path | None = None
+    environment_options: dict = field(default_factory=dict)
+
+
+def read_rt3(path: str | Path) -> Document:
+    """Read a document.
+
+    Raises:
+        InputError: what cannot be used, with file, line and value.
+    """
+    path = Path(path)
+    if not path.is_file() and not path.is_dir():
+        read_bytes(path)
+    reader = _Reader(path)
+    reader.elements.read(path)
+    return reader.document()
+
+
+class _Reader:
+    """The state between two elements of a document."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.notes = path, []
+        self.elements = Elements(self.take, self.note)
+        self.world: World | None = None
+        self.began_at = self.ended_at = ""
+        self.lookat: tuple[dict, str] | None = None
+        self.camera: tuple[dict, str] | None = None
+        self.film: FilmSettings | None = None
+        self.integrator = Integrator()
+        self.result = Document(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)), [])
+        self.said_since = False
+
+    def note(self, line: str | Callable[[], str]) -> None:
+        """Keep a line for the user; of very many the first, so that no others are worded."""
+        if len(self.notes) < MOST_NOTES:
+            self.notes.append(line if isinstance(line, str) else line())
+        elif len(self.notes) == MOST_NOTES:
+            self.notes.append(f"{self.path}: and more of the kind")
+
+    def take(self, element: Element) -> None:
+        """One element, by its tag."""
+        tag = SYNONYMS.get(element.tag, element.tag)
+        if tag not in TAGS:
+            self.note(lambda: f"{element.where}: unknown tag <{element.tag[:40]}>{nearest(element.tag, TAGS)}")
+            element.known |= dict.fromkeys(element.attributes)  # one line is enough
+            return
+        if tag in SETTINGS:
+            getattr(self, f"take_{tag}")(element)
+            self.said_since = True
+        elif tag in ("world_begin", "world_end", "render_again"):
+            getattr(self, f"take_{tag}")(element)
+        elif not self.began_at or self.ended_at:
+            edge = f"after world_end ({self.ended_at})" if self.ended_at else "before world_begin"
+            raise element.error(f"belongs into the world, but stands {edge}")
+        else:
+            self.take_content(tag, element)
+
+    def take_content(self, tag: str, element: Element) -> None:
+        """An element of the world."""
+        world = self.world
+        if tag in TRANSFORMS:
+            world.transform(element, tag)
+        elif tag.startswith("push_"):
+            world.push(element, tag.removeprefix("push_"))
+        elif tag.startswith("pop_"):
+            world.pop(element, tag.removeprefix("pop_"))
+        elif tag == "object":
+            world.add_object(element, Path(element.where.rsplit(":", 1)[0]))
+        else:
+            {
+                "material": world.use_material,
+                "make_named_material": world.make_named_material,
+                "named_material": world.use_named_material,
+                "save_coord_system": world.save_transform,
+                "restore_coord_system": world.restore_transform,
+            }[tag](element)
+
+    # --- settings -----------------------------------------------------------------------------------------------------
+
+    def take_lookat(self, element: Element) -> None:
+        """look_from, look_at, up (RT-8)."""
+        eye = element.numbers(element.need("look_from", "from"))
+        at = element.numbers(element.need("look_at", "at"))
+        up = element.numbers("up", "vup", default=np.array([0.0, 1.0, 0.0]))
+        try:
+            camera_frame(eye, at, up)
+        except InputError as error:
+            message = str(error).removeprefix("camera: ").replace("eye and at", "look_from and look_at")
+            raise element.error(message) from None
+        self.lookat = {"eye": tuple(eye), "at": tuple(at), "up": tuple(up)}, element.where
+
+    def take_camera(self, element: Element) -> None:
+        """The projection and its window (RT-3 … RT-5)."""
+        view: dict = {"projection": element.choice("type", of=PROJECTIONS)}
+        window = element.numbers("screen_window", count=4)
+        if window is not None:
+            if not (window[0] < window[1] and window[2] < window[3]):
+                raise element.wrong("screen_window", "l r b t with l < r and b < t")
+            view["screen_window"] = tuple(float(edge) for edge in window)
+        if view["projection"] == "perspective":
+            name = element.find("fovy", "fov")
+            fovy = element.number("fovy", "fov")
+            if fovy is not None and not 0 < fovy < 180:
+                raise element.wrong(name, "between 0 and 180 degrees (both excluded)")
+            if fovy is not None and window is not None:
+                told = element.attributes["screen_window"]
+                self.note(f"{element.where}: fovy {fovy:g} does not count beside screen_window {told!r} (C-9)")
+            elif fovy is not None:
+                view["fov"] = fovy
+        for key, names in (("frame_aspect", ("frame_aspect", "frame_aspectratio")), ("focal_distance",) * 2):
+            value = element.number(*((names,) if isinstance(names, str) else names), above=0.0)
+            if value is not None:
+                view[key] = value
+        if element.find("handedness") is not None:
+            view["handedness"] = element.choice("handedness", of={"left": "left", "right": "right"})
+        self.camera = view, element.where
+
+    def take_film(self, element: Element) -> None:
+        """The frame and what is written of it (RT-6)."""
+        element.choice("type", of={"image": "image"}, default="image")
+        element.need("x_res", "w_res")
+        element.need("y_res", "h_res")
+        width, height = element.whole("x_res", "w_res"), element.whole("y_res", "h_res")
+        if width * height > MOST_PIXELS:
+            raise element.error(f"{width} x {height} are more than {MOST_PIXELS:,} pixels")
+        film = FilmSettings(width, height)
+        window = element.numbers("crop_window", count=4)
+        if window is not None:
+            film = replace(film, crop_window=tuple(float(edge) for edge in window))
+            try:
+                film.crop()
+            except InputError as error:
+                raise element.error(f"crop_window: {error}") from None
+        extension = None
+        if element.find("img_type") is not None:
+            extension = element.choice("img_type", of=IMAGE_TYPES)
+        filename = element.text("filename")
+        if filename is not None:
+            filename = self._with_ending(filename, extension, element)
+        gamma = element.flag("gamma_corrected", default=True)
+        self.film = replace(film, filename=filename, gamma_corrected=gamma)
+
+    def _with_ending(self, filename: str, extension: str | None, element: Element) -> str:
+        known = {ending.lower() for ending in IMAGE_TYPES.values()}
+        name = Path(filename.replace("\\", "/"))
+        if not name.name or name.name in (".", ".."):
+            raise element.wrong("filename", "the name of an image")
+        if name.suffix.lower() not in known:
+            return str(name) + (extension or ".png")
+        if extension is not None and name.suffix.lower() != extension:
+            self.note(f"{element.where}: img_type says {extension[1:]}: {name.name} is written as {extension}")
+            return str(name.with_suffix(extension))
+        return str(name)
+
+    def take_integrator(self, element: Element) -> None:
+        """What the picture shows."""
+        name = element.choice("type", of=INTEGRATORS)
+        if name == "depth_map":
+            depth = dict(element.colors("near_color", "far_color"))
+            depth |= {k: v for k in ("zmin", "zmax") if (v := element.number(k)) is not None}
+            if depth.get("zmin", -math.inf) >= depth.get("zmax", math.inf):
+                raise element.error(f"zmin {depth['zmin']:g} must be less than zmax {depth['zmax']:g}")
+            self.integrator = Integrator(name, depth)
+        elif name == "direct":
+            estimator = element.text("estimator") or "mis"
+            self.integrator = Integrator(name, estimator=estimator, spp=element.whole("spp", "samples", default=16))
+        else:
+            self.integrator = Integrator(name)
+
+    def take_background(self, element: Element) -> None:
+        """What stands behind the world (RT-7, C-13)."""
+        kind = element.choice("type", of=BACKGROUNDS, default="colors")
+        if kind == "colors":
+            colors = element.colors("color", "bl", "tl", "tr", "br")
+            if ("color" in colors) == (len(colors) > 1) or ("color" not in colors and len(colors) < 4):
+                raise element.error("needs either color, or the four corners bl tl tr br")
+            self.result.background = colors.get("color") or tuple(colors[c] for c in ("bl", "tl", "tr", "br"))
+            return
+        path = element.path("filename", Path(element.where.rsplit(":", 1)[0]))
+        mappings = {"screen": "image", "spherical": "spherical"}
+        if kind == "image" and element.choice("mapping", of=mappings, default="image") == "image":
+            self.result.background = path
+            return
+        self.result.environment = path
+        options = {"intensity": element.number("intensity"), "rotation": element.number("rotation")}
+        if options["intensity"] is not None and options["intensity"] < 0:
+            raise element.wrong("intensity", "a number of at least 0")
+        self.result.environment_options = {k: v for k, v in options.items() if v is not None}
+
+    # --- the course of things -----------------------------------------------------------------------------------------
+
+    def take_world_begin(self, element: Element) -> None:
+        """What follows is the world."""
+        if self.began_at:
+            raise element.error(f"is the second one: a document has one world (it began at {self.began_at})")
+        self.began_at, self.world = element.where, World(self.path)
+
+    def take_world_end(self, element: Element) -> None:
+        """The world is complete: take the picture."""
+        if not self.began_at or self.ended_at:
+            raise element.error("has no world_begin before it")
+        self.ended_at = element.where
+        if self.world.saved:
+            what = self.world.saved[-1][0]
+            self.note(f"{element.where}: a push_{what} was never popped")
+        self.shoot(element)
+
+    def take_render_again(self, element: Element) -> None:
+        """The same world with what was said since."""
+        if not self.ended_at:
+            raise element.error("stands before world_end: there is no world yet")
+        self.shoot(element)
+
+    def shoot(self, element: Element) -> None:
+        """Remember one picture as all is set now."""
+        for tag, value in (("lookat", self.lookat), ("camera", self.camera), ("film", self.film)):
+            if value is None:
+                raise InputError(f"{element.where}: the document has no <{tag}> before <{element.tag}>")
+        view, where = self.camera
+        view = {**view, **self.lookat[0]}
+        if "fov" not in view:
+            view.setdefault("screen_window", DEFAULT_WINDOW)
+        try:
+            stretch = check_view(self.film.width, self.film.height, **view)
+        except InputError as error:
+            raise InputError(f"{where}: <camera> {str(error).removeprefix('camera: ')}") from None
+        if abs(math.log(stretch)) > STRETCH_TOLD:
+            percent = 100 * (max(stretch, 1 / stretch) - 1)
+            way = "in width" if stretch > 1 else "in height"
+            self.note(
+                f"{where}: the window is not shaped as the {self.film.width}x{self.film.height} film: "
+                f"objects are stretched by {percent:.0f} % {way} (C-11)"
+            )
+        self.result.shots.append(Shot(view, self.film, self.integrator))
+        self.said_since = False
+
+    def document(self) -> Document:
+        """All that was read; InputError where the document ended too early."""
+        if not self.began_at:
+            raise InputError(f"{self.path}: the document has no <world_begin/>")
+        if not self.ended_at:
+            raise InputError(f"{self.path}: the world that began at {self.began_at} has no <world_end/>")
+        if self.said_since:
+            self.note(f"{self.path}: what follows the last <render_again/> is in no picture")
+        self.result.mesh = self.world.mesh()
+        self.result.mesh.notes = [*self.notes, *self.world.notes]
+        return self.result

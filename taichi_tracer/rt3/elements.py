@@ -1,0 +1,119 @@
+"""The elements of an XML document in their order, with file and line, through includes: a stream in bounded memory.
+
+The parser is Python's expat. A document type is refused before it is read: with it go entities, their bombs, and files
+and addresses of elsewhere.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from xml.parsers import expat
+
+from taichi_tracer.files.text import read_bytes
+from taichi_tracer.rt3.values import Element
+from taichi_tracer.system.errors import InputError
+
+MOST_BYTES = 1 << 26  # of a document with all that it includes: a mesh of a million triangles has a format of its own
+MOST_ELEMENTS = 200_000
+MOST_ATTRIBUTES = 1_000_000  # of one file, by its equals signs: the parser holds all of an element at once
+MOST_DEPTH = 64  # of elements within elements; the format has none
+MOST_INCLUDES = 1000
+MOST_INCLUDES_DEEP = 32
+
+
+class Elements:
+    """Calls ``handle`` with every element but the roots; ``include`` elements are replaced by the file's elements.
+
+    Raises:
+        InputError: what is no XML, or more of it than is read, with file and line.
+    """
+
+    def __init__(self, handle: Callable[[Element], None], note: Callable) -> None:
+        self.handle, self.note = handle, note
+        self.bytes = self.elements = self.includes = 0
+        self.open: list[Path] = []  # files being read, each included by the one before it
+
+    def read(self, path: Path, where: str = "") -> None:
+        """Read one document, and what it includes."""
+        prefix = f"{where}: " if where else ""
+        resolved = path.resolve()
+        if resolved in self.open:
+            chain = " -> ".join(p.name for p in [*self.open[self.open.index(resolved) :], resolved])
+            raise InputError(f"{prefix}{path.name} includes itself: {chain}")
+        if path.is_dir():
+            raise InputError(f"{prefix}{path}: this is a folder: give a file in it")
+        size = path.stat().st_size if path.is_file() else 0
+        self.bytes += size
+        if self.bytes > MOST_BYTES:
+            told = "the document is" if not self.open else "with what it includes the document is"
+            raise InputError(
+                f"{prefix}{path}: {told} larger than {MOST_BYTES >> 20} MB: "
+                "put meshes into files of their own (.obj .ply) and name them by filename"
+            )
+        content = read_bytes(path)
+        if not content.strip():
+            raise InputError(f"{prefix}{path}: the file is empty")
+        if content.count(b"=") > MOST_ATTRIBUTES:
+            raise InputError(f"{prefix}{path}: more than {MOST_ATTRIBUTES:,} attributes")
+        self.open.append(resolved)
+        try:
+            self._parse(path, content)
+        except RecursionError:
+            raise InputError(f"{path}: too deeply nested") from None
+        self.open.pop()
+
+    def _parse(self, path: Path, content: bytes) -> None:
+        parser = expat.ParserCreate()
+        parser.buffer_text = True
+        depth = 0
+
+        def where() -> str:
+            return f"{path}:{parser.CurrentLineNumber}"
+
+        def start(tag: str, attributes: dict[str, str]) -> None:
+            nonlocal depth
+            depth += 1
+            if depth > MOST_DEPTH:
+                raise InputError(f"{where()}: elements are nested more than {MOST_DEPTH} deep: RT3 nests none")
+            if depth == 1:
+                return  # the root, whatever its name
+            self.elements += 1
+            if self.elements > MOST_ELEMENTS:
+                raise InputError(f"{where()}: more than {MOST_ELEMENTS:,} elements")
+            element = Element(tag, attributes, where(), self.note)
+            if tag == "include":
+                self._include(element, path)
+            else:
+                self.handle(element)
+            element.note_unknown()
+
+        def end(tag: str) -> None:
+            nonlocal depth
+            depth -= 1
+
+        def text(content: str) -> None:
+            if content.strip():
+                self.note(f"{where()}: text between elements is ignored: {content.strip()[:40]!r}")
+
+        def refuse(*_) -> None:
+            raise InputError(f"{where()}: a document type (<!DOCTYPE>) and entities are not read: remove them")
+
+        parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, text
+        parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
+        try:
+            parser.Parse(content, True)
+        except expat.ExpatError as error:
+            reason = expat.errors.messages.get(error.code, str(error))
+            raise InputError(f"{path}:{error.lineno}: this is not well-formed XML: {reason}") from None
+        except (ValueError, LookupError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(f"{where()}: this is not well-formed XML: {error}") from None
+
+    def _include(self, element: Element, path: Path) -> None:
+        self.includes += 1
+        if self.includes > MOST_INCLUDES or len(self.open) > MOST_INCLUDES_DEEP:
+            raise InputError(
+                f"{element.where}: more than {MOST_INCLUDES:,} files are included, or {MOST_INCLUDES_DEEP} deep"
+            )
+        target = element.path("filename", path)
+        self.read(target, element.where)

@@ -1,0 +1,326 @@
+"""The world of an RT3 document while it is read: a transform, a material, and the objects so far."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import Material
+from taichi_tracer.rt3.values import Element
+from taichi_tracer.system.errors import one_of
+
+MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "phong", "blinn_phong": "phong"}
+MATERIALS |= {"phong": "phong"}
+OBJECTS = {"trianglemesh": "trianglemesh", "triangle_mesh": "trianglemesh", "mesh": "trianglemesh", "sphere": "sphere"}
+MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
+MOST_PRIMITIVES = 20_000_000
+MOST_SAVED = 10_000  # transforms that wait on the stack
+IDENTITY = np.eye(4)
+UNIFORM = 1e-9  # relative; how far from a similarity a transform may be by rounding
+
+
+@dataclass
+class GraphicsState:
+    """What an object takes from where it stands: the current transform (CTM), and the material, None for its own."""
+
+    ctm: np.ndarray = field(default_factory=lambda: np.eye(4))
+    material: Material | None = None
+
+
+class World:
+    """Objects in the order of the document, which is that of their ids.
+
+    Args:
+        path: the document that began it, for messages.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.state = path, GraphicsState()
+        self.saved: list[tuple[str, GraphicsState]] = []
+        self.named_transforms: dict[str, np.ndarray] = {}
+        self.named_materials: dict[str, Material] = {}
+        self.material_ids: dict[Material, int] = {}  # by first use
+        self.files: dict[Path, Mesh] = {}
+        self.primitives = 0
+        self.parts: list[Mesh] = []
+        self.notes: list[str] = []
+
+    # --- transforms ---------------------------------------------------------------------------------------------------
+
+    def transform(self, element: Element, kind: str) -> None:
+        """translate, scale, rotate: before the transforms so far, as seen from the object (CTM ← CTM · M)."""
+        matrix = np.eye(4)
+        if kind == "translate":
+            matrix[:3, 3] = element.numbers(element.need("value"), count=3)
+        elif kind == "scale":
+            factors = np.resize(element.numbers(element.need("value"), count=(1, 3)), 3)
+            if (factors == 0).any():
+                raise element.wrong("value", "numbers other than 0, which would flatten everything")
+            matrix[:3, :3] = np.diag(factors)
+        elif kind == "rotate":
+            angle, axis = element.number(element.need("angle")), element.numbers(element.need("axis"), count=3)
+            length = np.linalg.norm(axis)
+            if not 0 < length < np.inf:
+                raise element.wrong("axis", "a direction")
+            matrix[:3, :3] = rotation(np.radians(angle), axis / length)
+        with np.errstate(over="ignore", invalid="ignore"):
+            ctm = np.eye(4) if kind == "identity" else self.state.ctm @ matrix
+        if not np.isfinite(ctm).all():
+            raise element.error("takes the transform beyond the largest number")
+        self.state = GraphicsState(ctm, self.state.material)
+
+    def push(self, element: Element, what: str) -> None:
+        """Save the transform ("CTM"), or transform and material ("GS")."""
+        if len(self.saved) >= MOST_SAVED:
+            raise element.error(f"saves more than {MOST_SAVED:,} states: is a pop_{what} missing?")
+        self.saved.append((what, self.state))
+
+    def pop(self, element: Element, what: str) -> None:
+        """Take back what the matching push saved."""
+        if not self.saved or self.saved[-1][0] != what:
+            last = f"the last push was push_{self.saved[-1][0]}" if self.saved else "nothing is pushed"
+            raise element.error(f"has no push_{what} before it: {last}")
+        _, state = self.saved.pop()
+        self.state = GraphicsState(state.ctm, state.material if what == "GS" else self.state.material)
+
+    def save_transform(self, element: Element) -> None:
+        """Remember the transform under a name."""
+        self.named_transforms[element.text(element.need("name"))] = self.state.ctm
+
+    def restore_transform(self, element: Element) -> None:
+        """Take the transform that was remembered under a name."""
+        name = element.text(element.need("name"))
+        if name not in self.named_transforms:
+            raise element.error(f"name: {one_of('coordinate system', name[:40], self.named_transforms)}")
+        self.state = GraphicsState(self.named_transforms[name], self.state.material)
+
+    # --- materials ----------------------------------------------------------------------------------------------------
+
+    def make_named_material(self, element: Element) -> None:
+        """Remember a material under a name."""
+        name = element.text(element.need("name"))
+        self.named_materials[name] = read_material(element, name)
+
+    def use_material(self, element: Element) -> None:
+        """Make a material the current one."""
+        self.state = GraphicsState(self.state.ctm, read_material(element, f"material_{element.where.rsplit(':')[-1]}"))
+
+    def use_named_material(self, element: Element) -> None:
+        """Make a named material the current one."""
+        self.state = GraphicsState(self.state.ctm, self._named(element, "name"))
+
+    def _named(self, element: Element, attribute: str) -> Material:
+        name = element.text(element.need(attribute))
+        if name not in self.named_materials:
+            raise element.error(f"{attribute}: {one_of('material', name[:40], self.named_materials)}")
+        return self.named_materials[name]
+
+    def _material_of(self, element: Element) -> Material | None:
+        return self.state.material if element.find("material") is None else self._named(element, "material")
+
+    def _id_of(self, material: Material) -> int:
+        return self.material_ids.setdefault(material, len(self.material_ids))
+
+    # --- objects ------------------------------------------------------------------------------------------------------
+
+    def add_object(self, element: Element, document: Path) -> None:
+        """A sphere or a triangle mesh, where the current transform puts it."""
+        kind = element.choice("type", of=OBJECTS)
+        if kind == "sphere":
+            self._add_sphere(element)
+            return
+        mesh = self._mesh_of_file(element, document) if element.find("filename") else inline_mesh(element)
+        if element.flag("reverse_vertex_order", default=False):
+            reverse(mesh)
+        if element.flag("compute_normals", default=False):
+            mesh.normals, mesh.face_normals = vertex_normals(mesh), mesh.faces.astype(np.int32)
+        if element.flag("backface_cull", default=False):
+            mesh.face_culls = np.ones(len(mesh.faces), bool)
+        place(mesh, self.state.ctm)
+        material = self._material_of(element)
+        if material is None:
+            ids = np.array([self._id_of(m) for m in mesh.materials], np.int32)
+            mesh.face_materials = ids[mesh.face_materials]
+        else:
+            mesh.face_materials = np.full(len(mesh.faces), self._id_of(material), np.int32)
+        self._count(element, len(mesh.faces))
+        self.parts.append(mesh)
+
+    def _count(self, element: Element, more: int) -> None:
+        self.primitives += more
+        if self.primitives > MOST_PRIMITIVES:
+            raise element.error(f"takes the world beyond {MOST_PRIMITIVES:,} primitives")
+
+    def _mesh_of_file(self, element: Element, document: Path) -> Mesh:
+        from taichi_tracer.files import read
+
+        path = element.path("filename", document)
+        if path not in self.files:
+            self.files[path] = read(path)
+            self.notes += self.files[path].notes
+        return replace(self.files[path])
+
+    def _add_sphere(self, element: Element) -> None:
+        element.need("radius")
+        radius = element.number("radius", above=0.0)
+        centre = element.numbers("center", "centre", "origin", default=np.zeros(3))
+        ctm = self.state.ctm
+        is_placed = bool((ctm == IDENTITY).all())
+        scale = 1.0 if is_placed else similarity(ctm[:3, :3])
+        if scale is None:
+            raise element.error(
+                "would become an ellipsoid: the transform does not scale all axes alike; use a trianglemesh for it"
+            )
+        centre = centre if is_placed else ctm[:3, :3] @ centre + ctm[:3, 3]
+        material = self._material_of(element)
+        self._count(element, 1)
+        self.parts.append(
+            Mesh(
+                vertices=centre[None],
+                faces=np.zeros((1, 3), np.int32),
+                face_materials=np.array([self._id_of(Material() if material is None else material)], np.int32),
+                spheres=np.array([[*centre, radius * scale]]),
+                sphere_ids=np.zeros(1, np.int32),
+            )
+        )
+
+    def mesh(self) -> Mesh:
+        """All objects as one mesh."""
+        parts = self.parts
+        faces = np.cumsum([0, *(len(p.faces) for p in parts)])
+        vertices = np.cumsum([0, *(len(p.vertices) for p in parts)])
+        normals = np.cumsum([0, *(len(p.normals) for p in parts)])
+        has_normals = any(len(p.face_normals) > 0 for p in parts)
+        rows = [p.faces + v for p, v in zip(parts, vertices, strict=False)]
+        corners = [
+            np.where(p.face_normals < 0, -1, p.face_normals + n)
+            if len(p.face_normals)
+            else np.full((len(p.faces), 3), -1)
+            for p, n in zip(parts, normals, strict=False)
+        ]
+        culls = [np.zeros(len(p.faces), bool) if p.face_culls is None else p.face_culls for p in parts]
+        sphere_ids = [p.sphere_ids + f for p, f in zip(parts, faces, strict=False)]
+        return Mesh(
+            vertices=_joined([p.vertices for p in parts], (0, 3), np.float64),
+            faces=_joined(rows, (0, 3), np.int64),
+            normals=_joined([p.normals for p in parts], (0, 3), np.float64),
+            face_normals=_joined(corners if has_normals else [], (0, 3), np.int32),
+            face_materials=_joined([p.face_materials for p in parts], (0,), np.int32),
+            materials=list(self.material_ids) or [Material()],
+            source=str(self.path),
+            spheres=_joined([p.spheres for p in parts], (0, 4), np.float64),
+            sphere_ids=_joined(sphere_ids, (0,), np.int32),
+            face_culls=_joined(culls, (0,), bool) if any(c.any() for c in culls) else None,
+        )
+
+
+def _joined(arrays: list[np.ndarray], shape: tuple[int, ...], dtype: type) -> np.ndarray:
+    return np.concatenate(arrays).astype(dtype) if arrays else np.zeros(shape, dtype)
+
+
+def read_material(element: Element, name: str) -> Material:
+    """A material of RT3, and as an extension the values of MTL files by their names, taken as they are."""
+    kind = element.choice("type", of=MATERIALS, default="matte")
+    values: dict = {}
+    base = "color" if kind == "flat" else "diffuse"
+    colors = element.colors("color", "diffuse", "ambient", "specular")
+    if "color" in colors and "diffuse" in colors:
+        raise element.error("color and diffuse mean the same: give one of them")
+    for attribute, key in ((base, "Kd"), ("color", "Kd"), ("diffuse", "Kd"), ("ambient", "Ka"), ("specular", "Ks")):
+        if attribute in colors:
+            values[key] = colors[attribute]
+    if kind == "phong":
+        values["Ns"] = element.number("glossiness", "exponent", default=1.0)
+    for key in MTL_COLORS:
+        if (color := element.numbers(key, default=None)) is not None:
+            values[key] = tuple(float(c) for c in color)
+    for key in MTL_NUMBERS:
+        if (value := element.number(key)) is not None:
+            values[key] = value
+    if min(values.get("Kd", (0,))) < 0 or min(values.get("Ke", (0,))) < 0:
+        raise element.error("Kd and Ke must not be negative")
+    return Material(name=name, **values)
+
+
+def inline_mesh(element: Element) -> Mesh:
+    """A mesh whose lists stand in the document; ``normals`` have the vertices' indices, or ``normal_indices``."""
+    element.need("vertices")
+    element.need("indices")
+    vertices, indices = element.table("vertices", 3), element.table("indices", 3, np.int64)
+    check_indices(element, "indices", indices, len(vertices), 0)
+    count = element.whole("ntriangles", least=0)
+    if count is not None and count != len(indices):
+        raise element.error(f"ntriangles is {count}, but there are {len(indices)} triangles in indices")
+    uv = element.table("uv", 2)
+    if uv is not None and len(uv) != len(vertices):
+        raise element.error(f"uv has {len(uv)} entries for {len(vertices)} vertices")
+    mesh = Mesh(vertices=vertices, faces=indices)
+    normals, normal_indices = element.table("normals", 3), element.table("normal_indices", 3, np.int64)
+    if normals is not None:
+        if normal_indices is None:
+            if len(normals) != len(vertices):
+                raise element.error(f"normals has {len(normals)} entries for {len(vertices)} vertices")
+            normal_indices = indices
+        elif len(normal_indices) != len(indices):
+            raise element.error(f"normal_indices has {len(normal_indices)} triangles, indices {len(indices)}")
+        check_indices(element, "normal_indices", normal_indices, len(normals), -1)
+        mesh.normals, mesh.face_normals = normals, normal_indices.astype(np.int32)
+    return mesh
+
+
+def check_indices(element: Element, name: str, ids: np.ndarray, count: int, least: int) -> None:
+    """An error that names the first triangle whose index is out of range."""
+    wrong = np.argwhere((ids < least) | (ids >= count))
+    if len(wrong) > 0:
+        triangle, corner = wrong[0]
+        raise element.error(
+            f"{name}: triangle {triangle} has index {ids[triangle, corner]}, which is out of range "
+            f"(there are {count}, counted from 0)"
+        )
+
+
+def reverse(mesh: Mesh) -> None:
+    """Let every triangle face the other way; normals of vertices stay."""
+    mesh.faces = mesh.faces[:, [0, 2, 1]]
+    if len(mesh.face_normals) > 0:
+        mesh.face_normals = mesh.face_normals[:, [0, 2, 1]]
+
+
+def vertex_normals(mesh: Mesh) -> np.ndarray:
+    """(V, 3) sums of the triangles' normals about each vertex, weighted by their areas."""
+    v0, v1, v2 = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    with np.errstate(all="ignore"):
+        normal = np.nan_to_num(np.cross(v1 - v0, v2 - v0))
+    total = np.zeros_like(mesh.vertices)
+    for k in range(3):
+        np.add.at(total, mesh.faces[:, k], normal)
+    return total
+
+
+def place(mesh: Mesh, ctm: np.ndarray) -> None:
+    """Transform a mesh; a mirror turns its triangles round, so that outsides stay outside."""
+    if (ctm == IDENTITY).all():
+        return
+    linear = ctm[:3, :3]
+    mesh.vertices = mesh.vertices @ linear.T + ctm[:3, 3]
+    if len(mesh.normals) > 0:
+        mesh.normals = mesh.normals @ np.linalg.inv(linear)
+    if np.linalg.det(linear) < 0:
+        reverse(mesh)
+
+
+def rotation(angle: float, axis: np.ndarray) -> np.ndarray:
+    """(3, 3) of a turn about a unit axis, counter-clockwise seen from its tip (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
+
+
+def similarity(linear: np.ndarray) -> float | None:
+    """By what all lengths are multiplied, or None where directions differ in it."""
+    gram = linear.T @ linear
+    square = float(np.trace(gram)) / 3
+    if not np.abs(gram - square * np.eye(3)).max() <= UNIFORM * square:
+        return None
+    return float(np.sqrt(square))

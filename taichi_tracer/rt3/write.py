@@ -1,0 +1,165 @@
+"""RT3 documents out of scenes: every number as it is, so that reading one again gives the same picture."""
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import Material
+from taichi_tracer.rt3.document import Document, FilmSettings, Integrator
+from taichi_tracer.rt3.elements import MOST_BYTES, MOST_ELEMENTS
+from taichi_tracer.system.errors import InputError
+
+NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def as_rt3(document: Document, path: Path) -> str:
+    """The text of a document; files that it names are named relative to ``path``, where it will lie.
+
+    Raises:
+        InputError: more than ``read_rt3`` would read.
+    """
+    lines = ["<RT3>"]
+    last = None
+    for shot in document.shots:
+        if last is not None:
+            lines.append("")
+        lines += [*_view(shot.view), _film(shot.film), _integrator(shot.integrator)]
+        if last is None:
+            lines += ["", "<world_begin/>", *_background(document, path), *_world(document.mesh), "<world_end/>"]
+        else:
+            lines.append("<render_again/>")
+        last = shot
+    text = "\n".join([*lines, "</RT3>", ""])
+    if len(text.encode()) > MOST_BYTES or len(lines) > MOST_ELEMENTS:
+        raise InputError(
+            f"{path}: the scene takes {len(text.encode()) >> 20} MB and {len(lines):,} elements as RT3, of which "
+            f"{MOST_BYTES >> 20} MB and {MOST_ELEMENTS:,} are read: name its mesh by filename instead"
+        )
+    return text
+
+
+def tag(name: str, /, **attributes) -> str:
+    """An empty element; numbers and lists of numbers to the last digit, None left out."""
+    told = "".join(f" {key}={quoteattr(_text(value))}" for key, value in attributes.items() if value is not None)
+    return f"<{name}{told}/>"
+
+
+def _text(value) -> str:
+    if isinstance(value, str):
+        return NOT_IN_XML.sub("?", value)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return " ".join(repr(number) for number in np.asarray(value).reshape(-1).tolist())
+
+
+def _view(view: dict) -> list[str]:
+    window = view.get("screen_window")
+    camera = {
+        "type": view.get("projection", "perspective"),
+        "fovy": view.get("fov"),
+        "screen_window": None if isinstance(window, str) else window,
+        "frame_aspect": view.get("frame_aspect"),
+        "focal_distance": view.get("focal_distance"),
+        "handedness": view.get("handedness"),
+    }
+    eye, at, up = (np.asarray(view[name], np.float64) for name in ("eye", "at", "up"))
+    return [tag("lookat", look_from=eye, look_at=at, up=up), tag("camera", **camera)]
+
+
+def _film(film: FilmSettings) -> str:
+    kind = None if film.filename is None else Path(film.filename).suffix.lower()[1:]
+    return tag(
+        "film",
+        type="image",
+        x_res=film.width,
+        y_res=film.height,
+        crop_window=film.crop_window if film.crop_window != (0, 1, 0, 1) else None,
+        filename=film.filename,
+        img_type=kind,
+        gamma_corrected=film.gamma_corrected,
+    )
+
+
+def _integrator(integrator: Integrator) -> str:
+    if integrator.name == "direct":
+        return tag("integrator", type="direct", estimator=integrator.estimator, spp=integrator.spp)
+    return tag("integrator", type=integrator.name, **integrator.depth)
+
+
+def _background(document: Document, path: Path) -> Iterator[str]:
+    background = document.background
+    if isinstance(background, Path):
+        yield tag("background", type="image", filename=_beside(background, path))
+    elif background is not None and len(background) == 3:
+        yield tag("background", type="colors", color=background)
+    elif background is not None:
+        yield tag("background", type="4_colors", **dict(zip(("bl", "tl", "tr", "br"), background, strict=True)))
+    if document.environment is not None:
+        where = _beside(document.environment, path)
+        yield tag("background", type="spherical", filename=where, **document.environment_options)
+
+
+def _beside(file: Path, document: Path) -> str:
+    return Path(os.path.relpath(file.resolve(), document.resolve().parent)).as_posix()
+
+
+def _world(mesh: Mesh) -> Iterator[str]:
+    """Materials by name, and objects in the order of their ids: a mesh for each run of what has all else in common."""
+    names = _names(mesh.materials)
+    for material, name in zip(mesh.materials, names, strict=True):
+        yield _material(material, name)
+    count = len(mesh.faces)
+    if count == 0:
+        return
+    sphere_of = np.full(count, -1)
+    sphere_of[mesh.sphere_ids] = np.arange(len(mesh.sphere_ids))
+    culls = np.zeros(count, bool) if mesh.face_culls is None else mesh.face_culls
+    has_normals = (mesh.face_normals >= 0).any(axis=1) if len(mesh.face_normals) else np.zeros(count, bool)
+    kind = np.stack([sphere_of, mesh.face_materials, culls, has_normals], axis=1)
+    starts = np.flatnonzero(np.append(True, (kind[1:] != kind[:-1]).any(axis=1)))
+    for begin, end in zip(starts, [*starts[1:], count], strict=True):
+        material = names[mesh.face_materials[begin]]
+        if sphere_of[begin] >= 0:
+            sphere = mesh.spheres[sphere_of[begin]]
+            yield tag("object", type="sphere", material=material, center=sphere[:3], radius=sphere[3])
+        else:
+            yield _triangles(mesh, slice(begin, end), material, bool(culls[begin]), bool(has_normals[begin]))
+
+
+def _triangles(mesh: Mesh, part: slice, material: str, culls: bool, has_normals: bool) -> str:
+    used, faces = np.unique(mesh.faces[part], return_inverse=True)
+    faces = faces.reshape(-1, 3)
+    lists = {"vertices": mesh.vertices[used].astype(np.float64), "indices": faces}
+    if not np.isfinite(lists["vertices"]).all():
+        raise InputError(f"{mesh.source}: a vertex is not finite, which RT3 cannot say")
+    if has_normals:
+        ids = mesh.face_normals[part]
+        used, inverse = np.unique(ids[ids >= 0], return_inverse=True)
+        corners = np.full(ids.shape, -1)
+        corners[ids >= 0] = inverse.reshape(-1)
+        lists["normals"] = mesh.normals[used].astype(np.float64)
+        lists["normal_indices"] = corners
+    return tag("object", type="trianglemesh", material=material, backface_cull=culls or None, **lists)
+
+
+def _names(materials: list[Material]) -> list[str]:
+    """One name for each, those of the materials where they tell them apart."""
+    names: list[str] = []
+    for i, material in enumerate(materials):
+        name = NOT_IN_XML.sub("?", material.name).strip() or f"material {i}"
+        names.append(f"{name} {i}" if name in names else name)
+    return names
+
+
+def _material(material: Material, name: str) -> str:
+    """The values of MTL files by their names, which are read as they are; those that are unset are left out."""
+    unset = Material()
+    values = {f.name: getattr(material, f.name) for f in fields(Material) if f.name != "name"}
+    kept = {key: value for key, value in values.items() if key == "Kd" or value != getattr(unset, key)}
+    return tag("make_named_material", type="matte", name=name, **kept)

@@ -1,0 +1,109 @@
+"""Every item is in one leaf, every box holds what is below it: for any boxes."""
+
+import numpy as np
+import pytest
+from shapes import sphere
+from support import start
+
+from taichi_tracer.fast import bvh_build
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def random_boxes(rng, count):
+    centre, half = rng.uniform(-1, 1, (count, 3)), rng.exponential(0.02, (count, 3))
+    return np.concatenate([centre - half, centre + half], axis=1)
+
+
+def spheres_of_many_sizes():
+    """The boxes of triangles of spheres within each other, and of two small ones far away."""
+    parts = [sphere(8, 5, 10.0**k) for k in range(-6, 7)]
+    parts += [sphere(16, 9, 4.0, (1e4, -3333, 1429)), sphere(16, 9, 4.0, (1e6, -333333, 142857))]
+    corners = np.concatenate([vertices[faces] for vertices, faces in parts])
+    return np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
+
+
+BOXES = {
+    "one": lambda rng: random_boxes(rng, 1),
+    "few": lambda rng: random_boxes(rng, 9),
+    "many, in groups": lambda rng: random_boxes(rng, 20_000),
+    "all the same": lambda rng: np.tile(random_boxes(rng, 1), (10_000, 1)),
+    "points": lambda rng: np.tile(rng.uniform(size=(500, 3)), 2),
+    "in a plane": lambda rng: random_boxes(rng, 9_000) * [1, 0, 1, 1, 0, 1],
+    "exponentially spaced": lambda rng: 2.0 ** np.arange(-40, 40)[:, None] * np.array([[1, 1, 1, 1.2, 1.3, 1.4]]),
+    "spheres of many sizes": lambda rng: spheres_of_many_sizes(),
+    "huge and tiny": lambda rng: random_boxes(rng, 300) * 10.0 ** rng.integers(-6, 7, (300, 1)),
+}
+
+
+@pytest.mark.parametrize("name", BOXES)
+def test_the_tree_is_one(name, rng):
+    box = np.ascontiguousarray(BOXES[name](rng), np.float32)
+    tree = bvh_build.build(box)
+    np.testing.assert_array_equal(np.sort(tree.order), np.arange(len(box)))
+    seen = np.zeros(len(box), int)
+    waiting = [0]
+    while waiting:
+        node = waiting.pop()
+        left = tree.child[node]
+        if left < 0:
+            assert 0 < tree.end[node] - tree.begin[node] <= bvh_build.MAX_LEAF
+            items = box[tree.order[tree.begin[node] : tree.end[node]]]
+            seen[tree.order[tree.begin[node] : tree.end[node]]] += 1
+        else:
+            items = tree.box[[left, left + 1]]
+            waiting += [left, left + 1]
+        np.testing.assert_array_equal(tree.box[node, :3], items[:, :3].min(axis=0))
+        np.testing.assert_array_equal(tree.box[node, 3:], items[:, 3:].max(axis=0))
+    assert (seen == 1).all()
+
+
+def test_grid_groups_are_cells(rng):
+    box = random_boxes(rng, 10_000).astype(np.float32)
+    order, starts = bvh_build.grid_groups(box)
+    np.testing.assert_array_equal(np.sort(order), np.arange(len(box)))
+    centre = (box[:, :3] + box[:, 3:])[order]
+    cell = 1.01 * np.ptp(centre, axis=0) / bvh_build.CELLS_PER_AXIS
+    for begin, end in zip(starts, np.append(starts[1:], len(box)), strict=True):
+        assert (np.ptp(centre[begin:end], axis=0) <= cell).all()
+
+
+def test_the_heuristic_separates_two_clusters(rng):
+    """Two far clusters: the root's children are they, whatever their sizes."""
+    near, far = random_boxes(rng, 100), random_boxes(rng, 900) + 50
+    tree = bvh_build.build(np.concatenate([near, far]).astype(np.float32))
+    left = tree.child[0]
+    assert {tree.end[left] - tree.begin[left], tree.end[left + 1] - tree.begin[left + 1]} == {100, 900}
+
+
+@pytest.mark.parametrize("name", BOXES)
+def test_with_fast_math_the_tree_is_one(name, rng):
+    """The compiler then knows no infinity, and so not that a plane beside all items costs too much."""
+    start("f32", fast_math=True)
+    try:
+        test_the_tree_is_one(name, rng)
+    finally:
+        start("f32")
+
+
+def test_batches_hold_every_group_once(monkeypatch):
+    monkeypatch.setattr(bvh_build, "BATCH", 10)
+    starts = np.array([0, 3, 4, 25, 26, 31, 60], np.int32)
+    slices = list(bvh_build._batches(starts, 64))
+    assert len(slices) > 2
+    np.testing.assert_array_equal(np.concatenate([starts[s] for s in slices]), starts)
+    assert [len(starts[s]) > 0 for s in slices] == [True] * len(slices)
+    assert list(bvh_build._batches(starts[:1], 10)) == [slice(None)]
+
+
+def test_batches_change_no_bit_of_the_tree(monkeypatch, rng):
+    low = rng.random((20_000, 3)).astype(np.float32)
+    box = np.concatenate([low, low + np.float32(0.01)], axis=1)
+    whole = bvh_build.build(box)
+    monkeypatch.setattr(bvh_build, "BATCH", 1_000)
+    parts = bvh_build.build(box)
+    for name in ("box", "child", "begin", "end", "order"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

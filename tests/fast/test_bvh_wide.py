@@ -1,0 +1,100 @@
+"""The wide tree holds what the binary one held, its stack is deep enough, and it costs no more than a simple cut."""
+
+import numpy as np
+import pytest
+from support import start
+from test_bvh_build import BOXES
+
+from taichi_tracer.fast import bvh_build
+from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, leaf_reference, quantise
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def leaf_range(reference):
+    return (-1 - reference) >> LEAF_BITS, (-1 - reference) & ((1 << LEAF_BITS) - 1)
+
+
+@pytest.mark.parametrize("name", BOXES)
+def test_every_item_is_in_one_leaf_within_its_box(name, rng):
+    box = np.ascontiguousarray(BOXES[name](rng), np.float32)
+    binary = bvh_build.build(box)
+    wide = collapse(binary)
+    seen = np.zeros(len(box), int)
+
+    def visit(reference, low, high, depth, waiting):
+        if reference < 0:
+            first, count = leaf_range(reference)
+            items = binary.order[first : first + count]
+            seen[items] += 1
+            assert (box[items, :3] >= low).all()
+            assert (box[items, 3:] <= high).all()
+            return depth, waiting
+        is_child = wide.planes[reference, 0] <= wide.planes[reference, 3]
+        deepest, most = depth, waiting + is_child.sum()
+        for k in np.flatnonzero(is_child):
+            planes = wide.planes[reference, :, k]
+            down = visit(wide.children[reference, k], planes[:3], planes[3:], depth + 1, waiting + is_child.sum() - 1)
+            deepest, most = max(deepest, down[0]), max(most, down[1])
+        return deepest, most
+
+    depth, waiting = visit(wide.root, np.full(3, -np.inf), np.full(3, np.inf), 0, 0)
+    assert (seen == 1).all()
+    assert depth <= wide.depth
+    assert waiting <= max(wide.stack_size, 1)
+
+
+def test_nodes_are_well_filled(rng):
+    wide = collapse(bvh_build.build(np.ascontiguousarray(BOXES["many, in groups"](rng), np.float32)))
+    children = (wide.planes[:, 0] <= wide.planes[:, 3]).sum(axis=1)
+    assert children.mean() > 0.6 * WIDTH
+
+
+def test_leaf_references_are_negative_and_come_back():
+    begin = np.array([0, 1, 77, 100_000_000])
+    references = leaf_reference(begin, begin + [1, 8, 3, 0])
+    assert (references < 0).all()
+    assert (references >= -(2**31)).all()
+    assert [leaf_range(int(r)) for r in references] == [(0, 1), (1, 8), (77, 3), (100_000_000, 0)]
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("name", ["ordinary", "flat", "one point", "far away", "huge", "tiny", "of all sizes"])
+def test_boxes_on_a_grid_are_never_smaller_and_hardly_larger(name, dtype, rng):
+    low = rng.uniform(-1, 1, (200, 3, WIDTH))
+    high = low + rng.uniform(0, 1, (200, 3, WIDTH)) ** 4
+    if name == "flat":
+        low[:, 1] = high[:, 1] = 0.3
+    elif name == "one point":
+        low = high = np.full((200, 3, WIDTH), 0.1)
+    elif name == "far away":
+        low, high = low + 1e5, high + 1e5
+    elif name in ("huge", "tiny"):
+        exponent = {"huge": np.finfo(dtype).maxexp - 4, "tiny": np.finfo(dtype).minexp + 4}[name]
+        low, high = np.ldexp(low, exponent), np.ldexp(high, exponent)
+    elif name == "of all sizes":
+        scale = 10.0 ** rng.uniform(-12, 12, (200, 1, 1))
+        low, high = low * scale, low * scale + (high - low)
+    planes = np.concatenate([low, high], axis=1).astype(dtype)
+    absent = rng.uniform(size=(200, WIDTH)) < 0.3
+    absent[:, 0] = False
+    for plane in range(6):
+        planes[:, plane][absent] = np.inf if plane < 3 else -np.inf
+
+    grid = quantise(planes)
+    corner, step = grid.corner[:, :, None], grid.step[:, :, None]
+    numbers = grid.numbers.astype(dtype)
+    first, last = corner + numbers[:, :3] * step, corner + numbers[:, 3:] * step
+    is_present = np.broadcast_to(~absent[:, None], first.shape)
+    assert (first <= planes[:, :3])[is_present].all()
+    assert (last >= planes[:, 3:])[is_present].all()
+    assert (numbers[:, :3] > numbers[:, 3:])[~is_present].all()
+
+    rounding = np.finfo(dtype).eps * np.maximum(abs(first), abs(last)) + np.finfo(dtype).tiny
+    extent = np.where(is_present, planes[:, 3:] - corner, 0).max(axis=2, keepdims=True)
+    assert (step <= extent / 100 + rounding).all()
+    assert (planes[:, :3] - first <= 2 * step + 2 * rounding)[is_present].all()
+    assert (last - planes[:, 3:] <= 2 * step + 2 * rounding)[is_present].all()

@@ -1,0 +1,159 @@
+"""Packets and single rays give the same bits, and both what the intersector says."""
+
+import numpy as np
+import pytest
+import taichi as ti
+from shapes import lattice, soup, sphere
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.camera import Camera, OrthographicCamera
+from taichi_tracer.fast.packet_triangles import PACKET_TESTS
+from taichi_tracer.fast.primary_hits import PrimaryHits
+from taichi_tracer.ray_intersector import BruteForceRayIntersector
+
+FIELDS = ("distance", "triangle_id", "u", "v")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def fields_of(hits):
+    """Every field of the hits, as pictures."""
+    return {name: hits.to_image(name) for name in FIELDS}
+
+
+def assert_same_bits(single, packets):
+    """Trace in both forms and compare; returns the ids."""
+    for hits in (single, packets):
+        hits.trace()
+    assert single.packets is None
+    assert packets.packets is not None
+    a, b = fields_of(single), fields_of(packets)
+    for name in FIELDS:
+        np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+    return a["triangle_id"]
+
+
+def many_shapes(rng):
+    """A soup at the origin, a lattice of integers at x = 20, a closed sphere at x = −20."""
+    parts = [soup(rng, 300), lattice(rng, 60), sphere()]
+    vertices = [v + [x, 0, 0] for (v, _), x in zip(parts, (0, 20, -20), strict=True)]
+    starts = np.cumsum([0, *(len(v) for v in vertices[:-1])])
+    return np.concatenate(vertices), np.concatenate([f + n for (_, f), n in zip(parts, starts, strict=True)])
+
+
+VIEWS = {
+    "soup": {"eye": (0, 0.5, 4), "at": (0, 0, 0)},
+    "lattice seen along an axis": {"eye": (20.0, 0.0, 6.0), "at": (20.0, 0.0, 0.0)},
+    "lattice from a lattice point": {"eye": (22.0, 1.0, 6.0), "at": (22.0, 1.0, 0.0)},
+    "inside a sphere": {"eye": (-19.9, 0.2, 0.3), "at": (-19.9, 0.2, 1.3), "fov": 160.0},
+}
+
+
+@pytest.mark.parametrize("test", PACKET_TESTS)
+def test_packets_equal_single_rays_bit_for_bit(test, rng):
+    scene = tt.scene_from_mesh(*many_shapes(rng), triangle_test=test)
+    camera = Camera(61, 47)
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    for name, view in VIEWS.items():
+        camera.set_camera_parameters(**{"fov": 60.0, **view})
+        assert (assert_same_bits(single, packets) >= 0).mean() > 0.1, name
+
+
+def test_packets_of_parallel_rays_equal_single_ones(rng):
+    """Also along an axis, where two components of every direction are 0."""
+    scene = tt.scene_from_mesh(*many_shapes(rng))
+    camera = OrthographicCamera(37, 22)
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    for name in ("soup", "lattice seen along an axis", "inside a sphere"):
+        view = {part: VIEWS[name][part] for part in ("eye", "at")}
+        camera.set_camera_parameters(**view, screen_window=(-2, 2, -1, 1))
+        assert (assert_same_bits(single, packets) >= 0).mean() > 0.1, name
+
+
+@ti.data_oriented
+class ScatteredCamera(Camera):
+    """Rays that start beside the eye, each somewhere else."""
+
+    @ti.func
+    def ray_through(self, ndc):
+        ray = Camera.ray_through(self, ndc)
+        ray.origin.x += ndc.y / 8
+        return ray
+
+    @ti.func
+    def rays_through(self, x, y):
+        ox, oy, oz, dx, dy, dz = Camera.rays_through(self, x, y)
+        return ox + (y - self.centre[None].y) / self.half_size[None].y / 8, oy, oz, dx, dy, dz
+
+
+def test_packets_of_rays_without_a_common_origin_equal_single_ones(rng):
+    """A camera of a user's own has to say that its rays start at one point."""
+    assert (Camera.share_origin, ScatteredCamera.share_origin, OrthographicCamera.share_origin) == (True, False, False)
+    scene = tt.scene_from_mesh(*many_shapes(rng))
+    camera = ScatteredCamera(40, 24, **VIEWS["soup"])
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    for hits in (single, packets):
+        hits.trace()
+    a, b = (hits.to_image("triangle_id") for hits in (single, packets))
+    assert (a >= 0).mean() > 0.1
+    assert (a == b).mean() > 0.99  # the two forms of this camera round differently
+
+
+def test_packets_equal_single_rays_far_from_the_origin():
+    scene = tt.scene_from_mesh(*sphere(centre=(1e4, 0, -2e4)))
+    camera = Camera(18, 18, eye=(1e4, 0.5, -2e4 + 4), at=(1e4, 0, -2e4))
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    assert (assert_same_bits(single, packets) >= 0).mean() > 0.1
+
+
+def test_an_empty_scene_has_no_hits():
+    scene = tt.scene_from_mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
+    single, packets = (PrimaryHits(scene, Camera(3, 2), use_packets=use) for use in (False, True))
+    assert (assert_same_bits(single, packets) == -1).all()
+    assert np.isinf(fields_of(packets)["distance"]).all()
+
+
+def test_the_hits_are_those_of_intersect():
+    scene = tt.load_scene_data("cornell_box")
+    camera = Camera(20, 12, **scene.view)
+    hits = PrimaryHits(scene, camera, use_packets=False)
+    hits.trace()
+    from oracles.rays import eye_rays
+
+    view = {name: scene.view[name] for name in ("eye", "at", "up", "fov")}
+    asked = scene.intersect(scene.view["eye"], eye_rays(**view, width=20, height=12).reshape(-1, 3))
+    found = hits.to_image("triangle_id")[::-1]  # the oracle begins at the bottom
+    assert (found.reshape(-1) == asked.triangle_id).mean() > 0.99
+
+
+def test_packets_are_for_much_work_where_neighbours_have_something_in_common():
+    scene = tt.scene_from_mesh(*sphere())
+    large, small = PrimaryHits(scene, Camera(256, 256)), PrimaryHits(scene, Camera(16, 16))
+    assert not large.is_much_work()  # the first picture would wait for the compiler
+    large.traces, small.traces = 1, 1
+    assert large.is_much_work()
+    assert not small.is_much_work()
+    small.traces = 1 << 14
+    assert small.is_much_work()
+    crowded = PrimaryHits(scene, Camera(4, 4))
+    crowded.traces = 1 << 18
+    assert scene.geometry.num_primitives > 8 * 16
+    assert not crowded.is_much_work()
+
+
+def test_brute_force_and_replaced_cameras_go_ray_by_ray():
+    """Whoever replaces the plain form alone gets the plain form, not the packets of the class below."""
+    brute = tt.load_scene_data("cube", intersector=BruteForceRayIntersector.name)
+    assert not PrimaryHits(brute, Camera(8, 8)).can_use_packets
+
+    class MyCamera(Camera):
+        def generate_ray(self, pixel_x, pixel_y):
+            return super().generate_ray(pixel_x, pixel_y)
+
+    scene = tt.load_scene_data("cube")
+    assert PrimaryHits(scene, Camera(8, 8)).can_use_packets
+    assert not PrimaryHits(scene, MyCamera(8, 8)).can_use_packets

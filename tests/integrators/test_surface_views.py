@@ -1,0 +1,92 @@
+"""The six views of every kind of scene against float64, and against their reference pictures."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles import rays, views
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.integrators import surface_views
+from taichi_tracer.scene_data_loader import COURSE_VIEW
+
+REFERENCES = Path(__file__).parent / "references"
+NAMES = [view.name for view in surface_views.ALL]
+SIZE = 96
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@pytest.fixture(scope="module")
+def box():
+    return tt.A1Renderer(scene_data=tt.load_scene_data("cornell_box"), width=SIZE, height=SIZE)
+
+
+def eight_bit(image):
+    """As PNG files have it."""
+    return np.round(np.clip(image, 0, 1) * 255).astype(np.int64)
+
+
+def oracle_pictures(scene, width, height):
+    """View name → (height, width, 3), and (height, width) where a pixel is further than rounding from any edge."""
+    directions = rays.eye_rays(**COURSE_VIEW, width=width, height=height)[::-1].reshape(-1, 3)
+    origins = np.broadcast_to(COURSE_VIEW["eye"], directions.shape)
+    mesh = scene.geometry
+    ids, t, u, v, margin = rays.nearest(origins, directions, *mesh.arrays)
+    normals = mesh.normals.to_numpy() if mesh.has_normals else []
+    face_normals = mesh.face_normals.to_numpy() if mesh.has_normals else []
+    pictures = views.colors(
+        directions, ids, t, u, v, *mesh.arrays, normals, face_normals, mesh.face_materials.to_numpy()
+    )
+    shape = (height, width)
+    return {name: p.reshape(*shape, 3) for name, p in pictures.items()}, (margin > 1e-5).reshape(shape)
+
+
+@pytest.mark.parametrize("scene", ["cornell_box", "specular_spheres"])
+def test_every_view_equals_the_oracle(scene):
+    """Largest difference 0 of 255 away from edges; a view's value may fall on the border of two of the 256 steps."""
+    loaded = tt.load_scene_data(scene)
+    width, height = (SIZE, SIZE) if scene == "cornell_box" else (40, 30)
+    renderer = tt.A1Renderer(scene_data=loaded, width=width, height=height)
+    expected, sure = oracle_pictures(loaded, width, height)
+    assert sure.mean() > 0.97
+    for name in NAMES:
+        image = renderer.use(name).image()
+        border = np.abs((expected[name] * 255) % 1 - 0.5) < 2e-3
+        counted = sure[..., None] & ~border
+        assert (eight_bit(image) == eight_bit(expected[name]))[counted].all(), name
+        np.testing.assert_allclose(image[sure], expected[name][sure], atol=2e-5)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_view_equals_its_reference(name, box):
+    """tests/references/make_references.py makes them; they differ by one step of 255 at most."""
+    reference = tt.read_image(REFERENCES / f"cornell_box_{name}.png", srgb=False)
+    different = np.abs(eight_bit(box.use(name).image()) - eight_bit(reference)).max(axis=-1)
+    assert different.shape == (SIZE, SIZE)
+    assert (different > 1).sum() == 0
+
+
+def test_misses_are_black_in_every_view():
+    scene = tt.scene_from_mesh([[50, 50, 0], [51, 50, 0], [50, 51, 0]], [[0, 1, 2]], view=COURSE_VIEW)
+    renderer = tt.A1Renderer(scene_data=scene, width=8, height=8)
+    for name in NAMES:
+        assert renderer.use(name).image().max() == 0
+
+
+def test_what_the_colours_say(box):
+    """One pixel of each view, from the handout's words."""
+    scene = box.scene_data
+    ids = scene.intersect(COURSE_VIEW["eye"], [0, 0, -1])
+    centre = {name: box.use(name).image()[SIZE // 2, SIZE // 2] for name in NAMES}
+    np.testing.assert_array_equal(centre["hit"], [1, 1, 1])
+    np.testing.assert_allclose(centre["distance"], ids.distance[0] / 10, atol=1e-3)
+    np.testing.assert_allclose(centre["normal"], (ids.normal[0] + 1) / 2, atol=1e-6)
+    np.testing.assert_allclose(centre["barycentric"].sum(), 1, atol=1e-6)
+    for name, number in (("triangle_id", ids.triangle_id[0]), ("material_id", ids.material_id[0])):
+        expected = ((number + 1) * np.array([3.14159265, 6.62607015, 2.71828182])) % 1
+        np.testing.assert_allclose(centre[name], expected, atol=1e-6)

@@ -1,0 +1,98 @@
+"""The error that a picture tells of itself is the one it has: in 95 of 100 pictures, within the interval."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+from oracles import errors
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.picture.error_estimate import RelativeError, mean_of_neighbours, percent, relative_error
+
+SHAPE = (24, 24)
+
+
+def pictures(rng, kind, k, count=300):
+    """(picture, variance of the mean) of k samples with mean 1 per pixel, with a standard deviation of their own."""
+    sigma = np.exp(rng.normal(0, 1, (*SHAPE, 1)))
+    for _ in range(count):
+        if kind == "normal":
+            samples = 1 + sigma * rng.normal(size=(k, *SHAPE, 1))
+        elif kind == "lognormal":
+            samples = 1 + sigma * (rng.lognormal(size=(k, *SHAPE, 1)) - math.exp(0.5))
+        else:  # a light that is seen or not
+            samples = 10.0 * (rng.random((k, *SHAPE, 1)) < 0.1)
+        samples = np.repeat(samples, 3, axis=3)  # channels err together
+        yield samples.mean(axis=0), samples.var(axis=0, ddof=1) / k
+
+
+@pytest.mark.parametrize("k", [2, 8])
+@pytest.mark.parametrize("kind", ["normal", "lognormal", "seen or not"])
+def test_the_interval_covers_the_error(rng, kind, k):
+    """Of 300 pictures, 95 % ± 3 standard errors of that count, and 2 % for tails that a few samples cannot tell."""
+    covered, errors_told, errors_had = 0, [], []
+    for picture, variance in pictures(rng, kind, k):
+        told = relative_error(variance, np.full(SHAPE, k), picture)
+        had = math.sqrt(((picture - 1) ** 2).mean()) / picture.mean()
+        covered += told.low <= had <= told.high
+        errors_told.append(float(told) ** 2)
+        errors_had.append(had**2)
+    assert 0.95 - 3 * math.sqrt(0.95 * 0.05 / 300) - 0.02 < covered / 300
+    np.testing.assert_allclose(np.mean(errors_told), np.mean(errors_had), rtol=0.06)
+
+
+def test_value_is_the_root_of_the_mean_variance_over_the_mean(rng):
+    variance, image = rng.random((5, 7, 3)), rng.random((5, 7, 3))
+    groups = rng.integers(1, 4, (5, 7))
+    told = relative_error(variance, groups, image)
+    expected, low, high = errors.relative_error(variance, groups, image)
+    np.testing.assert_allclose([float(told), told.low, told.high], [expected, low, high], rtol=1e-12)
+
+
+def test_pixels_without_an_estimate_are_left_out_and_none_is_nan():
+    variance, image = np.full((2, 2, 3), np.nan), np.ones((2, 2, 3))
+    assert math.isnan(relative_error(variance, np.ones((2, 2), int), image))
+    variance[0, 0] = 0.04
+    groups = np.array([[2, 1], [1, 1]])
+    assert relative_error(variance, groups, image) == pytest.approx(0.2)
+    assert math.isnan(relative_error(variance, groups, 0 * image))
+    assert relative_error(0 * np.ones((2, 2, 3)), groups, image) == 0
+
+
+def test_neighbours_do_not_wrap_around_and_leave_out_the_pixel_itself():
+    values, known = np.zeros((3, 4)), np.ones((3, 4), bool)
+    values[0, 0] = 6
+    mean = mean_of_neighbours(values, known)
+    np.testing.assert_allclose(mean[:2, :2], [[0, 6 / 5], [6 / 5, 6 / 8]])
+    assert mean[2].max() == mean[:, 2:].max() == 0
+    known[0, 1] = False
+    assert mean_of_neighbours(values, known)[1, 0] == pytest.approx(6 / 4)
+
+
+def test_it_is_a_number_that_shows_its_interval():
+    error = RelativeError(0.0123, 0.011, 0.0138)
+    assert str(error) == "1.23 % (1.1 % to 1.38 %)"
+    assert f"{error:.1%}" == "1.2%"
+    assert copy.copy(error).high == 0.0138
+    assert str(RelativeError(math.nan, math.nan, math.nan)) == "unknown"
+    assert percent(0.5) == "50 %"
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "independent"])
+def test_renders_know_their_error(sampler):
+    """60 short renders of a shipped scene: at least 85 % are covered, since 95 % minus 3 standard errors is 86.6 %."""
+    start("f32")
+    scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
+    size = 24
+    truth = tt.A2Renderer(scene, size, size, seed=77).use("mis").render(1024).image().astype(np.float64)
+    renderer, covered = tt.A2Renderer(scene, size, size, sampler=sampler).use("mis"), 0
+    for seed in range(60):
+        renderer.seed = seed
+        renderer.begin_anew()
+        told = renderer.render(16).error()
+        had = math.sqrt(((renderer.image() - truth) ** 2).mean()) / truth.mean()
+        covered += told.low <= had <= told.high
+    assert covered >= 51
+    assert renderer.error_image().shape == (size, size, 3)

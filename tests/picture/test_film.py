@@ -1,0 +1,137 @@
+"""Sums that do not drift, a variance that is right, and samples that are no numbers."""
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+from support import DEBUG, start
+
+import taichi_tracer as tt
+from taichi_tracer.picture.film import Film
+from taichi_tracer.system import runtime
+
+
+@ti.kernel
+def _fill(film: ti.template()):
+    for x, y in film.canvas:
+        film.put(x, y, tm.vec3(x, y, 0))
+
+
+@ti.kernel
+def _add(film: ti.template(), values: ti.types.ndarray(ndim=2)):
+    for x, y in ti.ndrange(*film.ranges):
+        for i in range(values.shape[0]):
+            film.add(x, y, tm.vec3(values[i, 0], values[i, 1], values[i, 2]), ti.cast(i, ti.u32))
+
+
+@ti.kernel
+def _add_constant(film: ti.template(), value: float, count: int):
+    for x, y in ti.ndrange(*film.ranges):
+        for i in range(count):
+            film.add(x, y, tm.vec3(value, value / 3, value * 1e6), ti.cast(i, ti.u32))
+
+
+def test_top_row_first(precision):
+    film = Film(3, 2)
+    _fill(film)
+    image = film.image()
+    assert image.dtype == np.float32
+    np.testing.assert_array_equal(image[..., 0], [[0, 1, 2], [0, 1, 2]])
+    np.testing.assert_array_equal(image[..., 1], [[1, 1, 1], [0, 0, 0]])
+
+
+def test_a_million_samples_of_a_constant_are_that_constant(precision):
+    film = Film(1, 1)
+    _add_constant(film, 0.1, 10_000 if DEBUG else 1_000_000)
+    expected = np.array([0.1, 0.1 / 3, 0.1e6])
+    np.testing.assert_allclose(film.image()[0, 0], expected, rtol=1e-6 if precision == "f64" else 2e-7)
+    assert np.abs(film.variance_of_mean()).max() < 1e-12 * 1e10
+
+
+def test_mean_and_variance_are_those_of_the_samples(precision, rng):
+    values = rng.lognormal(size=(5_000, 3)).astype(runtime.dtype())
+    film = Film(2, 1)
+    _add(film, values)
+    exact = values.astype(np.float64)
+    np.testing.assert_allclose(film.image()[0, 1], exact.mean(axis=0), rtol=2e-7)
+    np.testing.assert_allclose(film.variance_of_mean()[0, 0], exact.var(axis=0, ddof=1) / len(exact), rtol=1e-4)
+    relative = np.sqrt(exact.var(axis=0, ddof=1).mean() / len(exact)) / exact.mean()
+    np.testing.assert_allclose(film.error(), relative, rtol=1e-4)
+
+
+def test_two_replicas_tell_the_variance_by_their_difference(precision, rng):
+    values = rng.lognormal(size=(7, 3)).astype(runtime.dtype())
+    film = Film(1, 1, replicated=True)
+    _add(film, values)
+    even, odd = values[::2].mean(axis=0, dtype=np.float64), values[1::2].mean(axis=0, dtype=np.float64)
+    expected = (even - odd) ** 2 * (4 / 7) * (3 / 7)
+    np.testing.assert_allclose(film.variance_of_mean()[0, 0], expected, rtol=1e-4)
+    one = Film(1, 1, replicated=True)
+    _add(one, values[:1])
+    assert np.isnan(one.variance_of_mean()).all()
+    assert np.isnan(one.error())
+
+
+def test_a_film_goes_to_arrays_and_back_to_the_last_bit(precision, rng):
+    values = rng.lognormal(size=(9, 3)).astype(runtime.dtype())
+    values[3, 1] = np.nan
+    film, other = Film(2, 3, crop=(0, 2, 1, 3)), Film(2, 3, crop=(0, 2, 1, 3))
+    _add(film, values[:5])
+    film.samples = 5
+    other.from_arrays(film.to_arrays(), 5)
+    for f in (film, other):
+        _add(f, values[5:])
+    assert other.samples == 5
+    np.testing.assert_array_equal(film.image(), other.image())
+    np.testing.assert_array_equal(film.variance_of_mean(), other.variance_of_mean())
+    assert film.non_finite == other.non_finite == 4
+    assert film.non_finite_samples() == other.non_finite_samples()
+
+
+def test_merged_halves_are_the_whole(rng):
+    start("f32")
+    values = rng.lognormal(size=(512, 3)).astype(np.float32)
+    whole, first, second = Film(1, 1), Film(1, 1), Film(1, 1)
+    _add(whole, values)
+    _add(first, values[:200])
+    _add(second, values[200:])
+    first.samples, second.samples = 200, 312
+    first.merge(second)
+    assert first.samples == 512
+    np.testing.assert_array_equal(first.image(), whole.image())
+    np.testing.assert_allclose(first.variance_of_mean(), whole.variance_of_mean(), rtol=1e-5)
+    with pytest.raises(tt.InputError, match="2x1 samples cannot be added to a film of 1x1"):
+        first.merge(Film(2, 1))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_samples_that_are_no_numbers_are_counted_and_located_not_added(bad):
+    start("f32")
+    values = np.full((4, 3), 2, np.float32)
+    values[2, 1] = bad
+    film = Film(2, 3)
+    _add(film, values)
+    assert film.non_finite == 6
+    assert {(x, y, i) for x, y, i in film.non_finite_samples()} == {(x, y, 2) for x in range(2) for y in range(3)}
+    np.testing.assert_array_equal(film.image(), 2)
+    assert film.count[0, 0] == 3
+    film.reset()
+    assert film.non_finite == 0
+
+
+def test_only_the_crop_takes_samples():
+    start("f32")
+    film = Film(4, 3, crop=(1, 3, 0, 2))
+    _add_constant(film, 1.0, 2)
+    np.testing.assert_array_equal(film.count.to_numpy(), [[0, 0, 0], [2, 2, 0], [2, 2, 0], [0, 0, 0]])
+    for crop in ((0, 5, 0, 1), (2, 2, 0, 1), (-1, 2, 0, 1)):
+        with pytest.raises(tt.InputError, match="does not lie within 4x3"):
+            Film(4, 3, crop=crop)
+
+
+def test_a_film_of_an_earlier_start_says_so():
+    start("f32")
+    film = Film(2, 2)
+    runtime.init("cpu", force=True, debug=DEBUG)
+    with pytest.raises(tt.StaleSceneError):
+        film.image()

@@ -1,0 +1,569 @@
+"""RT3 documents: what they say, and the many ways not to say it, each told with file, line and value."""
+
+import itertools
+import math
+import time
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, TAGS, FilmSettings, crop_pixels, read_rt3
+from taichi_tracer.rt3.world import MATERIALS, OBJECTS, rotation
+from taichi_tracer.rt3.write import as_rt3
+from taichi_tracer.system.errors import InputError
+
+HEAD = """<RT3>
+<lookat look_from="0 7 0" look_at="0 0 0" up="0 0 1"/>
+<camera type="orthographic" screen_window="-4 4 -3 3"/>
+<film x_res="40" y_res="30"/>
+"""
+SECONDS, MEGABYTES = 5.0, 600.0
+
+
+def document(world="", head=HEAD, tail=""):
+    """A document whose world begins in line 6 with ``world``."""
+    return f"{head}<world_begin/>\n{world}\n<world_end/>\n{tail}</RT3>\n"
+
+
+def read(tmp_path, text, name="scene.xml"):
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_rt3(path)
+
+
+def shot_of(tmp_path, *settings_):
+    return read(tmp_path, document(head=HEAD + "".join(settings_))).shots[0]
+
+
+# --- What is read -----------------------------------------------------------------------------------------------------
+
+
+def test_the_orthographic_example_of_the_document(tmp_path):
+    """As printed, blanks and comments included; C-11 is told."""
+    found = read(
+        tmp_path,
+        """<RT3>
+<lookat look_from="0 7 0" look_at="0 0 0" up="0 0 1" />
+<camera type="orthographic" screen_window="-5.3 5.3 -4 4"/>
+<film type="image" x_res="2800" y_res="1800" crop_window="0 1 0 1"
+filename="../images/gcodex_matte_ortho.png"
+img_type="png" gamma_corrected="yes" />
+
+<world_begin/>
+<background type="colors" color="0.14 0.19 0.26" />
+<!-- Here goes the rest of the file, including scene definition. -->
+
+<world_end/>
+</RT3>""",
+    )
+    (shot,) = found.shots
+    assert shot.view == {
+        "projection": "orthographic",
+        "screen_window": (-5.3, 5.3, -4.0, 4.0),
+        "eye": (0, 7, 0),
+        "at": (0, 0, 0),
+        "up": (0, 0, 1),
+    }
+    assert shot.film == FilmSettings(2800, 1800, (0, 1, 0, 1), "../images/gcodex_matte_ortho.png", True)
+    assert found.background == (0.14, 0.19, 0.26)
+    assert found.mesh.notes == [
+        f"{tmp_path}/scene.xml:3: the window is not shaped as the 2800x1800 film: "
+        "objects are stretched by 17 % in width (C-11)"
+    ]
+
+
+def test_synonyms_mean_the_same(tmp_path):
+    """C-13, and those of the course's later documents."""
+    film = shot_of(tmp_path, '<film w_res="70" h_res="50" img_type="ppm6" filename="a"/>').film
+    assert (film.width, film.height, film.filename) == (70, 50, "a.ppm")
+    view = shot_of(tmp_path, '<camera type="orthographic" frame_aspectratio="2"/>').view
+    assert view["frame_aspect"] == 2
+    for kind in (word for word, meaning in BACKGROUNDS.items() if meaning == "colors"):
+        one = read(tmp_path, document(f'<background type="{kind}" color="51 0 255"/>'))
+        assert one.background == (0.2, 0, 1)
+        four = read(tmp_path, document(f'<background type="{kind}" bl="0 0 0" tl="1 1 1" tr="0 0 255" br="0 0 0"/>'))
+        assert four.background[1] == (1 / 255,) * 3  # the colours of one element are judged together
+    for word, meaning in INTEGRATORS.items():
+        assert shot_of(tmp_path, f'<integrator type="{word}"/>').integrator.name == meaning
+    for word in OBJECTS:
+        rest = 'radius="1"' if word == "sphere" else 'vertices="0 0 0 1 0 0 0 1 0" indices="0 1 2"'
+        assert len(read(tmp_path, document(f'<object type="{word}" {rest}/>')).mesh.faces) == 1
+    for word in MATERIALS:
+        text = f'<material type="{word}" diffuse="0 1 0"/><object type="sphere" radius="1" origin="1 2 3"/>'
+        mesh = read(tmp_path, document(text)).mesh
+        assert mesh.materials[0].Kd == (0, 1, 0)
+        assert mesh.spheres.tolist() == [[1, 2, 3, 1]]
+    for on, off in zip(("yes", "true", "on", "1"), ("no", "false", "off", "0"), strict=True):
+        assert shot_of(tmp_path, f'<film x_res="2" y_res="2" gamma_corrected="{on}"/>').film.gamma_corrected
+        assert not shot_of(tmp_path, f'<film x_res="2" y_res="2" gamma_corrected="{off}"/>').film.gamma_corrected
+
+
+def test_the_root_may_have_any_name(tmp_path):
+    text = document().replace("RT3>", "my_tracer>")
+    assert len(read(tmp_path, text).shots) == 1
+
+
+def test_fovy_beside_a_window_is_told_and_does_not_count(tmp_path):
+    """C-9."""
+    found = read(tmp_path, document(head=HEAD + '<camera type="perspective" fovy="30" screen_window="-2 2 -1.5 1.5"/>'))
+    assert "fov" not in found.shots[0].view
+    assert found.mesh.notes == [
+        f"{tmp_path}/scene.xml:5: fovy 30 does not count beside screen_window '-2 2 -1.5 1.5' (C-9)"
+    ]
+
+
+def test_unknown_words_are_told_with_their_line_and_the_nearest(tmp_path):
+    world = '<sphere radius="1"/>\n<objetc type="sphere"/>\n<object type="sphere" radius="1" centre_="0 0 0"/>\ntext'
+    notes = read(tmp_path, document(world, HEAD.replace("y_res", 'yres="30" y_res'))).mesh.notes
+    told = [note.removeprefix(f"{tmp_path}/scene.xml:") for note in notes]
+    assert told[0] == "4: <film> has no attribute 'yres': did you mean 'y_res'?"
+    assert told[1].startswith("6: unknown tag <sphere>")
+    assert told[2] == "7: unknown tag <objetc>: did you mean 'object'?"
+    assert told[3] == "8: <object> has no attribute 'centre_': did you mean 'centre'?"
+    assert "text between elements is ignored: 'text'" in told[4]
+
+
+def test_ids_are_in_the_order_of_the_document(tmp_path):
+    """Spheres and triangles in turn; materials by first use (C-16)."""
+    triangle = '<object type="trianglemesh" vertices="0 0 0 1 0 0 0 1 0 1 1 0" indices="0 1 2 1 3 2" material="{}"/>'
+    world = (
+        '<make_named_material name="unused" type="matte"/><make_named_material name="b" type="matte" diffuse="0 0 1"/>'
+        '<make_named_material name="a" type="blinn" diffuse="1 0 0" specular="1 1 1" glossiness="64"/>'
+        f'<named_material name="a"/><object type="sphere" radius="2"/>{triangle.format("b")}'
+        f'<object type="sphere" radius="3" material="b"/>{triangle.format("a")}'
+    )
+    mesh = read(tmp_path, document(world)).mesh
+    assert mesh.sphere_ids.tolist() == [0, 3]
+    assert mesh.spheres[:, 3].tolist() == [2, 3]
+    assert [m.name for m in mesh.materials] == ["a", "b"]
+    assert mesh.face_materials.tolist() == [0, 1, 1, 1, 0, 0]
+    assert mesh.materials[0].Ns == 64
+    corners = mesh.vertices[mesh.faces[[1, 2, 4, 5]]]
+    np.testing.assert_array_equal(corners[:2], corners[2:])
+    np.testing.assert_array_equal(corners[1], [[1, 0, 0], [1, 1, 0], [0, 1, 0]])
+
+
+def test_transforms_are_applied_from_the_object_outwards(tmp_path):
+    """translate, rotate, scale as the last is nearest to the object; push and pop; named systems."""
+    point = '<object type="sphere" radius="1" center="1 0 0"/>'
+    world = (
+        f'<push_CTM/><translate value="10 0 0"/><rotate axis="0 0 2" angle="90"/><scale value="2 2 2"/>{point}'
+        f'<save_coord_system name="s"/><pop_CTM/>{point}<restore_coord_system name="s"/>{point}<identity/>{point}'
+        f'<push_GS/><material type="flat" color="1 0 0"/><scale value="-1 1 1"/>{point}<pop_GS/>{point}'
+    )
+    mesh = read(tmp_path, document(world)).mesh
+    turned = [10, 2, 0, 2]
+    expected = [turned, [1, 0, 0, 1], turned, [1, 0, 0, 1], [-1, 0, 0, 1], [1, 0, 0, 1]]
+    np.testing.assert_allclose(mesh.spheres, expected, atol=1e-12)
+    assert mesh.face_materials.tolist() == [0, 0, 0, 0, 1, 0]
+
+
+def test_meshes_are_turned_mirrored_and_their_normals_with_them(tmp_path):
+    head = '<object type="trianglemesh" vertices="0 0 0 1 0 0 0 1 0" indices="0 1 2" normals="0 0 1 0 0 1 0 0 1"'
+    world = f'<scale value="2 1 -0.5"/>{head}/>{head} reverse_vertex_order="yes"/>{head} compute_normals="on"/>'
+    mesh = read(tmp_path, document(world)).mesh
+    corners = mesh.vertices[mesh.faces]
+    geometric = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert np.sign(geometric[:, 2]).tolist() == [-1, 1, -1]  # the mirror keeps fronts in front
+    shading = mesh.normals[mesh.face_normals][:, 0]
+    assert np.sign(shading[:, 2]).tolist() == [-1, -1, -1]
+    np.testing.assert_allclose(rotation(np.pi / 2, np.array([0, 0, 1.0])) @ [1, 0, 0], [0, 1, 0], atol=1e-15)
+
+
+def test_meshes_come_from_files_beside_the_document(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "t.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (tmp_path / "parts" / "world.xml").write_text(
+        '<any><object type="mesh" filename="t.obj" backface_cull="on"/></any>'
+    )
+    mesh = read(tmp_path, document('<include filename="parts/world.xml"/><include filename="parts/world.xml"/>')).mesh
+    assert len(mesh.faces) == 2
+    assert mesh.face_culls.all()
+
+
+def test_render_again_takes_another_picture_with_what_was_said_since(tmp_path):
+    tail = '<camera type="perspective" fovy="40"/>'
+    tail += '<integrator type="depth_map" near_color="1 1 1" far_color="0 0 0" zmin="1"/>'
+    first, second, third = read(tmp_path, document(tail=f"{tail}<render_again/><render_again/>")).shots
+    assert (first.view["projection"], second.view["projection"]) == ("orthographic", "perspective")
+    assert first.integrator.name == "flat"
+    assert second.integrator.depth == {"near_color": (1, 1, 1), "far_color": (0, 0, 0), "zmin": 1}
+    assert third == second
+
+
+def test_backgrounds_of_images_and_of_everything_around(tmp_path):
+    np.save(tmp_path / "sky.npy", np.ones((2, 4, 3), np.float32))
+    stretched = read(tmp_path, document('<background type="image" filename="sky.npy"/>'))
+    assert (stretched.background, stretched.environment) == (tmp_path / "sky.npy", None)
+    around = read(tmp_path, document('<background type="spherical" filename="sky.npy" intensity="2" rotation="30"/>'))
+    assert (around.background, around.environment) == (None, tmp_path / "sky.npy")
+    assert around.environment_options == {"intensity": 2, "rotation": 30}
+
+
+def test_crop_windows_that_meet_share_no_pixel():
+    """C-12, and 1 means the edge: however the frame is cut, every pixel is in one piece."""
+    for width, height, cut in itertools.product((1, 7, 100), (3, 64), (0.1, 1 / 3, 0.5, 0.999)):
+        windows = (0, cut, 0, 1), (cut, 1, 0, 1)
+        if 0 < math.ceil(cut * width) < width:
+            (a0, a1, *_), (b0, b1, *_) = (crop_pixels(window, width, height) for window in windows)
+            assert (a0, a1, b1) == (0, b0, width)
+        else:
+            with pytest.raises(InputError, match="holds no pixel"):
+                crop_pixels(windows[1 if math.ceil(cut * width) == width else 0], width, height)
+
+
+def test_what_is_written_is_read_again(tmp_path):
+    """Every number to the last bit, through all kinds of content."""
+    world = (
+        '<background type="4_colors" bl="0.1 0.2 0.3" tl="1 1 1" tr="0 0 0" br="0.7 0.7 0.7"/>'
+        '<make_named_material name="a&lt;&amp;&quot;b" type="blinn" diffuse="0.3 0.1 0.7" glossiness="7" Ke="17 12 4"/>'
+        '<named_material name="a&lt;&amp;&quot;b"/><rotate angle="33" axis="1 2 3"/>'
+        '<object type="sphere" radius="0.3" center="0.1 0.2 0.7"/>'
+        '<object type="trianglemesh" vertices="0.1 0 0 1 0.3 0 0 1 0.7 1e-30 1 1e30" indices="0 1 2 1 3 2"'
+        ' normals="0 0 1 0 1 0" normal_indices="0 1 -1 1 1 0" backface_cull="yes"/>'
+        '<material type="flat" color="0 0.5 1"/><object type="mesh" vertices="0 0 0 1 0 0 0 1 0" indices="0 1 2"/>'
+    )
+    first = read(tmp_path, document(world, tail='<camera type="perspective" fovy="40.1"/><render_again/>'))
+    second = read(tmp_path, as_rt3(first, tmp_path / "again.xml"), "again.xml")
+    assert second.mesh.notes == []
+    assert second.background == first.background
+    assert second.shots == first.shots
+    for mesh in (first.mesh, second.mesh):
+        mesh.corners = mesh.vertices[mesh.faces][np.setdiff1d(np.arange(len(mesh.faces)), mesh.sphere_ids)]
+        mesh.corner_normals = np.where(mesh.face_normals[..., None] < 0, 0, mesh.normals[mesh.face_normals])
+    for name in ("corners", "corner_normals", "spheres", "sphere_ids", "face_materials", "face_culls"):
+        np.testing.assert_array_equal(getattr(second.mesh, name), getattr(first.mesh, name), err_msg=name)
+    for a, b in zip(first.mesh.materials, second.mesh.materials, strict=True):
+        assert a == b
+
+
+# --- What is refused --------------------------------------------------------------------------------------------------
+
+MESH = '<object type="trianglemesh" '
+TRIANGLE = 'vertices="0 0 0 1 0 0 0 1 0" indices="0 1 2" '
+BOMB = "".join(f'<!ENTITY l{k + 1} "{f"&l{k};" * 10}">' for k in range(9))
+MANY_ATTRIBUTES = " ".join(f'a{k}=""' for k in range(1_000_001))
+
+MALFORMED = {
+    # no XML at all
+    "empty": ("", "the file is empty"),
+    "blank": (" \n ", "the file is empty"),
+    "not xml": ("v 0 0 0\nf 1 1 1\n", ":1: this is not well-formed XML"),
+    "binary": (b"\x00\x01\x02\xff" * 50, ":1: this is not well-formed XML"),
+    "truncated in a tag": (document()[:70], "this is not well-formed XML"),
+    "truncated after a tag": (HEAD, ":5: this is not well-formed XML: no element found"),
+    "wrong nesting": (document("<a><b></a></b>"), ":6: this is not well-formed XML: mismatched tag"),
+    "two roots": (document() + "<RT3/>", ":9: this is not well-formed XML: junk after document element"),
+    "no quotes": (document("<object type=sphere/>"), ":6: this is not well-formed XML"),
+    "attribute twice": (document('<scale value="1" value="2"/>'), ":6: this is not well-formed XML: duplicate"),
+    "bare ampersand": (document('<material name="a & b"/>'), ":6: this is not well-formed XML"),
+    "control character": (document('<material type="\x01"/>'), ":6: this is not well-formed XML"),
+    "not utf-8": (b'<RT3 a="\xff\xfe"/>', ":1: this is not well-formed XML"),
+    "unknown encoding": ('<?xml version="1.0" encoding="klingon"?><RT3/>', ":1: this is not well-formed XML"),
+    # entities
+    "entity": ('<!DOCTYPE RT3 [<!ENTITY a "b">]><RT3>&a;</RT3>', ":1: a document type (<!DOCTYPE>) and entities"),
+    "entity bomb": (f'<!DOCTYPE RT3 [<!ENTITY l0 "lol">{BOMB}]>\n<RT3 a="&l9;"/>', ":1: a document type"),
+    "external entity": (
+        '<!DOCTYPE RT3 [<!ENTITY e SYSTEM "file:///etc/passwd">]><RT3>&e;</RT3>',
+        ":1: a document type",
+    ),
+    "external type": ('<!DOCTYPE RT3 SYSTEM "http://127.0.0.1:9/a.dtd"><RT3/>', ":1: a document type"),
+    "undeclared entity": (document("&nothing;"), ":6: this is not well-formed XML: undefined entity"),
+    # too much
+    "nested": ("<a>" * 1_000_000, ":1: elements are nested more than 64 deep"),
+    "includes itself": (document('<include filename="scene.xml"/>'), ":6: scene.xml includes itself"),
+    "attributes": (f"<RT3 {MANY_ATTRIBUTES}/>", "more than 1,000,000 attributes"),
+    "elements": (document("<a/>" * 200_001), ":6: more than 200,000 elements"),
+    "stacked": (document("<push_CTM/>" * 20_000), ":6: <push_CTM> saves more than 10,000 states"),
+    # the course of things
+    "no world": (HEAD + "</RT3>", "the document has no <world_begin/>"),
+    "no end": (HEAD + "<world_begin/></RT3>", "the world that began at"),
+    "end first": (HEAD + "<world_end/></RT3>", ":5: <world_end> has no world_begin before it"),
+    "two worlds": (document(tail="<world_begin/><world_end/>"), ":8: <world_begin> is the second one"),
+    "again first": (HEAD + "<render_again/></RT3>", ":5: <render_again> stands before world_end"),
+    "object outside": (HEAD + '<object type="sphere" radius="1"/></RT3>', ":5: <object> belongs into the world, but"),
+    "object after": (document(tail="<identity/>"), ":8: <identity> belongs into the world, but stands after world_end"),
+    "no camera": (document(head=HEAD.replace("<camera", "<kamera")), ":7: the document has no <camera> before"),
+    "no film": (document(head=HEAD.replace("<film", "<movie")), ":7: the document has no <film> before"),
+    "no lookat": (document(head=HEAD.replace("<lookat", "<peek")), ":7: the document has no <lookat> before"),
+    "pop": (document("<pop_CTM/>"), ":6: <pop_CTM> has no push_CTM before it: nothing is pushed"),
+    "pop other": (
+        document("<push_GS/><pop_CTM/>"),
+        ":6: <pop_CTM> has no push_CTM before it: the last push was push_GS",
+    ),
+    # settings
+    "look nowhere": (HEAD.replace('"0 7 0"', '"0 0 0"'), ":2: <lookat> look_from and look_at are the same point"),
+    "up along": (HEAD.replace('"0 0 1"', '"0 3 0"'), ":2: <lookat> up (0, 3, 0) is parallel to the gaze"),
+    "two numbers": (HEAD.replace('"0 7 0"', '"0 7"'), ":2: <lookat> look_from must be 3 finite numbers, not '0 7'"),
+    "no number": (HEAD.replace('"0 7 0"', '"0 x 0"'), ":2: <lookat> look_from must be 3 finite numbers, not '0 x 0'"),
+    "nan": (HEAD.replace('"0 7 0"', '"0 nan 0"'), ":2: <lookat> look_from must be 3 finite numbers, not '0 nan 0'"),
+    "overflow": (HEAD.replace('"0 7 0"', '"0 1e999 0"'), ":2: <lookat> look_from must be 3 finite numbers"),
+    "no look_from": (HEAD.replace("look_from", "lookfrom"), ":2: <lookat> needs the attribute look_from ('lookfrom'"),
+    "camera kind": (HEAD.replace('"ortho', '"otho'), "did you mean 'orthographic'?"),
+    "window empty": (HEAD.replace("-4 4", "4 -4"), ":3: <camera> screen_window must be l r b t with l < r"),
+    "fovy": (HEAD + '<camera type="perspective" fovy="180"/>', ":5: <camera> fovy must be between 0 and 180"),
+    "focal distance": (
+        HEAD + '<camera type="perspective" focal_distance="0"/>',
+        "focal_distance must be a number above 0",
+    ),
+    "film size": (HEAD.replace('"40"', '"0"'), ":4: <film> x_res must be a whole number from 1"),
+    "film half": (HEAD.replace('"40"', '"40.5"'), ":4: <film> x_res must be a whole number from 1 to 1073741824, not"),
+    "film huge": (HEAD.replace('"40"', '"99999999"'), ":4: <film> 99999999 x 30 are more than"),
+    "film digits": (HEAD.replace('"40"', f'"{"9" * 5000}"'), ":4: <film> x_res must be a whole number"),
+    "size twice": (HEAD.replace("x_res", 'w_res="3" x_res'), ":4: <film> x_res and w_res mean the same"),
+    "crop": (
+        HEAD + '<film x_res="4" y_res="4" crop_window="0 1 0.5 0.5"/>',
+        ":5: <film> crop_window: a crop window is",
+    ),
+    "crop of none": (HEAD + '<film x_res="4" y_res="4" crop_window="0.3 0.4 0 1"/>', "holds no pixel of 4x4"),
+    "image type": (HEAD + '<film x_res="4" y_res="4" img_type="gif"/>', ":5: unknown <film> img_type 'gif'"),
+    "gamma": (HEAD + '<film x_res="4" y_res="4" gamma_corrected="2.2"/>', "gamma_corrected must be one of yes, true"),
+    "integrator": (HEAD + '<integrator type="blin"/>', ":5: unknown <integrator> type 'blin'"),
+    "depth": (
+        HEAD + '<integrator type="depth_map" zmin="2" zmax="1"/>',
+        ":5: <integrator> zmin 2 must be less than zmax 1",
+    ),
+    "three corners": (HEAD + '<background type="colors" bl="0 0 0" tl="0 0 0" tr="1 1 1"/>', "needs either color, or"),
+    "color": (HEAD + '<background color="0 256 0"/>', ":5: <background> color must be a colour"),
+    "negative color": (HEAD + '<background color="0 -1 0"/>', ":5: <background> color must be a colour"),
+    "no image": (
+        HEAD + '<background type="image" filename="a.png"/>',
+        ":5: <background> filename: no such file 'a.png'",
+    ),
+    # the world
+    "object kind": (document('<object type="teapot"/>'), ":6: unknown <object> type 'teapot'"),
+    "no type": (document("<object/>"), ":6: <object> needs the attribute type"),
+    "no radius": (document('<object type="sphere"/>'), ":6: <object> needs the attribute radius"),
+    "radius": (
+        document('<object type="sphere" radius="-1"/>'),
+        ":6: <object> radius must be a number above 0, not '-1'",
+    ),
+    "ellipsoid": (
+        document('<scale value="1 2 1"/>\n<object type="sphere" radius="1"/>'),
+        ":7: <object> would become an",
+    ),
+    "flat scale": (document('<scale value="1 0 1"/>'), ":6: <scale> value must be numbers other than 0"),
+    "axis": (document('<rotate angle="1" axis="0 0 0"/>'), ":6: <rotate> axis must be a direction, not '0 0 0'"),
+    "huge scale": (document('<scale value="1e200"/>' * 2), ":6: <scale> takes the transform beyond"),
+    "material": (document('<material type="glas"/>'), ":6: unknown <material> type 'glas'"),
+    "no material": (document('<named_material name="x"/>'), ":6: <named_material> name: unknown material 'x'"),
+    "no system": (document('<restore_coord_system name="x"/>'), "unknown coordinate system 'x'"),
+    "empty name": (
+        document('<make_named_material name=" "/>'),
+        ":6: <make_named_material> name must be a name, not ' '",
+    ),
+    "index": (
+        document(f'{MESH}vertices="0 0 0 1 0 0" indices="0 1 2"/>'),
+        "triangle 0 has index 2, which is out of range",
+    ),
+    "negative index": (document(f'{MESH}vertices="0 0 0" indices="0 0 -1"/>'), "has index -1, which is out of range"),
+    "two of three": (
+        document(f'{MESH}vertices="0 0 0" indices="0 0"/>'),
+        "indices must be whole numbers in groups of 3",
+    ),
+    "half index": (document(f'{MESH}vertices="0 0 0" indices="0 0 0.5"/>'), "whole numbers: number 2 is '0.5'"),
+    "vertex": (document(f'{MESH}vertices="0 0 zero" indices="0 0 0"/>'), "finite numbers: number 2 is 'zero'"),
+    "two dots": (document(f'{MESH}vertices="0 1.5.3 0" indices="0 0 0"/>'), "finite numbers: number 1 is '1.5.3'"),
+    "infinite vertex": (document(f'{MESH}vertices="0 0 inf" indices="0 0 0"/>'), "finite numbers: number 2 is 'inf'"),
+    "no vertices": (document(f'{MESH}indices="0 0 0"/>'), ":6: <object> needs the attribute vertices"),
+    "count": (document(f'{MESH}{TRIANGLE}ntriangles="2"/>'), "ntriangles is 2, but there are 1 triangles in indices"),
+    "normals": (document(f'{MESH}{TRIANGLE}normals="0 0 1"/>'), "normals has 1 entries for 3 vertices"),
+    "uv": (document(f'{MESH}{TRIANGLE}uv="0 0"/>'), "uv has 1 entries for 3 vertices"),
+    "no file": (document(f'{MESH}filename="a.obj"/>'), ":6: <object> filename: no such file 'a.obj' beside scene.xml"),
+    "no mesh": (document(f'{MESH}filename="scene.xml"/>'), "unknown file type '.xml'"),
+    "long name": (document(f'{MESH}filename="{"a" * 100_000}"/>'), ":6: <object> filename: no such file 'aaa"),
+    "no include": (document('<include filename="b.xml"/>'), ":6: <include> filename: no such file 'b.xml'"),
+    "include nothing": (document("<include/>"), ":6: <include> needs the attribute filename"),
+    "include folder": (document('<include filename="."/>'), "this is a folder"),
+}
+
+
+@pytest.mark.parametrize("name", MALFORMED)
+def test_malformed_documents_are_one_clear_line(name, tmp_path):
+    text, message = MALFORMED[name]
+    if isinstance(text, str) and text.startswith("<RT3>") and "</RT3>" not in text and "truncated" not in name:
+        text += "<world_begin/><world_end/></RT3>"
+    start = time.perf_counter()
+    with pytest.raises(InputError) as error:
+        read(tmp_path, text)
+    told = str(error.value)
+    assert message in told, told
+    assert "scene.xml" in told
+    assert "\n" not in told
+    assert len(told) < 1_000
+    assert time.perf_counter() - start < SECONDS
+
+
+def test_there_are_enough_malformed_documents():
+    assert len(MALFORMED) >= 40
+
+
+def test_cycles_of_includes_are_named(tmp_path):
+    for name, next_one in zip("abc", "bca", strict=True):
+        (tmp_path / f"{name}.xml").write_text(f'<RT3><include filename="{next_one}.xml"/></RT3>')
+    with pytest.raises(InputError, match=r"c\.xml:1: a\.xml includes itself: a\.xml -> b\.xml -> c\.xml -> a\.xml"):
+        read_rt3(tmp_path / "a.xml")
+
+
+def test_includes_that_double_end(tmp_path):
+    """30 files, each of which includes the next twice: 2^30 readings, of which 1,000 are done."""
+    for k in range(30):
+        (tmp_path / f"{k}.xml").write_text(f"<RT3>{f'<include filename={chr(34)}{k + 1}.xml{chr(34)}/>' * 2}</RT3>")
+    (tmp_path / "30.xml").write_text("<RT3/>")
+    start = time.perf_counter()
+    with pytest.raises(InputError, match="more than 1,000 files are included"):
+        read_rt3(tmp_path / "0.xml")
+    assert time.perf_counter() - start < SECONDS
+
+
+@pytest.mark.parametrize("size", [200, 60])
+def test_an_attribute_of_many_megabytes_takes_bounded_time_and_memory(size, tmp_path):
+    """200 MB are refused unread; 60 MB are read, and found to be no number."""
+    path = tmp_path / "scene.xml"
+    with path.open("wb") as file:
+        file.write(HEAD.encode() + b'<camera type="perspective" fovy="')
+        for _ in range(size):
+            file.write(b"1" * 1_000_000)
+        file.write(b'"/></RT3>')
+    tracemalloc.start()
+    start = time.perf_counter()
+    with pytest.raises(InputError) as error:
+        read_rt3(path)
+    seconds, peak = time.perf_counter() - start, tracemalloc.get_traced_memory()[1] / 1e6
+    tracemalloc.stop()
+    path.unlink()
+    assert ("larger than 64 MB" if size == 200 else "fovy must be a finite number, not '1111") in str(error.value)
+    assert seconds < SECONDS
+    assert peak < MEGABYTES
+
+
+def test_a_missing_document_is_named(tmp_path):
+    with pytest.raises(InputError, match="gone.xml: no such file"):
+        read_rt3(tmp_path / "gone.xml")
+    with pytest.raises(InputError, match="this is a folder"):
+        read_rt3(tmp_path)
+
+
+# --- Fuzz -------------------------------------------------------------------------------------------------------------
+
+NAMES = st.sampled_from(sorted({*TAGS, "RT3", "sphere", "objetc"}))
+ATTRIBUTES = st.sampled_from(
+    [
+        "type",
+        "look_from",
+        "look_at",
+        "up",
+        "fovy",
+        "screen_window",
+        "x_res",
+        "y_res",
+        "crop_window",
+        "filename",
+        "img_type",
+        "color",
+        "bl",
+        "tl",
+        "tr",
+        "br",
+        "value",
+        "angle",
+        "axis",
+        "name",
+        "radius",
+        "center",
+        "vertices",
+        "indices",
+        "normals",
+        "uv",
+        "material",
+        "zmin",
+        "zmax",
+        "near_color",
+        "gamma_corrected",
+        "ntriangles",
+        "frame_aspect",
+        "focal_distance",
+        "Kd",
+        "Ns",
+        "glossiness",
+        "backface_cull",
+        "handedness",
+        "normal_indices",
+        "mapping",
+    ]
+)
+VALUES = st.one_of(
+    st.sampled_from(
+        [
+            "perspective",
+            "orthographic",
+            "sphere",
+            "trianglemesh",
+            "flat",
+            "depth_map",
+            "direct",
+            "colors",
+            "image",
+            "spherical",
+            "matte",
+            "blinn",
+            "yes",
+            "off",
+            "scene.xml",
+            ".",
+            "/",
+            "nan",
+            "inf",
+            "-0",
+            "1e400",
+        ]
+    ),
+    st.lists(st.one_of(st.integers(-3, 300), st.floats(width=32)), max_size=12).map(lambda n: " ".join(map(str, n))),
+    st.text(st.characters(codec="utf-8", exclude_characters='<&"\0', exclude_categories=("Cc", "Cs")), max_size=20),
+)
+ELEMENT = st.tuples(NAMES, st.dictionaries(ATTRIBUTES, VALUES, max_size=6)).map(
+    lambda e: f"<{e[0]}{''.join(f' {k}={chr(34)}{v}{chr(34)}' for k, v in e[1].items())}/>"
+)
+FUZZ = settings(
+    max_examples=120,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+
+
+def read_or_refuse(tmp_path, text):
+    """What was read, or None where a line with the file's name says why not."""
+    try:
+        return read(tmp_path, text)
+    except InputError as error:
+        if "scene.xml" not in str(error) or "\n" in str(error):
+            raise AssertionError(str(error)) from error
+        return None
+
+
+@FUZZ
+@given(st.lists(ELEMENT, max_size=12), st.lists(ELEMENT, max_size=4))
+def test_any_elements_are_read_or_refused(tmp_path, world, settings_):
+    """A document is understood, or is an InputError with the file's name: never anything else."""
+    found = read_or_refuse(tmp_path, document("\n".join(world), HEAD + "".join(settings_)))
+    if found is None:
+        return
+    assert len(found.shots) >= 1
+    assert len(found.mesh.faces) == len(found.mesh.face_materials)
+    again = read(tmp_path, as_rt3(found, tmp_path / "again.xml"), "again.xml")
+    assert again.shots == found.shots
+
+
+@FUZZ
+@given(st.data())
+def test_any_damage_is_read_or_refused(tmp_path, data):
+    """Bytes cut out, doubled and changed in a document that is whole."""
+    text = bytearray(document(f'<object type="sphere" radius="1"/>{MESH}{TRIANGLE}/>').encode())
+    for _ in range(data.draw(st.integers(1, 4))):
+        at, length = data.draw(st.integers(0, len(text) - 1)), data.draw(st.integers(0, 9))
+        text[at : at + length] = data.draw(st.one_of(st.binary(max_size=4), st.just(bytes(text[at : at + 2 * length]))))
+    read_or_refuse(tmp_path, bytes(text))

@@ -1,0 +1,299 @@
+"""How Taichi is started: once, as asked, on what is there, and never under the feet of an earlier scene."""
+
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import taichi as ti
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.system import runtime
+from taichi_tracer.system.runtime import Settings, VulkanDevice
+
+ROOT = Path(tt.__file__).parents[1]
+TRIANGLE = "[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]"
+MADE = f"""
+import taichi as ti, taichi_tracer as tt
+tt.init("cpu")
+scene = tt.scene_from_mesh({TRIANGLE})
+renderer = tt.A1Renderer(scene, 8, 8)
+"""
+
+
+@pytest.fixture(autouse=True)
+def fresh():
+    """Taichi newly started in f32 on the CPU, whatever the test before did to it."""
+    start("f32", fast_math=False)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def afterwards():
+    """Nothing that these tests do to Taichi is left for the tests of other files."""
+    yield
+    start("f32", fast_math=False)
+
+
+@pytest.fixture
+def devices(monkeypatch):
+    """The backends that have a device, to be chosen by the test."""
+    there = set()
+    monkeypatch.setattr(runtime, "has_device", there.__contains__)
+    return there
+
+
+def python(program: str) -> subprocess.CompletedProcess:
+    """A program in a process of its own, where Taichi has not been started."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", program]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+
+
+def told(program: str) -> str:
+    """What a program prints; it must succeed."""
+    result = python(program)
+    assert result.returncode == 0, result.stderr
+    return result.stdout.strip()
+
+
+# ── the first start
+
+
+def test_the_first_scene_starts_taichi_with_the_defaults():
+    program = f"""
+import taichi_tracer as tt
+from taichi_tracer.system import runtime
+print(runtime.current())
+tt.scene_from_mesh({TRIANGLE})
+now = runtime.current()
+print(now.precision, now.fast_math)
+"""
+    assert told(program).splitlines() == ["None", "f32 False"]
+
+
+def test_a_start_by_the_program_is_respected():
+    program = f"""
+import taichi as ti
+ti.init(arch=ti.cpu, default_fp=ti.f64, log_level=ti.ERROR)
+own = ti.lang.impl.get_runtime().prog
+import taichi_tracer as tt
+hits = tt.scene_from_mesh({TRIANGLE}, intersector="brute_force").intersect([[0.2, 0.2, 1 / 3]], [[0, 0, -1]])
+print(own is ti.lang.impl.get_runtime().prog, hits.distance.dtype, abs(hits.distance[0] - 1 / 3) < 1e-15)
+"""
+    assert told(program).splitlines()[-1] == "True float64 True"
+
+
+@pytest.mark.parametrize("arguments", ["'cpu'", "'cpu', 'f64'", "'cpu', threads=1"])
+def test_a_start_as_asked_is_silent(arguments):
+    result = python(f"import taichi_tracer as tt; tt.init({arguments})")
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+
+
+def test_a_pool_for_all_cpus_has_twice_as_many_threads():
+    program = "import taichi as ti, taichi_tracer as tt; tt.init('cpu', threads={}); print(ti.cfg.cpu_max_num_threads)"
+    cpus = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    asked = {1: 1 if cpus > 1 else 2, cpus: 2 * cpus, None: 2 * cpus}
+    assert {n: int(told(program.format(n))) for n in asked} == asked
+
+
+@pytest.mark.parametrize("threads", [0, -1, "'two'"])
+def test_a_wrong_number_of_threads_is_told(threads):
+    result = python(f"import taichi_tracer as tt; tt.init('cpu', threads={threads}); tt.scene_from_mesh({TRIANGLE})")
+    assert "InputError" in result.stderr
+
+
+def test_an_exit_is_silent():
+    result = python(f"{MADE}\nrenderer.use('hit').render()")
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+
+
+# ── the second start
+
+
+def test_the_same_settings_again_do_nothing():
+    first = ti.lang.impl.get_runtime().prog
+    assert tt.init("cpu") == tt.init("auto") == tt.init("cpu", "f32", False) == Settings("cpu", "f32", False)
+    assert ti.lang.impl.get_runtime().prog is first
+
+
+@pytest.mark.parametrize("other", [{"precision": "f64"}, {"fast_math": True}, {"arch": "vulkan"}])
+def test_other_settings_are_refused(other, devices):
+    devices.add("vulkan")
+    first = ti.lang.impl.get_runtime().prog
+    with pytest.raises(RuntimeError, match=r"already runs with \(cpu, f32, fast_math=False\).*force=True"):
+        tt.init(**{"arch": "cpu"} | other)
+    assert ti.lang.impl.get_runtime().prog is first
+
+
+@pytest.mark.parametrize("other", [{"precision": "f64"}, {"fast_math": True}])
+def test_force_starts_again(other):
+    wanted = {"arch": "cpu", "precision": "f32", "fast_math": False} | other
+    assert tt.init(**wanted, force=True) == Settings(**wanted) == runtime.current()
+
+
+def test_force_starts_again_even_with_the_same_settings():
+    before = runtime.Lifetime()
+    tt.init("cpu", force=True)
+    assert before.is_over()
+    assert not runtime.Lifetime().is_over()
+
+
+def test_the_same_call_again_does_nothing_after_a_fallback(devices):
+    first = tt.init("cuda", force=True)
+    assert tt.init("cuda") == first
+
+
+@pytest.mark.parametrize("other", [{"threads": 1}, {"debug": True}])
+def test_other_threads_or_checks_are_refused(other):
+    tt.init("cpu", force=True)
+    with pytest.raises(RuntimeError, match="already runs"):
+        tt.init("cpu", **other)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("gpu",), "unknown arch 'gpu': .*known are auto, cpu, cuda, metal, vulkan"),
+        (("vulcan",), "did you mean 'vulkan'"),
+        (("cpu", "f16"), "unknown precision 'f16'.*f32, f64"),
+        ((None,), "unknown arch None"),
+        (("metal", "f64"), "'f64' does not exist on arch 'metal': use one of cpu, cuda"),
+        (("vulkan", "f64"), "'f64' does not exist on arch 'vulkan'"),
+    ],
+)
+def test_settings_that_do_not_exist_are_told(arguments, message):
+    first = ti.lang.impl.get_runtime().prog
+    with pytest.raises(tt.InputError, match=message):
+        tt.init(*arguments, force=True)
+    assert ti.lang.impl.get_runtime().prog is first
+
+
+# ── scenes of an earlier start
+
+
+@pytest.mark.parametrize("again", [lambda: ti.init(arch=ti.cpu, log_level=ti.ERROR), ti.reset])
+def test_a_lifetime_ends_with_its_start_of_taichi(again):
+    lifetime = runtime.Lifetime()
+    assert not lifetime.is_over()
+    lifetime.check("scene")
+    again()
+    assert lifetime.is_over()
+    with pytest.raises(tt.StaleSceneError, match="this scene was made before Taichi was initialised again"):
+        lifetime.check("scene")
+
+
+def use_after_a_new_start(*uses: str) -> list[str]:
+    """What each use of an earlier scene or renderer raises, in a process that a wrong one may end."""
+    tries = "".join(f"try: {use}\nexcept Exception as error: print(type(error).__name__, error)\n" for use in uses)
+    return told(f"{MADE}\nti.init(arch=ti.cpu, log_level=ti.ERROR)\n{tries}").splitlines()[
+        1:
+    ]  # Taichi prints the first
+
+
+def test_an_earlier_scene_is_refused_instead_of_crashing():
+    errors = use_after_a_new_start(
+        "scene.intersect([[0.2, 0.2, 1]], [[0, 0, -1]])",
+        "scene.occluded([[0.2, 0.2, 1]], [[0, 0, -1]])",
+        "tt.A1Renderer(scene, 8, 8)",
+        "renderer.render()",
+        "renderer.image()",
+        "renderer.error()",
+        "renderer.camera.set_camera_parameters(eye=(0, 0, 2), at=(0, 0, 0), up=(0, 1, 0), fov=60.0)",
+    )
+    kinds = [error.partition(" was made before Taichi was initialised again")[0] for error in errors]
+    scene, film, camera = (f"StaleSceneError this {what}" for what in ("scene", "film", "camera"))
+    assert kinds == [scene, scene, scene, scene, scene, film, camera]
+
+
+@pytest.mark.parametrize("use", ["renderer.reset()", "renderer.canvas.to_numpy()"])
+def test_an_earlier_film_is_refused_instead_of_crashing(use):
+    assert "StaleSceneError" in use_after_a_new_start(use)[0]
+
+
+def test_a_new_scene_works_after_a_new_start():
+    for precision in ("f64", "f32"):
+        tt.init("cpu", precision, force=True)
+        scene = tt.scene_from_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], intersector="brute_force")
+        assert scene.intersect([[0.2, 0.2, 1.5]], [[0, 0, -1]]).distance.tolist() == [1.5]
+
+
+# ── which backend
+
+
+@pytest.mark.parametrize(
+    ("arch", "precision", "there", "chosen"),
+    [
+        ("auto", "f32", "cuda metal vulkan", "cuda"),
+        ("auto", "f32", "metal vulkan", "metal"),
+        ("auto", "f32", "vulkan", "vulkan"),
+        ("auto", "f64", "cuda vulkan", "cuda"),
+        ("vulkan", "f32", "cuda vulkan", "vulkan"),
+        ("cpu", "f32", "cuda vulkan", "cpu"),
+        ("cpu", "f64", "", "cpu"),
+    ],
+)
+def test_the_backend_is_what_was_asked_for_or_the_first_there(arch, precision, there, chosen, devices):
+    devices.update(there.split())
+    assert runtime._choose(arch, precision) == (chosen, None)
+
+
+@pytest.mark.parametrize(
+    ("arch", "precision", "there", "message"),
+    [
+        ("auto", "f32", "", "running on the CPU; no GPU was found for cuda, metal, vulkan"),
+        ("auto", "f64", "metal vulkan", "running on the CPU; no GPU was found for cuda"),
+        ("cuda", "f32", "vulkan", "running on the CPU; arch 'cuda' was asked for, but there is no device for it"),
+        ("metal", "f32", "", "running on the CPU; arch 'metal' was asked for, but there is no device for it"),
+    ],
+)
+def test_where_no_device_is_the_cpu_is_used_and_that_is_said(arch, precision, there, message, devices, capsys):
+    devices.update(there.split())
+    assert tt.init(arch, precision, force=True) == Settings("cpu", precision, False)
+    assert capsys.readouterr() == ("", f"taichi_tracer: {message}\n")
+
+
+def test_asking_for_devices_harms_nothing():
+    first = ti.lang.impl.get_runtime().prog
+    assert {runtime.has_device(arch) for arch in ("cuda", "metal", "vulkan")} <= {True, False}
+    assert ti.lang.impl.get_runtime().prog is first
+
+
+def test_software_vulkan_is_no_device(monkeypatch):
+    monkeypatch.setattr(ti._lib.core, "with_vulkan", lambda: True)
+    software, card = VulkanDevice("llvmpipe", True), VulkanDevice("card", False)
+    for found, expected in [([], False), ([software], False), ([software, card], True)]:
+        monkeypatch.setattr(runtime, "vulkan_devices", lambda found=found: found)
+        assert runtime.has_device("vulkan") is expected
+
+
+@pytest.mark.parametrize("library", [None, "libthere-is-no-such-library.so"])
+def test_without_a_vulkan_loader_there_are_no_devices(library, monkeypatch):
+    monkeypatch.setattr(runtime.ctypes.util, "find_library", lambda name: library)
+    assert runtime.vulkan_devices() == []
+
+
+@pytest.mark.parametrize(("kind", "is_software"), [(1, False), (2, False), (3, False), (4, True)])
+def test_a_vulkan_device_is_described_by_its_properties(kind, is_software):
+    class Loader:
+        def vkGetPhysicalDeviceProperties(self, handle, properties):
+            struct.pack_into("<5I256s", properties, 0, 1, 2, 3, 4, kind, "Größe".encode())
+
+    assert runtime._describe(Loader(), 1) == VulkanDevice("Größe", is_software)
+
+
+# ── what kernels compute in
+
+
+def test_the_precision_is_that_of_the_kernels(precision):
+    start(precision)
+    x = ti.field(float, ())
+    x[None] = 1 / 3
+    assert x[None] == runtime.dtype()(1 / 3)
+    assert runtime.dtype() is {"f32": np.float32, "f64": np.float64}[precision]
+    assert runtime.epsilon() == {"f32": 2.0**-23, "f64": 2.0**-52}[precision]
+    assert runtime.has_f64()
+    assert runtime.can_widen() == (precision == "f32")
