@@ -34,7 +34,7 @@ def frame_milliseconds(intersector: str, triangles: int, use_packets: bool) -> f
     """Median time of a normal view after the camera has moved; the first frames compile."""
     scene = tt.scene_from_mesh(*mesh_of(triangles), intersector=intersector, view={**VIEW, "up": (0, 1, 0)})
     renderer = tt.A1Renderer(scene, RESOLUTION, RESOLUTION).use("normal")
-    renderer.hits.use_packets = use_packets
+    renderer.eye_rays.use_packets = use_packets
     seconds = []
     for _ in range(RUNS + 2):
         renderer.camera.version += 1

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
 
 CORNERS = ("bl", "tl", "tr", "br")  # bottom left, top left, top right, bottom right: the order of the scene files
@@ -34,7 +34,7 @@ class Background:
         self.what, self.corners = what, corners
         self.pixels = _checked(texels, what)
         self.rows, self.columns = self.pixels.shape[:2]
-        self._memory = runtime.Memory()
+        self._memory = memory.Memory()
         self.texels = ti.Vector.field(3, float)
         self._memory.fields.dense(ti.ij, (self.rows, self.columns)).place(self.texels)
         self._memory.allocate()

@@ -1,8 +1,8 @@
 """Where rays come from: a pixel of the image plane, in three coordinate systems (A1-3 … A1-9, RT-1 … RT-5).
 
 Two cameras have one interface. Both map a pixel to a point (u, v) of their screen window; the perspective camera takes
-it for the goal of a ray from the eye, the orthographic one for the start of a ray along the gaze. One added to
-``CAMERAS`` is known to the command line, the window, the scene files and the tests.
+it for the goal of a ray from the eye, the orthographic one for the start of a ray along the gaze. A camera of your own
+derives from one of them and replaces ``generate_ray``, or one of the steps that it is made of.
 """
 
 import math
@@ -12,18 +12,22 @@ from abc import ABC, abstractmethod
 import numpy as np
 import taichi as ti
 import taichi.math as tm
+from taichi.lang import impl
 
 from taichi_tracer.formulas.camera_frame import camera_frame, fovy_window, numbers, show, stretch_of, window_of
 from taichi_tracer.ray import Ray
-from taichi_tracer.system import runtime
+from taichi_tracer.sampler import given_or_drawn
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.registry import PARTS, register
+from taichi_tracer.system.seams import called, in_kernels, runs_in_kernels, seams, takes, takes_whole_numbers
 
 HANDEDNESS = ("left", "right")
-CENTRE = tm.vec2(0.5, 0.5)  # of a pixel
 DEFAULT_WINDOW = "default"  # asks for RT-3's where nothing would mean an angle
 
 
 @ti.data_oriented
+@seams("generate_ray", "generate_ndc_coords", "generate_camera_coords", "compute_matrix")
 class ProjectiveCamera(ABC):
     """A frame, a screen window and an image of pixels, (0, 0) at the bottom left; a subclass says what its rays are.
 
@@ -41,14 +45,8 @@ class ProjectiveCamera(ABC):
         InputError: parameters for which no camera exists, with the name and value (C-6).
     """
 
-    projection = ""  # the name of the kind of camera
-    share_origin = False  # whether all rays start at one point
+    kind, name = "camera", ""
     default_fov: float | None = None  # where neither an angle nor a window is given
-
-    def __init_subclass__(cls) -> None:
-        """Whoever gives other rays must say again whether they share their origin."""
-        if {"rays_through", "generate_rays"} & set(vars(cls)):
-            cls.share_origin = vars(cls).get("share_origin", False)
 
     def __init__(
         self,
@@ -74,11 +72,13 @@ class ProjectiveCamera(ABC):
         values["screen_window"] = None if isinstance(screen_window, str) else screen_window
         values["fov"] = self.default_fov if fov is None and screen_window is None else fov
         self._values = self.check({**values, "frame_aspect": frame_aspect, "focal_distance": focal_distance})
-        self._memory = runtime.Memory()
+        self._memory = memory.Memory()
         self.camera_to_world = ti.Matrix.field(4, 4, float)
         self.half_size = ti.Vector.field(2, float)
         self.centre = ti.Vector.field(2, float)
+        self._parameters = ti.field(float)  # eye, at, up and fov, for methods that read them in a kernel
         self._memory.fields.place(self.camera_to_world, self.half_size, self.centre)
+        self._memory.fields.dense(ti.i, 10).place(self._parameters)
         self._memory.allocate()
         self._update()
 
@@ -124,9 +124,26 @@ class ProjectiveCamera(ABC):
     def check_fov(cls, fov, screen_window) -> float | None:
         """The angle that counts, or None for that of the window; InputError where it cannot be."""
 
-    eye = property(lambda self: self._values["eye"].copy(), doc="Position, (3,) float64, world space.")
-    at = property(lambda self: self._values["at"].copy(), doc="The point looked at, (3,) float64, world space.")
-    up = property(lambda self: self._values["up"].copy(), doc="Which way is up, (3,) float64, world space.")
+    @property
+    def eye(self):
+        """Position in world space: (3,) float64, in a kernel a vec3."""
+        return self._vector("eye", 0)
+
+    @property
+    def at(self):
+        """The point looked at, in world space: (3,) float64, in a kernel a vec3."""
+        return self._vector("at", 3)
+
+    @property
+    def up(self):
+        """Which way is up, in world space: (3,) float64, in a kernel a vec3."""
+        return self._vector("up", 6)
+
+    def _vector(self, name: str, first: int):
+        if impl.inside_kernel():
+            return tm.vec3([_read(self._parameters, first + k) for k in range(3)])
+        return self._values[name].copy()
+
     handedness = property(lambda self: self._values["handedness"], doc='"left" or "right" (C-5).')
     focal_distance = property(lambda self: self._values["focal_distance"], doc="Of the screen window (RT-5).")
 
@@ -154,11 +171,14 @@ class ProjectiveCamera(ABC):
 
     def parameters(self) -> dict:
         """What ``make_camera`` needs, beside the size, to make this camera again."""
-        values = {"projection": self.projection, **{k: v for k, v in self._values.items() if v is not None}}
+        values = {"projection": self.name, **{k: v for k, v in self._values.items() if v is not None}}
         return values if "fov" in values else {"screen_window": DEFAULT_WINDOW, **values}
 
-    def compute_matrix(self) -> np.ndarray:
-        """(4, 4) float64 camera-to-world matrix (A1-8)."""
+    @in_kernels
+    def compute_matrix(self):
+        """The camera-to-world matrix (A1-8): (4, 4) float64, in a kernel a mat4."""
+        if impl.inside_kernel():
+            return _read(self.camera_to_world, None)
         return camera_frame(self.eye, self.at, self.up, self.handedness)
 
     def compute_half_size(self) -> tuple[float, float]:
@@ -173,54 +193,103 @@ class ProjectiveCamera(ABC):
 
     def _update(self) -> None:
         window = np.array([self.compute_half_size(), self.compute_centre()])
-        self._load(self.compute_matrix().astype(runtime.dtype()), window.astype(runtime.dtype()))
+        parameters = np.array([*self.eye, *self.at, *self.up, self._angle()])
+        dtype = runtime.dtype()
+        self._load(self.to_array(self.compute_matrix), window.astype(dtype), parameters.astype(dtype))
+        if runs_in_kernels(self.compute_matrix):
+            self._load_own_matrix()
         self.version += 1
 
+    def _angle(self) -> float:
+        return 0.0
+
+    def to_array(self, compute_matrix) -> np.ndarray:
+        """(4, 4) in the running precision of what a ``compute_matrix`` of Python returns; that of our frame otherwise."""
+        matrix = None if runs_in_kernels(compute_matrix) else compute_matrix()
+        if matrix is None:
+            matrix = camera_frame(self.eye, self.at, self.up, self.handedness)
+        matrix = np.asarray(matrix.to_numpy() if hasattr(matrix, "to_numpy") else matrix, np.float64)
+        if matrix.shape != (4, 4):
+            raise InputError(f"camera: compute_matrix must return a 4 x 4 matrix, not one of shape {matrix.shape}")
+        return np.ascontiguousarray(matrix.astype(runtime.dtype()))
+
     @ti.kernel
-    def _load(self, matrix: ti.types.ndarray(ndim=2), window: ti.types.ndarray(ndim=2)):
+    def _load(
+        self,
+        matrix: ti.types.ndarray(ndim=2),
+        window: ti.types.ndarray(ndim=2),
+        parameters: ti.types.ndarray(ndim=1),
+    ):
         for i, j in ti.static(ti.ndrange(4, 4)):
             self.camera_to_world[None][i, j] = matrix[i, j]
         for i in ti.static(range(2)):
             self.half_size[None][i], self.centre[None][i] = window[0, i], window[1, i]
+        for i in ti.static(range(10)):
+            self._parameters[i] = parameters[i]
+
+    @ti.kernel
+    def _load_own_matrix(self):
+        self.camera_to_world[None] = self.compute_matrix()
 
     @ti.func
-    def generate_ndc_coords(self, pixel_x, pixel_y, xi):
-        """Corners of the image at (±1, ±1), x right, y up (A1-4); ``xi`` in [0, 1)² is the point within the pixel."""
-        return tm.vec2(2 * (pixel_x + xi.x) / self.width - 1, 2 * (pixel_y + xi.y) / self.height - 1)
-
-    @ti.func
-    def generate_ray(self, pixel_x, pixel_y, jitter: ti.template() = False, xi=CENTRE):
-        """The eye ray through the centre of a pixel, or with ``jitter`` through its point ``xi`` in [0, 1)² (A2-1).
+    def generate_ray(self, pixel_x, pixel_y, jitter: ti.template() = False, xi: ti.template() = None):
+        """The eye ray through the centre of a pixel, or with ``jitter`` through a random point of it (A1-9, A2-1).
 
         ``pixel_x`` and ``pixel_y`` may be fractions of a pixel (RT-1). The direction has unit length.
+
+        Args:
+            jitter: True or False.
+            xi: the random point, in [0, 1)²; None draws it.
         """
-        within_pixel = tm.vec2(0.5)
-        if ti.static(jitter):
-            within_pixel = xi
-        return self.ray_through(self.generate_ndc_coords(pixel_x, pixel_y, within_pixel))
+        return self.ray_through(through_pixel(self.generate_ndc_coords, pixel_x, pixel_y, jitter, xi))
 
     @ti.func
-    def generate_rays(self, pixel_x, pixel_y, xi_x, xi_y):
-        """``generate_ray`` through points ξ of several pixels at once, for packets: the same bits.
+    def generate_ndc_coords(self, pixel_x, pixel_y, jitter: ti.template() = False, xi: ti.template() = None):
+        """The point of the image plane, whose corners are (±1, ±1), x right, y up (A1-4); arguments as above."""
+        within = tm.vec2(0.5)
+        if ti.static(jitter):
+            within = given_or_drawn(xi)
+        return tm.vec2(2 * (pixel_x + within.x) / self.width - 1, 2 * (pixel_y + within.y) / self.height - 1)
 
-        Takes vectors of pixel coordinates and of points within the pixels, and returns the components of the origins
-        and of the directions, each a vector, or a number that all have in common.
-        """
+    @ti.func
+    def generate_camera_coords(self, ndc_coords):
+        """The point of the image plane in the camera's frame: a direction, w = 0 (A1-7, RT-5)."""
         half, centre = self.half_size[None], self.centre[None]
-        x = (2 * (pixel_x + xi_x) / self.width - 1) * half.x + centre.x
-        y = (2 * (pixel_y + xi_y) / self.height - 1) * half.y + centre.y
-        return self.rays_through(x, y)
+        return tm.vec4(ndc_coords.x * half.x + centre.x, ndc_coords.y * half.y + centre.y, 1, 0)
 
 
+@in_kernels
+def through_pixel(method, pixel_x, pixel_y, jitter: bool, xi):
+    """``generate_ray`` or ``generate_ndc_coords`` of one pixel, whatever its signature has of the jitter.
+
+    Ours takes the random point ξ. The handout's second assignment draws the point itself where ``jitter`` is True. That
+    of the first assignment knows only pixels: it is asked for the fraction of a pixel, unless it takes whole numbers.
+    """
+    if not jitter:
+        return called(method, pixel_x, pixel_y)
+    if takes(method, "jitter"):
+        return called(method, pixel_x, pixel_y, jitter=True, xi=xi)
+    if takes_whole_numbers(method):
+        return called(method, pixel_x, pixel_y)
+    within = given_or_drawn(xi)
+    return called(method, pixel_x + within.x - 0.5, pixel_y + within.y - 0.5)
+
+
+def _read(field, index):
+    """An element of a field, for a property that a kernel reads."""
+    return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), field, index)
+
+
+@register
 @ti.data_oriented
+@seams()
 class Camera(ProjectiveCamera):
     """The pinhole camera of the courses: perspective, image plane at the focal distance, one unit where not given.
 
     Arguments as for ``ProjectiveCamera``. Without an angle and a window the angle is 60°.
     """
 
-    projection = "perspective"
-    share_origin = True
+    name = "perspective"
     default_fov = 60.0
 
     @classmethod
@@ -240,6 +309,11 @@ class Camera(ProjectiveCamera):
     @property
     def fov(self) -> float:
         """Vertical field of view in degrees."""
+        if impl.inside_kernel():
+            return _read(self._parameters, 9)
+        return self._angle()
+
+    def _angle(self) -> float:
         if self._values["fov"] is not None:
             return self._values["fov"]
         _, _, b, t = self.screen_window
@@ -261,12 +335,6 @@ class Camera(ProjectiveCamera):
         return x / self.focal_distance, y / self.focal_distance
 
     @ti.func
-    def generate_camera_coords(self, ndc):
-        """The direction through an NDC point, before it is turned into the world: w = 0 (A1-7, RT-5)."""
-        half, centre = self.half_size[None], self.centre[None]
-        return tm.vec4(ndc.x * half.x + centre.x, ndc.y * half.y + centre.y, 1, 0)
-
-    @ti.func
     def ray_through(self, ndc):
         """From the eye through a point of the image plane (RT-5)."""
         camera_to_world = self.camera_to_world[None]
@@ -274,18 +342,10 @@ class Camera(ProjectiveCamera):
         direction = (camera_to_world @ self.generate_camera_coords(ndc)).xyz
         return Ray(origin=eye, direction=direction * (1 / direction.norm()))
 
-    @ti.func
-    def rays_through(self, x, y):
-        """``ray_through`` several points, given in units of the image plane."""
-        m = self.camera_to_world[None]
-        dx = m[0, 0] * x + m[0, 1] * y + m[0, 2]
-        dy = m[1, 0] * x + m[1, 1] * y + m[1, 2]
-        dz = m[2, 0] * x + m[2, 1] * y + m[2, 2]
-        scale = 1 / ti.sqrt(dx * dx + dy * dy + dz * dz)
-        return m[0, 3], m[1, 3], m[2, 3], dx * scale, dy * scale, dz * scale
 
-
+@register
 @ti.data_oriented
+@seams()
 class OrthographicCamera(ProjectiveCamera):
     """Parallel rays along the gaze, from every point of a window about the eye: nothing is smaller far away (RT-5).
 
@@ -293,7 +353,7 @@ class OrthographicCamera(ProjectiveCamera):
     consequence.
     """
 
-    projection = "orthographic"
+    name = "orthographic"
 
     @classmethod
     def check_fov(cls, fov, screen_window) -> float | None:
@@ -304,36 +364,27 @@ class OrthographicCamera(ProjectiveCamera):
     @ti.func
     def ray_through(self, ndc):
         """From e + u û + v v̂ along ŵ."""
-        half, centre = self.half_size[None], self.centre[None]
-        x, y = ndc.x * half.x + centre.x, ndc.y * half.y + centre.y
-        ox, oy, oz, dx, dy, dz = self.rays_through(x, y)
-        return Ray(origin=tm.vec3(ox, oy, oz), direction=tm.vec3(dx, dy, dz))
-
-    @ti.func
-    def rays_through(self, x, y):
-        """``ray_through`` several points, given in units of the image plane."""
-        m = self.camera_to_world[None]
-        ox = m[0, 0] * x + m[0, 1] * y + m[0, 3]
-        oy = m[1, 0] * x + m[1, 1] * y + m[1, 3]
-        oz = m[2, 0] * x + m[2, 1] * y + m[2, 3]
-        return ox, oy, oz, m[0, 2], m[1, 2], m[2, 2]
+        p, m = self.generate_camera_coords(ndc), self.camera_to_world[None]
+        x, y = p.x, p.y
+        origin = tm.vec3(0)
+        for k in ti.static(range(3)):
+            origin[k] = m[k, 0] * x + m[k, 1] * y + m[k, 3]
+        return Ray(origin=origin, direction=tm.vec3(m[0, 2], m[1, 2], m[2, 2]))
 
 
 PerspectiveCamera = Camera  # as RT3 calls it (RT-1)
-CAMERAS = {c.projection: c for c in (Camera, OrthographicCamera)}
 
 
 def make_camera(width: int, height: int, projection: str = "perspective", **parameters) -> ProjectiveCamera:
-    """A camera of a kind in ``CAMERAS``; an orthographic one with an angle shows what that angle shows at ``at``.
+    """A camera of a registered kind; an orthographic one with an angle shows what that angle shows at ``at``.
 
     Args:
         parameters: as for ``ProjectiveCamera``.
     """
-    if projection not in CAMERAS:
-        raise one_of("camera", projection, CAMERAS)
-    if projection == "orthographic":
+    camera = PARTS.find("camera", projection)
+    if camera.name == "orthographic":
         parameters = without_angle(parameters, width / height)
-    return CAMERAS[projection](width, height, **parameters)
+    return camera(width, height, **parameters)
 
 
 def without_angle(view: dict, aspect: float) -> dict:
@@ -349,8 +400,7 @@ def without_angle(view: dict, aspect: float) -> dict:
 
 def change_projection(view: dict, projection: str) -> dict:
     """The parameters of the other kind of camera, which shows the same where it looks."""
-    if projection not in CAMERAS:
-        raise one_of("camera", projection, CAMERAS)
+    PARTS.find("camera", projection)
     changed = {**view, "projection": projection}
     window = view.get("screen_window")
     if projection != view.get("projection", "perspective") and window is not None and not isinstance(window, str):
@@ -366,7 +416,7 @@ def check_view(width: int, height: int, projection: str = "perspective", **param
     values = {**named, **parameters}
     if isinstance(values["screen_window"], str):
         values["screen_window"] = None
-    checked = CAMERAS[projection].check(values)
+    checked = PARTS.find("camera", projection).check(values)
     aspect = checked["frame_aspect"] or width / height
     window = window_of(aspect, checked["fov"], checked["screen_window"], checked["focal_distance"])
     return stretch_of(window, width, height)

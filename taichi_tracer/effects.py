@@ -1,12 +1,13 @@
-"""Which effects a scene calls for: derived from it, never set by hand, and what is left out is not compiled."""
+"""Which effects a scene calls for: derived from it, never set by hand, and what is left out is not compiled.
 
-from dataclasses import dataclass
+Kernels ask the one ``Effects`` object of their scene (``if ti.static(effects.spheres)``), and the receipt prints the same
+object: the two cannot disagree.
+"""
 
-from taichi_tracer import brdf
-from taichi_tracer.background import Background
-from taichi_tracer.environment import Environment
-from taichi_tracer.materials import Material
+from dataclasses import dataclass, field
+
 from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.seams import replaced
 
 MODES = ("scene", "all")
 
@@ -16,27 +17,31 @@ class Effects:
     """What the kernels of one scene are compiled for.
 
     Attributes:
-        brdfs: indices into ``brdf.ALL`` of those that occur; with one there is no choice to be made at a hit.
-        environment: "none" or "black": no light from far away, and no shadow ray; "constant": no look-up; "image".
+        brdfs: which of the scene's BRDFs occur; with one there is no choice to be made at a hit.
+        environment: "none" or "black": no light from the environment; "constant": no look-up; "image".
+        lights: the names of the other lights.
         emitters: whether a material emits.
         interpolated_normals: whether a triangle has vertex normals.
         spheres: whether there are spheres beside the triangles.
+        culling: whether rays pass through the backs of some triangles.
         background: whether there is a picture behind the scene.
         reasons: (effect, is simulated, why), for the receipt.
     """
 
     brdfs: tuple[int, ...]
     environment: str
+    lights: tuple[str, ...]
     emitters: bool
     interpolated_normals: bool
     spheres: bool
+    culling: bool
     background: bool
-    reasons: tuple[tuple[str, bool, str], ...]
+    reasons: tuple[tuple[str, bool, str], ...] = field(compare=False)
 
     @property
     def is_lit(self) -> bool:
-        """Whether light can arrive from far away."""
-        return self.environment in ("constant", "image")
+        """Whether surfaces reflect light of the environment or of another light."""
+        return self.environment in ("constant", "image") or len(self.lights) > 0
 
     @property
     def is_dark(self) -> bool:
@@ -52,74 +57,75 @@ class Effects:
 
 
 def derive(
-    materials: list[Material],
-    face_materials,
-    has_normals: bool,
-    environment: Environment | None,
-    dtype: type,
-    mode: str = "scene",
-    num_spheres: int = 0,
-    has_culling: bool = False,
-    background: Background | None = None,
+    mesh, brdfs, brdf_of: list[int], environment=None, background=None, lights=(), mode: str = "scene"
 ) -> Effects:
-    """The effects of a scene; ``mode`` "all" has every one, for comparison.
+    """The effects of a scene.
 
     Args:
-        face_materials: (F,) material ids; a material that no triangle has calls for nothing.
-        has_culling: whether rays pass through the backs of some triangles.
+        mesh: a ``geometry.Mesh``; a material that no primitive has calls for nothing.
+        brdfs: the BRDFs that the scene knows.
+        brdf_of: for each material of the mesh, which of them it has.
+        environment, background, lights: as ``SceneData`` has them.
+        mode: "all" has every effect, for comparison.
     """
     if mode not in MODES:
         raise one_of("effects", mode, MODES)
-    used = [materials[i] for i in sorted(set(face_materials.tolist()))]
-    kinds = [brdf.brdf_of(m, dtype) for m in used]
-    found = set(kinds)
-    emits = any(max(m.Ke) > 0 for m in used)
+    used = [int(i) for i in mesh.used_materials()]
+    has = [brdf_of[i] for i in used]
     sky = _kind_of(environment)
-    if mode == "all":
-        found, emits, has_normals = set(range(len(brdf.ALL))), True, True
-        sky = "none" if environment is None else "image"
-        reason = "everything is compiled in"
-        names = [b.name for b in brdf.ALL] + ["environment", "look-up", "shadow rays", "emitters", "vertex normals"]
-        names += ["spheres"]
-        reasons = [(name, sky != "none" or name not in ("environment", "look-up"), reason) for name in names]
-        reasons.append(_about_background(background))
-        return Effects(tuple(sorted(found)), sky, emits, has_normals, True, background is not None, tuple(reasons))
-    reasons = [_about_brdf(i, kinds.count(i), len(kinds)) for i in range(len(brdf.ALL))]
-    reasons += _about_light(sky, environment, emits)
+    found = {
+        "brdfs": tuple(sorted(set(has))),
+        "environment": sky,
+        "lights": tuple(light.name for light in lights),
+        "emitters": any(max(mesh.materials[i].Ke) > 0 for i in used),
+        "interpolated_normals": mesh.has_vertex_normals,
+        "spheres": len(mesh.spheres) > 0,
+        "culling": mesh.has_culling,
+        "background": background is not None,
+    }
+    reasons = [_about_brdf(brdf, has.count(i), len(has)) for i, brdf in enumerate(brdfs)]
+    reasons += _about_light(sky, environment, lights, found["emitters"])
+    normals = "a triangle has them" if found["interpolated_normals"] else "the face's normal is that of every point"
+    reasons.append(("vertex normals", found["interpolated_normals"], normals))
+    count = f"{len(mesh.spheres):,} of them" if found["spheres"] else "the scene has none"
+    reasons.append(("spheres", found["spheres"], count))
+    sides = "rays pass through the backs of some triangles" if found["culling"] else "all triangles have two sides"
+    reasons.append(("backface cull", found["culling"], sides))
     reasons.append(
-        (
-            "vertex normals",
-            has_normals,
-            "a triangle has them" if has_normals else "the face's normal is that of every point",
-        )
+        ("background", found["background"], background.what if found["background"] else "the scene has none")
     )
-    has_spheres = num_spheres > 0
-    reasons.append(("spheres", has_spheres, f"{num_spheres:,} of them" if has_spheres else "the scene has none"))
-    why = "rays pass through the backs of some triangles" if has_culling else "all triangles have two sides"
-    reasons.append(("backface cull", has_culling, why))
-    reasons.append(_about_background(background))
-    return Effects(tuple(sorted(found)), sky, emits, has_normals, has_spheres, background is not None, tuple(reasons))
+    if mode == "all":
+        found |= {"brdfs": tuple(range(len(brdfs))), "environment": "none" if environment is None else "image"}
+        found |= {"emitters": True, "interpolated_normals": True, "spheres": True}
+        reasons = [_with_all(name, is_on, why, environment is not None) for name, is_on, why in reasons]
+    return Effects(**found, reasons=tuple(reasons))
 
 
-def _about_background(background: Background | None) -> tuple[str, bool, str]:
-    return "background", background is not None, "the scene has none" if background is None else background.what
+def _with_all(name: str, is_on: bool, why: str, has_environment: bool) -> tuple[str, bool, str]:
+    """A reason of the receipt where everything is compiled in that the scene could have."""
+    depends_on_scene = name in ("background", "backface cull") or name.startswith("light ")
+    needs_environment = name in ("environment", "look-up", "shadow rays")
+    if depends_on_scene or (needs_environment and not has_environment):
+        return name, is_on, why
+    return name, True, "everything is compiled in"
 
 
-def _kind_of(environment: Environment | None) -> str:
+def _kind_of(environment) -> str:
     if environment is None:
         return "none"
+    if replaced(environment):
+        return "image"
     if environment.is_black:
         return "black"
     return "image" if environment.constant is None else "constant"
 
 
-def _about_brdf(index: int, count: int, materials: int) -> tuple[str, bool, str]:
-    kind = brdf.ALL[index]
-    why = f"{count} of {materials} materials" if count > 0 else f"no triangle has {kind.needs}"
-    return kind.name, count > 0, why
+def _about_brdf(brdf, count: int, materials: int) -> tuple[str, bool, str]:
+    why = f"{count} of {materials} materials" if count > 0 else f"no triangle has {brdf.needs}"
+    return brdf.name, count > 0, why
 
 
-def _about_light(sky: str, environment: Environment | None, emits: bool) -> list[tuple[str, bool, str]]:
+def _about_light(sky: str, environment, lights, emits: bool) -> list[tuple[str, bool, str]]:
     name = "" if environment is None else environment.name
     is_lit = sky in ("constant", "image")
     why = {
@@ -129,14 +135,12 @@ def _about_light(sky: str, environment: Environment | None, emits: bool) -> list
         "image": f"{name}",
     }[sky]
     look_up = "its radiance is the same in every direction" if sky == "constant" else why
-    shadow = "where the light would be more than 0" if is_lit else "no light comes from far away"
+    shadow = "where the light would be more than 0" if is_lit or lights else "no light comes from far away"
+    emitted = "a material has Ke > 0; seen, not sampled" if emits else "no triangle has a material with Ke > 0"
     return [
         ("environment", is_lit, why),
         ("look-up", sky == "image", look_up),
-        ("shadow rays", is_lit, shadow),
-        (
-            "emitters",
-            emits,
-            "a material has Ke > 0; seen, not sampled" if emits else "no triangle has a material with Ke > 0",
-        ),
+        *((f"light {light.name}", True, type(light).__name__) for light in lights),
+        ("shadow rays", is_lit or len(lights) > 0, shadow),
+        ("emitters", emits, emitted),
     ]

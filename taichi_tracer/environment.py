@@ -1,4 +1,4 @@
-"""Light from infinitely far away: an equirectangular image of radiance, and how to sample it by its brightness."""
+"""What surrounds a scene: an equirectangular image of radiance (A2-5). As a light it is ``lights.environment_light``."""
 
 import math
 import warnings
@@ -9,14 +9,15 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.files.shipped import shipped_environments
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.seams import seams
 
 LOOKUPS = ("nearest", "bilinear")
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB (ITU-R BT.709)
 
 
 @ti.data_oriented
+@seams("query_ray")
 class Environment:
     """Radiance from every direction (A2-5).
 
@@ -60,22 +61,14 @@ class Environment:
         self.is_black = not self.pixels.any()
         self.version = 0
 
-        self._memory = runtime.Memory()
+        self._memory = memory.Memory()
         builder = self._memory.fields
         self.texels = ti.Vector.field(3, float)
-        self.density = ti.field(float)
-        self.row_cdf = ti.field(float)
-        self.column_cdf = ti.field(float)
         self.settings = ti.field(float)
-        texel = builder.dense(ti.ij, (self.height, self.width))
-        texel.place(self.texels)
-        texel.place(self.density)
-        builder.dense(ti.i, self.height + 1).place(self.row_cdf)
-        builder.dense(ti.ij, (self.height, self.width + 1)).place(self.column_cdf)
+        builder.dense(ti.ij, (self.height, self.width)).place(self.texels)
         builder.dense(ti.i, 2).place(self.settings)  # intensity, and rotation as a fraction of a turn
         self._memory.allocate()
-        rows, columns, density = sampling_tables(self.pixels, lookup, runtime.dtype())
-        self._load(self.pixels, density, rows, columns)
+        self._load(self.pixels)
         self.set_intensity(intensity)
         self.set_rotation(rotation)
 
@@ -102,21 +95,10 @@ class Environment:
         self.version += 1
 
     @ti.kernel
-    def _load(
-        self,
-        pixels: ti.types.ndarray(ndim=3),
-        density: ti.types.ndarray(ndim=2),
-        rows: ti.types.ndarray(ndim=1),
-        columns: ti.types.ndarray(ndim=2),
-    ):
+    def _load(self, pixels: ti.types.ndarray(ndim=3)):
         for row, column in self.texels:
             for k in ti.static(range(3)):
                 self.texels[row, column][k] = pixels[row, column, k]
-            self.density[row, column] = density[row, column]
-        for i in self.row_cdf:
-            self.row_cdf[i] = rows[i]
-        for row, column in self.column_cdf:
-            self.column_cdf[row, column] = columns[row, column]
 
     @ti.func
     def coords(self, direction):
@@ -163,58 +145,8 @@ class Environment:
 
     @ti.func
     def query_ray(self, ray):
-        """Radiance arriving along a ray that meets nothing."""
+        """Radiance arriving along a ray that meets nothing (A2-5)."""
         return self.radiance(ray.direction.normalized())
-
-    @ti.func
-    def sample(self, xi):
-        """(direction, pdf per solid angle): texels in proportion to their light, uniform on the sphere within one."""
-        row, from_row = self.find_row(xi.y)
-        column, from_column = self.find_column(row, xi.x)
-        u = (column + from_column) / self.width + self.settings[1]
-        y_top, y_bottom = self.height_of_edge(row), self.height_of_edge(row + 1)
-        y = y_top + from_row * (y_bottom - y_top)
-        r = ti.sqrt(ti.max(0.0, 1 - y * y))
-        phi = 2 * tm.pi * (u - 0.5)
-        return tm.vec3(r * ti.cos(phi), y, r * ti.sin(phi)), self.density[row, column]
-
-    @ti.func
-    def pdf(self, direction):
-        """The density of ``sample`` at a unit direction, per solid angle."""
-        u, v = self.coords(direction)
-        row, column = self.texel_of(u, v)
-        return self.density[row, column]
-
-    @ti.func
-    def height_of_edge(self, row):
-        """y of the directions on the upper edge of a row."""
-        return ti.cos(tm.pi * row / self.height)
-
-    @ti.func
-    def find_row(self, xi):
-        """The row whose part of the cumulative distribution holds ξ, and how far into it ξ is, in [0, 1)."""
-        low, high = 0, self.height
-        while high - low > 1:
-            middle = (low + high) >> 1
-            if self.row_cdf[middle] <= xi:
-                low = middle
-            else:
-                high = middle
-        begin, end = self.row_cdf[low], self.row_cdf[low + 1]
-        return low, (xi - begin) / (end - begin)
-
-    @ti.func
-    def find_column(self, row, xi):
-        """As ``find_row``, for the columns of one row."""
-        low, high = 0, self.width
-        while high - low > 1:
-            middle = (low + high) >> 1
-            if self.column_cdf[row, middle] <= xi:
-                low = middle
-            else:
-                high = middle
-        begin, end = self.column_cdf[row, low], self.column_cdf[row, low + 1]
-        return low, (xi - begin) / (end - begin)
 
 
 @ti.func
@@ -262,44 +194,6 @@ def checked(image, name: str) -> np.ndarray:
                 f"({wrong.any(axis=2).sum()} such texels); replace it by 0 or more"
             )
     return np.ascontiguousarray(pixels)
-
-
-def sampling_tables(pixels: np.ndarray, lookup: str, dtype: type) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cumulative distributions of rows (h + 1,) and of columns in each row (h, w + 1), and the density (h, w).
-
-    Built in float64 from luminance × solid angle, then rounded to ``dtype``; the density is that of the rounded tables,
-    so that it says exactly how often a texel is taken. A black image is sampled uniformly.
-    """
-    h, w = pixels.shape[:2]
-    brightness = pixels.astype(np.float64) @ LUMINANCE
-    # A colour outside the gamut could have brightness 0 and still be light.
-    brightness = np.maximum(brightness, pixels.max(axis=2) * 1e-3)
-    if lookup == "bilinear":
-        brightness = mean_of_bilinear(brightness)
-    if not brightness.any():
-        brightness = np.ones((h, w))
-    edges = np.cos(np.pi * np.arange(h + 1) / h)
-    solid_angle = (edges[:-1] - edges[1:]) * 2 * np.pi / w  # of a texel in each row
-    power = brightness * solid_angle[:, None]
-    rows = _cumulative(power.sum(axis=1)[None])[0].astype(dtype)
-    columns = _cumulative(power).astype(dtype)
-    probability = np.diff(rows.astype(np.float64))[:, None] * np.diff(columns.astype(np.float64), axis=1)
-    return rows, columns, (probability / solid_angle[:, None]).astype(dtype)
-
-
-def _cumulative(weights: np.ndarray) -> np.ndarray:
-    """(n, m) weights → (n, m + 1) from 0 to 1; uniform where a row has none."""
-    total = weights.sum(axis=1, keepdims=True)
-    weights = np.where(total > 0, weights, 1.0)
-    cdf = np.concatenate([np.zeros((len(weights), 1)), np.cumsum(weights, axis=1)], axis=1)
-    return cdf / cdf[:, -1:]
-
-
-def mean_of_bilinear(texels: np.ndarray) -> np.ndarray:
-    """What a bilinear look-up gives on average over each texel: positive wherever it is positive anywhere in it."""
-    across = (np.roll(texels, 1, axis=1) + 6 * texels + np.roll(texels, -1, axis=1)) / 8
-    padded = np.concatenate([across[:1], across, across[-1:]])
-    return (padded[:-2] + 6 * across + padded[2:]) / 8
 
 
 def load_environment(value, **options) -> Environment | None:

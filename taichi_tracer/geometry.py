@@ -1,14 +1,11 @@
-"""Triangles and spheres: numpy arrays (``Mesh``, what files hold) and Taichi fields (``Geometry``, what rays meet).
-
-Both kinds are primitives, numbered together in the file's order; a *triangle id* is the number of a primitive.
-"""
+"""Triangles and spheres: numpy arrays (``Mesh``, what files hold) and Taichi fields (``Geometry``, what rays meet)."""
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
+from taichi_tracer.formulas.triangles import stable_normal, thinness, unit
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
@@ -16,12 +13,13 @@ from taichi_tracer.system.errors import InputError
 
 @dataclass
 class Mesh:
-    """Indexed triangles with materials: plain numpy, ids 0-based and in the file's order, −1 = none (C-16).
+    """Indexed triangles with materials, and spheres: plain numpy, ids 0-based, −1 = none (C-16).
 
-    A sphere takes the number, and so the row, of a triangle: its vertex ids there are 0, its material is its own.
+    Triangles and spheres are primitives. They have one numbering, that of the file's order: without spheres it is the
+    row of ``faces``; with spheres ``sphere_ids`` says which numbers the spheres have, and the triangles have the rest.
 
     Attributes:
-        vertices: (V, 3) float64 positions; with spheres there is at least one.
+        vertices: (V, 3) float64 positions.
         faces: (F, 3) int32 vertex ids, counter-clockwise seen from the front.
         normals: (N, 3) float64 vertex normals, not necessarily unit length; (0, 3) when there are none.
         face_normals: (F, 3) int32 ids into ``normals`` for each corner, −1 where a corner has none; (0, 3) int32 when
@@ -30,8 +28,10 @@ class Mesh:
         materials: in order of first use.
         source: where the mesh came from, for messages.
         notes: one line per thing that the user should know, such as triangles that were dropped.
+        dropped: how many primitives no ray can meet, after ``clean``.
         spheres: (S, 4) float64 centre and radius.
-        sphere_ids: (S,) int32, the row of ``faces`` that each sphere has.
+        sphere_ids: (S,) int32, the number of each sphere among all primitives, ascending.
+        sphere_materials: (S,) int32 ids into ``materials``.
         face_culls: (F,) bool, whether rays pass through the back of a triangle; None when they pass through none.
     """
 
@@ -46,11 +46,40 @@ class Mesh:
     dropped: int = 0
     spheres: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
     sphere_ids: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    sphere_materials: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     face_culls: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         if self.face_materials is None:
             self.face_materials = np.zeros(len(self.faces), np.int32)
+
+    @property
+    def num_primitives(self) -> int:
+        """How many triangles and spheres there are."""
+        return len(self.faces) + len(self.spheres)
+
+    @property
+    def has_vertex_normals(self) -> bool:
+        """Whether a corner of a triangle has a normal."""
+        return bool((self.face_normals >= 0).any())
+
+    @property
+    def has_culling(self) -> bool:
+        """Whether rays pass through the back of a triangle."""
+        return self.face_culls is not None and bool(self.face_culls.any())
+
+    def used_materials(self) -> np.ndarray:
+        """The ids of the materials that a primitive has, ascending."""
+        return np.unique(np.concatenate([self.face_materials, self.sphere_materials]))
+
+    def primitives(self) -> np.ndarray:
+        """(P,) int32: what has each number, a triangle by its row, a sphere as −1 − its row."""
+        table = np.zeros(self.num_primitives, np.int32)
+        is_sphere = np.zeros(self.num_primitives, bool)
+        is_sphere[self.sphere_ids] = True
+        table[is_sphere] = -1 - np.arange(len(self.spheres))
+        table[~is_sphere] = np.arange(len(self.faces))
+        return table
 
 
 def check(mesh: Mesh) -> None:
@@ -82,142 +111,142 @@ def unhittable(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def clean(mesh: Mesh, dtype: type) -> Mesh:
-    """``mesh`` with every coordinate in ``dtype`` and every unhittable triangle collapsed into one point, and noted.
+    """``mesh`` with every coordinate in ``dtype``; the primitives that no ray can meet are collapsed into a point.
 
-    Collapsed, not removed: triangle ids stay those of the file (C-16), and the zero normal keeps every ray out.
+    They are collapsed, not removed, and noted: ids stay those of the file (C-16). The zero normal of such a triangle,
+    and the radius −∞ of such a sphere, keep every ray out.
     """
     with np.errstate(over="ignore"):
-        vertices = mesh.vertices.astype(dtype)
+        vertices, spheres = mesh.vertices.astype(dtype), mesh.spheres.astype(dtype)
     not_finite, no_area = unhittable(vertices, mesh.faces)
-    with np.errstate(over="ignore"):
-        spheres = mesh.spheres.astype(dtype)
-    not_finite[mesh.sphere_ids], no_area[mesh.sphere_ids] = ~np.isfinite(spheres).all(axis=1), ~(spheres[:, 3] > 0)
-    gone = not_finite | no_area
+    sphere_not_finite = ~np.isfinite(spheres).all(axis=1)
+    no_radius = ~sphere_not_finite & ~(spheres[:, 3] > 0)
+    gone, spheres_gone = not_finite | no_area, sphere_not_finite | no_radius
     faces = np.ascontiguousarray(mesh.faces, dtype=np.int32)
     notes = list(mesh.notes)
-    if gone.any():
+    dropped = int(gone.sum() + spheres_gone.sum())
+    if dropped > 0:
         finite = np.isfinite(vertices).all(axis=1)
         vertices = np.where(finite[:, None], vertices, dtype(0))
         faces = np.where(gone[:, None], np.int32(0), faces)
-        causes = ((not_finite, "with a NaN or infinite vertex"), (no_area, "without area"))
-        told = ", ".join(f"{which.sum()} {cause}" for which, cause in causes if which.any())
+        spheres = np.where(spheres_gone[:, None], np.array([0, 0, 0, -np.inf], dtype), spheres)
+        causes = (
+            (not_finite.sum() + sphere_not_finite.sum(), "with a NaN or infinite vertex"),
+            (no_area.sum() + no_radius.sum(), "without area"),
+        )
+        told = ", ".join(f"{count} {cause}" for count, cause in causes if count > 0)
         what = "triangles" if len(spheres) == 0 else "primitives"
-        notes.append(f"{mesh.source}: {gone.sum()} of {len(faces)} {what} dropped ({told})")
-    kept = ~gone[mesh.sphere_ids]
-    return replace(
-        mesh,
-        vertices=vertices,
-        faces=faces,
-        notes=notes,
-        dropped=int(gone.sum()),
-        spheres=spheres[kept],
-        sphere_ids=mesh.sphere_ids[kept],
-    )
+        notes.append(f"{mesh.source}: {dropped} of {mesh.num_primitives} {what} dropped ({told})")
+    return replace(mesh, vertices=vertices, faces=faces, notes=notes, dropped=dropped, spheres=spheres)
 
 
 @ti.data_oriented
 class Geometry:
-    """The primitives of one scene in Taichi fields.
+    """The primitives of one scene in Taichi fields, under the handout's names, ids 0-based.
 
     Attributes:
-        num_primitives, num_spheres, num_triangles: how many, those included that no ray can hit.
-        is_plain: whether there are only triangles, and rays meet both sides of all: then nothing else is compiled.
-        vertices: (V,) vec3. faces: (F,) ivec3 vertex ids. face_materials: (F,) int.
+        n_triangles, n_spheres, n_primitives: how many, those included that no ray can hit.
+        vertices: (V,) vec3.
+        triangle_vertex_ids: (F,) ivec3. triangle_material_ids: (F,) int.
+        normals, triangle_normal_ids: (N,) vec3 and (F,) ivec3, where triangles have vertex normals or a student's
+            method asks for them: then a corner without one has the normal of its triangle's plane.
         unit_normals: (F,) vec3, (v1 − v0) × (v2 − v0) normalised.
-        normals, face_normals: (N,) vec3 and (F,) ivec3, only where ``has_normals``.
-        spheres, sphere_of: (S,) vec4 and (F,) int, −1 for a triangle, only where ``has_spheres``.
-        culls: (F,) int, only where ``has_culling``.
+        thinness: (F,) see ``formulas.triangles``.
+        culls: (F,) int, whether rays pass through the back; only where the scene has such triangles.
+        spheres, sphere_material_ids: (S,) vec4 centre and radius, and int; only where the scene has spheres.
+        primitives: (P,) int, a triangle's id or −1 − a sphere's; only where the scene has spheres.
         low, high: corners of the bounding box, numpy float64 (3,).
-        arrays: the same vertices and faces as numpy arrays, for builders of accelerators.
+        mesh: the same as numpy arrays, for builders of accelerators.
 
     Args:
-        keep_normals, keep_spheres: have the fields, and the code, where there is nothing to put into them.
+        mesh: a mesh that ``clean`` returned.
+        effects: which of the above a scene calls for, see ``effects.Effects``.
+        completes_normals: give every corner of every triangle a normal.
     """
 
-    def __init__(
-        self, mesh: Mesh, fields: ti.FieldsBuilder, keep_normals: bool = False, keep_spheres: bool = False
-    ) -> None:
-        self.num_primitives, self.num_spheres = len(mesh.faces), len(mesh.spheres)
-        self.num_triangles = self.num_primitives - self.num_spheres
-        self.arrays = mesh.vertices, mesh.faces
-        self.sphere_arrays = mesh.spheres, mesh.sphere_ids
-        if keep_normals and len(mesh.face_normals) == 0:
-            no_ids = np.full((max(1, self.num_primitives), 3), -1, np.int32)
-            mesh.normals, mesh.face_normals = np.zeros((1, 3)), no_ids
-        self.has_normals = keep_normals or bool((mesh.face_normals >= 0).any())
-        self.has_spheres = keep_spheres or self.num_spheres > 0
-        self.has_culling = mesh.face_culls is not None and bool(mesh.face_culls.any())
-        self.is_plain = not (self.has_spheres or self.has_culling)
-        self.low, self.high = self._bounds(mesh)
+    def __init__(self, mesh: Mesh, effects, fields: ti.FieldsBuilder, completes_normals: bool = False) -> None:
+        self.n_triangles, self.n_spheres, self.n_primitives = len(mesh.faces), len(mesh.spheres), mesh.num_primitives
+        self.mesh, self.effects = mesh, effects
+        self.low, self.high = self._bounds()
+        self.n_vertex_normals = len(mesh.normals)
+        self.has_normals = effects.interpolated_normals or completes_normals
+        self.completes_normals = completes_normals
 
         self.vertices = ti.Vector.field(3, float)
-        self.faces = ti.Vector.field(3, ti.i32)
-        self.face_materials = ti.field(ti.i32)
-        # Of every triangle, since every point that is shaded asks for them.
+        self.triangle_vertex_ids = ti.Vector.field(3, ti.i32)
+        self.triangle_material_ids = ti.field(ti.i32)
+        # The normal and the thinness are kept per triangle, since every point that is shaded asks for them.
         self.unit_normals, self.thinness = ti.Vector.field(3, float), ti.field(float)
         fields.dense(ti.i, max(1, len(mesh.vertices))).place(self.vertices)
-        per_face = fields.dense(ti.i, max(1, self.num_primitives))
-        per_face.place(self.faces, self.face_materials, self.unit_normals, self.thinness)
+        per_face = fields.dense(ti.i, max(1, self.n_triangles))
+        per_face.place(self.triangle_vertex_ids, self.triangle_material_ids, self.unit_normals, self.thinness)
         if self.has_normals:
             self.normals = ti.Vector.field(3, float)
-            self.face_normals = ti.Vector.field(3, ti.i32)
-            fields.dense(ti.i, len(mesh.normals)).place(self.normals)
-            per_face.place(self.face_normals)
-        if self.has_spheres:
+            self.triangle_normal_ids = ti.Vector.field(3, ti.i32)
+            added = self.n_triangles if completes_normals else 0
+            fields.dense(ti.i, max(1, self.n_vertex_normals + added)).place(self.normals)
+            per_face.place(self.triangle_normal_ids)
+        if effects.spheres:
             self.spheres = ti.Vector.field(4, float)
-            self.sphere_of = ti.field(ti.i32)
-            fields.dense(ti.i, max(1, self.num_spheres)).place(self.spheres)
-            per_face.place(self.sphere_of)
-        if self.has_culling:
+            self.sphere_material_ids, self.primitives = ti.field(ti.i32), ti.field(ti.i32)
+            fields.dense(ti.i, max(1, self.n_spheres)).place(self.spheres, self.sphere_material_ids)
+            fields.dense(ti.i, max(1, self.n_primitives)).place(self.primitives)
+        if effects.culling:
             self.culls = ti.field(ti.i32)
             per_face.place(self.culls)
 
-    def _bounds(self, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-        faces = mesh.faces
-        if self.num_spheres > 0:  # whose rows name vertex 0
-            faces = faces[self.hittable_triangles()]
-        corners = [mesh.vertices[np.unique(faces)]] if len(faces) > 0 else []
-        if self.num_spheres > 0:
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        mesh = self.mesh
+        corners = [mesh.vertices[np.unique(mesh.faces)]] if len(mesh.faces) > 0 else []
+        if len(mesh.spheres) > 0:
             corners += np.split(self.sphere_boxes(), 2, axis=1)
         used = np.concatenate(corners) if corners else np.zeros((1, 3))
         return used.min(axis=0).astype(np.float64), used.max(axis=0).astype(np.float64)
 
-    def hittable_triangles(self) -> np.ndarray:
-        """(n,) ids of the triangles that ``clean`` did not collapse."""
-        faces = self.arrays[1]
-        return np.flatnonzero((faces[:, 0] != faces[:, 1]) | (faces[:, 1] != faces[:, 2]))
-
     def sphere_boxes(self) -> np.ndarray:
-        """(S, 6) low and high corner of every sphere, in the running precision."""
-        spheres = self.sphere_arrays[0]
+        """(n, 6) low and high corner of every sphere that a ray can meet, in the running precision."""
+        spheres = self.mesh.spheres[self.mesh.spheres[:, 3] > 0]
         return np.concatenate([spheres[:, :3] - spheres[:, 3:], spheres[:, :3] + spheres[:, 3:]], axis=1)
 
+    def hittable_triangles(self) -> np.ndarray:
+        """(n,) ids of the triangles that ``clean`` did not collapse."""
+        faces = self.mesh.faces
+        return np.flatnonzero((faces[:, 0] != faces[:, 1]) | (faces[:, 1] != faces[:, 2]))
+
     def hittable(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) ids of the primitives that a ray can meet, and their (n, 6) boxes."""
-        vertices, faces = self.arrays
-        ids = self.hittable_triangles()
-        corners = vertices[faces[ids]]
+        """(n,) numbers of the primitives that a ray can meet, and their (n, 6) boxes."""
+        rows = self.hittable_triangles()
+        corners = self.mesh.vertices[self.mesh.faces[rows]]
         boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-        if self.num_spheres > 0:
-            ids = np.concatenate([ids, self.sphere_arrays[1]])
+        ids = rows
+        if self.n_spheres > 0:
+            ids = np.flatnonzero(self.mesh.primitives() >= 0)[rows]
+            ids = np.concatenate([ids, self.mesh.sphere_ids[self.mesh.spheres[:, 3] > 0]])
             boxes = np.concatenate([boxes, self.sphere_boxes()])
         return ids, boxes
 
-    def load(self, mesh: Mesh) -> None:
-        """Copy the arrays into the fields; after the builder's ``finalize``."""
-        if self.num_primitives == 0:
-            return
-        dtype = runtime.dtype()
-        self._load_triangles(mesh.vertices, mesh.faces, np.ascontiguousarray(mesh.face_materials, np.int32))
-        if self.has_normals:
-            self._load_normals(
-                np.ascontiguousarray(mesh.normals, dtype), np.ascontiguousarray(mesh.face_normals, np.int32)
+    def load(self) -> None:
+        """Copy the arrays into the fields, once the fields are allocated."""
+        mesh, dtype = self.mesh, runtime.dtype()
+        if self.n_triangles > 0:
+            self._load_triangles(mesh.vertices, mesh.faces, np.ascontiguousarray(mesh.face_materials, np.int32))
+        if self.has_normals and self.n_triangles > 0:
+            normals, ids = mesh.normals, mesh.face_normals
+            if len(ids) == 0:
+                normals, ids = np.zeros((0, 3)), np.full((self.n_triangles, 3), -1, np.int32)
+            if self.completes_normals:
+                own = len(normals) + np.arange(self.n_triangles)[:, None]
+                normals, ids = np.concatenate([normals, self.unit_normals.to_numpy()]), np.where(ids < 0, own, ids)
+            if len(normals) == 0:
+                normals = np.zeros((1, 3))
+            self._load_normals(np.ascontiguousarray(normals, dtype), np.ascontiguousarray(ids, np.int32))
+        if self.effects.spheres and self.n_primitives > 0:
+            self._load_spheres(
+                np.ascontiguousarray(mesh.spheres, dtype),
+                np.ascontiguousarray(mesh.sphere_materials, np.int32),
+                mesh.primitives(),
             )
-        if self.has_spheres:
-            sphere_of = np.full(self.num_primitives, -1, np.int32)
-            sphere_of[mesh.sphere_ids] = np.arange(self.num_spheres)
-            self._load_spheres(np.ascontiguousarray(mesh.spheres, dtype), sphere_of)
-        if self.has_culling:
+        if self.effects.culling:
             self._load_culls(mesh.face_culls.astype(np.int32))
 
     @ti.kernel
@@ -225,36 +254,42 @@ class Geometry:
         self,
         vertices: ti.types.ndarray(ndim=2),
         faces: ti.types.ndarray(ndim=2),
-        face_materials: ti.types.ndarray(ndim=1),
+        materials: ti.types.ndarray(ndim=1),
     ):
         for i in range(vertices.shape[0]):
             for k in ti.static(range(3)):
                 self.vertices[i][k] = vertices[i, k]
         for i in range(faces.shape[0]):
-            self.face_materials[i] = face_materials[i]
+            self.triangle_material_ids[i] = materials[i]
             for k in ti.static(range(3)):
-                self.faces[i][k] = faces[i, k]
+                self.triangle_vertex_ids[i][k] = faces[i, k]
         for i in range(faces.shape[0]):
             v0, v1, v2 = self.triangle(i)
             self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
             self.thinness[i] = thinness(v0, v1, v2)
 
     @ti.kernel
-    def _load_normals(self, normals: ti.types.ndarray(ndim=2), face_normals: ti.types.ndarray(ndim=2)):
+    def _load_normals(self, normals: ti.types.ndarray(ndim=2), ids: ti.types.ndarray(ndim=2)):
         for i in range(normals.shape[0]):
             for k in ti.static(range(3)):
                 self.normals[i][k] = normals[i, k]
-        for i in range(face_normals.shape[0]):
+        for i in range(ids.shape[0]):
             for k in ti.static(range(3)):
-                self.face_normals[i][k] = face_normals[i, k]
+                self.triangle_normal_ids[i][k] = ids[i, k]
 
     @ti.kernel
-    def _load_spheres(self, spheres: ti.types.ndarray(ndim=2), sphere_of: ti.types.ndarray(ndim=1)):
+    def _load_spheres(
+        self,
+        spheres: ti.types.ndarray(ndim=2),
+        materials: ti.types.ndarray(ndim=1),
+        primitives: ti.types.ndarray(ndim=1),
+    ):
         for i in range(spheres.shape[0]):
+            self.sphere_material_ids[i] = materials[i]
             for k in ti.static(range(4)):
                 self.spheres[i][k] = spheres[i, k]
-        for i in range(sphere_of.shape[0]):
-            self.sphere_of[i] = sphere_of[i]
+        for i in range(primitives.shape[0]):
+            self.primitives[i] = primitives[i]
 
     @ti.kernel
     def _load_culls(self, culls: ti.types.ndarray(ndim=1)):
@@ -262,19 +297,9 @@ class Geometry:
             self.culls[i] = culls[i]
 
     @ti.func
-    def is_special(self, triangle_id):
-        """Whether a primitive is anything but a triangle with two sides."""
-        special = False
-        if ti.static(self.has_spheres):
-            special = self.sphere_of[triangle_id] >= 0
-        if ti.static(self.has_culling):
-            special = special or self.culls[triangle_id] != 0
-        return special
-
-    @ti.func
     def triangle(self, triangle_id):
         """The three vertices v0, v1, v2."""
-        ids = self.faces[triangle_id]
+        ids = self.triangle_vertex_ids[triangle_id]
         return self.vertices[ids.x], self.vertices[ids.y], self.vertices[ids.z]
 
     @ti.func
@@ -292,64 +317,14 @@ class Geometry:
         return p, size * ti.static(8 * runtime.epsilon())
 
     @ti.func
-    def hit_position(self, data):
-        """Where a ray met the surface, and a bound of the rounding error, as for ``position``; of either primitive.
-
-        On a sphere it is c + r n, which lies on it however far the ray came from.
-        """
-        position, error = tm.vec3(0), tm.vec3(0)
-        sphere = -1
-        if ti.static(self.has_spheres):
-            sphere = self.sphere_of[data.triangle_id]
-            if sphere >= 0:
-                centre, radius = self.spheres[sphere].xyz, self.spheres[sphere].w
-                outward = ti.select(data.is_backfacing, -data.geometric_normal, data.geometric_normal)
-                position = centre + radius * outward
-                error = (abs(centre) + radius) * ti.static(8 * runtime.epsilon())
-        if sphere < 0:
-            u, v = data.barycentric_coords.x, data.barycentric_coords.y
-            position, error = self.position(data.triangle_id, u, v)
-        return position, error
-
-    @ti.func
     def shading_normal(self, triangle_id, u, v, geometric_normal):
         """normalize(w n0 + u n1 + v n2) (A1-13); the geometric normal where a corner has none, or where they cancel."""
         normal = geometric_normal
-        if ti.static(self.has_normals):
-            ids = self.face_normals[triangle_id]
-            if ids.min() >= 0:
+        if ti.static(self.effects.interpolated_normals):
+            ids = self.triangle_normal_ids[triangle_id]
+            if ids.min() >= 0 and ids.max() < self.n_vertex_normals:
                 n = (1 - u - v) * self.normals[ids.x] + u * self.normals[ids.y] + v * self.normals[ids.z]
                 length = n.norm()
                 if length > 0:
                     normal = n / length
         return normal
-
-
-@ti.func
-def thinness(v0, v1, v2):
-    """1/sin of the angle between the two shortest edges, ≥ 1: how many times its own rounding a normal is off."""
-    a, b, c = (v1 - v0).norm(), (v2 - v1).norm(), (v0 - v2).norm()
-    longest = ti.max(a, b, c)
-    others = ti.select(longest == a, b * c, ti.select(longest == b, c * a, a * b))
-    return others / tm.cross(v1 - v0, v2 - v0).norm()
-
-
-@ti.func
-def stable_normal(v0, v1, v2):
-    """(v1 − v0) × (v2 − v0), from the two shortest edges, which lose least to rounding on a sliver."""
-    e0 = v1 - v0
-    e1 = v2 - v1
-    e2 = v0 - v2
-    l0, l1, l2 = e0.norm_sqr(), e1.norm_sqr(), e2.norm_sqr()
-    is_0_longest = l0 >= l1 and l0 >= l2
-    is_1_longest = l1 >= l2
-    p = ti.select(is_0_longest, e1, ti.select(is_1_longest, e2, e0))
-    q = ti.select(is_0_longest, e2, ti.select(is_1_longest, e0, e1))
-    return tm.cross(p, q)
-
-
-@ti.func
-def unit(v):
-    """v / |v|, also where |v|² is beyond the largest or below the smallest number: scaled by its largest component."""
-    w = v / abs(v).max()
-    return w / w.norm()

@@ -1,6 +1,6 @@
 """What a surface is made of, as Wavefront MTL files say it (A1-17)."""
 
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 import taichi as ti
@@ -8,6 +8,8 @@ import taichi.math as tm
 
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.seams import in_kernels
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,7 @@ class Material:
         Ni: index of refraction.
         d: opacity, 1 is opaque.
         alpha_x, alpha_y, F0: microfacet roughness and normal-incidence reflectance (extensions of the course).
+        extra: key in lower case → numbers, of every other key of the file: what a BRDF's ``parameters`` are found in.
     """
 
     name: str = "default"
@@ -36,18 +39,27 @@ class Material:
     alpha_x: float = 0.0
     alpha_y: float = 0.0
     F0: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    extra: dict[str, tuple[float, ...]] = field(default_factory=dict, hash=False)
+
+    def value(self, name: str, default):
+        """A parameter of a BRDF: a number or three as the default is, from the file or the default itself.
+
+        Raises:
+            InputError: the file has another count of numbers.
+        """
+        numbers = self.extra.get(name.lower())
+        if numbers is None:
+            return default
+        count = np.size(default)
+        if len(numbers) == 1 and count == 3:
+            numbers = numbers * 3
+        if len(numbers) != count:
+            raise InputError(f"material {self.name!r}: {name} needs {count} numbers, not {len(numbers)}")
+        return numbers[0] if count == 1 else tuple(numbers)
 
 
-# The same values inside kernels; a name has no place there.
-MaterialValues = ti.types.struct(
-    **{f.name: tm.vec3 if isinstance(f.default, tuple) else real for f in fields(Material) if f.name != "name"}
-)
-
-
-def as_table(materials: list[Material]) -> np.ndarray:
-    """(M, 20) float64: the numbers of every material in the order of ``Material``'s fields, without the name."""
-    rows = [np.hstack(astuple(m)[1:]) for m in materials]
-    return np.array(rows, dtype=np.float64).reshape(len(rows), -1)
+# The members of a material that kernels know: all but the name and the keys that only some BRDFs read.
+BUILT_IN = {f.name: f.default for f in fields(Material) if f.name not in ("name", "extra")}
 
 
 @ti.data_oriented
@@ -55,41 +67,71 @@ class MaterialLibrary:
     """The materials of one scene, found by material id.
 
     Args:
-        kinds: for each material, which BRDF it has: whatever number the scene's maker finds it by.
+        materials: in the order of their ids.
+        brdfs: the BRDFs that the scene knows; the last one that describes a material is its own.
+        fields: where the library's fields are placed.
+
+    Attributes:
+        brdf_ids: (M,) for each material, which of ``brdfs`` it has.
+        members: name → default of what a material has in kernels: the usual MTL keys, and the parameters of ``brdfs``.
     """
 
-    def __init__(self, materials: list[Material], kinds: list[int], fields: ti.FieldsBuilder) -> None:
-        self.materials, self._kinds = list(materials), list(kinds)
-        self.table = ti.field(float)
-        self.kinds = ti.field(ti.i32)
-        fields.dense(ti.i, max(1, len(self.materials))).place(self.kinds)
-        fields.dense(ti.ij, (max(1, len(self.materials)), as_table([Material()]).shape[1])).place(self.table)
+    def __init__(self, materials: list[Material], brdfs: list, fields: ti.FieldsBuilder) -> None:
+        self.materials, self.brdfs = list(materials), list(brdfs)
+        self.members = dict(BUILT_IN)
+        for brdf in self.brdfs:
+            self.members |= brdf.parameters
+        self._struct = ti.types.struct(**{n: tm.vec3 if np.size(d) == 3 else real for n, d in self.members.items()})
+        self.brdf_of = [self._brdf_of(m) for m in self.materials]
+        self.table, self.brdf_ids = ti.field(float), ti.field(ti.i32)
+        rows = max(1, len(self.materials))
+        fields.dense(ti.i, rows).place(self.brdf_ids)
+        fields.dense(ti.ij, (rows, self.as_table([Material()]).shape[1])).place(self.table)
+
+    def _brdf_of(self, material: Material) -> int:
+        dtype = runtime.dtype()
+        for i, brdf in reversed(list(enumerate(self.brdfs))):
+            if brdf.describes(material, dtype):
+                return i
+        raise InputError(f"material {material.name!r}: none of {', '.join(b.name for b in self.brdfs)} describes it")
+
+    def as_table(self, materials: list[Material]) -> np.ndarray:
+        """(M, n) float64: the numbers of every material, in the order of ``members``."""
+        rows = [
+            np.hstack([getattr(m, n) if n in BUILT_IN else m.value(n, default) for n, default in self.members.items()])
+            for m in materials
+        ]
+        return np.array(rows, dtype=np.float64).reshape(len(rows), -1)
 
     def load(self) -> None:
-        """Copy the materials into the field; after the builder's ``finalize``."""
+        """Copy the materials into the fields, once the fields are allocated."""
         if len(self.materials) > 0:
-            self._load(as_table(self.materials).astype(runtime.dtype()), np.array(self._kinds, np.int32))
+            table = self.as_table(self.materials).astype(runtime.dtype())
+            self._load(table, np.array(self.brdf_of, np.int32))
 
     @ti.kernel
-    def _load(self, table: ti.types.ndarray(ndim=2), kinds: ti.types.ndarray(ndim=1)):
+    def _load(self, table: ti.types.ndarray(ndim=2), brdf_ids: ti.types.ndarray(ndim=1)):
         for i in range(table.shape[0]):
-            self.kinds[i] = kinds[i]
+            self.brdf_ids[i] = brdf_ids[i]
             for k in range(table.shape[1]):
                 self.table[i, k] = table[i, k]
 
-    @ti.func
+    @in_kernels
     def get(self, material_id):
-        """The numbers of one material. Only those that are used are read: the compiler drops the rest."""
-        i = material_id
-        return MaterialValues(
-            Kd=tm.vec3(self.table[i, 0], self.table[i, 1], self.table[i, 2]),
-            Ka=tm.vec3(self.table[i, 3], self.table[i, 4], self.table[i, 5]),
-            Ks=tm.vec3(self.table[i, 6], self.table[i, 7], self.table[i, 8]),
-            Ke=tm.vec3(self.table[i, 9], self.table[i, 10], self.table[i, 11]),
-            Ns=self.table[i, 12],
-            Ni=self.table[i, 13],
-            d=self.table[i, 14],
-            alpha_x=self.table[i, 15],
-            alpha_y=self.table[i, 16],
-            F0=tm.vec3(self.table[i, 17], self.table[i, 18], self.table[i, 19]),
-        )
+        """The numbers of one material, as a struct. Only those that are used are read: the compiler drops the rest."""
+        values, column = {}, 0
+        for name, default in self.members.items():
+            if np.size(default) == 3:
+                values[name] = self._vec3(material_id, column)
+            else:
+                values[name] = self._number(material_id, column)
+            column += np.size(default)
+        return self._struct(**values)
+
+    @ti.func
+    def _number(self, i, column: ti.template()):
+        return self.table[i, column]
+
+    @ti.func
+    def _vec3(self, i, column: ti.template()):
+        return tm.vec3(self.table[i, column], self.table[i, column + 1], self.table[i, column + 2])

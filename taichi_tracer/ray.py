@@ -28,7 +28,12 @@ class HitData:
 
     ``distance`` is t, in units of the direction's length. ``barycentric_coords`` = (u, v) weigh v1 and v2, 1 − u − v
     weighs v0. ``normal`` is interpolated from the vertex normals, ``geometric_normal`` is that of the triangle's plane
-    (C-17); both have unit length and face the ray's origin.
+    (C-17); both have unit length and face the ray's origin. ``position`` is the point on the surface, and
+    ``position_error`` a bound of its rounding error by component, for ``offset_origin``.
+
+    The first seven members are the handout's. A method of your own may begin with
+    ``hit = HitData()`` and fill in the handout's members one by one: what it leaves out is added.
+    ``triangle_id`` is the number of the primitive in the file's order; spheres are counted with the triangles.
     """
 
     is_hit: ti.i32
@@ -37,8 +42,10 @@ class HitData:
     distance: real
     barycentric_coords: tm.vec2
     normal: tm.vec3
-    geometric_normal: tm.vec3
     material_id: ti.i32
+    geometric_normal: tm.vec3
+    position: tm.vec3
+    position_error: tm.vec3
 
 
 @ti.func
@@ -53,6 +60,8 @@ def no_hit():
         normal=tm.vec3(0),
         geometric_normal=tm.vec3(0),
         material_id=-1,
+        position=tm.vec3(0),
+        position_error=tm.vec3(0),
     )
 
 

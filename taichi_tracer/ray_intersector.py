@@ -1,175 +1,207 @@
-"""What does the ray meet? Two triangle tests as their papers have them, and the nearest hit by trying every triangle.
+"""What does the ray meet? One triangle at a time, and the nearest hit by trying every one of them.
 
-A triangle test is a formula: it solves, and says whether the ray passes inside the edges. Whether that is a hit is
-decided in one place, ``RayIntersector.candidate``, for every test and every accelerator.
+This is the plain form, which a student reads and replaces. ``intersect_triangle`` decides what a hit is, ``query_ray``
+finds the nearest, and everything else follows from these two: whoever replaces one of them replaces what every picture
+and every answer of the scene is made of. A hierarchy (``intersectors``) overrides ``search`` alone: it decides in which
+order the primitives are tried, and which need not be tried at all.
 """
-
-from abc import ABC, abstractmethod
 
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.formulas.boxes import RayBounds, box_interval
 from taichi_tracer.formulas.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
-from taichi_tracer.geometry import Geometry, stable_normal
-from taichi_tracer.ray import HitData, no_hit
+from taichi_tracer.formulas.triangles import plane_distance, stable_normal
+from taichi_tracer.geometry import Geometry
+from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.system import runtime
-from taichi_tracer.system.errors import one_of
-
-
-@ti.func
-def moller_trumbore(o, d, v0, v1, v2):
-    """Solve  o + t d = (1 − u − v) v0 + u v1 + v v2  by Cramer's rule (Möller & Trumbore 1997; A1-11).
-
-    Returns (is_inside, t, u, v, det). det > 0 when the triangle faces the ray; 0 when the two are parallel: then t, u
-    and v are not finite. No ε: det scales with size²·|d|, so a fixed one would delete small triangles (C-8).
-    """
-    e1 = v1 - v0
-    e2 = v2 - v0
-    s = o - v0
-
-    det = tm.dot(e1, tm.cross(d, e2))
-    u = tm.dot(s, tm.cross(d, e2)) / det
-    v = tm.dot(d, tm.cross(s, e1)) / det
-    t = tm.dot(e2, tm.cross(s, e1)) / det
-
-    is_inside = u >= 0 and v >= 0 and u + v <= 1
-    return is_inside, t, u, v, det
-
-
-@ti.func
-def watertight(o, d, v0, v1, v2):
-    """On which side of each projected edge does the ray pass? (Woop, Benthin & Wald, JCGT 2(1), 2013)
-
-    Returns (is_inside, t, u, v, det) as ``moller_trumbore`` does. Two triangles that share an edge compute the same
-    number for it, up to its sign, so no ray slips between them.
-
-    Deviations from the paper: t comes from the triangle's plane, since the interpolated one errs in proportion to the
-    triangle's size; the projection is two dot products instead of a permutation of the axes, with the same rounding.
-    """
-    x_axis, y_axis = shear_axes(d)
-    a = v0 - o
-    b = v1 - o
-    c = v2 - o
-    ax, ay = tm.dot(x_axis, a), tm.dot(y_axis, a)
-    bx, by = tm.dot(x_axis, b), tm.dot(y_axis, b)
-    cx, cy = tm.dot(x_axis, c), tm.dot(y_axis, c)
-
-    u_edge = cx * by - cy * bx
-    v_edge = ax * cy - ay * cx
-    w_edge = bx * ay - by * ax
-    if ti.static(runtime.can_widen()):
-        if u_edge == 0 or v_edge == 0 or w_edge == 0:  # products of f32 are exact in f64: these signs are right
-            u_edge = exact_difference(cx, by, cy, bx)
-            v_edge = exact_difference(ax, cy, ay, cx)
-            w_edge = exact_difference(bx, ay, by, ax)
-    any_negative = u_edge < 0 or v_edge < 0 or w_edge < 0
-    any_positive = u_edge > 0 or v_edge > 0 or w_edge > 0
-    total = u_edge + v_edge + w_edge
-    is_inside = total != 0 and not (any_negative and any_positive)
-
-    n = stable_normal(v0, v1, v2)
-    det = -tm.dot(d, n)
-    t = -tm.dot(a, n) / det
-    return is_inside, t, v_edge / total, w_edge / total, det
-
-
-@ti.func
-def shear_axes(d):
-    """Two axes x, y with x·d = y·d = 0, whose dot products project along d onto the plane of d's two smaller axes."""
-    is_x = abs(d.x) > abs(d.y) and abs(d.x) > abs(d.z)
-    is_y = abs(d.y) > abs(d.z)
-    largest = ti.select(is_x, d.x, ti.select(is_y, d.y, d.z))
-    x, y, z = -d.x / largest, -d.y / largest, -d.z / largest
-    x_axis = ti.select(is_x, tm.vec3(y, 1, 0), ti.select(is_y, tm.vec3(0, z, 1), tm.vec3(1, 0, x)))
-    y_axis = ti.select(is_x, tm.vec3(z, 0, 1), ti.select(is_y, tm.vec3(1, x, 0), tm.vec3(0, 1, y)))
-    return x_axis, y_axis
-
-
-@ti.func
-def exact_difference(p, q, r, s):
-    """p q − r s of f32 numbers with the right sign: computed in f64, where the products are exact.
-
-    A result too small for f32 keeps its sign as the smallest normal number.
-    """
-    exact = ti.cast(p, ti.f64) * ti.cast(q, ti.f64) - ti.cast(r, ti.f64) * ti.cast(s, ti.f64)
-    rounded = ti.cast(exact, ti.f32)
-    smallest_f32 = 1.1754944e-38
-    if rounded == 0 and exact != 0:
-        rounded = ti.select(exact > 0, smallest_f32, -smallest_f32)
-    return rounded
-
-
-@ti.func
-def plane_distance(o, d, v0, v1, v2):
-    """t where the ray meets the triangle's plane, computed in f64: the nearest f32, also for an origin close to it."""
-    a = ti.cast(v0, ti.f64) - ti.cast(o, ti.f64)
-    n = tm.cross(ti.cast(v1, ti.f64) - ti.cast(v0, ti.f64), ti.cast(v2, ti.f64) - ti.cast(v0, ti.f64))
-    return ti.cast(tm.dot(a, n) / tm.dot(ti.cast(d, ti.f64), n), ti.f32)
-
-
-TRIANGLE_TESTS = {"watertight": watertight, "moller_trumbore": moller_trumbore}
-
-
-@ti.dataclass
-class RayBounds:
-    """A ray prepared for boxes: reciprocal direction, and the origin moved towards and away from where it goes.
-
-    Moving it by ``pad`` both ways widens every box by the rounding error of a triangle test on this ray, so that no box
-    is missed whose triangle is hit.
-    """
-
-    inverse: tm.vec3
-    near_origin: tm.vec3
-    far_origin: tm.vec3
-
-
-@ti.func
-def box_interval(bounds, low, high, t_near, t_far):
-    """The part of [t_near, t_far] in which the ray is in the box, empty when the first exceeds the second.
-
-    Slabs by the sign of 1/d, not of d, because of −0; a NaN (0 · ∞, a ray in the plane of a face) changes nothing.
-    Each operation is monotonic: a box within another has an interval within the other's, to the last bit.
-    """
-    for k in ti.static(range(3)):
-        is_forward = bounds.inverse[k] >= 0
-        near = (ti.select(is_forward, low[k], high[k]) - bounds.near_origin[k]) * bounds.inverse[k]
-        far = (ti.select(is_forward, high[k], low[k]) - bounds.far_origin[k]) * bounds.inverse[k]
-        t_near = ti.select(near > t_near, near, t_near)
-        t_far = ti.select(far < t_far, far, t_far)
-    return t_near, t_far
+from taichi_tracer.system.registry import PARTS, register
+from taichi_tracer.system.seams import replaced, seams
 
 
 @ti.data_oriented
-class RayIntersector(ABC):
-    """Finds what a ray meets in a geometry. A subclass says in which order primitives are tried.
+@seams("intersect_triangle", "query_ray", "is_occluded")
+class RayIntersector:
+    """Finds what a ray meets in a geometry.
 
     Args:
-        geometry: the triangles and spheres.
-        triangle_test: a name in ``TRIANGLE_TESTS``.
+        geometry: the triangles and spheres. None leaves the intersector without a scene; the scene that it is given to
+            calls ``bind``.
+        triangle_test: a name in the registry, or a ``TriangleTest``.
+
+    Attributes:
+        EPSILON: the handout's fixed tolerance for the determinant and for t. The package's own tests do not use it: a
+            fixed ε misses small triangles and does not protect large ones (C-8).
     """
 
-    def __init__(self, geometry: Geometry, triangle_test: str = "watertight") -> None:
-        if triangle_test not in TRIANGLE_TESTS:
-            raise one_of("triangle test", triangle_test, TRIANGLE_TESTS)
-        self.geometry = geometry
-        self.triangle_test = triangle_test
-        self.solve = TRIANGLE_TESTS[triangle_test]
+    kind = "intersector"
+    name = ""
+    EPSILON = 1e-7
+
+    def __init__(self, geometry: Geometry | None = None, triangle_test="watertight") -> None:
+        self.geometry = None
+        if geometry is not None:
+            self.bind(geometry, triangle_test)
+
+    def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
+        """Make this the intersector of a geometry. A subclass that prepares something, such as a grid, extends it."""
+        test = PARTS.find("triangle test", triangle_test)
+        self.geometry, self.triangle_test, self.solve = geometry, test.name, test.solve
         # A triangle test computes with vertex − origin, so its rounding error is a few ε of the largest such number.
         self.pad_factor = 8 * runtime.epsilon()
+        self.replaced = replaced(self)
 
-    @abstractmethod
-    def nearest(self, ray, t_min, t_max):
-        """(t, id, u, v) of the nearest hit with t_min < t < t_max, of equals the lowest id; else (t_max, −1, 0, 0).
+    def facts(self) -> dict[str, str]:
+        """Name → text of what ``taichi-tracer info`` tells of this intersector beside its name."""
+        return {}
 
-        On a sphere u and v are 0: ``describe`` knows better ones.
+    def destroy(self) -> None:
+        """Free what the intersector allocated beside the geometry: nothing, unless a subclass allocates something."""
+
+    # ── what a student writes ──
+
+    @ti.func
+    def intersect_triangle(self, ray, triangle_id):
+        """HitData of the ray on one triangle, whatever lies before it (A1-14); t > 0."""
+        return self.triangle_hit(ray, triangle_id, 0.0)
+
+    @ti.func
+    def query_ray(self, ray):
+        """HitData of the nearest hit in front of the origin (A1-14)."""
+        return self.query_segment(ray, 0.0, tm.inf)
+
+    @ti.func
+    def is_occluded(self, ray, t_max):
+        """Whether anything lies on the ray before t_max."""
+        return self.is_blocked(ray, 0.0, t_max)
+
+    # ── what follows from it ──
+
+    @ti.func
+    def search(self, ray, t_min, t_max, any_hit: ti.template()):
+        """HitData of the nearest hit with t_min < t < t_max, and of equal ones the lowest id; or of any with ``any_hit``.
+
+        This form tries every primitive.
         """
+        nearest, best = no_hit(), t_max
+        for primitive_id in range(self.geometry.n_primitives):
+            hit = self.intersect_primitive(ray, primitive_id, t_min)
+            if hit.is_hit and t_min < hit.distance and hit.distance < best:
+                nearest, best = hit, hit.distance
+                if ti.static(any_hit):
+                    break
+        return nearest
 
-    @abstractmethod
+    @ti.func
+    def query_segment(self, ray, t_min, t_max):
+        """HitData of the nearest hit with t_min < t < t_max.
+
+        A replaced ``query_ray`` is asked from the point r(t_min) on, since it knows no t_min.
+        """
+        hit = no_hit()
+        if ti.static("query_ray" in self.replaced):
+            from_there = Ray(origin=ray.origin, direction=ray.direction)
+            if t_min != 0:
+                from_there.origin = ray.at(t_min)
+            hit = self.query_ray(from_there)
+            hit.distance += t_min
+            if not (hit.is_hit and hit.distance < t_max):
+                hit = no_hit()
+        else:
+            hit = self.search(ray, t_min, t_max, False)
+        return self.completed(ray, hit, t_min, t_max)
+
+    @ti.func
     def is_blocked(self, ray, t_min, t_max):
         """Whether anything is hit with t_min < t < t_max."""
+        blocked = False
+        if ti.static("is_occluded" in self.replaced):
+            from_there = Ray(origin=ray.origin, direction=ray.direction)
+            if t_min != 0:
+                from_there.origin = ray.at(t_min)
+            blocked = self.is_occluded(from_there, t_max - t_min)
+        elif ti.static("query_ray" in self.replaced):
+            blocked = self.query_segment(ray, t_min, t_max).is_hit != 0
+        else:
+            blocked = self.search(ray, t_min, t_max, True).is_hit != 0
+        return blocked
 
-    def destroy(self) -> None:  # noqa: B027 (most have nothing to free)
-        """Free what the intersector allocated beside the geometry: nothing, unless a subclass does."""
+    @ti.func
+    def intersect_primitive(self, ray, primitive_id, t_min):
+        """HitData of one primitive, a triangle or a sphere: the one place where the two kinds part."""
+        hit = no_hit()
+        if ti.static(not self.geometry.effects.spheres):
+            hit = self.try_triangle(ray, primitive_id, t_min)
+        else:
+            index = self.geometry.primitives[primitive_id]
+            if index >= 0:
+                hit = self.try_triangle(ray, index, t_min)
+            else:
+                hit = self.sphere_hit(ray, -1 - index, t_min)
+            hit.triangle_id = ti.select(hit.is_hit, primitive_id, -1)
+        return hit
+
+    @ti.func
+    def try_triangle(self, ray, triangle_id, t_min):
+        """``intersect_triangle``, and where that is the package's own, with the given t_min."""
+        hit = no_hit()
+        if ti.static("intersect_triangle" in self.replaced):
+            hit = self.intersect_triangle(ray, triangle_id)
+        else:
+            hit = self.triangle_hit(ray, triangle_id, t_min)
+        return hit
+
+    @ti.func
+    def completed(self, ray, hit, t_min, t_max):
+        """``hit`` with what only the nearest hit needs.
+
+        There is time to compute its t once more, as exactly as it can be said. The hit of a student's method is left
+        as it is; only what it did not fill in is added: the triangle's plane and the point on it.
+        """
+        if hit.is_hit:
+            if ti.static("intersect_triangle" in self.replaced or "query_ray" in self.replaced):
+                if abs(hit.geometric_normal).sum() == 0:
+                    triangle_id = hit.triangle_id
+                    if ti.static(self.geometry.effects.spheres and "query_ray" not in self.replaced):
+                        triangle_id = self.geometry.primitives[triangle_id]
+                    n = self.geometry.unit_normals[tm.clamp(triangle_id, 0, self.geometry.n_triangles - 1)]
+                    hit.geometric_normal = ti.select(tm.dot(ray.direction, n) > 0, -n, n)
+                    hit.position = ray.at(hit.distance)
+                    reach = abs(ray.origin) + abs(hit.distance * ray.direction)
+                    hit.position_error = self.pad_factor * (reach + reach.max())
+            else:
+                hit.distance = self.exact_distance(ray, hit, t_min, t_max)
+        return hit
+
+    # ── one triangle, one sphere ──
+
+    @ti.func
+    def triangle_hit(self, ray, triangle_id, t_min):
+        """HitData of one triangle beyond t_min."""
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        t, u, v = self.candidate(ray, self.ray_bounds(ray), v0, v1, v2)
+        if ti.static(self.geometry.effects.culling):
+            if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
+                t = -tm.inf
+        hit = no_hit()
+        if self.is_legal(ray) and t_min < t:
+            hit = self.describe_triangle(ray, t, triangle_id, u, v)
+        return hit
+
+    @ti.func
+    def sphere_hit(self, ray, sphere_id, t_min):
+        """HitData of one sphere: where the ray enters it, or leaves it when the entry is not beyond t_min."""
+        t = self.sphere_candidate(ray, self.ray_bounds(ray), sphere_id, t_min)
+        hit = no_hit()
+        if self.is_legal(ray) and t_min < t:
+            hit = self.describe_sphere(ray, t, sphere_id)
+        return hit
+
+    @ti.func
+    def is_legal(self, ray):
+        """Whether the ray has a direction and all its numbers are finite; any other misses everything."""
+        total = abs(ray.origin).sum() + abs(ray.direction).sum()
+        return total < tm.inf and abs(ray.direction).sum() > 0
 
     @ti.func
     def ray_bounds(self, ray):
@@ -198,28 +230,12 @@ class RayIntersector(ABC):
         return distance, u, v
 
     @ti.func
-    def candidate_of(self, ray, bounds, triangle_id, v0, v1, v2, t_min):
-        """``candidate`` of the primitive with this id, in a scene that has more than triangles with two sides."""
-        t, u, v = -tm.inf, 0.0, 0.0
-        sphere = -1
-        if ti.static(self.geometry.has_spheres):
-            sphere = self.geometry.sphere_of[triangle_id]
-            if sphere >= 0:
-                t = self.sphere_candidate(ray, bounds, sphere, t_min)
-        if sphere < 0:
-            t, u, v = self.candidate(ray, bounds, v0, v1, v2)
-            if ti.static(self.geometry.has_culling):
-                if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
-                    t = -tm.inf
-        return t, u, v
-
-    @ti.func
-    def sphere_candidate(self, ray, bounds, sphere, t_min):
+    def sphere_candidate(self, ray, bounds, sphere_id, t_min):
         """t where the ray enters a sphere, or leaves it when the entry is not beyond t_min; −∞ when it misses.
 
         t is kept within the sphere's own box, for the reason that ``candidate`` gives.
         """
-        centre, radius = self.geometry.spheres[sphere].xyz, self.geometry.spheres[sphere].w
+        centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         t = -tm.inf
         t_near, t_far = box_interval(bounds, centre - radius, centre + radius, -tm.inf, tm.inf)
         if t_near <= t_far:
@@ -232,72 +248,33 @@ class RayIntersector(ABC):
         return t
 
     @ti.func
-    def is_legal(self, ray):
-        """Whether the ray has a direction and all its numbers are finite; any other misses everything."""
-        total = abs(ray.origin).sum() + abs(ray.direction).sum()
-        return total < tm.inf and abs(ray.direction).sum() > 0
+    def describe_triangle(self, ray, t, triangle_id, u, v):
+        """HitData from t and barycentrics; both normals face the origin of the ray (A1-13, C-17)."""
+        geometric_normal = self.geometry.unit_normals[triangle_id]
+        normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
+        position, position_error = self.geometry.position(triangle_id, u, v)
+        is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
+        facing = ti.select(is_backfacing, -1, 1)
+        return HitData(
+            is_hit=1,
+            is_backfacing=is_backfacing,
+            triangle_id=triangle_id,
+            distance=t,
+            barycentric_coords=tm.vec2(u, v),
+            normal=facing * normal,
+            geometric_normal=facing * geometric_normal,
+            material_id=self.geometry.triangle_material_ids[triangle_id],
+            position=position,
+            position_error=position_error,
+        )
 
     @ti.func
-    def try_primitive(self, ray, bounds, triangle_id, t_min):
-        """``candidate`` of the primitive with this id, by the shortest way that the scene allows."""
-        v0, v1, v2 = self.geometry.triangle(triangle_id)
-        t, u, v = -tm.inf, 0.0, 0.0
-        if ti.static(self.geometry.is_plain):
-            t, u, v = self.candidate(ray, bounds, v0, v1, v2)
-        else:
-            t, u, v = self.candidate_of(ray, bounds, triangle_id, v0, v1, v2, t_min)
-        return t, u, v
+    def describe_sphere(self, ray, t, sphere_id):
+        """HitData of a sphere; its (u, v) are longitude and latitude, from 0 to 1.
 
-    @ti.func
-    def intersect_triangle(self, ray, triangle_id):
-        """HitData of one triangle, or of the sphere with this id, whatever lies before it (A1-14); t > 0."""
-        t, u, v = self.try_primitive(ray, self.ray_bounds(ray), triangle_id, 0.0)
-        data = no_hit()
-        if self.is_legal(ray) and t > 0:
-            data = self.describe(ray, t, triangle_id, u, v)
-        return data
-
-    @ti.func
-    def query_ray(self, ray):
-        """HitData of the nearest hit in front of the origin (A1-14)."""
-        return self.query_segment(ray, 0.0, tm.inf)
-
-    @ti.func
-    def query_segment(self, ray, t_min, t_max):
-        """HitData of the nearest hit with t_min < t < t_max."""
-        t, triangle_id, u, v = self.nearest(ray, t_min, t_max)
-        data = no_hit()
-        if triangle_id >= 0:
-            data = self.describe(ray, t, triangle_id, u, v, t_min, t_max)
-        return data
-
-    @ti.func
-    def is_occluded(self, ray, t_max):
-        """Whether anything lies on the ray before t_max."""
-        return self.is_blocked(ray, 0.0, t_max)
-
-    @ti.func
-    def describe(self, ray, t, triangle_id, u, v, t_min=0.0, t_max=tm.inf):
-        """HitData from t, id and barycentrics; both normals face the origin of the ray (A1-13, C-17).
-
-        Once per hit there is time to compute t again, as exactly as it can be said; but a hit that was accepted between
-        t_min and t_max stays there, or a march from hit to hit would find the same one for ever.
+        Its point is c + r n, which lies on the sphere however far the ray came from.
         """
-        data = no_hit()
-        if ti.static(self.geometry.has_spheres):
-            sphere = self.geometry.sphere_of[triangle_id]
-            if sphere >= 0:
-                data = self.describe_sphere(ray, t, triangle_id, sphere)
-            else:
-                data = self.describe_triangle(ray, t, triangle_id, u, v, t_min, t_max)
-        else:
-            data = self.describe_triangle(ray, t, triangle_id, u, v, t_min, t_max)
-        return data
-
-    @ti.func
-    def describe_sphere(self, ray, t, triangle_id, sphere):
-        """``describe`` of a sphere; its (u, v) are longitude and latitude, from 0 to 1."""
-        centre, radius = self.geometry.spheres[sphere].xyz, self.geometry.spheres[sphere].w
+        centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         o, d, c, r = widened(ray.origin), widened(ray.direction), widened(centre), widened(radius)
         is_met, t_in, t_out = sphere_roots(o, d, c, r)
         outward = sphere_normal(o, d, c, r, t_in, t_out, t)
@@ -306,66 +283,41 @@ class RayIntersector(ABC):
         return HitData(
             is_hit=1,
             is_backfacing=is_backfacing,
-            triangle_id=triangle_id,
+            triangle_id=-1,
             distance=t,
             barycentric_coords=longitude_latitude(outward),
             normal=normal,
             geometric_normal=normal,
-            material_id=self.geometry.face_materials[triangle_id],
+            material_id=self.geometry.sphere_material_ids[sphere_id],
+            position=centre + radius * outward,
+            position_error=(abs(centre) + radius) * ti.static(8 * runtime.epsilon()),
         )
 
     @ti.func
-    def describe_triangle(self, ray, t, triangle_id, u, v, t_min, t_max):
-        """``describe`` of a triangle."""
-        v0, v1, v2 = self.geometry.triangle(triangle_id)
-        distance = t
+    def exact_distance(self, ray, hit, t_min, t_max):
+        """t of a hit on a triangle, computed again in f64 where kernels can; that of a sphere is exact already.
+
+        A hit that was accepted between t_min and t_max stays there, or a march from hit to hit would find the same one
+        for ever.
+        """
+        distance = hit.distance
         if ti.static(runtime.can_widen()):
-            low, high = ti.min(v0, v1, v2), ti.max(v0, v1, v2)
-            t_near, t_far = box_interval(self.ray_bounds(ray), low, high, -tm.inf, tm.inf)
-            exact = plane_distance(ray.origin, ray.direction, v0, v1, v2)
-            if t_near <= exact and exact <= t_far and t_min < exact and exact < t_max:
-                distance = exact
-        geometric_normal = self.geometry.unit_normals[triangle_id]
-        normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
-        is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
-        facing = ti.select(is_backfacing, -1, 1)
-        return HitData(
-            is_hit=1,
-            is_backfacing=is_backfacing,
-            triangle_id=triangle_id,
-            distance=distance,
-            barycentric_coords=tm.vec2(u, v),
-            normal=facing * normal,
-            geometric_normal=facing * geometric_normal,
-            material_id=self.geometry.face_materials[triangle_id],
-        )
+            index = hit.triangle_id
+            if ti.static(self.geometry.effects.spheres):
+                index = self.geometry.primitives[hit.triangle_id]
+            if index >= 0:
+                v0, v1, v2 = self.geometry.triangle(index)
+                low, high = ti.min(v0, v1, v2), ti.max(v0, v1, v2)
+                t_near, t_far = box_interval(self.ray_bounds(ray), low, high, -tm.inf, tm.inf)
+                exact = plane_distance(ray.origin, ray.direction, v0, v1, v2)
+                if t_near <= exact and exact <= t_far and t_min < exact and exact < t_max:
+                    distance = exact
+        return distance
 
 
+@register
 @ti.data_oriented
 class BruteForceRayIntersector(RayIntersector):
-    """Tries every triangle: the reference that every accelerator must equal, and what a student writes first."""
+    """Tries every triangle: the reference that every accelerator must equal, and what a student writes first (A1-14)."""
 
     name = "brute_force"
-
-    @ti.func
-    def nearest(self, ray, t_min, t_max):
-        bounds = self.ray_bounds(ray)
-        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
-        if self.is_legal(ray):
-            for i in range(self.geometry.num_primitives):
-                t, u, v = self.try_primitive(ray, bounds, i, t_min)
-                if t_min < t and t < best:
-                    best, best_id, best_u, best_v = t, i, u, v
-        return best, best_id, best_u, best_v
-
-    @ti.func
-    def is_blocked(self, ray, t_min, t_max):
-        bounds = self.ray_bounds(ray)
-        blocked = False
-        if self.is_legal(ray):
-            for i in range(self.geometry.num_primitives):
-                t, u, v = self.try_primitive(ray, bounds, i, t_min)
-                if t_min < t and t < t_max:
-                    blocked = True
-                    break
-        return blocked

@@ -1,187 +1,267 @@
-"""Random numbers that depend on nothing but their key, and the directions that are made of them.
+"""Random numbers that depend on nothing but their key, and the two samplers of directions that the handouts name.
 
 A number is a hash of (seed, pixel, sample index, dimension): the same on every run, thread count and backend, and any
-range of samples can be rendered anywhere. Every function here works on one number, and on a vector of them for packets.
+range of samples can be rendered anywhere. In a kernel, ``rng = sampler.start(seed, x, y, index)`` begins the numbers of
+one sample, and each ``rng.next_2d()`` or ``rng.next_1d()`` takes those of the next dimension. There are as many
+dimensions as anybody asks for. The first pair of every sample belongs to the pixel (A2-1); then every surface takes one
+pair for its BRDF and one for the light.
 """
+
+import copy
 
 import taichi as ti
 import taichi.math as tm
+from taichi.lang import impl
 
-from taichi_tracer.system import runtime
-
-# Dimensions: what a pair of numbers is for. A new use takes a new one, so that no two are correlated.
-PIXEL, BRDF_DIRECTION, LIGHT_DIRECTION = 0, 1, 2
-
-
-@ti.dataclass
-class SampleKey:
-    """Which sample of which pixel."""
-
-    seed: ti.u32
-    pixel: ti.u32
-    index: ti.u32
+from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.brdfs.phong import Phong
+from taichi_tracer.formulas.hashes import as_fraction, pascal_matrix, pcg4d, reverse_bits, scramble_reversed
+from taichi_tracer.formulas.warps import uniform_sphere
+from taichi_tracer.system.registry import PARTS, register
+from taichi_tracer.system.seams import called, in_kernels, replaced, seams
 
 
-@ti.func
-def pcg4d(a, b, c, d):
-    """Four well-mixed words from four (Jarzynski & Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020)."""
-    a, b, c, d = _advance(a), _advance(b), _advance(c), _advance(d)
-    a, b, c, d = _mix(a, b, c, d)
-    a, b, c, d = a ^ (a >> 16), b ^ (b >> 16), c ^ (c >> 16), d ^ (d >> 16)
-    return _mix(a, b, c, d)
+class RandomNumbers:
+    """The numbers of one sample of one pixel, inside a kernel: what ``Sampler.start`` returns.
 
-
-@ti.func
-def _advance(word):
-    return word * ti.u32(1664525) + ti.u32(1013904223)
-
-
-@ti.func
-def _mix(a, b, c, d):
-    a1 = a + b * d
-    b1 = b + c * a1
-    c1 = c + a1 * b1
-    d1 = d + b1 * c1
-    return a1, b1, c1, d1
-
-
-@ti.func
-def as_fraction(word):
-    """A word as a number in [0, 1), never 1: its upper 24 bits, or all 32 in f64."""
-    if ti.static(runtime.current().precision == "f64"):
-        return ti.cast(word, ti.f64) * (1.0 / (1 << 16)) * (1.0 / (1 << 16))
-    else:  # noqa: RET505 (without it, both would be compiled)
-        return ti.cast(ti.cast(word >> 8, ti.i32), ti.f32) * (1.0 / (1 << 24))
-
-
-@ti.func
-def reverse_bits(word):
-    """The 32 bits in the opposite order."""
-    word = (word >> 16) | (word << 16)
-    word = ((word & ti.u32(0xFF00FF00)) >> 8) | ((word & ti.u32(0x00FF00FF)) << 8)
-    word = ((word & ti.u32(0xF0F0F0F0)) >> 4) | ((word & ti.u32(0x0F0F0F0F)) << 4)
-    word = ((word & ti.u32(0xCCCCCCCC)) >> 2) | ((word & ti.u32(0x33333333)) << 2)
-    return ((word & ti.u32(0xAAAAAAAA)) >> 1) | ((word & ti.u32(0x55555555)) << 1)
-
-
-@ti.func
-def scramble_reversed(word, seed):
-    """Owen's nested scrambling of a number whose bits are reversed: each bit is flipped depending on those below it.
-
-    Laine & Karras' hash with the constants of Vegdahl, as used by Burley, "Practical hash-based Owen scrambling", JCGT
-    9(4), 2020, section 3.2.
+    Attributes:
+        x, y, index: which pixel, and which of its samples.
+        dimension: how many were taken.
     """
-    word = word ^ (word * ti.u32(0x3D20ADEA))
-    word = word + seed
-    word = word * ((seed >> 16) | ti.u32(1))
-    word = word ^ (word * ti.u32(0x05526C56))
-    return word ^ (word * ti.u32(0x53A22864))
 
+    _data_oriented = True  # lets a kernel hold it in a variable, and pass it on
+    _begun_last: tuple | None = None  # (the kernel that is compiled, its numbers)
 
-@ti.func
-def pascal_matrix(word):
-    """The second generator matrix of Sobol', C(j, i) mod 2, times the bits of ``word``; the result is reversed."""
-    word = word ^ ((word >> 16) & ti.u32(0x0000FFFF))
-    word = word ^ ((word >> 8) & ti.u32(0x00FF00FF))
-    word = word ^ ((word >> 4) & ti.u32(0x0F0F0F0F))
-    word = word ^ ((word >> 2) & ti.u32(0x33333333))
-    return word ^ ((word >> 1) & ti.u32(0x55555555))
+    def __init__(self, sampler: "Sampler", seed, x, y, index) -> None:
+        self.sampler, self.seed, self.x, self.y, self.index = sampler, seed, x, y, index
+        self.dimension = impl.expr_init(0)
+        self.pixel = impl.expr_init(sampler.pixel_number(x, y))
+        RandomNumbers._begun_last = impl.get_runtime().compiling_callable, self
 
+    @classmethod
+    def of_this_kernel(cls) -> "RandomNumbers | None":
+        """The numbers that the kernel which is compiled now has begun; None when it has not."""
+        begun = cls._begun_last
+        return begun[1] if begun is not None and begun[0] is impl.get_runtime().compiling_callable else None
 
-class IndependentSampler:
-    """Independent uniform numbers: error falls with n^(−1/2), whatever the integrand."""
-
-    name, replicated = "independent", False
-
-    @staticmethod
     @ti.func
-    def get_2d(seed, pixel, index, dimension):
+    def next_2d(self):
         """Two numbers in [0, 1)."""
-        zero = ti.u32(0) * pixel  # makes vectors of the others where the pixel is one
-        a, b, _, _ = pcg4d(pixel, index + zero, dimension + zero, seed + zero)
-        return as_fraction(a), as_fraction(b)
+        dimension = ti.u32(self.dimension)
+        self.dimension += 1
+        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
+
+    @ti.func
+    def next_1d(self):
+        """One number in [0, 1)."""
+        return self.next_2d().x
+
+    @ti.func
+    def skip_2d(self):
+        """Leave out a pair that was taken elsewhere."""
+        self.dimension += 1
 
 
-class SobolSampler:
+@ti.data_oriented
+class Sampler:
+    """Where random numbers come from. A subclass says what ``get_2d`` is.
+
+    Attributes:
+        replicated: whether samples of even and of odd index belong to two sequences that are independent of each other,
+            and are not independent within one; see ``picture.error_estimate``.
+        width, height: pixels of the picture, which the renderer sets.
+    """
+
+    kind, name, replicated = "sampler", "", False
+    width, height = 1, 1
+
+    @in_kernels
+    def start(self, seed, x, y, index) -> RandomNumbers:
+        """Begin the numbers of one sample of one pixel; called in a kernel."""
+        return RandomNumbers(self, seed, x, y, index)
+
+    @ti.func
+    def pixel_number(self, x, y):
+        """The key of a pixel."""
+        return ti.cast(y * self.width + x, ti.u32)
+
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        """vec2 in [0, 1)² of four u32: for one use (dimension) in one sample (index) of one pixel."""
+        ti.static_assert(False, "a sampler must say what get_2d(self, seed, pixel, index, dimension) is")
+        return tm.vec2(0)
+
+
+@register
+@ti.data_oriented
+class SobolSampler(Sampler):
     """Owen-scrambled Sobol' points, one pair of dimensions for each use, shuffled against each other (Burley 2020).
 
-    Samples of even and of odd index belong to two sequences, scrambled independently, whose difference tells the error
-    (``error_estimate``). The first 2^m samples of each are a (0, m, 2)-net in every pair: one in each box of volume
-    2^−m. Error falls towards n^(−3/2) where the integrand is smooth, and hardly ever above that of the other sampler.
+    Samples of even and of odd index belong to two sequences, scrambled independently, whose difference tells the error.
+    The first 2^m samples of each are a (0, m, 2)-net in every pair: one in each box of volume 2^−m. The error falls
+    towards n^(−3/2) where the integrand is smooth, and hardly ever lies above that of independent numbers.
     """
 
     name, replicated = "sobol", True
 
-    @staticmethod
     @ti.func
-    def get_2d(seed, pixel, index, dimension):
+    def get_2d(self, seed, pixel, index, dimension):
         """Two numbers in [0, 1)."""
-        zero = ti.u32(0) * pixel  # as above
+        x, y = self.point(seed, pixel, index, dimension)
+        return tm.vec2(x, y)
+
+    @ti.func
+    def point(self, seed, pixel, index, dimension):
+        """The two numbers one by one; also of vectors of keys."""
         replica, place = index & ti.u32(1), index >> 1
-        shuffle, seed_x, seed_y, _ = pcg4d(pixel, dimension + zero, seed + zero, replica + zero)
-        shuffled = reverse_bits(scramble_reversed(reverse_bits(place + zero), shuffle))
+        shuffle, seed_x, seed_y, _ = pcg4d(pixel, dimension, seed, replica)
+        shuffled = reverse_bits(scramble_reversed(reverse_bits(place), shuffle))
         x = reverse_bits(scramble_reversed(shuffled, seed_x))
         y = reverse_bits(scramble_reversed(pascal_matrix(shuffled), seed_y))
         return as_fraction(x), as_fraction(y)
 
 
-ALL = (SobolSampler, IndependentSampler)
+@register
+@ti.data_oriented
+class IndependentSampler(Sampler):
+    """Independent uniform numbers: the error falls with n^(−1/2), whatever the integrand."""
+
+    name = "independent"
+
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        """Two numbers in [0, 1)."""
+        x, y = self.point(seed, pixel, index, dimension)
+        return tm.vec2(x, y)
+
+    @ti.func
+    def point(self, seed, pixel, index, dimension):
+        """The two numbers one by one; also of vectors of keys."""
+        a, b, _, _ = pcg4d(pixel, index, dimension, seed)
+        return as_fraction(a), as_fraction(b)
 
 
-@ti.func
-def get_2d(sampler: ti.template(), key, dimension):
-    """Two numbers in [0, 1) for one use in one sample of one pixel."""
-    x, y = sampler.get_2d(key.seed, key.pixel, key.index, ti.u32(dimension))
-    return tm.vec2(x, y)
+def sampler_of(chosen, camera) -> Sampler:
+    """A sampler of its own for the pictures of a camera, from a name, a class or an object."""
+    sampler = copy.copy(PARTS.find("sampler", chosen))
+    sampler.width, sampler.height = camera.width, camera.height
+    return sampler
 
 
-@ti.func
-def frame_about(n):
-    """Two unit vectors that make a right-handed frame with the unit vector n (Duff et al., JCGT 6(1), 2017)."""
-    sign = ti.select(n.z >= 0, 1.0, -1.0)
-    a = -1 / (sign + n.z)
-    b = n.x * n.y * a
-    return tm.vec3(1 + sign * n.x * n.x * a, sign * b, -sign * n.x), tm.vec3(b, sign + n.y * n.y * a, -n.y)
+@in_kernels
+def given_or_drawn(xi):
+    """``xi``, or where it is None two random numbers, since the handout's functions draw theirs themselves.
 
-
-@ti.func
-def from_frame(n, cosine, sine, phi):
-    """The unit vector at an angle from n, turned by φ about it."""
-    x_axis, y_axis = frame_about(n)
-    return sine * ti.cos(phi) * x_axis + sine * ti.sin(phi) * y_axis + cosine * n
-
-
-@ti.func
-def uniform_sphere(xi):
-    """A direction uniform on the sphere; pdf 1/(4π) per solid angle (A2-6)."""
-    z = 2 * xi.x - 1
-    r = ti.sqrt(ti.max(0.0, 1 - z * z))
-    phi = 2 * tm.pi * xi.y
-    return tm.vec3(r * ti.cos(phi), r * ti.sin(phi), z)
-
-
-@ti.func
-def uniform_hemisphere(n, xi):
-    """A direction uniform on the hemisphere about n; pdf 1/(2π) per solid angle."""
-    return from_frame(n, xi.x, ti.sqrt(ti.max(0.0, 1 - xi.x * xi.x)), 2 * tm.pi * xi.y)
-
-
-@ti.func
-def cosine_hemisphere(n, xi):
-    """A direction about n with pdf max(0, ω·n)/π per solid angle: ω_z = √ξ (A2-7, α = 1)."""
-    return from_frame(n, ti.sqrt(xi.x), ti.sqrt(1 - xi.x), 2 * tm.pi * xi.y)
-
-
-@ti.func
-def power_cosine(axis, exponent, xi):
-    """A direction about ``axis`` with pdf (α+1)/(2π) max(0, ω·axis)^α per solid angle (A2-7, ω_z = ξ^(1/(α+1))).
-
-    sin² comes first, from 1 − exp(2 ln ξ/(α+1)): in f32, ξ^(1/(α+1)) near 1 has only a few hundred values for α = 10⁶.
+    In a picture they are the next ones of the sample. A kernel of your own has no sample, and gets Taichi's numbers,
+    which differ from run to run.
     """
-    a = -2 * ti.log(ti.max(xi.x, SMALLEST_XI)) / (exponent + 1)
-    sine_squared = ti.select(a < 1e-2, a - a * a / 2 + a * a * a / 6, 1 - ti.exp(-a))
-    cosine = ti.sqrt(ti.max(0.0, 1 - sine_squared))
-    return from_frame(axis, cosine, ti.sqrt(ti.max(0.0, sine_squared)), 2 * tm.pi * xi.y)
+    if xi is not None:
+        return xi
+    rng = RandomNumbers.of_this_kernel()
+    return taichi_pair() if rng is None else rng.next_2d()
 
 
-SMALLEST_XI = 2.0**-25  # in place of 0, whose logarithm is infinite: half of the next number
+@ti.func
+def taichi_pair():
+    """Two numbers of Taichi's own generator, as the handouts draw them."""
+    return tm.vec2(ti.random(float), ti.random(float))
+
+
+@ti.data_oriented
+@seams("sample_direction", "evaluate_probability")
+class UniformSampler:
+    """Directions uniform on the sphere (A2-6): what the estimator ``uniform`` takes its samples from."""
+
+    @ti.func
+    def sample_direction(self, xi: ti.template() = None):
+        """A unit direction; from ``xi`` in [0, 1)², or from numbers of its own."""
+        return uniform_sphere(given_or_drawn(xi))
+
+    @ti.func
+    def evaluate_probability(self):
+        """1/(4π) per solid angle, whatever the direction."""
+        return 1 / (4 * tm.pi)
+
+
+@ti.data_oriented
+@seams("sample_direction", "evaluate_probability", "evaluate_brdf", "evaluate_brdf_factor")
+class BRDF(Brdf):
+    """The handout's reflection: diffuse where Ns is 1 or less, Phong above (A2-4, A2-7, A2-8).
+
+    The scene's own BRDFs (``brdfs``) compute the same. This class takes their place as soon as one of its methods is
+    replaced: by ``brdfs=[MyBRDF()]``, or by assigning to ``BRDF``.
+    """
+
+    name = "handout"
+    needs = "every material"
+
+    def describes(self, material, dtype: type) -> bool:
+        """Every material."""
+        return True
+
+    @ti.func
+    def sample_direction(self, material, w_o, normal, xi: ti.template() = None):
+        """w_i in proportion to the lobe about the normal, or about ω_r (A2-7)."""
+        pair = given_or_drawn(xi)
+        w_i = DIFFUSE.sample(material, w_o, normal, pair)
+        if material.Ns > 1:
+            w_i = PHONG.sample(material, w_o, normal, pair)
+        return w_i
+
+    @ti.func
+    def evaluate_probability(self, material, w_o, w_i, normal):
+        """The density of ``sample_direction`` at w_i, per solid angle."""
+        pdf = DIFFUSE.pdf(material, w_o, w_i, normal)
+        if material.Ns > 1:
+            pdf = PHONG.pdf(material, w_o, w_i, normal)
+        return pdf
+
+    @ti.func
+    def evaluate_brdf(self, material, w_o, w_i, normal):
+        """f_r, without the cosine (A2-4)."""
+        f = DIFFUSE.eval(material, w_o, w_i, normal)
+        if material.Ns > 1:
+            f = PHONG.eval(material, w_o, w_i, normal)
+        return f
+
+    @ti.func
+    def evaluate_brdf_factor(self, material, w_o, w_i, normal):
+        """f_r max(n·ω_i, 0) / pdf, cancelled (A2-8)."""
+        weight = DIFFUSE.weight(material, w_o, w_i, normal)
+        if material.Ns > 1:
+            weight = PHONG.weight(material, w_o, w_i, normal)
+        return weight
+
+    @ti.func
+    def eval(self, material, w_o, w_i, n):
+        """``evaluate_brdf``."""
+        return called(self.evaluate_brdf, material, w_o, w_i, n)
+
+    @ti.func
+    def pdf(self, material, w_o, w_i, n):
+        """``evaluate_probability``."""
+        return called(self.evaluate_probability, material, w_o, w_i, n)
+
+    @ti.func
+    def sample(self, material, w_o, n, xi):
+        """``sample_direction``."""
+        return called(self.sample_direction, material, w_o, n, xi=xi)
+
+    @ti.func
+    def weight(self, material, w_o, w_i, n):
+        """``evaluate_brdf_factor``, or where only what it is made of was replaced, f_r cos θ_i / pdf."""
+        value = tm.vec3(0)
+        if ti.static(self.has_own_factor()):
+            value = called(self.evaluate_brdf_factor, material, w_o, w_i, n)
+        else:
+            value = self.eval(material, w_o, w_i, n) * ti.max(0.0, tm.dot(n, w_i)) / self.pdf(material, w_o, w_i, n)
+        return value
+
+    def has_own_factor(self) -> bool:
+        """Whether ``evaluate_brdf_factor`` says what a sample is worth."""
+        names = replaced(self)
+        return "evaluate_brdf_factor" in names or not {"evaluate_brdf", "evaluate_probability"} & set(names)
+
+
+DIFFUSE, PHONG = Diffuse(), Phong()

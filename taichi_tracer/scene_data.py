@@ -7,19 +7,23 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import brdf, effects
 from taichi_tracer.background import load_background
+from taichi_tracer.brdfs.surface import surface_at
+from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
-from taichi_tracer.fast.wide_bvh import BVHRayIntersector
+from taichi_tracer.fast.stand_ins import Form, intersector_class
 from taichi_tracer.formulas.camera_frame import view_of_box
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
+from taichi_tracer.lights.environment_light import EnvironmentLight
+from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import Ray
-from taichi_tracer.ray_intersector import BruteForceRayIntersector
-from taichi_tracer.system import runtime
+from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.sampler import BRDF
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
-
-INTERSECTORS = {c.name: c for c in (BVHRayIntersector, BruteForceRayIntersector)}
+from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.seams import replaced
 
 
 @dataclass
@@ -60,95 +64,172 @@ def _cell(value: np.ndarray) -> str:
 
 
 @ti.data_oriented
+class SceneInKernels:
+    """What kernels know of a scene, compiled for its effects; made anew whenever something of it changes.
+
+    Attributes:
+        geometry, ray_intersector, material_library, environment, background: as of ``SceneData``.
+        lights: all lights, see ``lights.scene_lights``.
+        effects: what is compiled, see ``effects.Effects``.
+    """
+
+    def __init__(self, scene: "SceneData", effects: Effects) -> None:
+        self.effects = effects
+        self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
+        self.material_library = scene.material_library
+        self.environment, self.background = scene.environment, scene.background
+        far = (
+            []
+            if scene.environment is None or not lights_up(effects)
+            else [EnvironmentLight(scene.environment, effects)]
+        )
+        self.lights = SceneLights([*far, *scene.lights], effects)
+
+    surface_at = surface_at
+
+    @ti.func
+    def emitted(self, ray, hit, rng):
+        """Radiance that a ray sees without any reflection: that of an emitting surface, or of what lies behind all."""
+        L = tm.vec3(0)
+        if hit.is_hit:
+            if ti.static(self.effects.emitters):
+                L = self.material_library.get(hit.material_id).Ke
+        else:
+            L = self.behind(ray, hit, rng)
+        return L
+
+    @ti.func
+    def behind(self, ray, hit, rng):
+        """What a ray shows that meets nothing: the background of the picture, or the light from far away."""
+        value = tm.vec3(0)
+        if ti.static(self.effects.background):
+            value = self.background.color(rng.x, rng.y, rng.sampler.width, rng.sampler.height)
+        else:
+            value = self.lights.seen(ray, hit)
+        return value
+
+    @ti.func
+    def visible_radiance(self, surface, w_i, factor):
+        """Radiance that arrives at a surface from w_i: 0 where something is in the way.
+
+        Where ``factor``, which the caller multiplies with, is 0, nothing is asked.
+        """
+        return self.lights.visible_far(self.ray_intersector, surface, w_i, factor)
+
+
+def lights_up(effects: Effects) -> bool:
+    """Whether the environment has radiance to give."""
+    return effects.environment in ("constant", "image")
+
+
+@ti.data_oriented
 class SceneData:
     """Everything that rays can meet. Its memory is freed with it, or by ``destroy``.
 
     Args:
-        mesh: triangles and materials.
-        intersector: a name in ``INTERSECTORS``.
-        triangle_test: a name in ``ray_intersector.TRIANGLE_TESTS``.
+        mesh: triangles, spheres and materials.
+        intersector: the name of a registered intersector, a class derived from ``RayIntersector``, or an object of one
+            that has no geometry yet.
+        triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
         view: camera parameters that show the scene, as for ``camera.make_camera``; computed from its box when None.
         environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an
             ``Environment``, or None.
-        effects_mode: "scene" compiles what the scene calls for, "all" everything, to compare.
+        effects: "scene" compiles what the scene calls for, "all" everything, to compare.
         background: what stands behind everything in a picture: a ``Background``, a colour, or None.
+        brdfs: BRDFs, by name or as objects, that are asked before the registered ones which materials they describe.
+        lights: other lights than the environment, by name or as objects.
+        fast: False runs only the plain forms, which a student reads: slower, with the same bits.
 
     Attributes:
         effects: what rendering is compiled for, see ``effects.Effects``.
         version: counts changes, so that a renderer knows when its samples are of another scene.
         geometry, material_library, ray_intersector: see their classes.
         view: camera parameters that show the scene.
-        shots: the pictures that its file asks for, see ``files.rt3``; of a mesh none.
+        shots: the pictures that its file asks for, see ``rt3.document``; of a mesh none.
         notes: what the user should know about the input, a line each.
+        forms: which form of the intersector runs, and why, see ``fast.stand_ins``.
     """
 
     def __init__(
         self,
         mesh: Mesh,
-        intersector: str = "bvh",
-        triangle_test: str = "watertight",
+        intersector="bvh",
+        triangle_test="watertight",
         view: dict | None = None,
         environment=None,
-        effects_mode: str = "scene",
+        effects: str = "scene",
         background=None,
+        brdfs=(),
+        lights=(),
+        fast: bool = True,
     ) -> None:
-        if intersector not in INTERSECTORS:
-            raise one_of("intersector", intersector, INTERSECTORS)
+        chosen = PARTS.find("intersector", intersector)
         runtime.ensure()
         check(mesh)
         mesh = clean(mesh, runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
-        self.effects_mode, self.version, self.shots = effects_mode, 0, ()
-        if effects_mode not in effects.MODES:
-            raise one_of("effects", effects_mode, effects.MODES)
-        environment = load_environment(environment)
+        self.effects_mode, self.fast, self.version, self.shots = effects, bool(fast), 0, ()
+        if effects not in MODES:
+            raise one_of("effects", effects, MODES)
+        self.lights = [PARTS.find("light", light) for light in lights]
+        self.environment, self.background = load_environment(environment), load_background(background)
 
-        self._memory = runtime.Memory()
+        self._memory = memory.Memory()
         builder = self._memory.fields
-        has_all = effects_mode == "all"
-        self.geometry = Geometry(mesh, builder, keep_normals=has_all, keep_spheres=has_all)
-        kinds = [brdf.brdf_of(m, runtime.dtype()) for m in mesh.materials]
-        self.material_library = MaterialLibrary(mesh.materials, kinds, builder)
+        self.material_library = MaterialLibrary(mesh.materials, brdfs_of(brdfs), builder)
+        self.effects = self._derived()
+        is_students = bool(replaced(chosen))
+        self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
         self._memory.allocate()
-        self.geometry.load(mesh)
+        self.geometry.load()
         self.material_library.load()
-        self.ray_intersector = INTERSECTORS[intersector](self.geometry, triangle_test)
+        self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
+        self.forms = (form,)
         self.view = view_of_box(self.geometry.low, self.geometry.high) if view is None else dict(view)
-        self._used_materials = np.unique(mesh.face_materials)
-        self._has_normals = bool((mesh.face_normals >= 0).any())
-        self.environment, self.background = environment, None
-        self.set_background(background)
+        self._in_kernels = None
 
     def set_environment(self, environment) -> None:
         """Replace the light from far away; what can be given is as for the constructor."""
         self.environment = load_environment(environment)
-        self._derive_effects()
+        self._changed()
 
     def set_background(self, background) -> None:
         """Replace the picture behind the scene; what can be given is as for the constructor."""
         self.background = load_background(background)
-        self._derive_effects()
+        self._changed()
 
-    def _derive_effects(self) -> None:
-        self.effects = effects.derive(
-            self.materials,
-            self._used_materials,
-            self._has_normals,
-            self.environment,
-            runtime.dtype(),
-            self.effects_mode,
-            self.geometry.num_spheres,
-            self.geometry.has_culling,
-            self.background,
-        )
+    def _derived(self) -> Effects:
+        library = self.material_library
+        rest = self.environment, self.background, self.lights, self.effects_mode
+        return derive(self.mesh, library.brdfs, library.brdf_of, *rest)
+
+    def _changed(self) -> None:
+        self.effects = self.geometry.effects = self._derived()
+        self._in_kernels = None
         self.version += 1
+
+    def in_kernels(self, effects: Effects | None = None) -> SceneInKernels:
+        """What kernels know of the scene.
+
+        Args:
+            effects: compiled instead of what the scene calls for, to compare.
+        """
+        if effects is not None:
+            return SceneInKernels(self, effects)
+        if self._in_kernels is None:
+            self._in_kernels = SceneInKernels(self, self.effects)
+        return self._in_kernels
+
+    def receipt(self) -> list[str]:
+        """A line for each effect and each form: what is simulated, what runs, and why."""
+        return [*self.effects.receipt(), *(str(form) for form in self.forms)]
 
     def fingerprint(self) -> str:
         """A hash of everything in the scene that a picture depends on."""
         mesh, sky = self.mesh, self.environment
         digest = hashlib.sha256(repr(mesh.materials).encode())
         arrays = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
-        arrays += [mesh.spheres, mesh.sphere_ids]
+        arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
         if mesh.face_culls is not None:
             arrays.append(mesh.face_culls)
         if self.background is not None:
@@ -156,6 +237,8 @@ class SceneData:
         if sky is not None:
             arrays += [sky.pixels, np.array([sky.intensity, sky.rotation])]
             digest.update(sky.lookup.encode())
+        for light in self.lights:
+            digest.update(repr((light.name, light.facts())).encode())
         for array in arrays:
             digest.update(f"{array.shape} {array.dtype}".encode())
             digest.update(np.ascontiguousarray(array))
@@ -164,12 +247,12 @@ class SceneData:
     @property
     def num_triangles(self) -> int:
         """How many triangles there are, those included that no ray can hit."""
-        return self.geometry.num_triangles
+        return self.geometry.n_triangles
 
     @property
     def num_spheres(self) -> int:
         """How many spheres there are beside them."""
-        return self.geometry.num_spheres
+        return self.geometry.n_spheres
 
     @property
     def materials(self) -> list:
@@ -289,6 +372,28 @@ class SceneData:
             f"SceneData({self.source!r}: {self.num_triangles:,} triangles, {spheres}{len(self.materials)} materials, "
             f"{self.ray_intersector.name}, {self.ray_intersector.triangle_test})"
         )
+
+
+def brdfs_of(chosen) -> list:
+    """The BRDFs that a scene knows; of those that describe a material, the last one in this list is taken.
+
+    They are those that are registered, in their order; then the handout's, where one of its methods was replaced; then
+    those that were chosen for this scene, the first of them last.
+    """
+    own = [PARTS.find("BRDF", one) for one in chosen]
+    handouts = [BRDF()] if replaced(BRDF) else []
+    return [*(brdf for brdf in PARTS.all("BRDF") if brdf not in own), *handouts, *reversed(own)]
+
+
+def make_intersector(chosen, geometry: Geometry, triangle_test, fast: bool) -> tuple[RayIntersector, Form]:
+    """The intersector of a geometry, from a class or an object without one, and which form it is."""
+    if not isinstance(chosen, type):
+        if chosen.geometry is not None:
+            raise InputError(f"intersector: this {type(chosen).__name__} belongs to another scene: make it anew")
+        chosen.bind(geometry, triangle_test)
+        return chosen, Form("rays", f"{type(chosen).__name__}, as it is written", "it was given as an object")
+    runs, form = intersector_class(chosen, fast)
+    return runs(geometry, triangle_test), form
 
 
 @ti.func

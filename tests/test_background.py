@@ -92,7 +92,7 @@ def test_renderers_show_it_where_nothing_is_hit_and_it_lights_nothing():
     scene = tt.scene_from_mesh(*SQUARE, background=COLORS, environment="white")
     renderer = tt.A2Renderer(scene, 32, 20)
     image = renderer.use("brdf").render(2).image()
-    away = renderer.hits.to_image("triangle_id") < 0
+    away = renderer.eye_rays.to_image("triangle_id") < 0
     # Where some samples of a pixel hit and others do not, the background is mixed in: look at whole misses only.
     interior = away & np.roll(away, 1, 0) & np.roll(away, -1, 0) & np.roll(away, 1, 1) & np.roll(away, -1, 1)
     interior[:, 5:27] = False

@@ -54,7 +54,11 @@ def test_the_receipt_names_every_effect_with_its_reason():
 
 @pytest.mark.parametrize(
     ("scene", "environment", "estimator"),
-    [("sphere", "white", "mis"), ("specular_spheres", "studio", "brdf"), ("cube", "black", "mis")],
+    [
+        pytest.param("sphere", "white", "mis", marks=pytest.mark.long),
+        ("specular_spheres", "studio", "brdf"),
+        pytest.param("cube", "black", "mis", marks=pytest.mark.long),
+    ],
 )
 def test_everything_compiled_in_gives_the_same_bits(scene, environment, estimator):
     pictures = []
@@ -68,6 +72,7 @@ def test_everything_compiled_in_gives_the_same_bits(scene, environment, estimato
     np.testing.assert_array_equal(*pictures)
 
 
+@pytest.mark.long
 def test_the_study_finds_the_same_bits_and_positive_times():
     options = {"environment": "white", "intersector": "brute_force"}
     scene, complete = (tt.load_scene_data("cube", effects_mode=m, **options) for m in ("scene", "all"))

@@ -187,6 +187,7 @@ def imprecise(o, d, v0, v1, v2):
     return is_inside, t * 1.001, u, v, det
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("broken", "finding"),
     [

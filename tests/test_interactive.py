@@ -40,6 +40,7 @@ def run_without_a_display(name, folder):
     return result.stdout
 
 
+@pytest.mark.long
 def test_a2_without_a_display_writes_a_picture_by_every_estimator(tmp_path):
     run_without_a_display("A2.py", tmp_path)
     written = sorted(p.name for p in (tmp_path / "renders").iterdir())

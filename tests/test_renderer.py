@@ -43,9 +43,9 @@ def test_a_new_view_or_camera_starts_over(renderer):
 def test_the_second_picture_by_packets_equals_the_first(renderer):
     first = renderer.use("barycentric").render().image()
     renderer.camera.set_camera_parameters()
-    renderer.hits.use_packets = True
+    renderer.eye_rays.use_packets = True
     np.testing.assert_array_equal(renderer.render().image(), first)
-    assert renderer.hits.packets is not None
+    assert renderer.eye_rays.packets is not None
 
 
 def test_every_view_has_a_setter_that_is_use(renderer):

@@ -43,6 +43,7 @@ def plain():
     return lambda **options: A2Renderer(scene, 40, 40, **{"seed": 5, **options}).use("mis")
 
 
+@pytest.mark.long
 def test_threads_and_processes_do_not_matter(picture, tmp_path):
     program = tmp_path / "program.py"  # kernels need their source on disk
     program.write_text(PROGRAM)
@@ -52,7 +53,9 @@ def test_threads_and_processes_do_not_matter(picture, tmp_path):
         assert here in result.stdout, result.stderr
 
 
-@pytest.mark.parametrize("sampler", SAMPLERS)
+@pytest.mark.parametrize(
+    "sampler", [pytest.param(s, marks=pytest.mark.long) if s == "independent" else s for s in SAMPLERS]
+)
 def test_two_halves_merged_are_the_whole(plain, sampler):
     whole = plain(sampler=sampler).render(16)
     first, second = plain(sampler=sampler).render(9), plain(sampler=sampler, first_sample=9).render(7)

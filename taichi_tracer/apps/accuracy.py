@@ -12,11 +12,11 @@ def run(args: Namespace) -> int:
     """Measure, print, and write the report if one is wanted."""
     find_scene(args.scene)
     knobs = {
-        "estimators": names(args.estimators, variants.KNOBS["estimator"]),
-        "samplers": names(args.samplers, variants.KNOBS["sampler"]),
-        "precisions": names(args.precisions, variants.KNOBS["precision"]),
-        "triangle_tests": names(args.triangle_tests, variants.KNOBS["triangle_test"]),
-        "lookups": names(args.lookups, variants.KNOBS["lookup"]),
+        "estimators": names(args.estimators, variants.known("estimator")),
+        "samplers": names(args.samplers, variants.known("sampler")),
+        "precisions": names(args.precisions, variants.known("precision")),
+        "triangle_tests": names(args.triangle_tests, variants.known("triangle_test")),
+        "lookups": names(args.lookups, variants.known("lookup")),
     }
     knobs["fast_math"] = {"off": (False,), "on": (True,), "both": (False, True)}[args.fast_math]
     knobs = {name: value for name, value in knobs.items() if value is not None}

@@ -40,7 +40,7 @@ class Pose:
     @classmethod
     def of(cls, camera: ProjectiveCamera) -> "Pose":
         """The pose of a camera."""
-        window = camera.screen_window if camera.projection == "orthographic" else None
+        window = camera.screen_window if camera.name == "orthographic" else None
         return cls(camera.eye, camera.at, camera.up, camera.handedness, window)
 
     def parameters(self) -> dict:

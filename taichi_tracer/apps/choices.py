@@ -5,18 +5,17 @@ from argparse import Namespace
 from dataclasses import dataclass
 from pathlib import Path
 
-from taichi_tracer import renderer as renderer_module
 from taichi_tracer.camera import change_projection, make_camera, without_angle
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.renderer import ProgressiveRenderer
-from taichi_tracer.rt3 import renderer as rt3_renderer_module
 from taichi_tracer.rt3.document import Document, FilmSettings, Integrator, Shot, crop_pixels, read_rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_data, scene_names, scene_of_document
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.registry import PARTS
 
 QUICK = 4  # a quick picture has a quarter of the width and of the height
 
@@ -43,10 +42,8 @@ class Picture:
 
 
 def renderers() -> list[type[ProgressiveRenderer]]:
-    """Every renderer of ``renderer.py`` and ``rt3_renderer.py`` that offers something, in the files' order."""
-    classes = {**vars(renderer_module), **vars(rt3_renderer_module)}.values()
-    classes = [c for c in classes if isinstance(c, type) and issubclass(c, ProgressiveRenderer)]
-    return [c for c in classes if len(c.offers) > 0]
+    """Every renderer that offers something."""
+    return [c for c in PARTS.all("renderer") if len(c.offered()) > 0]
 
 
 def find_views(text: str) -> list[tuple[type[ProgressiveRenderer], object]]:
@@ -58,10 +55,10 @@ def find_views(text: str) -> list[tuple[type[ProgressiveRenderer], object]]:
         InputError: a name that none of them offers.
     """
     if text == "all":
-        return [(renderers()[0], choice) for choice in renderers()[0].offers]
+        return [(renderers()[0], choice) for choice in renderers()[0].offered()]
     known = {}
     for renderer_class in renderers():
-        for choice in renderer_class.offers:
+        for choice in renderer_class.offered():
             for name in (choice.name, *choice.aliases):
                 known.setdefault(name, (renderer_class, choice))
     found = []
@@ -117,7 +114,7 @@ def needs_light(args: Namespace) -> bool:
         asked = [view for picture in pictures(args) for view in picture.views]
     else:
         asked = find_views(args.estimator) if hasattr(args, "estimator") else []
-    return any(renderer_class.needs_light for renderer_class, _ in asked)
+    return any(choice.needs_light for _, choice in asked)
 
 
 def environment_of(args: Namespace):
@@ -139,7 +136,7 @@ def load_scene(args: Namespace) -> SceneData:
     """Start Taichi and read the scene as the arguments say; what the user should know about it goes to stderr."""
     document = document_of(args)  # before Taichi starts
     runtime.init(args.arch, args.precision, args.fast_math)
-    options = {"intersector": args.intersector, "triangle_test": args.triangle_test, "effects_mode": args.effects}
+    options = {"intersector": args.intersector, "triangle_test": args.triangle_test, "effects": args.effects}
     options = {name: value for name, value in options.items() if value is not None}
     options["environment"] = environment_of(args)
     scene = load_scene_data(args.scene, **options) if document is None else scene_of_document(document, **options)

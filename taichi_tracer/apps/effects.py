@@ -12,6 +12,8 @@ def run(args: Namespace) -> int:
     scene = load_scene(args)
     print("\n".join(scene.effects.receipt()), end="\n\n", flush=True)
     args.effects = "all"
-    variants = effects.measure(scene, load_scene(args), args.estimator, *args.size)
+    complete = load_scene(args)
+    args.effects, args.plain = "scene", True
+    variants = effects.measure(scene, complete, load_scene(args), args.estimator, *args.size)
     print("\n".join(effects.table(variants)))
     return 0 if all(v.is_equal for v in variants) else 1

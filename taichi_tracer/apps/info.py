@@ -6,7 +6,7 @@ from argparse import Namespace
 import taichi as ti
 
 from taichi_tracer.apps.choices import load_scene
-from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.renderer import A1Renderer, A2Renderer
 from taichi_tracer.scene_data import SceneData
 
 
@@ -25,17 +25,16 @@ def describe(scene: SceneData) -> list[str]:
         "triangles": f"{scene.num_triangles:,}",
         "dropped": f"{scene.dropped:,}",
         "spheres": f"{scene.num_spheres:,}",
-        "vertices": f"{len(geometry.arrays[0]):,}",
-        "vertex normals": "yes" if geometry.has_normals else "no",
+        "vertices": f"{len(scene.mesh.vertices):,}",
+        "vertex normals": "yes" if scene.mesh.has_vertex_normals else "no",
         "bounds": f"{show(geometry.low)} to {show(geometry.high)}",
     }
     facts |= {f"view {name}": show(value) for name, value in scene.view.items()}
     facts |= {"intersector": scene.ray_intersector.name, "triangle test": scene.ray_intersector.triangle_test}
-    if hasattr(scene.ray_intersector, "facts"):
-        facts |= scene.ray_intersector.facts()
+    facts |= scene.ray_intersector.facts()
     lines = [f"{name:<16}{value}" for name, value in facts.items()]
     lines += ["", f"materials ({len(scene.materials)})", *material_table(scene)]
-    lines += ["", "effects", *(f"  {line}" for line in scene.effects.receipt())]
+    lines += ["", "effects", *(f"  {line}" for line in A1Renderer(scene, 8, 8).receipt())]
     if scene.effects.is_lit:
         lines += [f"  {line}" for line in cost_of_light(scene)]
     return lines
@@ -44,14 +43,14 @@ def describe(scene: SceneData) -> list[str]:
 def cost_of_light(scene: SceneData, estimator: str = "brdf", size: int = 64) -> list[str]:
     """What compiling the scene's effects takes, and how many rays a sample needs: measured on a small picture."""
     renderer = A2Renderer(scene, size, size).use(estimator)
-    renderer.hits.use_packets = False
+    renderer.eye_rays.use_packets = False
     seconds = []
     for _ in range(2):
         start = time.perf_counter()
         renderer.render()
         ti.sync()
         seconds.append(time.perf_counter() - start)
-    hits = float((renderer.hits.to_image("triangle_id") >= 0).mean())
+    hits = float(A1Renderer(scene, size, size).use("hit").image().any(axis=2).mean())
     return [
         f"compile time    {seconds[0] - seconds[1]:.2f} s ({estimator})",
         f"rays per sample 1 eye ray, and up to {hits:.2f} shadow rays ({2 * hits:.2f} with MIS), one for each hit",

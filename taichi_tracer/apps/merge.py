@@ -8,9 +8,9 @@ from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import ENCODERS, check_writable, save_image
 from taichi_tracer.picture.film import Film
-from taichi_tracer.renderer import SAMPLERS
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.registry import PARTS
 
 
 def run(args: Namespace) -> int:
@@ -49,6 +49,6 @@ def run(args: Namespace) -> int:
 
 def film_of(facts: dict, arrays: dict, ranges: list[list[int]]) -> Film:
     """The film that a checkpoint holds."""
-    film = Film(*facts["size"], facts["crop"], SAMPLERS[facts["sampler"]].replicated)
+    film = Film(*facts["size"], facts["crop"], PARTS.find("sampler", facts["sampler"]).replicated)
     film.from_arrays(arrays, sum(end - start for start, end in ranges))
     return film

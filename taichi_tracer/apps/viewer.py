@@ -188,14 +188,14 @@ class Viewer:
 
         Packets (``PrimaryHits``) take seconds to compile: only pictures that are slow without are worth that.
         """
-        self.renderer.hits.use_packets = False
+        self.renderer.eye_rays.use_packets = False
         self.draw()
         self.renderer.camera.set_camera_parameters()  # as if moved
         self.frame_seconds = 0.0
         self.draw()
         if self.frame_seconds > SLOW_FRAME:
             print("compiling the fast form for a picture of this size ...", flush=True)
-            self.renderer.hits.use_packets = None  # let the renderer decide
+            self.renderer.eye_rays.use_packets = None  # let the renderer decide
             self.renderer.camera.set_camera_parameters()
             self.draw()
         self.frame_seconds = 0.0
@@ -310,9 +310,9 @@ def as_words(camera: ProjectiveCamera) -> str:
     words = f"--handedness {camera.handedness}"
     if not camera.has_window:
         return f"--fov {camera.fov:.9g} {words}"
-    scale = 1.0 if camera.projection == "orthographic" else camera.focal_distance
+    scale = 1.0 if camera.name == "orthographic" else camera.focal_distance
     window = " ".join(f"{edge / scale:.9g}" for edge in camera.screen_window)
-    return f"--camera {camera.projection} --window {window} {words}"
+    return f"--camera {camera.name} --window {window} {words}"
 
 
 def wrap(text: str) -> list[str]:

@@ -3,7 +3,7 @@
 import taichi as ti
 
 from taichi_tracer.fast.packets import any_lane, lanes, larger, smaller
-from taichi_tracer.geometry import stable_normal
+from taichi_tracer.formulas.triangles import moller_trumbore, stable_normal, watertight
 from taichi_tracer.system import runtime
 
 
@@ -62,4 +62,9 @@ def packet_moller_trumbore(p: ti.template(), c, g, common, corners: ti.template(
     return is_inside, det != det, t, u, v
 
 
-PACKET_TESTS = {"watertight": packet_watertight, "moller_trumbore": packet_moller_trumbore}
+PACKET_TESTS = {watertight: packet_watertight, moller_trumbore: packet_moller_trumbore}
+
+
+def packet_test(solve):
+    """The packet form of a triangle test; None where it has none."""
+    return PACKET_TESTS.get(solve)

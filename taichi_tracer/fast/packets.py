@@ -16,7 +16,7 @@ import taichi.math as tm
 
 from taichi_tracer.fast.bvh_build import MAX_LEAF
 from taichi_tracer.ray import Ray
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
 
 TILE_BITS = 2
 TILE = 1 << TILE_BITS  # TILE × TILE pixels are a group …
@@ -134,7 +134,7 @@ class Packets:
 
     def __init__(self, places: int, share_origin: bool = False) -> None:
         self.share_origin = share_origin
-        self._memory = runtime.Memory()
+        self._memory = memory.Memory()
         self.d, self.i = (ti.Vector.field(LANES, float) for _ in range(2))
         self.shear_x, self.shear_y, self.t, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
         self.x0, self.x1, self.x2, self.y0, self.y1, self.y2 = (ti.Vector.field(LANES, float) for _ in range(6))
@@ -308,9 +308,9 @@ class Packets:
     @ti.func
     def try_primitive(self, c, g, common, intersector: ti.template(), slot, i, t_min):
         """``try_triangle``; spheres, and triangles with one side, are met by one ray at a time."""
-        if ti.static(intersector.geometry.is_plain):
+        if ti.static(intersector.is_plain_geometry):
             self.try_triangle(c, g, common, intersector, slot, i, t_min)
-        elif intersector.geometry.is_special(intersector.leaf_ids[i]):
+        elif intersector.is_special(intersector.leaf_ids[i]):
             for lane in range(self.lanes[None]):
                 self.try_one(c, g, lane, common, intersector, i, t_min)
         else:
@@ -362,11 +362,7 @@ class Packets:
             if ti.static(not self.share_origin):
                 o[k] = self.o[c, g, k][lane]
         ray = Ray(origin=o, direction=d)
-        t, u, v = -tm.inf, 0.0, 0.0
-        if ti.static(intersector.geometry.is_plain):
-            t, u, v = intersector.candidate(ray, intersector.ray_bounds(ray), v0, v1, v2)
-        else:
-            t, u, v = intersector.candidate_of(ray, intersector.ray_bounds(ray), triangle_id, v0, v1, v2, t_min)
+        t, u, v = intersector.try_primitive(ray, intersector.ray_bounds(ray), triangle_id, v0, v1, v2, t_min)
         reach = self.reach[c, g][lane]
         if t > t_min and (t < reach or (t == reach and triangle_id < self.triangle_id[c, g][lane])):
             self.reach[c, g][lane], self.t[c, g][lane], self.triangle_id[c, g][lane] = t, t, triangle_id

@@ -4,29 +4,24 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import sampler
 from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.fast.packet_triangles import PACKET_TESTS
+from taichi_tracer.fast.camera_lanes import generate_rays, lanes_of
+from taichi_tracer.fast.nearest import FastIntersector
 from taichi_tracer.fast.packets import LANES, SIDE, SIDE_BITS, TILE, TILE_BITS, Packets, lanes
+from taichi_tracer.fast.stand_ins import Form
+from taichi_tracer.picture.adaptive import SHARE_BITS, Shares
 from taichi_tracer.ray import no_hit
-from taichi_tracer.sampler import SampleKey
+from taichi_tracer.sampler import Sampler, sampler_of
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.seams import why_replaced
 
 PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
 LARGE_PICTURE = 256 * 256  # pixels
 MANY_RAYS = 1 << 22  # about a second's work for single rays
 CROWD = 8  # triangles per pixel, beyond which neighbouring rays have too little in common
-SHARE_BITS = 8
-WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pass
-
-
-def has_both(part: object, plain: str, packet: str) -> bool:
-    """Whether the packet form is of the class that has the plain form: whoever replaces one alone gets that one."""
-    for cls in type(part).__mro__:
-        if plain in vars(cls) or packet in vars(cls):
-            return plain in vars(cls) and packet in vars(cls)
-    return False
+FIRST_DIMENSION = 0  # of the sampler: the pair that belongs to the pixel
 
 
 @ti.data_oriented
@@ -40,9 +35,9 @@ class PrimaryHits:
         scene_data: what is hit.
         camera: where the rays come from.
         jitter: whether rays pass through a random point of their pixel instead of its centre (A2-1).
-        samples: where the random point comes from, see ``sampler.ALL``.
+        samples: the sampler that the random point comes from; Sobol' points when None.
         use_packets: None takes packets where they can be had and are worth their compilation.
-        adaptive: whether pixels take samples in a ``share`` of the passes, in 1/256, instead of in every one.
+        shares: how often each pixel takes a sample, see ``picture.adaptive``.
         ranges: ((x0, x1), (y0, y1)), the pixels that are traced, and with packets those of their tiles; None is all.
     """
 
@@ -51,21 +46,22 @@ class PrimaryHits:
         scene_data: SceneData,
         camera: ProjectiveCamera,
         jitter: bool = False,
-        samples: type = sampler.SobolSampler,
+        samples: Sampler | None = None,
         use_packets: bool | None = None,
-        adaptive: bool = False,
+        shares: Shares | None = None,
         ranges: tuple[tuple[int, int], tuple[int, int]] | None = None,
     ) -> None:
-        self.scene_data, self.camera, self.jitter, self.sampler = scene_data, camera, jitter, samples
-        self.adaptive = adaptive
+        self.scene_data, self.camera, self.jitter = scene_data, camera, jitter
+        self.sampler = sampler_of(PARTS.find("sampler", "sobol"), camera) if samples is None else samples
+        self.shares = Shares(camera.width, camera.height) if shares is None else shares
         self.width, self.height = camera.width, camera.height
         intersector = scene_data.ray_intersector
-        on_cpu = runtime.ensure().arch == "cpu"
+        self.lanes = lanes_of(camera)
         self.can_use_packets = (
-            on_cpu
-            and has_both(camera, "generate_ray", "generate_rays")
-            and has_both(intersector, "nearest", "trace_packet")
-            and intersector.triangle_test in PACKET_TESTS
+            runtime.ensure().arch == "cpu"
+            and self.lanes is not None
+            and hasattr(self.sampler, "point")
+            and getattr(intersector, "solve_packet", None) is not None
         )
         self.use_packets = use_packets
         self.packets = None
@@ -78,7 +74,7 @@ class PrimaryHits:
         self.first = x0 // side, y0 // side  # of the packets that are traced
         self.across, self.upwards = -(-x1 // side) - x0 // side, -(-y1 // side) - y0 // side
         shape = self.tiles_x * self.tiles_y
-        self._memory = runtime.Memory()
+        self._memory = memory.Memory()
         self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
         self.triangle_id = ti.Vector.field(LANES, ti.i32)
         for field in (self.distance, self.triangle_id, self.u, self.v):
@@ -87,12 +83,15 @@ class PrimaryHits:
             self.xi_x, self.xi_y = (ti.Vector.field(LANES, float) for _ in range(2))
             for field in (self.xi_x, self.xi_y):
                 self._memory.fields.dense(ti.i, shape).place(field)
-        if adaptive:
-            self.share = ti.Vector.field(LANES, ti.u32)
-            self._memory.fields.dense(ti.i, shape).place(self.share)
         self._memory.allocate()
-        if adaptive:
-            self.share.fill(WHOLE)
+        self._traced = None  # what the hits belong to
+
+    def bring_up_to_date(self, seed: int, index: int) -> None:
+        """Trace, unless the hits are those of this sample; without jitter they stay until the camera moves."""
+        wanted = (self.camera.version, *((seed, index, self.shares.version) if self.jitter else ()))
+        if self._traced != wanted:
+            self.trace(seed, index)
+            self._traced = wanted
 
     def trace(self, seed: int = 0, index: int = 0) -> None:
         """Send one eye ray through every pixel: with jitter, that of one sample."""
@@ -103,12 +102,12 @@ class PrimaryHits:
             self._trace_rays(seed, index)
             return
         if self.packets is None:
-            self.packets = Packets(PLACES, self.camera.share_origin)
+            self.packets = Packets(PLACES, self.lanes.share_origin)
         self._trace_packets(seed, index)
 
     def is_much_work(self) -> bool:
         """Whether packets, which take seconds to compile, are worth it: for large pictures from the second one on."""
-        if self.scene_data.geometry.num_primitives > CROWD * self.width * self.height:
+        if self.scene_data.geometry.n_primitives > CROWD * self.width * self.height:
             return False
         return self.traces > 0 and (self.pixels >= LARGE_PICTURE or self.pixels * self.traces >= MANY_RAYS)
 
@@ -124,17 +123,6 @@ class PrimaryHits:
         return (x >> TILE_BITS) * self.tiles_y + (y >> TILE_BITS), (x & (TILE - 1)) * TILE + (y & (TILE - 1))
 
     @ti.func
-    def sample_index(self, x, y, index):
-        """(index of the sample of a pixel in a pass, whether it takes one in this pass)."""
-        is_taken = True
-        if ti.static(self.adaptive):
-            tile, lane = self.tile_and_lane(x, y)
-            share = self.share[tile][lane]
-            is_taken = ((index + 1) * share >> SHARE_BITS) > (index * share >> SHARE_BITS)
-            index = index * share >> SHARE_BITS
-        return index, is_taken
-
-    @ti.func
     def eye_ray(self, x, y):
         """The ray that was traced through a pixel."""
         xi = tm.vec2(0.5)
@@ -144,17 +132,19 @@ class PrimaryHits:
         return self.camera.generate_ray(x, y, self.jitter, xi)
 
     @ti.func
-    def key(self, x, y, seed, index):
-        """What the random numbers of a pixel in one sample depend on."""
-        return SampleKey(seed=seed, pixel=ti.cast(y * self.width + x, ti.u32), index=index)
+    def hit_of(self, x, y, rng):
+        """(ray, HitData) of a pixel, from what was traced; the pixel's pair of random numbers was taken then."""
+        rng.skip_2d()
+        ray = self.eye_ray(x, y)
+        return ray, self.hit_data(x, y, ray)
 
     @ti.kernel
     def _trace_rays(self, seed: ti.u32, index: ti.u32):
         for x, y in ti.ndrange(*self.ranges):
             tile, lane = self.tile_and_lane(x, y)
             if ti.static(self.jitter):
-                i, _ = self.sample_index(x, y, index)
-                xi = sampler.get_2d(self.sampler, self.key(x, y, seed, i), sampler.PIXEL)
+                i, _ = self.shares.sample_of(x, y, index)
+                xi = self.sampler.start(seed, x, y, i).next_2d()
                 self.xi_x[tile][lane], self.xi_y[tile][lane] = xi.x, xi.y
             ray = self.eye_ray(x, y)
             t, triangle_id, u, v = self.scene_data.ray_intersector.nearest(ray, 0.0, tm.inf)
@@ -194,24 +184,19 @@ class PrimaryHits:
         xi_x, xi_y = lanes(0.5), lanes(0.5)
         if ti.static(self.jitter):
             pixel = ti.cast(y * self.width + x, ti.u32)
-            sample = index + ti.u32(0) * pixel
-            if ti.static(self.adaptive):
-                sample = sample * self.share[tile] >> SHARE_BITS
-            xi_x, xi_y = self.sampler.get_2d(seed, pixel, sample, ti.u32(sampler.PIXEL))
+            zero = ti.u32(0) * pixel  # makes vectors of the numbers that all lanes have in common
+            sample = index + zero
+            if ti.static(self.shares.are_kept):
+                share = ti.Vector([self.shares.share[x[lane], y[lane]] for lane in range(LANES)])
+                sample = sample * share >> SHARE_BITS
+            xi_x, xi_y = self.sampler.point(seed + zero, pixel, sample, ti.u32(FIRST_DIMENSION) + zero)
             self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
-        ox, oy, oz, dx, dy, dz = self.camera.generate_rays(x, y, xi_x, xi_y)
+        ox, oy, oz, dx, dy, dz = generate_rays(self.lanes, self.camera, x, y, xi_x, xi_y)
         self.packets.put_rays(c, g, ox, oy, oz, dx, dy, dz)
         origin = tm.vec3(0)
-        if ti.static(self.camera.share_origin):
+        if ti.static(self.lanes.share_origin):
             origin = tm.vec3(ox, oy, oz)
         return origin
-
-    @ti.kernel
-    def set_shares(self, shares: ti.types.ndarray(dtype=ti.i32, ndim=2)):
-        """Take the (height, width) shares of the pixels, top row first, in 1/256."""
-        for x, y in ti.ndrange(self.width, self.height):
-            tile, lane = self.tile_and_lane(x, y)
-            self.share[tile][lane] = ti.cast(shares[self.height - 1 - y, x], ti.u32)
 
     @ti.func
     def hit_data(self, x, y, ray):
@@ -224,3 +209,17 @@ class PrimaryHits:
                 ray, self.distance[tile][lane], triangle_id, self.u[tile][lane], self.v[tile][lane]
             )
         return data
+
+
+def kept_hits_form(scene_data: SceneData, camera: ProjectiveCamera, fast: bool) -> Form:
+    """Whether a picture may keep the hits of its eye rays, and why."""
+    plain = "one by one, as they are written"
+    if not fast:
+        return Form("eye rays", plain, "fast=False")
+    if why := why_replaced(camera):
+        return Form("eye rays", plain, why)
+    if not isinstance(scene_data.ray_intersector, FastIntersector):
+        return Form("eye rays", plain, f"{type(scene_data.ray_intersector).__name__} is a plain form")
+    return Form(
+        "eye rays", "hits are kept, in packets where that pays", "camera and intersector are the package's", True
+    )

@@ -12,13 +12,22 @@ import taichi.math as tm
 
 from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_wide import ABSENT, LEAF_BITS, WIDTH, collapse, empty_tree, quantise
-from taichi_tracer.fast.packet_triangles import PACKET_TESTS
+from taichi_tracer.fast.nearest import FastIntersector
+from taichi_tracer.fast.packet_triangles import packet_test
 from taichi_tracer.fast.packets import larger, slab, smaller
 from taichi_tracer.geometry import Geometry
-from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.system import runtime
+from taichi_tracer.intersectors.bvh import BVHRayIntersector
+from taichi_tracer.system import memory, runtime
 
 NOTHING = -(1 << 31)  # in place of a reference to a node or a leaf
+
+
+def leaf_corners(geometry: Geometry, boxes: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) corners of the hittable triangles; in place of a sphere's stand two corners of its box."""
+    mesh = geometry.mesh
+    corners = mesh.vertices[mesh.faces[geometry.hittable_triangles()]]
+    low, high = boxes[len(corners) :, :3], boxes[len(corners) :, 3:]
+    return np.concatenate([corners, np.stack([low, high, low], axis=1)])
 
 
 @ti.func
@@ -38,18 +47,18 @@ def entries(t_near, t_far):
 
 
 @ti.data_oriented
-class BVHRayIntersector(RayIntersector):
+class WideBVH(FastIntersector):
     """Tries only triangles whose boxes the ray meets, nearest box first; answers exactly as brute force does."""
 
-    name = "bvh"
+    name, form, stands_in_for = "bvh", "hierarchy of eight boxes a node", BVHRayIntersector
 
-    def __init__(self, geometry: Geometry, triangle_test: str = "watertight") -> None:
-        super().__init__(geometry, triangle_test)
-        self.solve_packet = PACKET_TESTS.get(triangle_test)
+    def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
+        """Build the tree over the primitives that a ray can meet."""
+        super().bind(geometry, triangle_test)
+        self.solve_packet = packet_test(self.solve)
         start = time.perf_counter()
-        vertices, faces = geometry.arrays
         ids, boxes = geometry.hittable()
-        corners = vertices[faces[ids]]
+        corners = leaf_corners(geometry, boxes)
         order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
         if len(ids) > 0:
             tree = bvh_build.build(boxes)
@@ -57,7 +66,7 @@ class BVHRayIntersector(RayIntersector):
         self.root, self.depth, self.stack_size = wide.root, wide.depth, wide.stack_size
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
 
-        self._memory = runtime.Memory()
+        self._memory = memory.Memory()
         self.corner, self.step = ti.Vector.field(3, float), ti.Vector.field(3, float)
         self.number_type = ti.u8 if runtime.has_f64() else ti.i32  # some Vulkan devices have no bytes
         self.numbers = ti.Vector.field(WIDTH, self.number_type)
@@ -125,10 +134,12 @@ class BVHRayIntersector(RayIntersector):
 
     @ti.func
     def nearest(self, ray, t_min, t_max):
+        """(t, id, u, v) of the nearest hit with t_min < t < t_max, of equals the lowest id; else (t_max, −1, 0, 0)."""
         return self.traverse(ray, t_min, t_max, False)
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):
+        """Whether anything is hit with t_min < t < t_max."""
         t, triangle_id, u, v = self.traverse(ray, t_min, t_max, True)
         return triangle_id >= 0
 
@@ -152,11 +163,7 @@ class BVHRayIntersector(RayIntersector):
                 first, count = leaf_range(reference)
                 for i in range(first, first + count):
                     v0, v1, v2 = self.leaf_triangle(i)
-                    t, u, v = -tm.inf, 0.0, 0.0
-                    if ti.static(self.geometry.is_plain):
-                        t, u, v = self.candidate(ray, bounds, v0, v1, v2)
-                    else:
-                        t, u, v = self.candidate_of(ray, bounds, self.leaf_ids[i], v0, v1, v2, t_min)
+                    t, u, v = self.try_primitive(ray, bounds, self.leaf_ids[i], v0, v1, v2, t_min)
                     if t_min < t and t <= best:
                         triangle_id = self.leaf_ids[i]
                         if t < best or (triangle_id < best_id):
@@ -230,13 +237,7 @@ class BVHRayIntersector(RayIntersector):
     def leaf_box(self, i):
         """The box of the primitive in place i of the leaves' order."""
         v0, v1, v2 = self.leaf_triangle(i)
-        low, high = smaller(v0, smaller(v1, v2)), larger(v0, larger(v1, v2))
-        if ti.static(self.geometry.has_spheres):
-            sphere = self.geometry.sphere_of[self.leaf_ids[i]]
-            if sphere >= 0:
-                centre, radius = self.geometry.spheres[sphere].xyz, self.geometry.spheres[sphere].w
-                low, high = centre - radius, centre + radius
-        return low, high
+        return smaller(v0, smaller(v1, v2)), larger(v0, larger(v1, v2))
 
     @ti.func
     def trace_packet(self, packets: ti.template(), c, origin, t_min):

@@ -41,6 +41,8 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
             materials[name] = replace(materials[name], **_values(keyword, words, where))
         elif keyword.startswith(MAPS):
             maps[words[0]] = None
+        elif name is not None and (extra := _numbers_of(words[1:])):
+            materials[name] = replace(materials[name], extra={**materials[name].extra, keyword: extra})
     if maps and notes is not None:
         notes.append(f"{path}: texture maps are not used ({', '.join(maps)})")
     return materials
@@ -69,6 +71,15 @@ def _values(keyword: str, words: list[str], where: str) -> dict:
     if keyword == "tr":
         return {"d": 1.0 - values[0]}
     return {NUMBERS[keyword]: values[0]}
+
+
+def _numbers_of(words: list[str]) -> tuple[float, ...]:
+    """The values of a key that this reader does not know but a BRDF may: all of them numbers, or none."""
+    try:
+        values = tuple(float(word) for word in words)
+    except ValueError:
+        return ()
+    return values if all(math.isfinite(value) for value in values) else ()
 
 
 def _finite(word: str, where: str) -> float:

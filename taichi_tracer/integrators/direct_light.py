@@ -1,132 +1,151 @@
-"""Direct illumination by the environment: five ways to take one sample of the integral of A2-3.
+"""Direct light by Monte Carlo: six ways to take one sample of the integral of A2-3.
 
     L_o(x, ω_o) = ∫ L(ω_i) V(x, ω_i) f_r(x, ω_o, ω_i) max(n·ω_i, 0) dω_i
 
 An estimator draws ω_i from some density, and says what the light from there is to be multiplied with: f_r cos θ_i over
-the density. ``reflected`` does the rest. It is a class with a ``name`` and a ``sample``; one added to ``ALL`` is known
-to the renderer, the command line, the window and the tests. All are unbiased. No density but its own meets the lobe of
-a mirror, so that every estimator samples that by its BRDF.
+the density. All are unbiased. No density but its own meets the lobe of a mirror, so that every estimator samples a
+mirror by its BRDF; and lights that no ray meets by chance, such as a point, are sampled by all estimators alike.
 """
 
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import brdf, sampler
-from taichi_tracer.ray import Ray
-
-
-@ti.dataclass
-class SurfacePoint:
-    """Where light is reflected: the origin of rays that leave, the normals on the viewer's side, w_o to the viewer."""
-
-    origin: tm.vec3
-    normal: tm.vec3
-    geometric_normal: tm.vec3
-    w_o: tm.vec3
+from taichi_tracer.formulas.warps import uniform_hemisphere
+from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.sampler import UniformSampler
+from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import called, replaced
 
 
 @ti.data_oriented
-class Lighting:
-    """What estimators ask of a scene: its reflection, its light, and whether the light arrives.
+class DirectLight(Integrator):
+    """Emission, or what lies behind the scene, and one sample of the reflected light. A subclass says ``sample``.
 
-    Each question is compiled for the effects of the scene.
+    Attributes:
+        techniques: how many directions make one sample; the shadow ray of each is sent by the same code.
     """
 
-    def __init__(self, scene_data, samples) -> None:
-        self.effects = scene_data.effects
-        self.environment = scene_data.environment
-        self.background = scene_data.background
-        self.intersector = scene_data.ray_intersector
-        self.sampler = samples
+    techniques = 1
 
     @ti.func
-    def arriving(self, point, w_i, value):
-        """``value`` times the radiance from w_i, if nothing is in the way. Where that is 0, no shadow ray is sent."""
-        light = tm.vec3(0)
-        if value.max() > 0 and tm.dot(point.geometric_normal, w_i) > 0:
-            light = value * self.radiance(w_i)
-            if light.max() > 0:
-                if self.intersector.is_blocked(Ray(origin=point.origin, direction=w_i), 0.0, tm.inf):
-                    light = tm.vec3(0)
-        return light
+    def radiance(self, scene, ray, hit, rng):
+        """Radiance arriving along the ray: one sample (A2-9)."""
+        L = scene.emitted(ray, hit, rng)
+        if ti.static(scene.effects.is_lit):
+            if hit.is_hit:
+                surface = scene.surface_at(ray, hit)
+                L += self.reflected(scene, surface, rng)
+        return L
 
     @ti.func
-    def radiance(self, direction):
-        """Radiance from far away along a unit direction."""
-        light = tm.vec3(0)
-        if ti.static(self.effects.environment == "image"):
-            light = self.environment.radiance(direction)
-        elif ti.static(self.effects.environment == "constant"):
-            light = self.environment.constant_radiance()
-        return light
+    def reflected(self, scene, surface, rng):
+        """Light that a surface reflects to the viewer: one sample."""
+        L = tm.vec3(0)
+        xi_brdf, xi_light = rng.next_2d(), rng.next_2d()
+        if ti.static(len(scene.lights.far) > 0):
+            for technique in range(self.techniques):
+                w_i, f_cos_over_pdf = self.direction(scene, surface, technique, xi_brdf, xi_light)
+                L += f_cos_over_pdf * scene.visible_radiance(surface, w_i, f_cos_over_pdf)
+        if ti.static(len(scene.lights.single) > 0):
+            L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+        return L
 
     @ti.func
-    def behind(self, direction, x, y, width, height):
-        """What pixel (x, y) of a frame shows where its ray meets nothing: the background, or light from far away."""
-        value = tm.vec3(0)
-        if ti.static(self.effects.background):
-            value = self.background.color(x, y, width, height)
+    def direction(self, scene, surface, technique, xi_brdf, xi_light):
+        """``sample``, but for a mirror: only its own direction meets it, once."""
+        w_i, f_cos_over_pdf = tm.vec3(0), tm.vec3(0)
+        if ti.static(surface.may_be_delta):
+            if surface.is_delta():
+                w_i = surface.sample(xi_brdf)
+                if technique == 0:
+                    f_cos_over_pdf = surface.weight(w_i)
+            else:
+                w_i, f_cos_over_pdf = self.sample(scene, surface.scattering(), technique, xi_brdf, xi_light)
         else:
-            value = self.radiance(direction)
-        return value
-
-
-class UniformSphere:
-    """ω_i uniform on the sphere: half of the samples lie under the horizon (A2-6)."""
-
-    name, label, aliases, techniques = "uniform", "Uniform sphere", ("uniform_sphere",), 1
+            w_i, f_cos_over_pdf = self.sample(scene, surface, technique, xi_brdf, xi_light)
+        return w_i, f_cos_over_pdf
 
     @ti.func
-    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+    def sample(self, scene, surface, technique, xi_brdf, xi_light):
+        """(w_i, f_r cos θ_i / pdf) of one direction."""
+        ti.static_assert(False, "an estimator must say what sample(self, scene, surface, ...) is")
+        return surface.normal, tm.vec3(0)
+
+
+@register
+@ti.data_oriented
+class UniformSphere(DirectLight):
+    """ω_i uniform on the sphere: half of the samples lie under the horizon (A2-6).
+
+    Args:
+        directions: where they come from, the handout's ``UniformSampler`` or one that took its place.
+    """
+
+    name, label, aliases, samples_lights = "uniform", "Uniform sphere", ("uniform_sphere",), False
+
+    def __init__(self, directions: UniformSampler | None = None) -> None:
+        self.directions = UniformSampler() if directions is None else directions
+
+    @ti.func
+    def sample(self, scene, surface, technique, xi_brdf, xi_light):
         """(w_i, f_r cos θ_i / pdf) with pdf 1/(4π)."""
-        xi = sampler.get_2d(lighting.sampler, key, sampler.BRDF_DIRECTION)
-        w_i = sampler.uniform_sphere(xi)
-        return w_i, eval_cosine(kind, material, point, w_i) * (4 * tm.pi)
+        w_i = called(self.directions.sample_direction, xi=xi_brdf)
+        f_cos_over_pdf = surface.eval_cosine(w_i) * (4 * tm.pi)
+        if ti.static(len(replaced(self.directions)) > 0):
+            f_cos_over_pdf = surface.eval_cosine(w_i) / called(self.directions.evaluate_probability)
+        return w_i, f_cos_over_pdf
 
 
-class UniformHemisphere:
+@register
+@ti.data_oriented
+class UniformHemisphere(DirectLight):
     """ω_i uniform on the hemisphere about n."""
 
-    name, label, aliases, techniques = "hemisphere", "Uniform hemisphere", ("uniform_hemisphere",), 1
+    name, label, aliases, samples_lights = "hemisphere", "Uniform hemisphere", ("uniform_hemisphere",), False
 
     @ti.func
-    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+    def sample(self, scene, surface, technique, xi_brdf, xi_light):
         """(w_i, f_r cos θ_i / pdf) with pdf 1/(2π)."""
-        xi = sampler.get_2d(lighting.sampler, key, sampler.BRDF_DIRECTION)
-        w_i = sampler.uniform_hemisphere(point.normal, xi)
-        return w_i, eval_cosine(kind, material, point, w_i) * (2 * tm.pi)
+        w_i = uniform_hemisphere(surface.normal, xi_brdf)
+        return w_i, surface.eval_cosine(w_i) * (2 * tm.pi)
 
 
-class BrdfSampling:
+@register
+@ti.data_oriented
+class BrdfSampling(DirectLight):
     """ω_i in proportion to the BRDF: best where the light is even or the surface glossy (A2-7, A2-8)."""
 
-    name, label, aliases, techniques = "brdf", "BRDF", (), 1
+    name, label, samples_lights = "brdf", "BRDF", False
 
     @ti.func
-    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+    def sample(self, scene, surface, technique, xi_brdf, xi_light):
         """(w_i, f_r cos θ_i / pdf), the quotient cancelled (C-3)."""
-        xi = sampler.get_2d(lighting.sampler, key, sampler.BRDF_DIRECTION)
-        w_i = kind.sample(material, point.w_o, point.normal, xi)
-        return w_i, kind.weight(material, point.w_o, w_i, point.normal)
+        w_i = surface.sample(xi_brdf)
+        return w_i, surface.weight(w_i)
 
 
-class EnvironmentSampling:
+@register
+@ti.data_oriented
+class EnvironmentSampling(DirectLight):
     """ω_i in proportion to the environment's light: best where the light is uneven and the surface matte."""
 
-    name, label, aliases, techniques = "environment", "Environment", ("light",), 1
+    name, label, aliases = "environment", "Environment", ("light",)
 
     @ti.func
-    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+    def sample(self, scene, surface, technique, xi_brdf, xi_light):
         """(w_i, f_r cos θ_i / pdf)."""
-        xi = sampler.get_2d(lighting.sampler, key, sampler.LIGHT_DIRECTION)
-        w_i, pdf = lighting.environment.sample(xi)
-        return w_i, eval_cosine(kind, material, point, w_i) / pdf
+        w_i, pdf = scene.lights.sample_far(surface.origin, xi_light)
+        return w_i, surface.eval_cosine(w_i) / pdf
 
 
-class MultipleImportanceSampling:
+@ti.data_oriented
+class MultipleImportanceSampling(DirectLight):
     """One sample of the BRDF and one of the environment, each weighted by how likely the other was to find it.
 
     Veach & Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995. Two shadow rays.
+
+    Args:
+        exponent: β of the heuristic: 2 is the power heuristic, 1 the balance heuristic.
     """
 
     techniques = 2
@@ -135,21 +154,17 @@ class MultipleImportanceSampling:
         self.name, self.label, self.exponent, self.aliases = name, label, exponent, aliases
 
     @ti.func
-    def sample(self, lighting: ti.template(), kind: ti.template(), material, point, technique, key):
+    def sample(self, scene, surface, technique, xi_brdf, xi_light):
         """(w_i, heuristic · f_r cos θ_i / pdf) of the BRDF's sample, technique 0, or of the environment's."""
-        w_i, value = tm.vec3(0), tm.vec3(0)
+        w_i, f_cos_over_pdf = tm.vec3(0), tm.vec3(0)
         if technique == 0:
-            xi = sampler.get_2d(lighting.sampler, key, sampler.BRDF_DIRECTION)
-            w_i = kind.sample(material, point.w_o, point.normal, xi)
-            pdf_brdf = kind.pdf(material, point.w_o, w_i, point.normal)
-            weight = kind.weight(material, point.w_o, w_i, point.normal)
-            value = weight * self.heuristic(pdf_brdf, lighting.environment.pdf(w_i))
+            w_i = surface.sample(xi_brdf)
+            pdf_light = scene.lights.pdf_far(surface.origin, w_i)
+            f_cos_over_pdf = surface.weight(w_i) * self.heuristic(surface.pdf(w_i), pdf_light)
         else:
-            xi = sampler.get_2d(lighting.sampler, key, sampler.LIGHT_DIRECTION)
-            w_i, pdf = lighting.environment.sample(xi)
-            pdf_brdf = kind.pdf(material, point.w_o, w_i, point.normal)
-            value = eval_cosine(kind, material, point, w_i) / pdf * self.heuristic(pdf, pdf_brdf)
-        return w_i, value
+            w_i, pdf = scene.lights.sample_far(surface.origin, xi_light)
+            f_cos_over_pdf = surface.eval_cosine(w_i) / pdf * self.heuristic(pdf, surface.pdf(w_i))
+        return w_i, f_cos_over_pdf
 
     @ti.func
     def heuristic(self, pdf, other):
@@ -160,43 +175,5 @@ class MultipleImportanceSampling:
         return ti.select(pdf > 0, 1 / (1 + ratio), 0.0)
 
 
-ALL = (
-    UniformSphere(),
-    UniformHemisphere(),
-    BrdfSampling(),
-    EnvironmentSampling(),
-    MultipleImportanceSampling("mis", "MIS, power", 2, aliases=("mis_power",)),
-    MultipleImportanceSampling("mis_balance", "MIS, balance", 1),
-)
-
-
-@ti.func
-def eval_cosine(kind: ti.template(), material, point, w_i):
-    """f_r max(n·ω_i, 0)."""
-    return kind.eval(material, point.w_o, w_i, point.normal) * ti.max(0.0, tm.dot(point.normal, w_i))
-
-
-@ti.func
-def reflected(lighting: ti.template(), estimator: ti.template(), material, kind_of_material, point, key):
-    """Light from far away that a surface reflects to the viewer: one sample, by the BRDF that the material has."""
-    L = tm.vec3(0)
-    for technique in range(estimator.techniques):
-        w_i, value = tm.vec3(0), tm.vec3(0)
-        for i in ti.static(lighting.effects.brdfs):
-            if ti.static(len(lighting.effects.brdfs) == 1) or kind_of_material == i:
-                w_i, value = by_kind(lighting, estimator, brdf.ALL[i], material, point, technique, key)
-        L += lighting.arriving(point, w_i, value)
-    return L
-
-
-@ti.func
-def by_kind(lighting: ti.template(), estimator: ti.template(), kind: ti.template(), material, point, technique, key):
-    """``estimator.sample``, but for a mirror, which no other density than its own meets."""
-    w_i, value = tm.vec3(0), tm.vec3(0)
-    if ti.static(kind.is_delta):
-        w_i = kind.sample(material, point.w_o, point.normal, tm.vec2(0.5))
-        if technique == 0:
-            value = kind.weight(material, point.w_o, w_i, point.normal)
-    else:
-        w_i, value = estimator.sample(lighting, kind, material, point, technique, key)
-    return w_i, value
+register(MultipleImportanceSampling("mis", "MIS, power", 2, aliases=("mis_power",)))
+register(MultipleImportanceSampling("mis_balance", "MIS, balance", 1))

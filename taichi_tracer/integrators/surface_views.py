@@ -1,28 +1,15 @@
-"""The six views of what a ray hit (A1-15). A view is one function of the hit; one added here is known everywhere.
-
-The command line, the window's buttons, ``A1Renderer``'s setters and the tests all read ``ALL``.
-"""
-
-from collections.abc import Callable
-from dataclasses import dataclass
+"""The six views of what a ray hit (A1-15): each is a function of the hit and a line that registers it."""
 
 import taichi as ti
 import taichi.math as tm
+
+from taichi_tracer.integrators.base import View
+from taichi_tracer.system.registry import register
 
 MAX_DISTANCE = 10.0  # shown as white (A1-15)
 # Ids become colours by multiplying with π, the digits of Planck's constant and e, and keeping the fraction (A1-15).
 ID_COLOR_UNIT = 100_000_000
 ID_COLOR = (314159265, 662607015, 271828182)  # in ID_COLOR_UNITs
-
-
-@dataclass(frozen=True)
-class View:
-    """A named function HitData → RGB in [0, 1]; misses are black and never reach it."""
-
-    name: str
-    label: str
-    color: Callable
-    aliases: tuple[str, ...] = ()
 
 
 @ti.func
@@ -72,11 +59,9 @@ def id_color(i):
     return color
 
 
-ALL = (
-    View("hit", "Hit", hit),
-    View("triangle_id", "Triangle ID", triangle_id, aliases=("triangle_ID",)),
-    View("distance", "Distance", distance),
-    View("barycentric", "Barycentric", barycentric, aliases=("barycentrics",)),
-    View("normal", "Normal", normal, aliases=("normals",)),
-    View("material_id", "Material ID", material_id, aliases=("material_ID",)),
-)
+register(View("hit", "Hit", hit))
+register(View("triangle_id", "Triangle ID", triangle_id, aliases=("triangle_ID",)))
+register(View("distance", "Distance", distance))
+register(View("barycentric", "Barycentric", barycentric, aliases=("barycentrics",)))
+register(View("normal", "Normal", normal, aliases=("normals",)))
+register(View("material_id", "Material ID", material_id, aliases=("material_ID",)))

@@ -1,49 +1,83 @@
-"""How far is a picture from the one that infinitely many samples would give? Told by its own samples, without that one.
+"""How far is a picture from the one that infinitely many samples would give? Its own samples tell.
 
-The error of a pixel is the deviation of its mean. Of k independent groups of samples with the sample variance s² of
-their means, it has the variance v = s²/k. Samples that are independent are groups of one. Those of a low-discrepancy
-sequence are not: they avoid each other, which is why their mean is better than their variance promises. So their
-sequence is scrambled twice, independently; samples of even index take the one, samples of odd index the other, and the
-two halves are two groups: k = 2 and v = (mean_even − mean_odd)²/4 (replicated randomised quasi-Monte Carlo: Owen,
-"Monte Carlo theory, methods and examples"). One pixel says little that way; a whole picture says enough.
+**One pixel.** The error of a pixel is the deviation of its mean from the true value. Let the samples form k independent
+groups, and let s² be the sample variance of the means of these groups. Then the variance of the pixel's mean is about
 
-The mean square error of the picture is estimated by M = Σ v / N over N pixels. The error that this picture has differs
-from M, since both are random: by a variance of 2 v² k/(k − 1) per pixel, whatever the kurtosis, for that is in both.
-The square of the estimated v̂ is too large for v², for normal errors by (k + 1)/(k − 1), and too small where a sample
-can have few values, as with a light that is seen or not; v̂ times that of its neighbours is right there, and too small
-where a single pixel stands out. The larger one is taken,
+    v = s² / k.
 
-    V = max(Σ 2 v̂² k/(k + 1), Σ 2 v̂ v̂_neighbours k/(k − 1)) / N²
+Independent samples are groups of one sample each. The samples of a low-discrepancy sequence are not independent: they
+avoid each other, so that their mean is better than their variance promises. Therefore the sequence is scrambled twice,
+independently. Samples of even index follow the first scrambling, samples of odd index the second. These two halves are
+k = 2 groups, and v = (mean_even − mean_odd)² / 4 (replicated randomised quasi-Monte Carlo: Owen, "Monte Carlo theory,
+methods and examples"). For one pixel this estimate is rough; over a whole picture it is precise.
 
-and ±1.96 √V, widened where few pixels decide and put on the logarithm of M, covers the error of the picture in 95 of
-100 pictures. What no sample has met yet, such as a small light, is in no estimate.
+**The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The error that this picture really has
+is random, and so is M. The variance of their difference is 2 v² k / (k − 1) per pixel. It does not depend on the
+kurtosis of the samples, because the kurtosis acts on both alike and cancels. Of v, only an estimate v̂ is known. There
+are two ways to estimate v² from it:
+
+- v̂² is too large, for normal errors by the factor (k + 1) / (k − 1), by which it is divided. It is too small where a
+  sample can take only a few values, as with a light that is either seen or not.
+- v̂ times the mean v̂ of the neighbouring pixels is right there, but too small where a single pixel stands out.
+
+With each of them the variances of all pixels are added, and the larger sum is taken:
+
+    V = max(Σ 2 v̂² k / (k + 1), Σ 2 v̂ v̂_neighbours k / (k − 1)) / N²
+
+The 95 % interval is laid around log M, because M cannot be negative: ±1.96 √V / M, which is widened where few pixels
+make up most of the error. It covers the error of the picture in 95 of 100 pictures. An estimate knows nothing of what
+no sample has met yet, such as a small light.
 """
 
 import math
 
 import numpy as np
+import taichi as ti
 
-QUANTILE = 1.96  # of the normal distribution, both sides of 95 %
+QUANTILE = 1.96  # 95 % of a normal distribution lie within so many standard deviations of its mean
+CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
+
+
+@ti.func
+def variance_from_deviation(deviation, n):
+    """Variance s²/n of the mean of n independent samples; ``deviation`` sums their squared deviations from the mean.
+
+    It is NaN for fewer than two samples.
+    """
+    return deviation / (ti.cast(n, float) * (n - 1))
+
+
+@ti.func
+def variance_from_halves(total_even, n_even, total_odd, n_odd):
+    """Variance of the mean of two independent halves, from the sum and the number of the samples of each.
+
+    If a half of n_i samples has the variance σ²/n_i, then the squared difference of the two means has the expectation
+    σ² n/(n_even n_odd) for n = n_even + n_odd, and the mean of all has the variance σ²/n. For equal halves this is a
+    quarter of the squared difference. It is not finite if a half has no samples.
+    """
+    n = n_even + n_odd
+    difference = total_even / n_even - total_odd / n_odd
+    return difference * difference * (ti.cast(n_even, float) * n_odd / (ti.cast(n, float) * n))
 
 
 class RelativeError(float):
-    """Relative RMSE of a picture, a fraction of its mean; NaN where it cannot be known.
+    """Relative RMSE of a picture: a fraction of the picture's mean. It is NaN where it cannot be known.
 
     Attributes:
-        low, high: the interval that contains the true one in 95 of 100 pictures.
+        low, high: the 95 % interval: in 95 of 100 pictures, the true error lies inside.
     """
 
     low: float
     high: float
 
     def __new__(cls, value: float, low: float, high: float):
-        """A float with its interval."""
+        """Make a float that knows its interval."""
         self = super().__new__(cls, value)
         self.low, self.high = float(low), float(high)
         return self
 
     def __getnewargs__(self) -> tuple[float, float, float]:
-        """What a copy is made of."""
+        """The arguments with which ``copy`` and ``pickle`` make it again."""
         return float(self), self.low, self.high
 
     def __str__(self) -> str:
@@ -53,7 +87,7 @@ class RelativeError(float):
 
 
 def percent(fraction: float) -> str:
-    """Three digits, or what is left of them: "1.23 %", "45.6 %", "0.00012 %"."""
+    """The fraction in percent, with at most three significant digits: "1.23 %", "45.6 %", "0.00012 %"."""
     return f"{100 * fraction:.3g} %"
 
 
@@ -61,32 +95,43 @@ def relative_error(variance: np.ndarray, groups: np.ndarray, image: np.ndarray) 
     """Relative RMSE √M / mean of the picture, with its 95 % interval.
 
     Args:
-        variance: (h, w, 3) of the mean of every pixel; NaN where it is not known.
-        groups: (h, w) how many independent groups of samples say so.
+        variance: (h, w, 3) the estimated variance v̂ of the mean of every pixel.
+        groups: (h, w) the number k of independent groups of samples that v̂ was estimated from. Where it is below 2,
+            v̂ is not known, and the pixel is left out.
         image: (h, w, 3) the picture.
     """
     known = groups > 1
     mean = float(image[known].mean(dtype=np.float64)) if known.any() else 0.0
     if not mean > 0:
         return RelativeError(math.nan, math.nan, math.nan)
-    per_pixel = np.where(known, np.maximum(variance, 0).sum(axis=2, dtype=np.float64), 0)  # channels err together
-    total = per_pixel.sum()
+    # The channels of a pixel err together: a light that a sample misses is missing in all of them. That is why their
+    # variances are added first, and only the sum is squared.
+    v = np.where(known, np.maximum(variance, 0).sum(axis=2, dtype=np.float64), 0)
+    total = v.sum()
     if total == 0:
         return RelativeError(0.0, 0.0, 0.0)
-    value = math.sqrt(total / (3 * known.sum())) / mean
-    k = np.maximum(groups, 2).astype(np.float64)
-    own = (2 * per_pixel**2 * k / (k + 1)).sum()
-    neighbours = (2 * per_pixel * mean_of_neighbours(per_pixel, known) * k / (k - 1)).sum()
-    spread = math.sqrt(max(own, neighbours)) / total
-    pixels_that_decide = total**2 / (per_pixel**2).sum()
-    factor = math.exp(QUANTILE * (1 + pixels_that_decide**-0.5) * spread / 2)  # half, for the root of M
+    value = math.sqrt(total / (CHANNELS * known.sum())) / mean
+
+    k = np.maximum(groups, 2).astype(np.float64)  # where it is less, v is 0
+    own = (2 * v**2 * k / (k + 1)).sum()
+    neighbours = (2 * v * mean_of_neighbours(v, known) * k / (k - 1)).sum()
+    relative_deviation = math.sqrt(max(own, neighbours)) / total  # √V / M
+    pixels_that_decide = total**2 / (v**2).sum()  # so many pixels of equal variance would be as uncertain
+    widening = 1 + pixels_that_decide**-0.5  # V is an estimate as well: from n pixels, uncertain by about 1/√n
+    factor = math.exp(QUANTILE * widening * relative_deviation / 2)  # half, because the error is the root of M
     return RelativeError(value, value / factor, value * factor)
 
 
 def mean_of_neighbours(values: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """(h, w): the mean of the up to eight known pixels about each; 0 where there is none. Unknown values are 0."""
+    """(h, w): for every pixel the mean of its up to eight neighbours that are known; 0 where no neighbour is.
+
+    Args:
+        values: (h, w), 0 where they are not known.
+        known: (h, w) bool.
+    """
     height, width = values.shape
-    sums, counts = np.pad(values, 1), np.pad(known.astype(np.float64), 1)
-    around = [(i, j) for i in range(3) for j in range(3) if (i, j) != (1, 1)]
+    sums, counts = np.pad(values, 1), np.pad(known.astype(np.float64), 1)  # a frame of pixels that are not known
+    around = [(i, j) for i in range(3) for j in range(3) if (i, j) != (1, 1)]  # (1, 1) is the pixel itself
     total = sum(sums[i : i + height, j : j + width] for i, j in around)
-    return total / np.maximum(sum(counts[i : i + height, j : j + width] for i, j in around), 1)
+    number = sum(counts[i : i + height, j : j + width] for i, j in around)
+    return total / np.maximum(number, 1)

@@ -1,31 +1,48 @@
-"""The picture: the mean of the samples of every pixel, and what is needed to know its error."""
+"""The film: it adds up the samples of every pixel, shows their mean, and keeps what is needed to estimate its error."""
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.picture.error_estimate import RelativeError, relative_error
-from taichi_tracer.system import runtime
+from taichi_tracer.picture.error_estimate import (
+    RelativeError,
+    relative_error,
+    variance_from_deviation,
+    variance_from_halves,
+)
+from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 
-MAX_LOCATED = 16  # non-finite samples whose place is kept; all are counted
+MAX_LOCATED = 16  # every non-finite sample is counted; so many places are enough to look for the cause
 
 
 @ti.data_oriented
 class Film:
-    """Sums over samples [x, y] with y up, inside kernels; an image with the top row first, outside.
+    """The samples of a picture, added up for every pixel.
 
-    Every pixel has a compensated sum (two numbers, together exact to twice the precision), and how many samples there
-    were. The canvas shows the mean. Of independent samples there is also the sum of squared deviations from the mean;
-    of replicas, those of odd index have a sum of their own, and the difference says what the deviations would.
+    Kernels name a pixel [x, y], with y up. Images that leave the film have their top row first.
+
+    The low-discrepancy sampler takes its samples from two independent replicas of one sequence: samples of even index
+    from the first, samples of odd index from the second. The film keeps the sums of these two halves apart, because
+    their difference tells the error (see ``error_estimate``). Independent samples need no second half: all of them
+    belong to half 0.
 
     Args:
-        width, height: pixels.
-        crop: (x0, x1, y0, y1) in pixels from the bottom left, x1 and y1 excluded: only these take samples; None is all.
-        replicated: whether samples of even and of odd index are two independent replicas, and not independent within
-            them; see ``error_estimate``.
-        keeps_deviation: whether there are squared deviations; None is where the error needs them.
-        averages: whether pixels take samples; a picture that is only ``put`` leaves no sums to be cleared.
+        width, height: size in pixels.
+        crop: (x0, x1, y0, y1) in pixels from the bottom left, x1 and y1 excluded. Only the pixels inside take samples.
+            None stands for all pixels.
+        replicated: whether the samples of even and of odd index are two independent replicas.
+        keeps_deviation: whether the film adds up squared deviations. None means: if the error is estimated from them.
+        averages: whether pixels take samples. Where every value is ``put``, ``reset`` has no sums to clear.
+
+    Attributes:
+        canvas: [x, y] the mean of the samples, which is the picture.
+        count: [x, y] the number of samples.
+        half_count: [x, y, half] the number of samples of each half.
+        total, rest: [x, y, half] the sum of the samples of each half is total + rest, which together are exact to twice
+            the precision.
+        deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
+        samples: how many samples were taken of every pixel; whoever calls ``add`` counts them.
     """
 
     def __init__(
@@ -37,9 +54,7 @@ class Film:
         keeps_deviation: bool | None = None,
         averages: bool = True,
     ) -> None:
-        self.width, self.height, self.replicated = width, height, replicated
-        self.averages = averages
-        self.keeps_deviation = not replicated if keeps_deviation is None else keeps_deviation
+        self.width, self.height = width, height
         self.crop = (0, width, 0, height) if crop is None else tuple(int(c) for c in crop)
         x0, x1, y0, y1 = self.crop
         if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
@@ -47,97 +62,109 @@ class Film:
                 f"film: crop {self.crop} does not lie within {width}x{height}: 0 <= x0 < x1 <= width, same for y"
             )
         self.ranges = (x0, x1), (y0, y1)
+        self.halves = 2 if replicated else 1
+        self.keeps_deviation = not replicated if keeps_deviation is None else keeps_deviation
+        self.averages = averages
         self.samples = 0
-        self._memory = runtime.Memory()
+
+        self._memory = memory.Memory()
         fields = self._memory.fields
-        shape = (width, height)
         self.canvas = ti.Vector.field(3, float)
-        fields.dense(ti.ij, shape).place(self.canvas)
-        self.count, self.total, self.rest = ti.field(ti.i32), ti.Vector.field(3, float), ti.Vector.field(3, float)
-        cell = [self.count, self.total, self.rest]
+        fields.dense(ti.ij, (width, height)).place(self.canvas)  # apart from the sums: windows read it as it is
+        pixel = fields.dense(ti.ij, (width, height))  # all sums of a pixel lie side by side, in few cache lines
+        self.count = ti.field(ti.i32)
+        pixel.place(self.count)
         if self.keeps_deviation:
             self.deviation = ti.Vector.field(3, float)
-            cell.append(self.deviation)
-        fields.dense(ti.ij, shape).place(*cell)
-        if replicated:
-            self.odd_count = ti.field(ti.i32)
-            self.odd_total, self.odd_rest = ti.Vector.field(3, float), ti.Vector.field(3, float)
-            fields.dense(ti.ij, shape).place(self.odd_count, self.odd_total, self.odd_rest)
+            pixel.place(self.deviation)
+        self.half_count = ti.field(ti.i32)
+        self.total, self.rest = ti.Vector.field(3, float), ti.Vector.field(3, float)
+        pixel.dense(ti.k, self.halves).place(self.half_count, self.total, self.rest)
         self.non_finite_count = ti.field(ti.i32)
         self.non_finite_at = ti.Vector.field(3, ti.i32)
         fields.place(self.non_finite_count)
         fields.dense(ti.i, MAX_LOCATED).place(self.non_finite_at)
         self._memory.allocate()
 
+    def check_alive(self) -> None:
+        """Raise StaleSceneError when Taichi was initialised again after the film was made."""
+        self._memory.check("film")
+
     def reset(self) -> None:
-        """Forget every sample; the canvas keeps its last picture until the next one."""
+        """Forget every sample. The canvas keeps its last picture until the next sample."""
         self.check_alive()
         self.samples = 0
         if self.averages:
             self._clear()
 
-    def check_alive(self) -> None:
-        """Raise StaleSceneError when Taichi was initialised again after the film was made."""
-        self._memory.check("film")
-
     @ti.kernel
     def _clear(self):
         for x, y in self.count:
             self.count[x, y] = 0
-            if ti.static(self.replicated):
-                self.odd_count[x, y] = 0
-            for field in ti.static(self._sums()):
-                field[x, y] = tm.vec3(0)
+            if ti.static(self.keeps_deviation):
+                self.deviation[x, y] = tm.vec3(0)
+            for half in ti.static(range(self.halves)):
+                self.half_count[x, y, half] = 0
+                self.total[x, y, half], self.rest[x, y, half] = tm.vec3(0), tm.vec3(0)
         self.non_finite_count[None] = 0
 
     @ti.func
     def put(self, x, y, value):
-        """The value of a pixel that every sample agrees on: a view without jitter."""
+        """Set a pixel to a value on which every sample would agree, as in a view without jitter."""
         self.canvas[x, y] = value
 
     @ti.func
     def add(self, x, y, value, sample):
-        """One more sample of a pixel. One that is not finite is counted and located, not added (C-20)."""
+        """Add one sample to a pixel. A sample that is not finite is counted and located instead (C-20).
+
+        Only one thread at a time may add to a pixel. That is why there is no ``+=`` here: Taichi would make it atomic,
+        which takes more time than all the rest.
+        """
         if is_finite(value):
-            n = self.count[x, y]
-            is_odd = sample & 1 == 1
-            if ti.static(self.replicated):
-                if is_odd:
-                    total, rest = add_to_pair(self.odd_total[x, y], self.odd_rest[x, y], value, tm.vec3(0))
-                    self.odd_total[x, y], self.odd_rest[x, y] = total, rest
-                    self.odd_count[x, y] += 1
-            if not (is_odd and ti.static(self.replicated)):
-                total, rest = add_to_pair(self.total[x, y], self.rest[x, y], value, tm.vec3(0))
-                self.total[x, y], self.rest[x, y] = total, rest
-            after = self.sum_of_samples(x, y) / (n + 1)
+            half = ti.cast(sample, ti.i32) & (self.halves - 1)
+            mean_before = self.canvas[x, y]
+            self.add_to_half(x, y, half, value, tm.vec3(0), 1)
+            mean = self.mean(x, y)
+            self.canvas[x, y] = mean
             if ti.static(self.keeps_deviation):
-                if n > 0:
-                    self.deviation[x, y] += (value - self.canvas[x, y]) * (value - after)  # Welford 1962
-            self.count[x, y] = n + 1
-            self.canvas[x, y] = after
+                if self.count[x, y] > 1:
+                    self.deviation[x, y] = self.deviation[x, y] + (value - mean_before) * (value - mean)  # Welford 1962
         else:
             place = ti.atomic_add(self.non_finite_count[None], 1)
             if place < MAX_LOCATED:
                 self.non_finite_at[place] = ti.Vector([x, y, ti.cast(sample, ti.i32)])
 
     @ti.func
-    def sum_of_samples(self, x, y):
-        """The sum of all samples of a pixel."""
-        total = self.total[x, y]
-        if ti.static(self.replicated):
-            total += self.odd_total[x, y]
-        return total
+    def add_to_half(self, x, y, half, total, rest, count):
+        """Add ``count`` samples, whose sum is total + rest, to one half of a pixel."""
+        self.total[x, y, half], self.rest[x, y, half] = add_to_pair(
+            self.total[x, y, half], self.rest[x, y, half], total, rest
+        )
+        self.half_count[x, y, half] = self.half_count[x, y, half] + count
+        self.count[x, y] = self.count[x, y] + count
+
+    @ti.func
+    def mean(self, x, y):
+        """The mean of all samples of a pixel; 0 if it has none."""
+        total = self.total[x, y, 0]
+        for half in ti.static(range(1, self.halves)):
+            total += self.total[x, y, half]
+        return total / ti.max(self.count[x, y], 1)
 
     def merge(self, other: "Film") -> None:
-        """Add the samples of another film of the same kind: of other sample indices, so that none counts twice."""
-        self._memory.check("film")
+        """Add the samples of another film of the same kind. No sample may be on both films: it would count twice."""
+        self.check_alive()
+        other.check_alive()
         if (self.width, self.height) != (other.width, other.height):
             raise InputError(
                 f"film: {other.width}x{other.height} samples cannot be added to a film of {self.width}x{self.height}"
             )
-        if (self.replicated, self.keeps_deviation) != (other.replicated, other.keeps_deviation):
+        if (self.halves, self.keeps_deviation) != (other.halves, other.keeps_deviation):
             raise InputError("film: samples of different samplers cannot be added")
+        located = [*self.non_finite_samples(), *other.non_finite_samples()][:MAX_LOCATED]
         self._merge(other)
+        for i, place in enumerate(located):
+            self.non_finite_at[i] = place
         self.samples += other.samples
 
     @ti.kernel
@@ -146,69 +173,63 @@ class Film:
             n, m = self.count[x, y], other.count[x, y]
             if m > 0:
                 if ti.static(self.keeps_deviation):
-                    difference = other.sum_of_samples(x, y) / m - self.sum_of_samples(x, y) / ti.max(n, 1)
+                    difference = other.mean(x, y) - self.mean(x, y)
                     share = ti.cast(n, float) * m / (n + m)
                     self.deviation[x, y] += other.deviation[x, y] + difference * difference * share  # Chan et al. 1979
-                self.total[x, y], self.rest[x, y] = add_to_pair(
-                    self.total[x, y], self.rest[x, y], other.total[x, y], other.rest[x, y]
-                )
-                if ti.static(self.replicated):
-                    self.odd_total[x, y], self.odd_rest[x, y] = add_to_pair(
-                        self.odd_total[x, y], self.odd_rest[x, y], other.odd_total[x, y], other.odd_rest[x, y]
-                    )
-                    self.odd_count[x, y] += other.odd_count[x, y]
-                self.count[x, y] = n + m
-                self.canvas[x, y] = self.sum_of_samples(x, y) / (n + m)
+                for half in ti.static(range(self.halves)):
+                    total, rest = other.total[x, y, half], other.rest[x, y, half]
+                    self.add_to_half(x, y, half, total, rest, other.half_count[x, y, half])
+                self.canvas[x, y] = self.mean(x, y)
         self.non_finite_count[None] += other.non_finite_count[None]
 
     @property
     def non_finite(self) -> int:
         """How many samples were not finite."""
-        self._memory.check("film")
+        self.check_alive()
         return int(self.non_finite_count[None])
 
     def non_finite_samples(self) -> list[tuple[int, int, int]]:
         """(x, y, sample index) of the first ``MAX_LOCATED`` samples that were not finite."""
-        places = self.non_finite_at.to_numpy()[: min(self.non_finite, MAX_LOCATED)]
-        return [tuple(int(number) for number in place) for place in places]
+        located = min(self.non_finite, MAX_LOCATED)
+        return [tuple(int(number) for number in place) for place in self.non_finite_at.to_numpy()[:located]]
 
     def image(self) -> np.ndarray:
         """(height, width, 3) float32, linear, top row first."""
-        self._memory.check("film")
+        self.check_alive()
         image = np.empty((self.height, self.width, 3), np.float32)
-        self._copy_to(image)
+        self._write_image(image)
         return image
 
+    @ti.kernel
+    def _write_image(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):
+        for row, column in ti.ndrange(self.height, self.width):
+            for k in ti.static(range(3)):
+                image[row, column, k] = self.canvas[column, self.height - 1 - row][k]
+
     def own_pixels(self, image: np.ndarray) -> np.ndarray:
-        """The part of a (height, width, ...) image, top row first, that takes samples: what a file shows of it."""
+        """The part of a (height, width, ...) image, top row first, that takes samples: files show only this part."""
         x0, x1, y0, y1 = self.crop
         return image[self.height - y1 : self.height - y0, x0:x1]
 
-    def variance_of_mean(self) -> np.ndarray:
-        """(height, width, 3) float32, top row first: the variance of every pixel's mean; NaN where it is not known.
+    def error(self) -> RelativeError:
+        """Relative RMSE of the picture, with its 95 % interval, over the pixels that have two samples or more.
 
-        Of independent samples, by their squared deviations; of two replicas, by the difference of their means.
+        It is NaN if there is no such pixel, or if the picture is black.
         """
+        return relative_error(*self.spread(), self.image())
+
+    def variance_of_mean(self) -> np.ndarray:
+        """(height, width, 3) float32, top row first: the variance of every pixel's mean; NaN where it is not known."""
         return self.spread()[0]
 
-    def sample_deviation(self) -> np.ndarray:
-        """(height, width) float64, top row first: the standard deviation of one sample of every pixel."""
-        self._memory.check("film")
-        n = self.count.to_numpy()
-        variance = self.deviation.to_numpy().sum(axis=2, dtype=np.float64) / np.maximum(n - 1, 1)
-        return np.sqrt(variance).T[::-1]
-
-    def error(self) -> RelativeError:
-        """Relative RMSE of the picture over the pixels that have two samples or more, with its 95 % interval.
-
-        NaN where there is none, and where the picture is black.
-        """
-        variance, groups = self.spread()
-        return relative_error(variance, groups, self.image())
-
     def spread(self) -> tuple[np.ndarray, np.ndarray]:
-        """Variance of the pixels' means, (height, width, 3), and how many independent groups it comes from."""
-        self._memory.check("film")
+        """What ``relative_error`` needs to know of every pixel, top row first.
+
+        Returns:
+            The variance of the mean, (height, width, 3) float32, which is NaN where it is not known; and the number of
+            independent groups of samples that it was estimated from, (height, width) int32.
+        """
+        self.check_alive()
         variance = np.empty((self.height, self.width, 3), np.float32)
         groups = np.empty((self.height, self.width), np.int32)
         self._write_spread(variance, groups)
@@ -220,78 +241,78 @@ class Film:
     ):
         for row, column in ti.ndrange(self.height, self.width):
             x, y = column, self.height - 1 - row
-            n = self.count[x, y]
-            k, v = n, tm.vec3(0)
-            if ti.static(self.replicated):
-                odd = self.odd_count[x, y]
-                k = ti.select(n > odd and odd > 0, 2, 1)
-                share = ti.cast(n - odd, float) * odd / (ti.cast(n, float) * n)  # a quarter, when both have as many
-                difference = self.total[x, y] / (n - odd) - self.odd_total[x, y] / odd
-                v = difference * difference * share
+            k, v = self.count[x, y], tm.vec3(0)
+            if ti.static(self.halves == 2):
+                n_even, n_odd = self.half_count[x, y, 0], self.half_count[x, y, 1]
+                k = ti.select(n_even > 0 and n_odd > 0, 2, 1)
+                v = variance_from_halves(self.total[x, y, 0], n_even, self.total[x, y, 1], n_odd)
             else:
-                v = self.deviation[x, y] / (ti.cast(n, float) * (n - 1))
+                v = variance_from_deviation(self.deviation[x, y], k)
             groups[row, column] = k
             for i in ti.static(range(3)):
                 variance[row, column, i] = ti.select(k > 1, ti.max(0.0, ti.cast(v[i], ti.f32)), tm.nan)
 
+    def sample_deviation(self) -> np.ndarray:
+        """(height, width) float64, top row first: the standard deviation of one sample of every pixel.
+
+        The film must keep deviations. The variances of the three channels are added.
+        """
+        self.check_alive()
+        n = self.count.to_numpy()
+        variance = self.deviation.to_numpy().sum(axis=2, dtype=np.float64) / np.maximum(n - 1, 1)
+        return np.sqrt(variance).T[::-1]
+
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Everything the film holds, for a checkpoint."""
-        self._memory.check("film")
-        values = np.empty((self.width, self.height, len(self._sums()), 3), runtime.dtype())
-        counts = np.empty((self.width, self.height, 2), np.int32)
-        self._export(values, counts)
-        return {"values": values, "counts": counts, "non_finite": self._bad_samples()}
+        """Everything that the film holds, for a checkpoint.
+
+        Returns:
+            values: [x, y, i] RGB vectors in the running precision; i runs over the total and the rest of half 0, the
+                same of half 1 if there is one, and the deviation if it is kept.
+            counts: [x, y, 0] the number of all samples, [x, y, 1] that of half 1, 0 if there is none; int32.
+            non_finite: (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of each.
+        """
+        self.check_alive()
+        pairs = np.stack([self.total.to_numpy(), self.rest.to_numpy()], axis=3)  # [x, y, half, total or rest, channel]
+        values = pairs.reshape(self.width, self.height, 2 * self.halves, 3)
+        if self.keeps_deviation:
+            values = np.concatenate([values, self.deviation.to_numpy()[:, :, None]], axis=2)
+        counts = np.zeros((self.width, self.height, 2), np.int32)
+        counts[..., 0] = self.count.to_numpy()
+        counts[..., 1 : self.halves] = self.half_count.to_numpy()[..., 1:]
+        non_finite = np.concatenate([[[self.non_finite, 0, 0]], self.non_finite_at.to_numpy()]).astype(np.int32)
+        return {"values": values, "counts": counts, "non_finite": non_finite}
 
     def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
-        """The opposite of ``to_arrays``, to the last bit; ``samples`` are there of every pixel."""
-        self._memory.check("film")
-        self._import(arrays["values"], arrays["counts"])
-        bad = arrays["non_finite"]
-        self.non_finite_count[None] = int(bad[0, 0])
-        self.non_finite_at.from_numpy(np.ascontiguousarray(bad[1:]))
+        """Take over what ``to_arrays`` gave, to the last bit; ``samples`` were taken of every pixel."""
+        self.check_alive()
+        values, counts, non_finite = arrays["values"], arrays["counts"], arrays["non_finite"]
+        pairs = values[:, :, : 2 * self.halves].reshape(self.width, self.height, self.halves, 2, 3)
+        half_counts = np.stack([counts[..., 0] - counts[..., 1], counts[..., 1]], axis=2)
+        parts = [
+            (self.total, pairs[:, :, :, 0]),
+            (self.rest, pairs[:, :, :, 1]),
+            (self.count, counts[..., 0]),
+            (self.half_count, half_counts[..., : self.halves]),
+            (self.non_finite_at, non_finite[1:]),
+        ]
+        if self.keeps_deviation:
+            parts.append((self.deviation, values[:, :, -1]))
+        for field, array in parts:
+            field.from_numpy(np.ascontiguousarray(array))
+        self.non_finite_count[None] = int(non_finite[0, 0])
         self.samples = samples
-
-    def _bad_samples(self) -> np.ndarray:
-        """(1 + MAX_LOCATED, 3) int32: how many were not finite, and where the first ones were."""
-        return np.concatenate([[[self.non_finite, 0, 0]], self.non_finite_at.to_numpy()]).astype(np.int32)
+        self._show_mean()
 
     @ti.kernel
-    def _export(self, values: ti.types.ndarray(ndim=4), counts: ti.types.ndarray(dtype=ti.i32, ndim=3)):
+    def _show_mean(self):
         for x, y in self.count:
-            counts[x, y, 0], counts[x, y, 1] = self.count[x, y], 0
-            if ti.static(self.replicated):
-                counts[x, y, 1] = self.odd_count[x, y]
-            for k in ti.static(range(3)):
-                for i, field in ti.static(enumerate(self._sums())):
-                    values[x, y, i, k] = field[x, y][k]
-
-    @ti.kernel
-    def _import(self, values: ti.types.ndarray(ndim=4), counts: ti.types.ndarray(dtype=ti.i32, ndim=3)):
-        for x, y in self.count:
-            self.count[x, y] = counts[x, y, 0]
-            if ti.static(self.replicated):
-                self.odd_count[x, y] = counts[x, y, 1]
-            for k in ti.static(range(3)):
-                for i, field in ti.static(enumerate(self._sums())):
-                    field[x, y][k] = values[x, y, i, k]
             if self.count[x, y] > 0:
-                self.canvas[x, y] = self.sum_of_samples(x, y) / self.count[x, y]
-
-    def _sums(self) -> tuple:
-        """The fields that a checkpoint keeps, in its order."""
-        odd = (self.odd_total, self.odd_rest) if self.replicated else ()
-        return (self.total, self.rest, *odd, *([self.deviation] if self.keeps_deviation else []))
-
-    @ti.kernel
-    def _copy_to(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):
-        for row, column in ti.ndrange(self.height, self.width):
-            for k in ti.static(range(3)):
-                image[row, column, k] = self.canvas[column, self.height - 1 - row][k]
+                self.canvas[x, y] = self.mean(x, y)
 
 
 @ti.func
 def add_to_pair(total, rest, value, value_rest):
-    """(total + rest) + (value + value_rest) as the nearest number and what it lacks (Dekker 1971)."""
+    """The sum (total + rest) + (value + value_rest), as the nearest number and what that number lacks (Dekker 1971)."""
     rounded = total + value
     part = rounded - total
     lost = (total - (rounded - part)) + (value - part)  # exactly (Knuth, TAOCP vol. 2, section 4.2.2, theorem B)
@@ -302,5 +323,5 @@ def add_to_pair(total, rest, value, value_rest):
 
 @ti.func
 def is_finite(value):
-    """Whether all three components are numbers."""
+    """Whether all three components are finite."""
     return abs(value).sum() < tm.inf

@@ -5,6 +5,9 @@ import statistics
 from dataclasses import dataclass, field
 from time import perf_counter
 
+import taichi as ti
+
+from taichi_tracer.picture.adaptive import adapt
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.system.errors import InputError
 
@@ -162,3 +165,33 @@ def slope(points: list[tuple[float, float]]) -> float:
     x, y = [math.log(p[0]) for p in points], [math.log(p[1]) for p in points]
     centre = statistics.fmean(x)
     return sum((a - centre) * b for a, b in zip(x, y, strict=True)) / sum((a - centre) ** 2 for a in x)
+
+
+def render_until(renderer, target: Target, watch=None) -> None:
+    """Add samples to a renderer's film until the first of the targets is reached.
+
+    Args:
+        renderer: a ``renderer.ProgressiveRenderer``; its ``progress`` tells how far it is.
+        watch: called with the progress after every sample of every pixel.
+    """
+    renderer.progress = progress = Progress(target)
+    if not renderer.is_current():
+        renderer.begin()
+        if renderer.adaptive:
+            progress.pilot = adapt(renderer)
+            renderer.progress = progress
+    looks = target.error is not None or watch is not None
+    while not progress.is_done:
+        start, forms = perf_counter(), renderer.eye_rays.forms
+        renderer.add_sample(renderer.first_sample + renderer.film.samples)
+        if target.time is not None or looks:
+            ti.sync()
+        renderer.film.samples += 1
+        compiles = progress.samples == 0 or renderer.eye_rays.forms != forms
+        progress.took(perf_counter() - start, renderer.shares.mean, compiles)
+        if looks and renderer.is_random:
+            progress.look(renderer.error)
+        if not renderer.is_random and (target.error is not None or target.time is not None):
+            break
+        if watch is not None:
+            watch(progress)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.camera import CAMERAS, DEFAULT_WINDOW, check_view
+from taichi_tracer.camera import DEFAULT_WINDOW, check_view
 from taichi_tracer.files.text import read_bytes
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.geometry import Mesh
@@ -20,12 +20,12 @@ from taichi_tracer.rt3.elements import Elements
 from taichi_tracer.rt3.values import Element, nearest
 from taichi_tracer.rt3.world import World
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.registry import PARTS
 
 MOST_PIXELS = 8192**2
 MOST_NOTES = 200
 STRETCH_TOLD = 1e-3  # relative; below it no eye sees a circle become an ellipse
 IMAGE_TYPES = {"png": ".png", "ppm": ".ppm", "ppm3": ".ppm", "ppm6": ".ppm", "exr": ".exr"}
-PROJECTIONS = {name: name for name in CAMERAS}
 INTEGRATORS = {"flat": "flat", "normal_map": "normal_map", "normal": "normal_map", "depth_map": "depth_map"}
 INTEGRATORS |= {"depth": "depth_map", "direct": "direct", "direct_illumination": "direct"}
 BACKGROUNDS = {"colors": "colors", "color": "colors", "single_color": "colors", "4_colors": "colors"}
@@ -199,7 +199,7 @@ class _Reader:
 
     def take_camera(self, element: Element) -> None:
         """The projection and its window (RT-3 … RT-5)."""
-        view: dict = {"projection": element.choice("type", of=PROJECTIONS)}
+        view: dict = {"projection": element.choice("type", of={name: name for name in PARTS.names("camera")})}
         window = element.numbers("screen_window", count=4)
         if window is not None:
             if not (window[0] < window[1] and window[2] < window[3]):

@@ -177,18 +177,18 @@ class World:
         self._count(element, 1)
         self.parts.append(
             Mesh(
-                vertices=centre[None],
-                faces=np.zeros((1, 3), np.int32),
-                face_materials=np.array([self._id_of(Material() if material is None else material)], np.int32),
+                vertices=np.zeros((0, 3)),
+                faces=np.zeros((0, 3), np.int32),
                 spheres=np.array([[*centre, radius * scale]]),
                 sphere_ids=np.zeros(1, np.int32),
+                sphere_materials=np.array([self._id_of(Material() if material is None else material)], np.int32),
             )
         )
 
     def mesh(self) -> Mesh:
         """All objects as one mesh."""
         parts = self.parts
-        faces = np.cumsum([0, *(len(p.faces) for p in parts)])
+        primitives = np.cumsum([0, *(p.num_primitives for p in parts)])
         vertices = np.cumsum([0, *(len(p.vertices) for p in parts)])
         normals = np.cumsum([0, *(len(p.normals) for p in parts)])
         has_normals = any(len(p.face_normals) > 0 for p in parts)
@@ -200,7 +200,7 @@ class World:
             for p, n in zip(parts, normals, strict=False)
         ]
         culls = [np.zeros(len(p.faces), bool) if p.face_culls is None else p.face_culls for p in parts]
-        sphere_ids = [p.sphere_ids + f for p, f in zip(parts, faces, strict=False)]
+        sphere_ids = [p.sphere_ids + k for p, k in zip(parts, primitives, strict=False)]
         return Mesh(
             vertices=_joined([p.vertices for p in parts], (0, 3), np.float64),
             faces=_joined(rows, (0, 3), np.int64),
@@ -211,6 +211,7 @@ class World:
             source=str(self.path),
             spheres=_joined([p.spheres for p in parts], (0, 4), np.float64),
             sphere_ids=_joined(sphere_ids, (0,), np.int32),
+            sphere_materials=_joined([p.sphere_materials for p in parts], (0,), np.int32),
             face_culls=_joined(culls, (0,), bool) if any(c.any() for c in culls) else None,
         )
 

@@ -114,22 +114,26 @@ def _world(mesh: Mesh) -> Iterator[str]:
     names = _names(mesh.materials)
     for material, name in zip(mesh.materials, names, strict=True):
         yield _material(material, name)
-    count = len(mesh.faces)
-    if count == 0:
+    if mesh.num_primitives == 0:
         return
-    sphere_of = np.full(count, -1)
-    sphere_of[mesh.sphere_ids] = np.arange(len(mesh.sphere_ids))
+    count = len(mesh.faces)
     culls = np.zeros(count, bool) if mesh.face_culls is None else mesh.face_culls
     has_normals = (mesh.face_normals >= 0).any(axis=1) if len(mesh.face_normals) else np.zeros(count, bool)
-    kind = np.stack([sphere_of, mesh.face_materials, culls, has_normals], axis=1)
+    primitives = mesh.primitives()
+    of_triangles = np.stack([np.zeros(count), mesh.face_materials, culls, has_normals], axis=1)
+    of_spheres = -1 - np.arange(len(mesh.spheres))[:, None] * np.ones((1, 4))  # each is a run of its own
+    kind = np.concatenate([of_triangles, of_spheres])[np.where(primitives >= 0, primitives, count - 1 - primitives)]
     starts = np.flatnonzero(np.append(True, (kind[1:] != kind[:-1]).any(axis=1)))
-    for begin, end in zip(starts, [*starts[1:], count], strict=True):
-        material = names[mesh.face_materials[begin]]
-        if sphere_of[begin] >= 0:
-            sphere = mesh.spheres[sphere_of[begin]]
-            yield tag("object", type="sphere", material=material, center=sphere[:3], radius=sphere[3])
+    for begin, end in zip(starts, [*starts[1:], len(kind)], strict=True):
+        first = primitives[begin]
+        if first < 0:
+            sphere, material = mesh.spheres[-1 - first], names[mesh.sphere_materials[-1 - first]]
+            if np.isfinite(sphere).all():
+                yield tag("object", type="sphere", material=material, center=sphere[:3], radius=sphere[3])
         else:
-            yield _triangles(mesh, slice(begin, end), material, bool(culls[begin]), bool(has_normals[begin]))
+            part = slice(first, first + end - begin)
+            material = names[mesh.face_materials[first]]
+            yield _triangles(mesh, part, material, bool(culls[first]), bool(has_normals[first]))
 
 
 def _triangles(mesh: Mesh, part: slice, material: str, culls: bool, has_normals: bool) -> str:
@@ -160,6 +164,6 @@ def _names(materials: list[Material]) -> list[str]:
 def _material(material: Material, name: str) -> str:
     """The values of MTL files by their names, which are read as they are; those that are unset are left out."""
     unset = Material()
-    values = {f.name: getattr(material, f.name) for f in fields(Material) if f.name != "name"}
+    values = {f.name: getattr(material, f.name) for f in fields(Material) if f.name not in ("name", "extra")}
     kept = {key: value for key, value in values.items() if key == "Kd" or value != getattr(unset, key)}
     return tag("make_named_material", type="matte", name=name, **kept)

@@ -253,7 +253,7 @@ def make(scene, variant: Variant, size: tuple[int, int]) -> A2Renderer:
     """A renderer of a variant; it never compiles another form of the eye rays in the middle of a measurement."""
     width, height = size
     renderer = A2Renderer(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
-    renderer.hits.use_packets = renderer.hits.can_use_packets and width * height >= LARGE_PICTURE
+    renderer.eye_rays.use_packets = renderer.eye_rays.can_use_packets and width * height >= LARGE_PICTURE
     return renderer.use(variant.estimator)
 
 

@@ -11,9 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import taichi as ti
 
-from taichi_tracer import brdf
 from taichi_tracer.effects import Effects
-from taichi_tracer.integrators.direct_light import Lighting
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data import SceneData
 
@@ -38,12 +36,12 @@ class Variant:
     is_equal: bool
 
 
-def with_one_more(effects: Effects) -> dict[str, Effects]:
+def with_one_more(scene: SceneData) -> dict[str, Effects]:
     """Name → the scene's effects and one that it does not call for."""
-    variants = {}
-    for i, kind in enumerate(brdf.ALL):
-        if i not in effects.brdfs:
-            variants[f"+ {kind.name}"] = replace(effects, brdfs=tuple(sorted({*effects.brdfs, i})))
+    effects, variants = scene.effects, {}
+    for i, brdf in enumerate(scene.material_library.brdfs):
+        if i not in effects.brdfs and set(brdf.parameters) <= set(scene.material_library.members):
+            variants[f"+ {brdf.name}"] = replace(effects, brdfs=tuple(sorted({*effects.brdfs, i})))
     if effects.environment in ("black", "constant"):
         variants["+ environment look-up"] = replace(effects, environment="image")
     if not effects.emitters:
@@ -51,25 +49,50 @@ def with_one_more(effects: Effects) -> dict[str, Effects]:
     return variants
 
 
-def measure(scene: SceneData, complete: SceneData, estimator: str = "brdf", width: int = 512, height: int = 512):
-    """A ``Variant`` for the scene as it is, for each effect more, and for all of them.
+class WithEffects(A2Renderer):
+    """An ``A2Renderer`` whose kernels are compiled for other effects than the scene calls for."""
+
+    effects: Effects | None = None
+
+    def kernel_scene(self):
+        """What the kernels know of the scene."""
+        if self.effects is None:
+            return super().kernel_scene()
+        if self._with_effects is None:
+            self._with_effects = self.scene_data.in_kernels(self.effects)
+        return self._with_effects
+
+    _with_effects = None
+
+
+def measure(
+    scene: SceneData,
+    complete: SceneData,
+    plain: SceneData | None = None,
+    estimator: str = "brdf",
+    width: int = 512,
+    height: int = 512,
+):
+    """A ``Variant`` for the scene as it is, for each effect more, for all of them, and for the forms that are read.
 
     Args:
         scene: compiled for what it calls for.
-        complete: the same scene, made with ``effects_mode="all"``.
+        complete: the same scene, made with ``effects="all"``.
+        plain: the same scene, made with ``fast=False``; None leaves it out.
     """
     renderers = {"as the scene needs": A2Renderer(scene, width, height)}
-    for name, more in with_one_more(scene.effects).items():
-        renderers[name] = A2Renderer(scene, width, height)
-        renderers[name].lighting = Lighting(scene, renderers[name].sampler)
-        renderers[name].lighting.effects = more
-        renderers[name].lit = scene.version
+    for name, more in with_one_more(scene).items():
+        renderers[name] = WithEffects(scene, width, height)
+        renderers[name].effects = more
     renderers["everything"] = A2Renderer(complete, width, height)
+    if plain is not None:
+        renderers["the plain forms"] = A2Renderer(plain, width, height)
     for renderer in renderers.values():  # the eye rays are traced by the same code in all
         if renderer.scene_data is scene:
-            renderer.hits = renderers["as the scene needs"].hits
-        renderer.hits.trace()
-        renderer.hits.trace()
+            renderer.eye_rays = renderers["as the scene needs"].eye_rays
+        if hasattr(renderer.eye_rays, "trace"):
+            renderer.eye_rays.trace()
+            renderer.eye_rays.trace()
 
     first, pictures, seconds = {}, {}, {name: [] for name in renderers}
     for name, renderer in renderers.items():

@@ -4,13 +4,12 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from taichi_tracer.environment import LOOKUPS, Environment, load_environment
-from taichi_tracer.integrators.direct_light import ALL as ESTIMATORS
-from taichi_tracer.ray_intersector import TRIANGLE_TESTS
-from taichi_tracer.renderer import SAMPLERS
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.registry import PARTS
 
 
 @dataclass(frozen=True)
@@ -47,13 +46,14 @@ class Variant:
         return words.get(knob, str(value)) if value is not False else f"no {words[knob]}"
 
 
-KNOBS = {
-    "estimator": tuple(e.name for e in ESTIMATORS),
-    "sampler": tuple(SAMPLERS),
-    "triangle_test": tuple(TRIANGLE_TESTS),
-    "precision": ("f32", "f64"),
-    "lookup": LOOKUPS,
-}
+def known(knob: str) -> tuple[str, ...]:
+    """The names that a knob can be set to, those of registered parts among them."""
+    registered = {"sampler": "sampler", "triangle_test": "triangle test", "intersector": "intersector"}
+    if knob == "estimator":
+        return tuple(A2Renderer.names())
+    if knob in registered:
+        return tuple(PARTS.names(registered[knob]))
+    return {"precision": ("f32", "f64"), "lookup": LOOKUPS}[knob]
 
 
 def plan(
@@ -79,8 +79,8 @@ def plan(
     given |= {"lookup": lookups}
     for knob, names in given.items():
         for name in names:
-            if name not in KNOBS[knob]:
-                raise one_of(knob.replace("_", " "), name, KNOBS[knob])
+            if name not in known(knob):
+                raise one_of(knob.replace("_", " "), name, known(knob))
     given |= {"fast_math": fast_math, "adaptive": adaptive, "scale": scales}
     first = {knob: values[0] for knob, values in given.items()}
     variants = [Variant(**first | {"estimator": e, "sampler": s}) for e in estimators for s in samplers]

@@ -11,14 +11,13 @@ import io
 import os
 import struct
 import sys
-import weakref
 from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system.errors import InputError, StaleSceneError, one_of
+from taichi_tracer.system.errors import InputError, one_of
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
@@ -150,76 +149,6 @@ def has_f64() -> bool:
 def can_widen() -> bool:
     """Whether kernels run in f32 and may compute a detail in f64."""
     return has_f64() and dtype() is np.float32
-
-
-class Lifetime:
-    """Remembers which start of Taichi an object's fields belong to; touching fields of an earlier one would crash."""
-
-    def __init__(self) -> None:
-        ensure()
-        self._program = weakref.ref(impl.get_runtime().prog)
-
-    def is_over(self) -> bool:
-        """Whether Taichi was started again, or reset, since."""
-        program = self._program()
-        return program is None or program is not impl.get_runtime().prog
-
-    def check(self, what: str) -> None:
-        """Raise instead of crashing when the fields of ``what`` are gone."""
-        if self.is_over():
-            raise StaleSceneError(
-                f"this {what} was made before Taichi was initialised again, which freed its memory: make it anew"
-            )
-
-
-class Memory:
-    """Fields of one owner, freed when the owner is: Taichi frees none by itself, and has room for 512 such groups.
-
-    Make it first, then the fields, place them in ``fields``, and ``allocate``; no kernel can run in between.
-    """
-
-    def __init__(self) -> None:
-        _free_orphans()
-        self._lifetime = Lifetime()
-        self.fields = ti.FieldsBuilder()
-        self._tree = None
-
-    def allocate(self) -> None:
-        """Make the fields usable; none can be placed afterwards."""
-        self._tree = self.fields.finalize()
-
-    def check(self, what: str) -> None:
-        """Raise StaleSceneError when Taichi was started again since, or the memory was freed."""
-        self._lifetime.check(what)
-        if self._tree is None:
-            raise StaleSceneError(f"this {what} was destroyed: make it anew")
-
-    def free(self) -> None:
-        """Give the memory back now; the fields cannot be used afterwards."""
-        tree, self._tree = self._tree, None
-        if tree is not None:
-            _destroy(tree, self._lifetime)
-
-    def __del__(self) -> None:
-        # Not freed here: the collector may run while Taichi compiles a kernel.
-        if getattr(self, "_tree", None) is not None and _orphans is not None:  # None when the interpreter ends
-            _orphans.append((self._lifetime, self._tree))
-
-
-_orphans: list[tuple[Lifetime, object]] = []
-
-
-def _free_orphans() -> None:
-    """Free the memory whose owners are gone."""
-    while _orphans:
-        lifetime, tree = _orphans.pop()
-        _destroy(tree, lifetime)
-
-
-def _destroy(tree: object, lifetime: Lifetime) -> None:
-    if not lifetime.is_over():
-        impl.get_runtime().materialize()  # or Taichi would still check fields that no kernel has used
-        tree.destroy()
 
 
 def _choose(arch: str, precision: str) -> tuple[str, str | None]:

@@ -145,6 +145,7 @@ def read_until(text, terminal, seconds=60):
 # ── render ──
 
 
+@pytest.mark.long
 def test_every_view_is_the_renderers_own_picture(tmp_path, capsys):
     assert quickly(["render", "cornell_box", "--view", "all", "--size", "40x30", "-o", f"{tmp_path}/all/"]) == 0
     renderer = A1Renderer(quick_scene("cornell_box"), width=40, height=30)
@@ -367,6 +368,7 @@ def test_info_prints_what_intersector_and_effects_say_of_themselves(monkeypatch,
 # ── light ──
 
 
+@pytest.mark.long
 def test_estimators_are_lit_by_the_studio_unless_told_otherwise(tmp_path, capsys):
     words = ["--estimator", "brdf", "--size", "24x16", "--spp", "2"]
     assert quickly(["render", "cube", *words, "-o", str(tmp_path / "a.npy")]) == 0
@@ -381,6 +383,7 @@ def test_estimators_are_lit_by_the_studio_unless_told_otherwise(tmp_path, capsys
     assert "note" not in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_seeds_and_samplers_change_the_noise(tmp_path):
     words = ["render", "cube", "--estimator", "uniform", "--size", "16x16", "-o"]
     more = {"a": [], "b": ["--seed", "1"], "c": ["--sampler", "independent"], "d": ["--seed", "0"]}
@@ -399,6 +402,7 @@ def test_darkness_is_told_and_still_a_picture(tmp_path, capsys):
     assert (tmp_path / "x.png").exists()
 
 
+@pytest.mark.long
 def test_effects_prints_what_each_would_cost(capsys, monkeypatch):
     monkeypatch.setattr(effects_study, "with_one_more", lambda effects: {})  # the study itself is tested elsewhere
     assert main(["effects", *QUICK, "cube", "--environment", "white", "--size", "24x24"]) == 0
@@ -436,6 +440,7 @@ def told_by(words, capsys, code=0):
     return capsys.readouterr()
 
 
+@pytest.mark.long
 def test_a_killed_render_goes_on_where_it_was_to_the_last_bit(tmp_path, instant, capsys):
     picture = ["render", "cube", "--estimator", "brdf", "--size", "16x12", "--spp", 9]
     told_by([*picture, "-o", tmp_path / "whole.pfm"], capsys)

@@ -79,6 +79,7 @@ def test_the_heuristic_separates_two_clusters(rng):
     assert {tree.end[left] - tree.begin[left], tree.end[left + 1] - tree.begin[left + 1]} == {100, 900}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", BOXES)
 def test_with_fast_math_the_tree_is_one(name, rng):
     """The compiler then knows no infinity, and so not that a plane beside all items costs too much."""

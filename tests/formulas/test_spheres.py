@@ -68,6 +68,7 @@ def test_hits_are_those_of_the_closed_form(precision, rng):
     assert hits.is_backfacing[hit].mean() > 0.05
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [name for name in INTERSECTORS if name != "brute_force"])
 @pytest.mark.parametrize("centre", [(0, 0, 0), (14837.5, 123.4, -22342.3)])
 def test_spheres_among_triangles_equal_brute_force(f32, name, centre, rng):
@@ -105,6 +106,7 @@ def test_packets_equal_single_rays_bit_for_bit(f32, rng):
     assert len(np.unique(a)) > 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("eye", [(0, 0, 4), (0.2, 0.1, 0.3)])
 def test_a_sphere_is_its_own_fine_triangulation(f32, eye, rng):
     """From outside and inside: the same silhouette but for the facets' error, and normals as close as they are."""

@@ -72,9 +72,12 @@ def check(renderer, mean, variance=None):
 
 
 DIFFUSE_VARIANCE = {"uniform": 5 / 3, "hemisphere": 1 / 3, "brdf": 0.0}
+LONG = ("hemisphere", "environment", "mis_balance")  # these repeat what the other estimators test
 
 
-@pytest.mark.parametrize("estimator", A2Renderer.names())
+@pytest.mark.parametrize(
+    "estimator", [pytest.param(n, marks=pytest.mark.long) if n in LONG else n for n in A2Renderer.names()]
+)
 def test_diffuse_wall_under_constant_light(wall, estimator):
     """Mean ρL; variance of a sample (5/3)(ρL)² uniform, (1/3)(ρL)² hemisphere, 0 by BRDF."""
     expected = KD * 1.5
@@ -125,6 +128,7 @@ def test_furnace(ns):
 PAIRS = [("specular_spheres", "studio"), ("cornell_box", "studio")]
 if os.environ.get("TAICHI_TRACER_LONG") == "1":
     PAIRS = [(s, e) for s in tt.scene_names() if "/" not in s for e in ("studio", "white")]
+PAIRS = [pytest.param(*pair, marks=pytest.mark.long) if pair[0] == "cornell_box" else pair for pair in PAIRS]
 
 
 @pytest.mark.parametrize(("scene", "environment"), PAIRS)
@@ -148,6 +152,7 @@ def quarters(image):
     return image.astype(np.float64).reshape(2, 16, 2, 16, 3).mean(axis=(1, 3))
 
 
+@pytest.mark.long
 def test_the_suns_samplers_agree():
     """Under a sun of 2·10⁵, those that find it: the others see it once in 10⁵ samples, and know no variance of it."""
     loaded = tt.load_scene_data("specular_spheres", environment="sunny")
@@ -156,6 +161,7 @@ def test_the_suns_samplers_agree():
     assert (np.abs(a.image().mean(axis=(0, 1)) - b.image().mean(axis=(0, 1))) / spread).max() < LARGEST_Z
 
 
+@pytest.mark.long
 def test_low_discrepancy_halves_the_error():
     """At 64 samples per pixel on a smooth scene, against 4,096 of another seed."""
     scene = tt.load_scene_data("sphere", environment="studio")
@@ -167,6 +173,7 @@ def test_low_discrepancy_halves_the_error():
     assert error["independent"] > 2 * error["sobol"]
 
 
+@pytest.mark.long
 def test_secondary_rays_do_not_meet_their_own_surface(rng):
     """Leaving a convex mesh outwards, from sizes of 10⁻⁶ to 10⁶ and far from the origin: nothing is ever in the way."""
     for size, offset in ((1e-6, 0.0), (1e6, 0.0), (1.0, 1e3), (100.0, 1e5)):

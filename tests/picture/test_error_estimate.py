@@ -5,11 +5,14 @@ import math
 
 import numpy as np
 import pytest
+import taichi as ti
+import taichi.math as tm
 from oracles import errors
 from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.picture.error_estimate import RelativeError, mean_of_neighbours, percent, relative_error
+from taichi_tracer.picture.film import Film
 
 SHAPE = (24, 24)
 
@@ -51,6 +54,25 @@ def test_value_is_the_root_of_the_mean_variance_over_the_mean(rng):
     np.testing.assert_allclose([float(told), told.low, told.high], [expected, low, high], rtol=1e-12)
 
 
+@ti.kernel
+def _add(film: ti.template(), values: ti.types.ndarray(dtype=ti.f32, ndim=3)):
+    for x, y in ti.ndrange(*film.ranges):
+        for i in range(values.shape[2]):
+            film.add(x, y, tm.vec3(values[x, y, i]), ti.cast(i, ti.u32))
+
+
+@pytest.mark.parametrize("replicated", [False, True])
+def test_the_variance_of_a_mean_is_unbiased(f32, rng, replicated):
+    """Of 5 samples, so that one half has more than the other. The mean over 40,000 pixels is within 4 of its σ."""
+    size, n = 200, 5
+    film = Film(size, size, replicated=replicated)
+    _add(film, rng.normal(size=(size, size, n)).astype(np.float32))
+    groups = 2 if replicated else n
+    sigma = math.sqrt(2 / (groups - 1)) / n / size
+    assert film.variance_of_mean().mean(dtype=np.float64) == pytest.approx(1 / n, abs=4 * sigma)
+    np.testing.assert_array_equal(film.spread()[1], groups)
+
+
 def test_pixels_without_an_estimate_are_left_out_and_none_is_nan():
     variance, image = np.full((2, 2, 3), np.nan), np.ones((2, 2, 3))
     assert math.isnan(relative_error(variance, np.ones((2, 2), int), image))
@@ -80,7 +102,7 @@ def test_it_is_a_number_that_shows_its_interval():
     assert percent(0.5) == "50 %"
 
 
-@pytest.mark.parametrize("sampler", ["sobol", "independent"])
+@pytest.mark.parametrize("sampler", ["sobol", pytest.param("independent", marks=pytest.mark.long)])
 def test_renders_know_their_error(sampler):
     """60 short renders of a shipped scene: at least 85 % are covered, since 95 % minus 3 standard errors is 86.6 %."""
     start("f32")

@@ -88,6 +88,55 @@ def test_a_film_goes_to_arrays_and_back_to_the_last_bit(precision, rng):
     assert film.non_finite_samples() == other.non_finite_samples()
 
 
+@pytest.mark.parametrize("keeps_deviation", [False, True])
+def test_old_checkpoints_stay_readable_to_the_last_bit(precision, rng, keeps_deviation):
+    """The layout of checkpoint files, version 1: total, rest, odd total, odd rest, deviation; all samples, odd ones."""
+    shape, dtype = (3, 2), runtime.dtype()
+    n_even, n_odd = rng.integers(1, 9, shape, np.int32), rng.integers(1, 9, shape, np.int32)
+    n_even[1, 1] = n_odd[1, 1] = 0
+    even, odd = rng.lognormal(size=(2, *shape, 3)).astype(dtype)
+    rests = rng.normal(0, 1e-9, (2, *shape, 3)).astype(dtype)
+    deviation = [rng.lognormal(size=(*shape, 3)).astype(dtype)] if keeps_deviation else []
+    non_finite = np.zeros((17, 3), np.int32)
+    non_finite[:3] = [[2, 0, 0], [2, 1, 4], [0, 1, 7]]
+    arrays = {
+        "values": np.stack([even, rests[0], odd, rests[1], *deviation], axis=2),
+        "counts": np.stack([n_even + n_odd, n_odd], axis=2),
+        "non_finite": non_finite,
+    }
+    film = Film(*shape, replicated=True, keeps_deviation=keeps_deviation)
+    film.from_arrays(arrays, 9)
+    assert film.samples == 9
+    assert film.non_finite_samples() == [(2, 1, 4), (0, 1, 7)]
+    np.testing.assert_array_equal(film.count.to_numpy(), n_even + n_odd)
+    mean = (even + odd) / np.maximum(n_even + n_odd, 1).astype(dtype)[..., None]
+    mean[1, 1] = 0  # no samples: nothing was shown there
+    np.testing.assert_array_equal(film.image(), mean.transpose(1, 0, 2)[::-1].astype(np.float32))
+    written = film.to_arrays()
+    assert list(written) == ["values", "counts", "non_finite"]
+    for name, array in arrays.items():
+        assert (written[name].dtype, written[name].shape) == (array.dtype, array.shape)
+        assert written[name].tobytes() == array.tobytes()
+
+
+def test_old_checkpoints_of_independent_samples_stay_readable_to_the_last_bit(precision, rng):
+    """The same without halves: total, rest, deviation; all samples, and 0 in place of the odd ones."""
+    shape, dtype = (3, 2), runtime.dtype()
+    counts = np.zeros((*shape, 2), np.int32)
+    counts[..., 0] = rng.integers(2, 9, shape)
+    values = rng.lognormal(size=(*shape, 3, 3)).astype(dtype)
+    film = Film(*shape)
+    film.from_arrays({"values": values, "counts": counts, "non_finite": np.zeros((17, 3), np.int32)}, 8)
+    n = counts[..., :1].astype(dtype)
+    np.testing.assert_array_equal(film.canvas.to_numpy(), values[:, :, 0] / n)
+    variance = (values[:, :, 2] / (n * (n - 1))).transpose(1, 0, 2)[::-1]
+    np.testing.assert_array_equal(film.variance_of_mean(), variance.astype(np.float32))
+    written = film.to_arrays()
+    assert written["values"].dtype == dtype
+    assert written["values"].tobytes() == values.tobytes()
+    assert written["counts"].tobytes() == counts.tobytes()
+
+
 def test_merged_halves_are_the_whole(rng):
     start("f32")
     values = rng.lognormal(size=(512, 3)).astype(np.float32)
@@ -101,6 +150,25 @@ def test_merged_halves_are_the_whole(rng):
     np.testing.assert_array_equal(first.image(), whole.image())
     np.testing.assert_allclose(first.variance_of_mean(), whole.variance_of_mean(), rtol=1e-5)
     with pytest.raises(tt.InputError, match="2x1 samples cannot be added to a film of 1x1"):
+        first.merge(Film(2, 1))
+
+
+def test_merged_replicas_keep_even_and_odd_samples_apart(rng):
+    start("f32")
+    values = rng.lognormal(size=(9, 3)).astype(np.float32)
+    values[[2, 5], 0] = np.nan
+    whole, first, second, nothing = (Film(2, 1, replicated=True) for _ in range(4))
+    _add(whole, values)
+    _add(first, values[:4])  # an even number, so that the samples of the second have the same parity on both films
+    _add(second, values[4:])
+    for other in (second, nothing):
+        first.merge(other)
+    np.testing.assert_allclose(first.image(), whole.image(), rtol=1e-6)
+    np.testing.assert_allclose(first.variance_of_mean(), whole.variance_of_mean(), rtol=1e-5)
+    np.testing.assert_array_equal(first.half_count.to_numpy(), [[[4, 3]], [[4, 3]]])
+    assert first.non_finite == 4
+    assert {(x, i) for x, _, i in first.non_finite_samples()} == {(0, 2), (1, 2), (0, 1), (1, 1)}  # each film's index
+    with pytest.raises(tt.InputError, match="different samplers"):
         first.merge(Film(2, 1))
 
 
@@ -133,5 +201,8 @@ def test_a_film_of_an_earlier_start_says_so():
     start("f32")
     film = Film(2, 2)
     runtime.init("cpu", force=True, debug=DEBUG)
+    for use in (film.image, film.reset, film.spread, film.sample_deviation, film.non_finite_samples, film.to_arrays):
+        with pytest.raises(tt.StaleSceneError):
+            use()
     with pytest.raises(tt.StaleSceneError):
-        film.image()
+        Film(2, 2).merge(film)

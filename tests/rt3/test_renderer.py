@@ -76,12 +76,13 @@ def test_the_depth_map_spans_the_scene_where_no_range_is_given(ball):
     assert not renderer.is_current()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("renderer_class", "use_packets"), [(RT3Renderer, True), (tt.A2Renderer, False)])
 def test_a_crop_is_cut_out_of_the_whole_bit_for_bit(ball, renderer_class, use_packets):
     """By packets and by single rays, with jitter and without; and nothing else is written."""
     ball.set_environment("white")
     whole, part = (renderer_class(ball, 60, 41, crop=crop) for crop in (None, (13, 38, 5, 30)))
-    part.hits.use_packets = use_packets
+    part.eye_rays.use_packets = use_packets
     full, cut = whole.render(2).image(), part.render(2).image()
     np.testing.assert_array_equal(part.film.own_pixels(cut), full[41 - 30 : 41 - 5, 13:38])
     inside = np.zeros((41, 60), bool)
@@ -118,7 +119,7 @@ def test_the_question_of_the_three_spheres_has_its_answer():
     scene = tt.load_scene_data("rt3/three_spheres")
     renderer = renderer_of(scene)
     renderer.image()
-    ids = renderer.hits.to_image("triangle_id")
+    ids = renderer.eye_rays.to_image("triangle_id")
     assert set(np.unique(ids)) == {-1, 0, 2}
     scale = renderer.width / 10.6
     assert (ids == 0).sum() / scale**2 == pytest.approx(4 * np.pi, rel=1e-2)

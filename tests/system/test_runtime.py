@@ -12,7 +12,7 @@ import taichi as ti
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.runtime import Settings, VulkanDevice
 
 ROOT = Path(tt.__file__).parents[1]
@@ -136,10 +136,10 @@ def test_force_starts_again(other):
 
 
 def test_force_starts_again_even_with_the_same_settings():
-    before = runtime.Lifetime()
+    before = memory.Lifetime()
     tt.init("cpu", force=True)
     assert before.is_over()
-    assert not runtime.Lifetime().is_over()
+    assert not memory.Lifetime().is_over()
 
 
 def test_the_same_call_again_does_nothing_after_a_fallback(devices):
@@ -177,7 +177,7 @@ def test_settings_that_do_not_exist_are_told(arguments, message):
 
 @pytest.mark.parametrize("again", [lambda: ti.init(arch=ti.cpu, log_level=ti.ERROR), ti.reset])
 def test_a_lifetime_ends_with_its_start_of_taichi(again):
-    lifetime = runtime.Lifetime()
+    lifetime = memory.Lifetime()
     assert not lifetime.is_over()
     lifetime.check("scene")
     again()

@@ -4,8 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from taichi_tracer.ray_intersector import TRIANGLE_TESTS
-from taichi_tracer.scene_data import INTERSECTORS
+from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.runtime import PRECISIONS
 
 
@@ -29,12 +28,12 @@ class Mode:
 
 def all_modes() -> list[Mode]:
     """Every mode, those of one start of Taichi together, and brute force first: the others must equal it."""
-    intersectors = sorted(INTERSECTORS, key=lambda name: name != "brute_force")
+    intersectors = sorted(PARTS.names("intersector"), key=lambda name: name != "brute_force")
     return [
         Mode(test, precision, fast_math, intersector)
         for fast_math in (False, True)
         for precision in PRECISIONS
-        for test in TRIANGLE_TESTS
+        for test in PARTS.names("triangle test")
         for intersector in intersectors
     ]
 

@@ -1,6 +1,6 @@
 """All cases of the rest of the renderer."""
 
-from taichi_tracer.integrators import direct_light as direct_illumination
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.studies.hard.case import RendererCase
 from taichi_tracer.studies.hard.shading_cases import Accumulation, Brdfs, Furnace, OppositeNormals
 from taichi_tracer.studies.hard.view_cases import (
@@ -19,7 +19,7 @@ def all_cases(estimators: tuple[str, ...] | None = None, only_short: bool = Fals
     """
     if only_short:
         return [case() for case in SHORT]
-    furnaces = [Furnace(e) for e in direct_illumination.ALL if estimators is None or e.name in estimators]
+    furnaces = [Furnace(e) for e in A2Renderer.offered() if estimators is None or e.name in estimators]
     return [*(case() for case in (*SHORT, *LONG)), *furnaces]
 
 

@@ -8,45 +8,51 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer import brdf
 from taichi_tracer.camera import Camera
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.materials import Material, MaterialValues
+from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.picture.film import Film
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_data import SceneData, brdfs_of
 from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
 from taichi_tracer.studies.hard.meshes import sphere
-from taichi_tracer.system import runtime
+from taichi_tracer.system import memory, runtime
 
 
 @ti.data_oriented
 class _Brdfs:
-    """What every BRDF says of a material and a pair of directions, and of a sample."""
+    """What the BRDF of a material says of a pair of directions, and of a sample."""
+
+    def __init__(self, exponents: tuple[float, ...]) -> None:
+        self._memory = memory.Memory()
+        materials = [Material(Kd=(1.0, 1.0, 1.0), Ns=exponent) for exponent in exponents]
+        self.library = MaterialLibrary(materials, brdfs_of(()), self._memory.fields)
+        self.brdfs = self.library.brdfs
+        self._memory.allocate()
+        self.library.load()
 
     @ti.kernel
     def ask(
         self,
-        kinds: ti.types.ndarray(ndim=1),
-        exponents: ti.types.ndarray(ndim=1),
+        ids: ti.types.ndarray(ndim=1),
         w_o: ti.types.ndarray(ndim=2),
         xi: ti.types.ndarray(ndim=2),
         found: ti.types.ndarray(ndim=2),
     ):
         """Columns: w_i, weight, eval and pdf there, eval and pdf towards n, and opposite to n. n is +z."""
-        for i in range(kinds.shape[0]):
+        for i in range(ids.shape[0]):
             n = tm.vec3(0, 0, 1)
             o = tm.vec3(w_o[i, 0], w_o[i, 1], w_o[i, 2])
-            material = MaterialValues(Kd=tm.vec3(1), Ns=exponents[i])
-            for k in ti.static(range(len(brdf.ALL))):
-                if kinds[i] == k:
-                    w_i = brdf.ALL[k].sample(material, o, n, tm.vec2(xi[i, 0], xi[i, 1]))
+            material = self.library.get(ids[i])
+            for k in ti.static(range(len(self.brdfs))):
+                if self.library.brdf_ids[ids[i]] == k:
+                    w_i = self.brdfs[k].sample(material, o, n, tm.vec2(xi[i, 0], xi[i, 1]))
                     found[i, 0], found[i, 1], found[i, 2] = w_i.x, w_i.y, w_i.z
-                    found[i, 3] = brdf.ALL[k].weight(material, o, w_i, n).x
+                    found[i, 3] = self.brdfs[k].weight(material, o, w_i, n).x
                     for j in range(3):
                         to = ti.select(j == 0, w_i, ti.select(j == 1, n, -n))
-                        found[i, 4 + 2 * j] = brdf.ALL[k].eval(material, o, to, n).x
-                        found[i, 5 + 2 * j] = brdf.ALL[k].pdf(material, o, to, n)
+                        found[i, 4 + 2 * j] = self.brdfs[k].eval(material, o, to, n).x
+                        found[i, 5 + 2 * j] = self.brdfs[k].pdf(material, o, to, n)
 
 
 class Brdfs(RendererCase):
@@ -65,11 +71,11 @@ class Brdfs(RendererCase):
         """Numbers; w_i of unit length; weights in [0, 1]; densities of at least 0."""
         dtype = runtime.dtype()
         rows = np.array(list(itertools.product(self.exponents, self.heights, self.xis, self.xis)))
-        kinds = np.array([brdf.brdf_of(Material(Ns=e), dtype) for e in rows[:, 0]], np.int32)
+        ids = np.array([self.exponents.index(exponent) for exponent in rows[:, 0]], np.int32)
         sine = np.sqrt(1 - rows[:, 1] ** 2)
         w_o = np.stack([sine * 0.6, sine * 0.8, rows[:, 1]], axis=1)
         found = np.empty((len(rows), 10), dtype)
-        _Brdfs().ask(kinds, rows[:, 0].astype(dtype), w_o.astype(dtype), rows[:, 2:].astype(dtype), found)
+        _Brdfs(self.exponents).ask(ids, w_o.astype(dtype), rows[:, 2:].astype(dtype), found)
         values = found.astype(np.float64)
         length = np.abs(np.linalg.norm(values[:, :3], axis=1) - 1) > 16 * epsilon
         weight = (values[:, 3] < 0) | (values[:, 3] > 1 + 16 * epsilon)

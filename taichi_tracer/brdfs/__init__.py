@@ -1,0 +1,1 @@
+"""How surfaces reflect: one BRDF a file. ``base`` states the interface."""

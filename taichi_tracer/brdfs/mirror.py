@@ -1,0 +1,43 @@
+"""Phong in the limit Ns → ∞: a reflection into the one direction ω_r, with the weight of Phong (C-3)."""
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.brdfs.phong import mirror_from
+from taichi_tracer.formulas.frames import mirrored
+from taichi_tracer.system.registry import register
+
+
+@register
+@ti.data_oriented
+class Mirror(Brdf):
+    """f_r = Kd δ(ω_i − ω_r)."""
+
+    name = "mirror"
+    is_delta = True
+    needs = "a material with an Ns too large for the precision"
+
+    def describes(self, material, dtype: type) -> bool:
+        """Ns so large that the lobe is narrower than the rounding of a direction."""
+        return material.Ns >= mirror_from(dtype)
+
+    @ti.func
+    def eval(self, material, w_o, w_i, n):
+        """0: no direction that was not made by ``sample`` is ω_r."""
+        return tm.vec3(0)
+
+    @ti.func
+    def pdf(self, material, w_o, w_i, n):
+        """0, as for ``eval``."""
+        return 0.0
+
+    @ti.func
+    def sample(self, material, w_o, n, xi):
+        """ω_r."""
+        return mirrored(w_o, n)
+
+    @ti.func
+    def weight(self, material, w_o, w_i, n):
+        """Kd max(n·ω_i, 0)."""
+        return material.Kd * ti.max(0.0, tm.dot(n, w_i))

@@ -1,0 +1,68 @@
+"""Phong's lobe about the mirrored direction (Lafortune & Willems 1994, its specular part; A2-4)."""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.formulas.frames import mirrored
+from taichi_tracer.formulas.warps import power_cosine
+from taichi_tracer.system.registry import register
+
+
+@register
+@ti.data_oriented
+class Phong(Brdf):
+    """f_r = Kd (Ns+1)/(2π) max(0, ω_r·ω_i)^Ns.
+
+    With the cosine it is not normalised in energy: at normal incidence the albedo is Kd (Ns+1)/(Ns+2) (C-19).
+    """
+
+    name = "phong"
+    needs = "a material with Ns > 1"
+
+    def describes(self, material, dtype: type) -> bool:
+        """Ns > 1, and a lobe wider than the rounding of a direction."""
+        return 1 < material.Ns < mirror_from(dtype)
+
+    @ti.func
+    def eval(self, material, w_o, w_i, n):
+        """f_r, as Kd times the density of the lobe."""
+        return material.Kd * self.lobe(material, w_o, w_i, n)
+
+    @ti.func
+    def pdf(self, material, w_o, w_i, n):
+        """The density of the lobe."""
+        return self.lobe(material, w_o, w_i, n)
+
+    @ti.func
+    def lobe(self, material, w_o, w_i, n):
+        """(α+1)/(2π) max(0, ω_r·ω_i)^α, with cos^α = exp(α/2 log(1 − sin²)): cos itself rounds to 1 (C-2)."""
+        w_r = mirrored(w_o, n)
+        sine_squared = tm.cross(w_r, w_i).norm_sqr()
+        lobe = 0.0
+        if tm.dot(w_r, w_i) > 0 and sine_squared < 1:
+            lobe = ti.exp(material.Ns / 2 * log1p_of_negative(sine_squared))
+        return (material.Ns + 1) / (2 * tm.pi) * lobe
+
+    @ti.func
+    def sample(self, material, w_o, n, xi):
+        """w_i about ω_r (A2-7)."""
+        return power_cosine(mirrored(w_o, n), material.Ns, xi)
+
+    @ti.func
+    def weight(self, material, w_o, w_i, n):
+        """Kd max(n·ω_i, 0): the lobe cancels (A2-8)."""
+        return material.Kd * ti.max(0.0, tm.dot(n, w_i))
+
+
+def mirror_from(dtype: type) -> float:
+    """The exponent whose lobe, about 1/√Ns wide, is as narrow as ε of the precision."""
+    return float(np.finfo(dtype).eps) ** -2
+
+
+@ti.func
+def log1p_of_negative(x):
+    """log(1 − x) for 0 ≤ x < 1, also where 1 − x rounds to 1 (Kahan; Goldberg 1991, theorem 4)."""
+    y = 1 - x
+    return ti.select(y == 1, -x, ti.log(y) * -x / ti.select(y == 1, -1.0, y - 1))

@@ -1,0 +1,117 @@
+"""A point of a surface that reflects light, with the BRDF of its material: what integrators work with."""
+
+import taichi as ti
+import taichi.math as tm
+from taichi.lang import impl
+
+from taichi_tracer.ray import offset_origin
+from taichi_tracer.system.seams import in_kernels
+
+
+class Surface:
+    """Where a ray met something, inside a kernel; ``scene.surface_at(ray, hit)`` makes one.
+
+    It asks the BRDF of the material. Which one that is, is decided in the kernel where the scene has several; a scene
+    with one BRDF compiles no decision.
+
+    Attributes:
+        origin: where rays start that leave the surface: off it, by as little as rounding allows.
+        normal, geometric_normal: unit vectors on the viewer's side; interpolated, and that of the plane.
+        w_o: the unit direction to the viewer.
+        material: the numbers of the material, as a struct.
+    """
+
+    _data_oriented = True  # lets a kernel hold it in a variable, and pass it on
+
+    def __init__(self, brdfs: dict, brdf_id, material, origin, normal, geometric_normal, w_o) -> None:
+        self.numbers, self.brdfs = tuple(brdfs), tuple(brdfs.values())
+        self.brdf_id, self.material = brdf_id, material
+        self.origin, self.normal, self.geometric_normal, self.w_o = origin, normal, geometric_normal, w_o
+
+    @property
+    def may_be_delta(self) -> bool:
+        """Whether a BRDF of the scene reflects into a single direction."""
+        return any(brdf.is_delta for brdf in self.brdfs)
+
+    @in_kernels
+    def scattering(self) -> "Surface":
+        """The same surface where it is known not to be a delta BRDF's."""
+        others = {i: b for i, b in zip(self.numbers, self.brdfs, strict=True) if not b.is_delta}
+        return Surface(others, self.brdf_id, self.material, self.origin, self.normal, self.geometric_normal, self.w_o)
+
+    @ti.func
+    def is_delta(self):
+        """Whether the surface reflects into a single direction."""
+        found = False
+        for i in ti.static(range(len(self.brdfs))):
+            if ti.static(self.brdfs[i].is_delta):
+                found = found or self.has(i)
+        return found
+
+    @ti.func
+    def has(self, i: ti.template()):
+        """Whether the material has BRDF i of those that the scene has."""
+        return ti.static(len(self.brdfs) == 1) or self.brdf_id == self.numbers[i]
+
+    @ti.func
+    def eval(self, w_i):
+        """f_r."""
+        value = tm.vec3(0)
+        for i in ti.static(range(len(self.brdfs))):
+            if self.has(i):
+                value = self.brdfs[i].eval(self.material, self.w_o, w_i, self.normal)
+        return value
+
+    @ti.func
+    def eval_cosine(self, w_i):
+        """f_r max(n·ω_i, 0)."""
+        return self.eval(w_i) * ti.max(0.0, tm.dot(self.normal, w_i))
+
+    @ti.func
+    def pdf(self, w_i):
+        """The density of ``sample`` at w_i, per solid angle."""
+        value = 0.0
+        for i in ti.static(range(len(self.brdfs))):
+            if self.has(i):
+                value = self.brdfs[i].pdf(self.material, self.w_o, w_i, self.normal)
+        return value
+
+    @ti.func
+    def sample(self, xi):
+        """w_i in proportion to the BRDF."""
+        w_i = tm.vec3(0)
+        for i in ti.static(range(len(self.brdfs))):
+            if self.has(i):
+                w_i = self.brdfs[i].sample(self.material, self.w_o, self.normal, xi)
+        return w_i
+
+    @ti.func
+    def weight(self, w_i):
+        """f_r max(n·ω_i, 0) / pdf of a direction that ``sample`` returned."""
+        value = tm.vec3(0)
+        for i in ti.static(range(len(self.brdfs))):
+            if self.has(i):
+                value = self.brdfs[i].sample_weight(self.material, self.w_o, w_i, self.normal)
+        return value
+
+
+@in_kernels
+def surface_at(scene, ray, hit) -> Surface:
+    """The surface that a ray met; ``scene`` is a ``scene_data.SceneInKernels``."""
+    library = scene.material_library
+    brdfs = {i: library.brdfs[i] for i in scene.effects.brdfs}
+    material = impl.expr_init(library.get(hit.material_id))
+    brdf_id = impl.expr_init(_brdf_id(library.brdf_ids, hit.material_id))
+    origin = impl.expr_init(offset_origin(hit.position, hit.position_error, hit.geometric_normal))
+    w_o = impl.expr_init(_opposite(ray.direction))
+    return Surface(brdfs, brdf_id, material, origin, hit.normal, hit.geometric_normal, w_o)
+
+
+@ti.func
+def _brdf_id(ids: ti.template(), material_id):
+    return ids[material_id]
+
+
+@ti.func
+def _opposite(direction):
+    return -direction

@@ -1,0 +1,122 @@
+"""Intersectors that look for t, id and barycentrics, and describe only the nearest hit."""
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.formulas.triangles import stable_normal
+from taichi_tracer.ray import no_hit
+from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
+
+
+@ti.data_oriented
+class FastIntersector(RayIntersector):
+    """A ``RayIntersector`` made of ``nearest`` and ``is_blocked``.
+
+    Attributes:
+        stands_in_for: the plain class whose answers this one gives, to the last bit.
+        is_plain_geometry: whether there are only triangles, and rays meet both sides of all of them.
+    """
+
+    stands_in_for: type = RayIntersector
+
+    def bind(self, geometry, triangle_test="watertight") -> None:
+        """As in the base class."""
+        super().bind(geometry, triangle_test)
+        self.is_plain_geometry = not (geometry.effects.spheres or geometry.effects.culling)
+
+    @ti.func
+    def query_segment(self, ray, t_min, t_max):
+        """HitData of the nearest hit with t_min < t < t_max."""
+        t, primitive_id, u, v = self.nearest(ray, t_min, t_max)
+        hit = no_hit()
+        if primitive_id >= 0:
+            hit = self.describe(ray, t, primitive_id, u, v, t_min, t_max)
+        return hit
+
+    @ti.func
+    def try_primitive(self, ray, bounds, primitive_id, v0, v1, v2, t_min):
+        """(t, u, v) on a triangle whose corners are known, or on the sphere that has this number; t is −∞ for a miss."""
+        t, u, v = -tm.inf, 0.0, 0.0
+        if ti.static(self.is_plain_geometry):
+            t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+        else:
+            index = primitive_id
+            if ti.static(self.geometry.effects.spheres):
+                index = self.geometry.primitives[primitive_id]
+            if index < 0:
+                t = self.sphere_candidate(ray, bounds, -1 - index, t_min)
+            else:
+                t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+                if ti.static(self.geometry.effects.culling):
+                    if self.geometry.culls[index] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
+                        t = -tm.inf
+        return t, u, v
+
+    @ti.func
+    def is_special(self, primitive_id):
+        """Whether a primitive is anything but a triangle with two sides."""
+        special = False
+        index = primitive_id
+        if ti.static(self.geometry.effects.spheres):
+            index = self.geometry.primitives[primitive_id]
+            special = index < 0
+        if ti.static(self.geometry.effects.culling):
+            special = special or self.geometry.culls[ti.max(index, 0)] != 0
+        return special
+
+    @ti.func
+    def describe(self, ray, t, primitive_id, u, v, t_min=0.0, t_max=tm.inf):
+        """HitData from t, number and barycentrics, as the plain form has it."""
+        hit = no_hit()
+        if ti.static(not self.geometry.effects.spheres):
+            hit = self.describe_triangle(ray, t, primitive_id, u, v)
+        else:
+            index = self.geometry.primitives[primitive_id]
+            if index >= 0:
+                hit = self.describe_triangle(ray, t, index, u, v)
+            else:
+                hit = self.describe_sphere(ray, t, -1 - index)
+            hit.triangle_id = primitive_id
+        hit.distance = self.exact_distance(ray, hit, t_min, t_max)
+        return hit
+
+
+@ti.data_oriented
+class FastBruteForce(FastIntersector):
+    """Every primitive, without describing those that are not the nearest."""
+
+    name, form, stands_in_for = "brute_force", "every primitive, the nearest described once", BruteForceRayIntersector
+
+    @ti.func
+    def nearest(self, ray, t_min, t_max):
+        """(t, id, u, v) of the nearest hit with t_min < t < t_max, of equals the lowest id; else (t_max, −1, 0, 0)."""
+        bounds = self.ray_bounds(ray)
+        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
+        if self.is_legal(ray):
+            for i in range(self.geometry.n_primitives):
+                t, u, v = self.try_number(ray, bounds, i, t_min)
+                if t_min < t and t < best:
+                    best, best_id, best_u, best_v = t, i, u, v
+        return best, best_id, best_u, best_v
+
+    @ti.func
+    def is_blocked(self, ray, t_min, t_max):
+        """Whether anything is hit with t_min < t < t_max."""
+        bounds = self.ray_bounds(ray)
+        blocked = False
+        if self.is_legal(ray):
+            for i in range(self.geometry.n_primitives):
+                t, u, v = self.try_number(ray, bounds, i, t_min)
+                if t_min < t and t < t_max:
+                    blocked = True
+                    break
+        return blocked
+
+    @ti.func
+    def try_number(self, ray, bounds, primitive_id, t_min):
+        """``try_primitive`` of the primitive with this number."""
+        index = primitive_id
+        if ti.static(self.geometry.effects.spheres):
+            index = ti.max(self.geometry.primitives[primitive_id], 0)
+        v0, v1, v2 = self.geometry.triangle(index)
+        return self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)

@@ -1,0 +1,71 @@
+"""Words of 32 mixed bits, and the bit operations of Sobol' points; each works on a number and on a vector of numbers."""
+
+import taichi as ti
+
+from taichi_tracer.system import runtime
+
+
+@ti.func
+def pcg4d(a, b, c, d):
+    """Four well-mixed words from four (Jarzynski & Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020)."""
+    a, b, c, d = _advance(a), _advance(b), _advance(c), _advance(d)
+    a, b, c, d = _mix(a, b, c, d)
+    a, b, c, d = a ^ (a >> 16), b ^ (b >> 16), c ^ (c >> 16), d ^ (d >> 16)
+    return _mix(a, b, c, d)
+
+
+@ti.func
+def _advance(word):
+    return word * ti.u32(1664525) + ti.u32(1013904223)
+
+
+@ti.func
+def _mix(a, b, c, d):
+    a1 = a + b * d
+    b1 = b + c * a1
+    c1 = c + a1 * b1
+    d1 = d + b1 * c1
+    return a1, b1, c1, d1
+
+
+@ti.func
+def as_fraction(word):
+    """A word as a number in [0, 1), never 1: its upper 24 bits, or all 32 in f64."""
+    if ti.static(runtime.current().precision == "f64"):
+        return ti.cast(word, ti.f64) * (1.0 / (1 << 16)) * (1.0 / (1 << 16))
+    else:  # noqa: RET505 (without it, both would be compiled)
+        return ti.cast(ti.cast(word >> 8, ti.i32), ti.f32) * (1.0 / (1 << 24))
+
+
+@ti.func
+def reverse_bits(word):
+    """The 32 bits in the opposite order."""
+    word = (word >> 16) | (word << 16)
+    word = ((word & ti.u32(0xFF00FF00)) >> 8) | ((word & ti.u32(0x00FF00FF)) << 8)
+    word = ((word & ti.u32(0xF0F0F0F0)) >> 4) | ((word & ti.u32(0x0F0F0F0F)) << 4)
+    word = ((word & ti.u32(0xCCCCCCCC)) >> 2) | ((word & ti.u32(0x33333333)) << 2)
+    return ((word & ti.u32(0xAAAAAAAA)) >> 1) | ((word & ti.u32(0x55555555)) << 1)
+
+
+@ti.func
+def scramble_reversed(word, seed):
+    """Owen's nested scrambling of a number whose bits are reversed: each bit is flipped depending on those below it.
+
+    Laine & Karras' hash with the constants of Vegdahl, as used by Burley, "Practical hash-based Owen scrambling", JCGT
+    9(4), 2020, section 3.2.
+    """
+    word = word ^ (word * ti.u32(0x3D20ADEA))
+    word = word + seed
+    word = word * ((seed >> 16) | ti.u32(1))
+    word = word ^ (word * ti.u32(0x05526C56))
+    return word ^ (word * ti.u32(0x53A22864))
+
+
+@ti.func
+def pascal_matrix(word):
+    """The second generator matrix of Sobol', C(j, i) mod 2, times the bits of ``word``; the result is reversed."""
+    word = word ^ ((word >> 16) & ti.u32(0x0000FFFF))
+    word = word ^ ((word >> 8) & ti.u32(0x00FF00FF))
+    word = word ^ ((word >> 4) & ti.u32(0x0F0F0F0F))
+    word = word ^ ((word >> 2) & ti.u32(0x33333333))
+    return word ^ ((word >> 1) & ti.u32(0x55555555))

@@ -1,0 +1,154 @@
+"""Where a ray meets a triangle: two tests as their papers have them, and the triangle's own normal.
+
+A triangle test is a formula: it solves, and says whether the ray passes inside the edges. Whether that is a hit is
+decided by ``RayIntersector``, in one place for all tests. A test of your own is registered as here, and is then a value
+of ``triangle_test=`` and of ``--triangle-test``.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.system import runtime
+from taichi_tracer.system.registry import register
+
+
+@dataclass(frozen=True)
+class TriangleTest:
+    """A named triangle test.
+
+    Attributes:
+        name: what ``triangle_test=`` takes.
+        solve: a ``@ti.func`` (o, d, v0, v1, v2) → (is_inside, t, u, v, det), all of them scalars.
+    """
+
+    name: str
+    solve: Callable
+    kind = "triangle test"
+
+
+@ti.func
+def moller_trumbore(o, d, v0, v1, v2):
+    """Solve  o + t d = (1 − u − v) v0 + u v1 + v v2  by Cramer's rule (Möller & Trumbore 1997; A1-11).
+
+    Returns (is_inside, t, u, v, det). det > 0 when the triangle faces the ray; 0 when the two are parallel: then t, u
+    and v are not finite. No ε: det scales with size²·|d|, so a fixed one would delete small triangles (C-8).
+    """
+    e1 = v1 - v0
+    e2 = v2 - v0
+    s = o - v0
+
+    det = tm.dot(e1, tm.cross(d, e2))
+    u = tm.dot(s, tm.cross(d, e2)) / det
+    v = tm.dot(d, tm.cross(s, e1)) / det
+    t = tm.dot(e2, tm.cross(s, e1)) / det
+
+    is_inside = u >= 0 and v >= 0 and u + v <= 1
+    return is_inside, t, u, v, det
+
+
+@ti.func
+def watertight(o, d, v0, v1, v2):
+    """On which side of each projected edge does the ray pass? (Woop, Benthin & Wald, JCGT 2(1), 2013)
+
+    Returns (is_inside, t, u, v, det) as ``moller_trumbore`` does. Two triangles that share an edge compute the same
+    number for it, up to its sign, so no ray slips between them.
+
+    Deviations from the paper: t comes from the triangle's plane, since the interpolated one errs in proportion to the
+    triangle's size; the projection is two dot products instead of a permutation of the axes, with the same rounding.
+    """
+    x_axis, y_axis = shear_axes(d)
+    a = v0 - o
+    b = v1 - o
+    c = v2 - o
+    ax, ay = tm.dot(x_axis, a), tm.dot(y_axis, a)
+    bx, by = tm.dot(x_axis, b), tm.dot(y_axis, b)
+    cx, cy = tm.dot(x_axis, c), tm.dot(y_axis, c)
+
+    u_edge = cx * by - cy * bx
+    v_edge = ax * cy - ay * cx
+    w_edge = bx * ay - by * ax
+    if ti.static(runtime.can_widen()):
+        if u_edge == 0 or v_edge == 0 or w_edge == 0:  # products of f32 are exact in f64: these signs are right
+            u_edge = exact_difference(cx, by, cy, bx)
+            v_edge = exact_difference(ax, cy, ay, cx)
+            w_edge = exact_difference(bx, ay, by, ax)
+    any_negative = u_edge < 0 or v_edge < 0 or w_edge < 0
+    any_positive = u_edge > 0 or v_edge > 0 or w_edge > 0
+    total = u_edge + v_edge + w_edge
+    is_inside = total != 0 and not (any_negative and any_positive)
+
+    n = stable_normal(v0, v1, v2)
+    det = -tm.dot(d, n)
+    t = -tm.dot(a, n) / det
+    return is_inside, t, v_edge / total, w_edge / total, det
+
+
+@ti.func
+def shear_axes(d):
+    """Two axes x, y with x·d = y·d = 0, whose dot products project along d onto the plane of d's two smaller axes."""
+    is_x = abs(d.x) > abs(d.y) and abs(d.x) > abs(d.z)
+    is_y = abs(d.y) > abs(d.z)
+    largest = ti.select(is_x, d.x, ti.select(is_y, d.y, d.z))
+    x, y, z = -d.x / largest, -d.y / largest, -d.z / largest
+    x_axis = ti.select(is_x, tm.vec3(y, 1, 0), ti.select(is_y, tm.vec3(0, z, 1), tm.vec3(1, 0, x)))
+    y_axis = ti.select(is_x, tm.vec3(z, 0, 1), ti.select(is_y, tm.vec3(1, x, 0), tm.vec3(0, 1, y)))
+    return x_axis, y_axis
+
+
+@ti.func
+def exact_difference(p, q, r, s):
+    """p q − r s of f32 numbers with the right sign: computed in f64, where the products are exact.
+
+    A result too small for f32 keeps its sign as the smallest normal number.
+    """
+    exact = ti.cast(p, ti.f64) * ti.cast(q, ti.f64) - ti.cast(r, ti.f64) * ti.cast(s, ti.f64)
+    rounded = ti.cast(exact, ti.f32)
+    smallest_f32 = 1.1754944e-38
+    if rounded == 0 and exact != 0:
+        rounded = ti.select(exact > 0, smallest_f32, -smallest_f32)
+    return rounded
+
+
+@ti.func
+def plane_distance(o, d, v0, v1, v2):
+    """t where the ray meets the triangle's plane, computed in f64: the nearest f32, also for an origin close to it."""
+    a = ti.cast(v0, ti.f64) - ti.cast(o, ti.f64)
+    n = tm.cross(ti.cast(v1, ti.f64) - ti.cast(v0, ti.f64), ti.cast(v2, ti.f64) - ti.cast(v0, ti.f64))
+    return ti.cast(tm.dot(a, n) / tm.dot(ti.cast(d, ti.f64), n), ti.f32)
+
+
+@ti.func
+def stable_normal(v0, v1, v2):
+    """(v1 − v0) × (v2 − v0), from the two shortest edges, which lose least to rounding on a sliver."""
+    e0 = v1 - v0
+    e1 = v2 - v1
+    e2 = v0 - v2
+    l0, l1, l2 = e0.norm_sqr(), e1.norm_sqr(), e2.norm_sqr()
+    is_0_longest = l0 >= l1 and l0 >= l2
+    is_1_longest = l1 >= l2
+    p = ti.select(is_0_longest, e1, ti.select(is_1_longest, e2, e0))
+    q = ti.select(is_0_longest, e2, ti.select(is_1_longest, e0, e1))
+    return tm.cross(p, q)
+
+
+@ti.func
+def unit(v):
+    """v / |v|, also where |v|² is beyond the largest or below the smallest number: scaled by its largest component."""
+    w = v / abs(v).max()
+    return w / w.norm()
+
+
+@ti.func
+def thinness(v0, v1, v2):
+    """1/sin of the angle between the two shortest edges, ≥ 1: how many times its own rounding a normal is off."""
+    a, b, c = (v1 - v0).norm(), (v2 - v1).norm(), (v0 - v2).norm()
+    longest = ti.max(a, b, c)
+    others = ti.select(longest == a, b * c, ti.select(longest == b, c * a, a * b))
+    return others / tm.cross(v1 - v0, v2 - v0).norm()
+
+
+register(TriangleTest("watertight", watertight))
+register(TriangleTest("moller_trumbore", moller_trumbore))

@@ -1,0 +1,1 @@
+"""Where light comes from: one light a file. ``base`` states the interface, ``scene_lights`` puts those of a scene together."""

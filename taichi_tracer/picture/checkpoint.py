@@ -1,0 +1,53 @@
+"""What the samples of a picture belong to, and how they are kept in a file and taken up again."""
+
+import json
+from pathlib import Path
+
+from taichi_tracer.files.checkpoint import check_same, read_checkpoint, show_ranges, write_checkpoint
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
+
+
+def facts_of(renderer) -> dict:
+    """What the bits of a picture depend on: samples of different facts do not belong together."""
+    settings, camera = runtime.current(), renderer.camera
+    window = camera.compute_half_size(), camera.compute_centre()
+    matrix = camera.camera_to_world.to_numpy().tolist()
+    own = renderer.active.facts() if hasattr(renderer.active, "facts") else {}
+    return {
+        "scene": renderer.scene_data.fingerprint(),
+        "camera": repr((camera.name, matrix, *window)),
+        renderer.what: renderer.active.name,
+        "size": [renderer.width, renderer.height],
+        "crop": list(renderer.film.crop),
+        "srgb": renderer.srgb,
+        "sampler": renderer.sampler.name,
+        "seed": renderer.seed,
+        "jitter": renderer.jitter,
+        "triangle test": renderer.scene_data.ray_intersector.triangle_test,
+        "precision": settings.precision,
+        "fast math": settings.fast_math,
+        **own,
+    }
+
+
+def save(renderer, path: str | Path) -> None:
+    """Write the samples so far."""
+    if renderer.adaptive:
+        raise InputError("checkpoint: adaptive sampling cannot go on from a file")
+    if not renderer.is_random:
+        name = renderer.active.name
+        raise InputError(f"checkpoint: every sample of {name} is the picture itself: nothing to keep")
+    ranges = [[renderer.first_sample, renderer.first_sample + renderer.samples]]
+    write_checkpoint(path, {"samples": ranges, **renderer.facts()}, renderer.film.to_arrays())
+
+
+def load(renderer, path: str | Path) -> None:
+    """Take up the samples of a file; InputError where they are of something else, and then nothing has changed."""
+    facts, arrays = read_checkpoint(path)
+    ranges = facts.pop("samples", None)
+    check_same(path, facts, "this picture", json.loads(json.dumps(renderer.facts())))
+    if len(ranges) != 1 or ranges[0][0] != renderer.first_sample:
+        raise InputError(f"{path}: holds the samples {show_ranges(ranges)}, not those from {renderer.first_sample} on")
+    renderer.begin()
+    renderer.film.from_arrays(arrays, ranges[0][1] - ranges[0][0])
