@@ -204,7 +204,7 @@ class ProjectiveCamera(ABC):
         return 0.0
 
     def to_array(self, compute_matrix) -> np.ndarray:
-        """(4, 4) in the running precision of what a ``compute_matrix`` of Python returns; that of our frame otherwise."""
+        """(4, 4) in the running precision: what a ``compute_matrix`` of Python returns, otherwise our own matrix."""
         matrix = None if runs_in_kernels(compute_matrix) else compute_matrix()
         if matrix is None:
             matrix = camera_frame(self.eye, self.at, self.up, self.handedness)

@@ -1,7 +1,7 @@
 """Which effects a scene calls for: derived from it, never set by hand, and what is left out is not compiled.
 
-Kernels ask the one ``Effects`` object of their scene (``if ti.static(effects.spheres)``), and the receipt prints the same
-object: the two cannot disagree.
+Kernels ask the one ``Effects`` object of their scene (``if ti.static(effects.spheres)``), and the receipt prints the
+same object: the two cannot disagree.
 """
 
 from dataclasses import dataclass, field
@@ -91,9 +91,8 @@ def derive(
     reasons.append(("spheres", found["spheres"], count))
     sides = "rays pass through the backs of some triangles" if found["culling"] else "all triangles have two sides"
     reasons.append(("backface cull", found["culling"], sides))
-    reasons.append(
-        ("background", found["background"], background.what if found["background"] else "the scene has none")
-    )
+    behind = background.what if found["background"] else "the scene has none"
+    reasons.append(("background", found["background"], behind))
     if mode == "all":
         found |= {"brdfs": tuple(range(len(brdfs))), "environment": "none" if environment is None else "image"}
         found |= {"emitters": True, "interpolated_normals": True, "spheres": True}

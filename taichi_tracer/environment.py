@@ -1,4 +1,4 @@
-"""What surrounds a scene: an equirectangular image of radiance (A2-5). As a light it is ``lights.environment_light``."""
+"""What surrounds a scene: an equirectangular image of radiance (A2-5); ``lights.environment_light`` samples it."""
 
 import math
 import warnings

@@ -79,7 +79,7 @@ class RayIntersector:
 
     @ti.func
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
-        """HitData of the nearest hit with t_min < t < t_max, and of equal ones the lowest id; or of any with ``any_hit``.
+        """HitData of the nearest hit with t_min < t < t_max, of equal ones the lowest id; or of any with ``any_hit``.
 
         This form tries every primitive.
         """
@@ -318,6 +318,6 @@ class RayIntersector:
 @register
 @ti.data_oriented
 class BruteForceRayIntersector(RayIntersector):
-    """Tries every triangle: the reference that every accelerator must equal, and what a student writes first (A1-14)."""
+    """Tries every triangle: what a student writes first, and what every accelerator must equal (A1-14)."""
 
     name = "brute_force"

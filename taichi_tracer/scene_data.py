@@ -78,11 +78,8 @@ class SceneInKernels:
         self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
         self.material_library = scene.material_library
         self.environment, self.background = scene.environment, scene.background
-        far = (
-            []
-            if scene.environment is None or not lights_up(effects)
-            else [EnvironmentLight(scene.environment, effects)]
-        )
+        is_lit_from_afar = scene.environment is not None and effects.environment in ("constant", "image")
+        far = [EnvironmentLight(scene.environment, effects)] if is_lit_from_afar else []
         self.lights = SceneLights([*far, *scene.lights], effects)
 
     surface_at = surface_at
@@ -115,11 +112,6 @@ class SceneInKernels:
         Where ``factor``, which the caller multiplies with, is 0, nothing is asked.
         """
         return self.lights.visible_far(self.ray_intersector, surface, w_i, factor)
-
-
-def lights_up(effects: Effects) -> bool:
-    """Whether the environment has radiance to give."""
-    return effects.environment in ("constant", "image")
 
 
 @ti.data_oriented

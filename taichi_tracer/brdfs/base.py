@@ -1,8 +1,9 @@
 """What a BRDF is: a density that its directions are drawn from, and the light that it sends from w_i to w_o.
 
-Conventions, the same for every BRDF: all directions have unit length and leave the surface, w_o to the viewer and w_i to
-the light, in world space. n is the shading normal on the viewer's side. f_r is without the cosine. Densities are per
-solid angle. A w_i below the horizon of n reflects nothing; that of the triangle's plane is checked by the integrators.
+Conventions, the same for every BRDF: all directions have unit length and leave the surface, w_o to the viewer and w_i
+to the light, in world space. n is the shading normal on the viewer's side. f_r is without the cosine. Densities are per
+solid angle. A w_i below the horizon of n reflects nothing; the horizon of the triangle's plane is the integrators' to
+check.
 """
 
 import taichi as ti
@@ -66,7 +67,7 @@ class Brdf:
 
     @ti.func
     def sample_weight(self, material, w_o, w_i, n):
-        """What the integrators ask: ``weight``, unless it belongs to another ``eval`` or ``pdf`` than this class has."""
+        """What integrators ask: ``weight``, unless it belongs to another ``eval`` or ``pdf`` than this class has."""
         value = tm.vec3(0)
         if ti.static(owns_weight(self)):
             value = self.weight(material, w_o, w_i, n)

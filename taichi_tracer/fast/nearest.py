@@ -35,7 +35,7 @@ class FastIntersector(RayIntersector):
 
     @ti.func
     def try_primitive(self, ray, bounds, primitive_id, v0, v1, v2, t_min):
-        """(t, u, v) on a triangle whose corners are known, or on the sphere that has this number; t is −∞ for a miss."""
+        """(t, u, v) on a triangle whose corners are known, or on the sphere with this number; t is −∞ for a miss."""
         t, u, v = -tm.inf, 0.0, 0.0
         if ti.static(self.is_plain_geometry):
             t, u, v = self.candidate(ray, bounds, v0, v1, v2)

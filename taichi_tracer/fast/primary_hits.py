@@ -220,6 +220,5 @@ def kept_hits_form(scene_data: SceneData, camera: ProjectiveCamera, fast: bool) 
         return Form("eye rays", plain, why)
     if not isinstance(scene_data.ray_intersector, FastIntersector):
         return Form("eye rays", plain, f"{type(scene_data.ray_intersector).__name__} is a plain form")
-    return Form(
-        "eye rays", "hits are kept, in packets where that pays", "camera and intersector are the package's", True
-    )
+    why = "camera and intersector are the package's"
+    return Form("eye rays", "hits are kept, in packets where that pays", why, True)

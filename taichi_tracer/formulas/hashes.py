@@ -1,4 +1,4 @@
-"""Words of 32 mixed bits, and the bit operations of Sobol' points; each works on a number and on a vector of numbers."""
+"""Words of 32 mixed bits, and the bit operations of Sobol' points: of a number, or of a vector of numbers."""
 
 import taichi as ti
 

@@ -2,9 +2,9 @@
 
     L = integrator.radiance(scene, ray, hit, rng)
 
-``scene`` is what kernels know of the scene (``scene_data.SceneInKernels``): its lights, its intersector, its effects, and
-``surface_at(ray, hit)``. ``hit`` is what the ray met. ``rng`` gives random numbers, ``rng.next_2d()``. The result is one
-sample, a vec3: averaging belongs to the film (A2-9).
+``scene`` is what kernels know of the scene (``scene_data.SceneInKernels``): its lights, its intersector, its effects,
+and ``surface_at(ray, hit)``. ``hit`` is what the ray met. ``rng`` gives random numbers, ``rng.next_2d()``. The result
+is one sample, a vec3: averaging belongs to the film (A2-9).
 """
 
 from collections.abc import Callable

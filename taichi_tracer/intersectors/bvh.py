@@ -65,7 +65,7 @@ class BVHRayIntersector(RayIntersector):
 
     @ti.func
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
-        """HitData of the nearest hit with t_min < t < t_max, and of equal ones the lowest id; or of any with ``any_hit``."""
+        """As in the base class: the nearest hit, of equal ones the lowest id; or any, with ``any_hit``."""
         nearest, best = no_hit(), t_max
         bounds = self.ray_bounds(ray)
         stack = ti.Vector([0] * self.stack_size, ti.i32)

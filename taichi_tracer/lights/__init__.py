@@ -1,1 +1,1 @@
-"""Where light comes from: one light a file. ``base`` states the interface, ``scene_lights`` puts those of a scene together."""
+"""Where light comes from: one light a file. ``base`` states the interface, ``scene_lights`` joins those of a scene."""

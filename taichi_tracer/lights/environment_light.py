@@ -67,7 +67,7 @@ class EnvironmentLight(Light):
 
     @ti.func
     def radiance(self, ray, hit):
-        """What a ray that meets nothing sees: for the image a look-up, for one colour that colour, without an image 0."""
+        """What a ray that meets nothing sees: a look-up in the image, or the one colour that all of it has."""
         light = tm.vec3(0)
         if not hit.is_hit:
             light = self.along(ray)

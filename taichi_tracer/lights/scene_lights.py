@@ -1,8 +1,8 @@
 """All lights of a scene together: what a ray sees of them, and a direction in which there may be light.
 
-Lights that are infinitely far away lie over each other: a ray that meets nothing sees their sum, and one of them, chosen
-with equal probability, is asked for a direction. The others are sampled one by one, by every integrator: a delta light,
-because no other way finds it.
+Lights that are infinitely far away lie over each other: a ray that meets nothing sees their sum, and one of them,
+chosen with equal probability, is asked for a direction. The others are sampled one by one, by every integrator: a delta
+light, because no other way finds it.
 """
 
 import taichi as ti

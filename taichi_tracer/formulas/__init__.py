@@ -1,0 +1,1 @@
+"""Formulas as pure functions over plain values: triangles, boxes, spheres, frames, warps, hashes, camera frames."""
