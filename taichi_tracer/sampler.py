@@ -171,15 +171,20 @@ def taichi_pair():
 @ti.data_oriented
 @seams("sample_direction", "evaluate_probability")
 class UniformSampler:
-    """Directions uniform on the sphere (A2-6): what the estimator ``uniform`` takes its samples from."""
+    """Directions uniform on the sphere (A2-6): what the estimator ``uniform`` takes its samples from.
 
+    In a kernel, ``UniformSampler.sample_direction()``; a method of your own may have ``self`` or not.
+    """
+
+    @staticmethod
     @ti.func
-    def sample_direction(self, xi: ti.template() = None):
+    def sample_direction(xi: ti.template() = None):
         """A unit direction; from ``xi`` in [0, 1)², or from numbers of its own."""
         return uniform_sphere(given_or_drawn(xi))
 
+    @staticmethod
     @ti.func
-    def evaluate_probability(self):
+    def evaluate_probability():
         """1/(4π) per solid angle, whatever the direction."""
         return 1 / (4 * tm.pi)
 
@@ -200,8 +205,9 @@ class BRDF(Brdf):
         """Every material."""
         return True
 
+    @staticmethod
     @ti.func
-    def sample_direction(self, material, w_o, normal, xi: ti.template() = None):
+    def sample_direction(material, w_o, normal, xi: ti.template() = None):
         """w_i in proportion to the lobe about the normal, or about ω_r (A2-7)."""
         pair = given_or_drawn(xi)
         w_i = DIFFUSE.sample(material, w_o, normal, pair)
@@ -209,24 +215,27 @@ class BRDF(Brdf):
             w_i = PHONG.sample(material, w_o, normal, pair)
         return w_i
 
+    @staticmethod
     @ti.func
-    def evaluate_probability(self, material, w_o, w_i, normal):
+    def evaluate_probability(material, w_o, w_i, normal):
         """The density of ``sample_direction`` at w_i, per solid angle."""
         pdf = DIFFUSE.pdf(material, w_o, w_i, normal)
         if material.Ns > 1:
             pdf = PHONG.pdf(material, w_o, w_i, normal)
         return pdf
 
+    @staticmethod
     @ti.func
-    def evaluate_brdf(self, material, w_o, w_i, normal):
+    def evaluate_brdf(material, w_o, w_i, normal):
         """f_r, without the cosine (A2-4)."""
         f = DIFFUSE.eval(material, w_o, w_i, normal)
         if material.Ns > 1:
             f = PHONG.eval(material, w_o, w_i, normal)
         return f
 
+    @staticmethod
     @ti.func
-    def evaluate_brdf_factor(self, material, w_o, w_i, normal):
+    def evaluate_brdf_factor(material, w_o, w_i, normal):
         """f_r max(n·ω_i, 0) / pdf, cancelled (A2-8)."""
         weight = DIFFUSE.weight(material, w_o, w_i, normal)
         if material.Ns > 1:
