@@ -106,9 +106,11 @@ class ProgressiveRenderer:
         self.width, self.height = self.camera.width, self.camera.height
         self.jitter = self.jitters if jitter is None else bool(jitter)
         self.is_random = self.jitter or self.jitters
-        directions = sampler() if isinstance(sampler, type) and issubclass(sampler, UniformSampler) else sampler
-        is_directions = isinstance(directions, UniformSampler)
-        self.sampler: Sampler = sampler_of("sobol" if is_directions else sampler, self.camera)
+        chosen = PARTS.find("sampler", sampler)
+        directions = chosen if isinstance(chosen, UniformSampler) else None
+        self.sampler: Sampler = sampler_of(
+            chosen if directions is None else PARTS.find("sampler", "sobol"), self.camera
+        )
         self.seed, self.first_sample = int(seed), int(first_sample)
         if adaptive and not self.is_random:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
@@ -119,7 +121,7 @@ class ProgressiveRenderer:
         self.replaced = replaced(self)
         self.eye_rays, self._form = self._make_eye_rays()
         self._integrators: dict[str, Integrator] = {}
-        if is_directions:
+        if directions is not None:
             self._integrators["uniform"] = UniformSphere(directions)
         self._shown = None  # what the samples on the film are of
         self.progress = Progress(Target())

@@ -18,7 +18,7 @@ from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.formulas.hashes import as_fraction, pascal_matrix, pcg4d, reverse_bits, scramble_reversed
 from taichi_tracer.formulas.warps import uniform_sphere
-from taichi_tracer.system.registry import PARTS, register
+from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams
 
 
@@ -142,9 +142,9 @@ class IndependentSampler(Sampler):
         return as_fraction(a), as_fraction(b)
 
 
-def sampler_of(chosen, camera) -> Sampler:
-    """A sampler of its own for the pictures of a camera, from a name, a class or an object."""
-    sampler = copy.copy(PARTS.find("sampler", chosen))
+def sampler_of(chosen: Sampler, camera) -> Sampler:
+    """A copy of a sampler for the pictures of a camera."""
+    sampler = copy.copy(chosen)
     sampler.width, sampler.height = camera.width, camera.height
     return sampler
 
@@ -173,8 +173,11 @@ def taichi_pair():
 class UniformSampler:
     """Directions uniform on the sphere (A2-6): what the estimator ``uniform`` takes its samples from.
 
-    In a kernel, ``UniformSampler.sample_direction()``; a method of your own may have ``self`` or not.
+    In a kernel, ``UniformSampler.sample_direction()``. A class of your own is given to the slot of the sampler, or
+    registered and named there; its methods may have ``self`` or not.
     """
+
+    kind, name = "sampler", ""
 
     @staticmethod
     @ti.func

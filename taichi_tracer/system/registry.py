@@ -17,6 +17,7 @@ import pkgutil
 from collections.abc import Callable
 
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.seams import assigned
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
 HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
@@ -120,7 +121,7 @@ def register(part):
 
 
 def load_parts(path: str) -> list:
-    """Run a Python file that registers parts; returns what it registered.
+    """Run a Python file that registers parts, or assigns methods to the package's classes; returns the parts.
 
     Raises:
         InputError: the file is missing or is no Python; what went wrong stands in the message, with its line.
@@ -142,7 +143,7 @@ def load_parts(path: str) -> list:
         line = getattr(error, "lineno", None) or (frames[-1].lineno if frames else 1)
         raise InputError(f"{path}:{line}: {type(error).__name__}: {error}") from error
     added = [part for parts in PARTS._parts.values() for part in parts.values() if id(part) not in before]
-    if not added:
+    if not added and not assigned():
         raise InputError(f"{path}: the file registers nothing: put @tt.register before each class")
     return added
 

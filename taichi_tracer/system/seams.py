@@ -42,6 +42,11 @@ def replaced(part) -> tuple[str, ...]:
     return tuple(name for name in shipped if name in own or inspect.getattr_static(cls, name) is not shipped[name])
 
 
+def assigned() -> list[str]:
+    """The methods of the package's own classes that somebody assigned to, as "Camera.generate_ray"."""
+    return [f"{cls.__name__}.{name}" for cls in _SHIPPED for name in replaced(cls)]
+
+
 def why_replaced(part) -> str:
     """For receipts: "MyCamera replaces generate_ray"; "" when nothing is replaced."""
     names = replaced(part)
