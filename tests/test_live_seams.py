@@ -254,10 +254,8 @@ def outputs_of(seam: Seam, what: tuple[str, ...], scene_options, renderer_option
     if estimator is not None and "A2" in what:
         made["A2"] = picture("A2Renderer", estimator, 32, 1)
     if seam.answers and "intersect" in what:
-        origins, directions = (
-            np.tile([[0.0, 1.0, 3.0]], (9, 1)),
-            np.array([[x, y, -1] for x in (-0.2, 0, 0.2) for y in (-0.2, 0, 0.2)]),
-        )
+        directions = np.array([[x, y, -1] for x in (-0.2, 0, 0.2) for y in (-0.2, 0, 0.2)])
+        origins = np.tile([[0.0, 1.0, 3.0]], (len(directions), 1))
         hits, blocked = scene.intersect(origins, directions), scene.occluded(origins, directions)
         made["intersect"] = np.concatenate([hits.distance, hits.triangle_id, blocked])
     scene.destroy()
@@ -284,9 +282,8 @@ def table_row(seam: Seam, way: str, what: tuple[str, ...]) -> dict[str, str]:
     assert assigned() == []
     if way == "assignment" and seam.slot == "environment":
         seam = Seam(seam.owner, seam.method, seam.wrong, "", seam.shows)
-    return {
-        name: "unchanged" if np.array_equal(image, right(seam, name)) else "changed" for name, image in wrong.items()
-    }
+    same = {name: np.array_equal(image, right(seam, name)) for name, image in wrong.items()}
+    return {name: "unchanged" if is_same else "changed" for name, is_same in same.items()}
 
 
 @pytest.mark.parametrize("seam", SEAMS, ids=lambda seam: seam.id)

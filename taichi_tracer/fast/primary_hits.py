@@ -12,7 +12,6 @@ from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.picture.adaptive import SHARE_BITS, Shares
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import Sampler, sampler_of
-from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import why_replaced
@@ -32,7 +31,7 @@ class PrimaryHits:
     a CPU, where the intersector can, a packet per tile. Packets are several times as fast and take longer to compile.
 
     Args:
-        scene_data: what is hit.
+        scene_data: the ``SceneData`` that is hit.
         camera: where the rays come from.
         jitter: whether rays pass through a random point of their pixel instead of its centre (A2-1).
         samples: the sampler that the random point comes from; Sobol' points when None.
@@ -43,7 +42,7 @@ class PrimaryHits:
 
     def __init__(
         self,
-        scene_data: SceneData,
+        scene_data,
         camera: ProjectiveCamera,
         jitter: bool = False,
         samples: Sampler | None = None,
@@ -211,7 +210,7 @@ class PrimaryHits:
         return data
 
 
-def kept_hits_form(scene_data: SceneData, camera: ProjectiveCamera, fast: bool) -> Form:
+def kept_hits_form(scene_data, camera: ProjectiveCamera, fast: bool) -> Form:
     """Whether a picture may keep the hits of its eye rays, and why."""
     plain = "one by one, as they are written"
     if not fast:
