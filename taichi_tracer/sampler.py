@@ -70,10 +70,12 @@ class Sampler:
     Attributes:
         replicated: whether samples of even and of odd index belong to two sequences that are independent of each other,
             and are not independent within one; see ``picture.error_estimate``.
+        is_net: whether the first 2^m samples, of each sequence where it is replicated, lie one in each box of volume
+            2^−m, in every dimension: the contract tests hold it to that.
         width, height: pixels of the picture, which the renderer sets.
     """
 
-    kind, name, replicated = "sampler", "", False
+    kind, name, replicated, is_net = "sampler", "", False, False
     width, height = 1, 1
 
     @in_kernels
@@ -103,7 +105,7 @@ class SobolSampler(Sampler):
     towards n^(−3/2) where the integrand is smooth, and hardly ever lies above that of independent numbers.
     """
 
-    name, replicated = "sobol", True
+    name, replicated, is_net = "sobol", True, True
 
     @ti.func
     def get_2d(self, seed, pixel, index, dimension):

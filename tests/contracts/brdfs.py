@@ -1,0 +1,239 @@
+"""What every BRDF must do: a density that is that of its samples, the light of one sample, reciprocity, energy.
+
+All directions leave the surface and have unit length. Each check takes a registered BRDF and tries it on every material
+of ``trial_materials`` that it describes, with viewers from right above to grazing, about normals in several directions.
+"""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from contracts.statistics import SphereCells, chi_square_p, sidak
+from taichi_tracer.materials import Material, MaterialLibrary
+from taichi_tracer.system import memory, runtime
+
+SAMPLES = 50_000
+NORMALS = np.array([[0, 0, 1], [0, 0, -1], [0.6, -0.48, 0.64]])
+COSINES = (1.0, 0.7, 0.25, 0.02)  # of the viewer's angle with the normal
+PDF_TOLERANCE = 5e-3  # of ∫ pdf dω, where the cells are not fine enough for a kink of the density
+ENERGY_TOLERANCE = 1e-2  # of ∫ f cos dω ≤ 1, that of the quadrature included
+# f32 rounds a direction by 6e-8. In the narrowest lobes of the trial materials, 1e-2 wide, that moves a value by 1e-4.
+VALUE_TOLERANCE = 1e-3
+
+
+def trial_materials(brdf):
+    """Materials for a BRDF: the usual keys of MTL files, and its own parameters."""
+    yield from (Material(Kd=(0.8, 0.5, 0.2), Ns=ns) for ns in (0.0, 1.5, 10.0, 100.0, 1e4, 1e21))
+    yield Material(Kd=(1.0, 1.0, 1.0), Ns=1.0)
+    for alpha_x, alpha_y in ((0.5, 0.5), (0.1, 0.4)):
+        yield Material(Kd=(0.3, 0.3, 0.3), Ks=(0.5, 0.5, 0.5), alpha_x=alpha_x, alpha_y=alpha_y, F0=(0.9, 0.6, 0.3))
+    for factor in (1.0, 0.5, 0.25):
+        extra = {name.lower(): tuple(factor * np.atleast_1d(value)) for name, value in brdf.parameters.items()}
+        if extra:
+            yield Material(Kd=(0.9, 0.6, 0.3), Ks=(0.9, 0.6, 0.3), extra=extra)
+
+
+def described_materials(brdf):
+    """Those of the trial materials that a BRDF describes."""
+    return [material for material in trial_materials(brdf) if brdf.describes(material, runtime.dtype())]
+
+
+@ti.data_oriented
+class Bench:
+    """A BRDF and the materials that it describes, to be asked from Python. Directions are (N, 3) arrays."""
+
+    def __init__(self, brdf):
+        self.brdf, self.materials = brdf, described_materials(brdf)
+        self._memory = memory.Memory()
+        self.library = MaterialLibrary(self.materials, [brdf], self._memory.fields)
+        self._memory.allocate()
+        self.library.load()
+
+    def sample(self, which, w_o, n, xi):
+        """(N, 3) directions of material number ``which``, float64."""
+        out = np.zeros((len(xi), 3), runtime.dtype())
+        self._sample(which, *_rows(len(xi), w_o, n), np.ascontiguousarray(xi, runtime.dtype()), out)
+        return out.astype(np.float64)
+
+    def values(self, which, w_o, n, w_i):
+        """f_r (N, 3), pdf (N,), and the weight (N, 3) of w_i where it is taken for a sample; float64."""
+        out = np.zeros((len(w_i), 7), runtime.dtype())
+        self._values(which, *_rows(len(w_i), w_o, n, w_i), out)
+        out = out.astype(np.float64)
+        return out[:, :3], out[:, 3], out[:, 4:]
+
+    @ti.kernel
+    def _sample(
+        self,
+        which: ti.i32,
+        w_o: ti.types.ndarray(ndim=2),
+        n: ti.types.ndarray(ndim=2),
+        xi: ti.types.ndarray(ndim=2),
+        out: ti.types.ndarray(ndim=2),
+    ):
+        for i in range(out.shape[0]):
+            material = self.library.get(which)
+            w_i = self.brdf.sample(material, _vec3(w_o, i), _vec3(n, i), tm.vec2(xi[i, 0], xi[i, 1]))
+            for k in ti.static(range(3)):
+                out[i, k] = w_i[k]
+
+    @ti.kernel
+    def _values(
+        self,
+        which: ti.i32,
+        w_o: ti.types.ndarray(ndim=2),
+        n: ti.types.ndarray(ndim=2),
+        w_i: ti.types.ndarray(ndim=2),
+        out: ti.types.ndarray(ndim=2),
+    ):
+        for i in range(out.shape[0]):
+            material = self.library.get(which)
+            o, m, d = _vec3(w_o, i), _vec3(n, i), _vec3(w_i, i)
+            f, weight = self.brdf.eval(material, o, d, m), self.brdf.sample_weight(material, o, d, m)
+            for k in ti.static(range(3)):
+                out[i, k], out[i, 4 + k] = f[k], weight[k]
+            out[i, 3] = self.brdf.pdf(material, o, d, m)
+
+    def cases(self):
+        """(number of the material, w_o, n, what to say of it), each combination once."""
+        for which, material in enumerate(self.materials):
+            for n in NORMALS:
+                for cosine in COSINES:
+                    yield which, viewer(n, cosine), n, f"{self.brdf.name}: {told(material)}, n = {n}, n·w_o = {cosine}"
+
+
+@ti.func
+def _vec3(rows: ti.template(), i):
+    return tm.vec3(rows[i, 0], rows[i, 1], rows[i, 2])
+
+
+def _rows(count, *directions):
+    return [np.ascontiguousarray(np.broadcast_to(d, (count, 3)), runtime.dtype()) for d in directions]
+
+
+def told(material):
+    """The numbers of a material that differ from the usual ones."""
+    usual = Material()
+    names = ("Kd", "Ks", "Ns", "alpha_x", "alpha_y", "F0", "extra")
+    return ", ".join(f"{k}={getattr(material, k)}" for k in names if getattr(material, k) != getattr(usual, k))
+
+
+def viewer(n, cosine):
+    """A unit vector at an angle from n, to a side that is no axis."""
+    side = np.cross(n, [0.3, 0.8, -0.2])
+    side /= np.linalg.norm(side)
+    return cosine * n + np.sqrt(1 - cosine**2) * side
+
+
+def uniform_pairs(count, seed):
+    """(count, 2) random numbers below 1, in f32 too."""
+    return np.random.default_rng(seed).random((count, 2), dtype=np.float32)
+
+
+def directions_everywhere(count, seed=3):
+    """(count, 3) unit vectors, uniform on the sphere."""
+    d = np.random.default_rng(seed).normal(size=(count, 3))
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+# ── the checks ──
+
+
+def check_brdf(brdf):
+    """All that a BRDF must do."""
+    if brdf.is_delta:
+        check_delta(brdf)
+    else:
+        check_values_are_finite(brdf)
+        check_sample_follows_pdf(brdf)
+        check_reciprocity(brdf)
+
+
+def check_sample_follows_pdf(brdf):
+    """χ² of the samples, ∫ pdf = 1, weight = f cos/pdf at the samples, and ∫ f cos: at most 1, and what samples find.
+
+    The level of each χ² is that of ``sidak`` for all of them together.
+    """
+    bench = Bench(brdf)
+    cases = list(bench.cases())
+    for i, (which, w_o, n, what) in enumerate(cases):
+        cells = SphereCells.of_samples(bench.sample(which, w_o, n, uniform_pairs(10_000, seed=1000 + i)))
+        w_i = bench.sample(which, w_o, n, uniform_pairs(SAMPLES, seed=i))
+        length = np.linalg.norm(w_i, axis=1)
+        assert np.abs(length - 1).max() < 1e-5, f"{what}: sample returns a vector of length {length.max()}"
+
+        def pdf_and_f_cos(directions, which=which, w_o=w_o, n=n):
+            f, pdf, _ = bench.values(which, w_o, n, directions)
+            return np.column_stack([pdf, f * np.maximum(directions @ n, 0)[:, None]])
+
+        integrals = cells.integrals(pdf_and_f_cos)
+        total, albedo = integrals[..., 0].sum(), integrals[..., 1:].sum(axis=(0, 1))
+        assert abs(total - 1) < PDF_TOLERANCE, f"{what}: the integral of pdf is {total:.5f}"
+        p = chi_square_p(cells.counts(w_i), SAMPLES * integrals[..., 0])
+        assert p > sidak(len(cases)), f"{what}: the samples are not those of pdf: p = {p:.1e}"
+
+        f, pdf, weight = bench.values(which, w_o, n, w_i)
+        f_cos = f * np.maximum(w_i @ n, 0)[:, None]
+        quotient = f_cos / np.maximum(pdf, 1e-30)[:, None]
+        resolvable = (pdf > 1e-6 * pdf.max()) & (np.abs(w_i @ n) > 1e-4)
+        error = np.abs(weight - quotient)[resolvable] / (1e-3 + np.abs(quotient[resolvable]))
+        assert error.max() < VALUE_TOLERANCE, f"{what}: weight is not f cos/pdf: off by {error.max():.1e}"
+
+        assert albedo.max() < 1 + ENERGY_TOLERANCE, f"{what}: reflects {albedo.max():.4f} of the light"
+        spread = weight.std(axis=0) / np.sqrt(SAMPLES)
+        off = np.abs(weight.mean(axis=0) - albedo) - 5 * spread
+        assert (off < ENERGY_TOLERANCE * albedo + 1e-4).all(), (
+            f"{what}: samples are worth {weight.mean(axis=0)}, but the integral of f cos is {albedo}"
+        )
+
+
+def check_values_are_finite(brdf):
+    """f_r, pdf, samples and weights are finite, and none is negative, on either side of the horizon."""
+    bench = Bench(brdf)
+    corner = np.float32(1) - np.float32(2**-24)
+    corners = np.array([[0, 0], [0, corner], [corner, 0], [corner, corner], [0.5, 0]])
+    xi = np.concatenate([corners, uniform_pairs(200, seed=5)])
+    for which, w_o, n, what in bench.cases():
+        horizon, mirrored = viewer(n, 0.0), 2 * (n @ w_o) * n - w_o
+        special = np.array([n, -n, w_o, -w_o, mirrored, -mirrored, horizon, -horizon, viewer(n, 1e-7)])
+        # Where the normal is interpolated, a viewer may stand a little below its horizon.
+        for viewed in (w_o, horizon, viewer(n, -0.05)):
+            sampled = bench.sample(which, viewed, n, xi)
+            assert np.isfinite(sampled).all(), f"{what}: sample returns {sampled[~np.isfinite(sampled).all(axis=1)][0]}"
+            f, pdf, _ = bench.values(which, viewed, n, np.concatenate([special, sampled, directions_everywhere(500)]))
+            _, _, weight = bench.values(which, viewed, n, sampled)
+            for name, value in (("eval", f), ("pdf", pdf), ("weight", weight)):
+                wrong = value[~(np.isfinite(value) & (value >= 0))]
+                assert len(wrong) == 0, f"{what}, w_o = {viewed}: {name} is {wrong[0]}"
+
+
+def check_reciprocity(brdf):
+    """f_r(w_o, w_i) = f_r(w_i, w_o) above the horizon, where the BRDF promises it."""
+    if not brdf.is_reciprocal:
+        return
+    bench = Bench(brdf)
+    for which, w_o, n, what in bench.cases():
+        w_i = np.concatenate([bench.sample(which, w_o, n, uniform_pairs(500, seed=7)), directions_everywhere(500)])
+        w_i = w_i[w_i @ n > 1e-3]
+        there, back = bench.values(which, w_o, n, w_i)[0], bench.values(which, w_i, n, np.tile(w_o, (len(w_i), 1)))[0]
+        difference = np.abs(there - back) / (np.maximum(there, back) + 1e-2 * there.max() + 1e-12)
+        assert difference.max() < 5 * VALUE_TOLERANCE, f"{what}: f_r is not reciprocal: off by {difference.max():.1e}"
+
+
+def check_delta(brdf):
+    """One direction whatever ξ, which turns back into w_o; eval and pdf are 0; no more light leaves than arrives."""
+    bench = Bench(brdf)
+    for which, w_o, n, what in bench.cases():
+        w_i = bench.sample(which, w_o, n, uniform_pairs(50, seed=1))
+        assert np.isfinite(w_i).all(), f"{what}: sample is not finite"
+        assert np.ptp(w_i, axis=0).max() == 0, f"{what}: a delta BRDF has one direction"
+        assert abs(np.linalg.norm(w_i[0]) - 1) < 1e-5, f"{what}: sample returns a vector of length other than 1"
+        f, pdf, weight = bench.values(which, w_o, n, np.concatenate([w_i[:1], directions_everywhere(500)]))
+        assert not f.any(), f"{what}: eval of a delta BRDF is 0"
+        assert not pdf.any(), f"{what}: pdf of a delta BRDF is 0"
+        assert np.isfinite(weight[0]).all(), f"{what}: weight is {weight[0]}"
+        assert (weight[0] >= 0).all(), f"{what}: weight is {weight[0]}"
+        assert (weight[0] <= 1 + 1e-5).all(), f"{what}: weight is {weight[0]}"
+        if brdf.is_reciprocal:
+            back = bench.sample(which, w_i[0], n, uniform_pairs(1, seed=1))[0]
+            assert np.abs(back - w_o).max() < 1e-5, f"{what}: {w_i[0]} does not reflect back into w_o, but into {back}"

@@ -1,0 +1,33 @@
+"""Parts by kind for parametrised tests, and parts that are registered for the length of a test."""
+
+from contextlib import contextmanager
+
+import pytest
+
+from taichi_tracer.system.registry import PARTS
+
+
+def every(kind, only=lambda part: True):
+    """A decorator: runs the test with ``part`` set to each registered part of a kind, named by its name."""
+    parts = [part for part in PARTS.all(kind) if only(part)]
+    return pytest.mark.parametrize("part", parts, ids=[part.name for part in parts])
+
+
+@contextmanager
+def registered(part):
+    """Register a class or an object; what the registry holds of it is given, and forgotten at the end."""
+    PARTS.add(part)
+    try:
+        yield PARTS.find(part.kind, part.name)
+    finally:
+        PARTS.remove(part)
+
+
+def check_fails(part, check, kind_of_failure=AssertionError):
+    """Register a broken part; assert that it is among those that are checked, and that the check fails on it."""
+    before = PARTS.names(part.kind)
+    with registered(part) as broken:
+        assert broken in PARTS.all(part.kind)
+        with pytest.raises(kind_of_failure):
+            check(broken)
+    assert PARTS.names(part.kind) == before

@@ -1,0 +1,204 @@
+"""What every sampler must do: numbers that are uniform, independent of each other, and depend on nothing but their key.
+
+Two sets of numbers are looked at: those of one sample of very many pixels, and those of many samples of some pixels. In
+the second, low-discrepancy points are more even than independent ones, which is no fault: tests of evenness have one
+side. Seeds are fixed; the level of each test is ``sidak``'s for all of them together.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+import taichi as ti
+from scipy import stats
+
+from contracts.statistics import chi_square_p, largest_z, sidak
+from taichi_tracer.sampler import sampler_of
+from taichi_tracer.system import runtime
+
+DIMENSIONS = 64  # pairs of numbers of one sample
+WIDTH = HEIGHT = 128
+BINS = 8
+
+
+@ti.kernel
+def _pairs(sampler: ti.template(), seed: ti.u32, keys: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=3)):
+    for i in range(keys.shape[0]):
+        rng = sampler.start(seed, keys[i, 0], keys[i, 1], ti.cast(keys[i, 2], ti.u32))
+        for dimension in range(out.shape[1]):
+            pair = rng.next_2d()
+            out[i, dimension, 0], out[i, dimension, 1] = pair.x, pair.y
+
+
+@ti.kernel
+def _by_turns(sampler: ti.template(), keys: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=2)):
+    for i in range(keys.shape[0]):
+        rng = sampler.start(ti.u32(0), keys[i, 0], keys[i, 1], ti.cast(keys[i, 2], ti.u32))
+        first = rng.next_2d()
+        out[i, 0], out[i, 1] = first.x, first.y
+        out[i, 2] = rng.next_1d()
+        out[i, 3] = rng.next_1d()
+        second = rng.next_2d()
+        out[i, 4], out[i, 5] = second.x, second.y
+
+
+def bound(sampler, width=WIDTH, height=HEIGHT):
+    """The sampler as a renderer of pictures of this size has it."""
+    return sampler_of(sampler, SimpleNamespace(width=width, height=height))
+
+
+def numbers(sampler, keys, dimensions=DIMENSIONS, seed=0):
+    """(N, dimensions, 2) numbers of the keys (x, y, index), (N, 3)."""
+    out = np.zeros((len(keys), dimensions, 2), runtime.dtype())
+    _pairs(sampler, seed, np.ascontiguousarray(keys, np.int32), out)
+    return out
+
+
+def keys_of_pixels(index=0):
+    """(N, 3) one sample of every pixel, x fastest."""
+    y, x = np.mgrid[0:HEIGHT, 0:WIDTH].reshape(2, -1)
+    return np.column_stack([x, y, np.full(x.shape, index)])
+
+
+def keys_of_samples(x, y, count, step=1):
+    """(count, 3) samples of one pixel."""
+    return np.column_stack([np.full(count, x), np.full(count, y), np.arange(count) * step])
+
+
+# ── the checks ──
+
+
+def check_sampler(sampler):
+    """All that a sampler must do."""
+    sampler = bound(sampler)
+    check_same_numbers_for_the_same_key(sampler)
+    check_numbers_are_uniform(sampler)
+    check_dimensions_are_independent(sampler)
+    check_pixels_are_independent(sampler)
+    check_dimensions_advance(sampler)
+    check_replicas_are_independent(sampler)
+    check_net(sampler)
+
+
+def check_same_numbers_for_the_same_key(sampler):
+    """Twice, and in another order: the same bits. Another seed, pixel or sample: other numbers."""
+    keys = np.concatenate([keys_of_pixels(), keys_of_pixels(3)])
+    first = numbers(sampler, keys, 4)
+    order = np.random.default_rng(1).permutation(len(keys))
+    assert (numbers(sampler, keys, 4) == first).all(), f"{sampler.name}: the numbers differ from call to call"
+    assert (numbers(sampler, keys[order], 4) == first[order]).all(), (
+        f"{sampler.name}: the numbers depend on their order"
+    )
+    assert len(np.unique(first[:, 0], axis=0)) == len(keys), f"{sampler.name}: two pixels or samples have the same pair"
+    other = numbers(sampler, keys, 4, seed=1)
+    assert (first == other).mean() < 1e-3, f"{sampler.name}: another seed gives the same numbers"
+
+
+def check_numbers_are_uniform(sampler):
+    """Each of 2 × 64 columns in [0, 1), by Kolmogorov and Smirnov's test and by χ² in 64 bins."""
+    sets = [numbers(sampler, keys_of_pixels()), numbers(sampler, keys_of_samples(5, 3, 4096))]
+    level = sidak(2 * sum(np.prod(found.shape[1:]) for found in sets))
+    for found in sets:
+        assert np.isfinite(found).all(), f"{sampler.name}: a number is not finite"
+        assert found.min() >= 0, f"{sampler.name}: {found.min()} is below 0"
+        assert found.max() < 1, f"{sampler.name}: {found.max()} is not below 1"
+        columns = found.reshape(len(found), -1).astype(np.float64)
+        for k in range(columns.shape[1]):
+            counts = np.bincount((columns[:, k] * 64).astype(int), minlength=64)
+            p = min(stats.kstest(columns[:, k], "uniform").pvalue, chi_square_p(counts, np.full(64, len(found) / 64)))
+            assert p > level, f"{sampler.name}: number {k % 2} of dimension {k // 2} is not uniform: p = {p:.1e}"
+
+
+def check_dimensions_are_independent(sampler):
+    """No two of 2 × 64 columns have to do with each other: over pixels by χ² in 8 × 8 boxes, within pixels by r.
+
+    Over the samples of one pixel the spread of a correlation is not that of independent numbers: the mean over 64
+    pixels is compared with its own spread.
+    """
+    columns = numbers(sampler, keys_of_pixels()).reshape(WIDTH * HEIGHT, -1)
+    count = columns.shape[1]
+    first, second = np.triu_indices(count, 1)
+    is_in = ((columns * BINS).astype(int)[..., None] == np.arange(BINS)).astype(np.float32).reshape(len(columns), -1)
+    boxes = (is_in.T @ is_in).reshape(count, BINS, count, BINS)[first, :, second].astype(np.float64)
+    expected = len(columns) / BINS**2
+    p = stats.chi2.sf((np.square(boxes - expected) / expected).sum(axis=(1, 2)), BINS**2 - 1)
+    assert p.min() > sidak(len(p)), _told(sampler, first, second, p.argmin(), f"p = {p.min():.1e} over pixels")
+
+    pixels = [(x, y) for x in range(0, WIDTH, 16) for y in range(0, HEIGHT, 16)]
+    r = []
+    for x, y in pixels:
+        own = numbers(sampler, keys_of_samples(x, y, 256)).reshape(256, -1)
+        r.append(np.corrcoef(own.T)[first, second])
+    r = np.array(r)
+    t = r.mean(axis=0) / np.maximum(r.std(axis=0, ddof=1), 1e-6) * np.sqrt(len(pixels))
+    p = 2 * stats.t.sf(np.abs(t), len(pixels) - 1)
+    assert p.min() > sidak(len(p)), _told(sampler, first, second, p.argmin(), f"p = {p.min():.1e} within a pixel")
+
+
+def _told(sampler, first, second, k, what):
+    a, b = (f"number {i % 2} of dimension {i // 2}" for i in (first[k], second[k]))
+    return f"{sampler.name}: {a} and {b} depend on each other: {what}"
+
+
+def check_pixels_are_independent(sampler):
+    """No correlation with the pixel to the right, above, or mirrored in the diagonal, in any dimension."""
+    by_pixel = numbers(sampler, keys_of_pixels()).astype(np.float64).reshape(HEIGHT, WIDTH, -1)
+    upper = np.triu_indices(HEIGHT, 1)
+    neighbours = {
+        "to its right": (by_pixel[:, :-1].reshape(-1, 2 * DIMENSIONS), by_pixel[:, 1:].reshape(-1, 2 * DIMENSIONS)),
+        "above it": (by_pixel[:-1].reshape(-1, 2 * DIMENSIONS), by_pixel[1:].reshape(-1, 2 * DIMENSIONS)),
+        "mirrored": (by_pixel[upper], by_pixel.transpose(1, 0, 2)[upper]),
+    }
+    limit = largest_z(len(neighbours) * 2 * DIMENSIONS)
+    for where, (a, b) in neighbours.items():
+        z = np.abs(_correlations(a, b)) * np.sqrt(len(a))
+        assert z.max() < limit, (
+            f"{sampler.name}: dimension {z.argmax() // 2} of a pixel and of the one {where} have z = {z.max():.1f}"
+        )
+
+
+def _correlations(a, b):
+    """(K,) the correlation of each column of a with the same column of b."""
+    a, b = (column - column.mean(axis=0) for column in (a, b))
+    return (a * b).mean(axis=0) / np.sqrt(np.square(a).mean(axis=0) * np.square(b).mean(axis=0))
+
+
+def check_dimensions_advance(sampler):
+    """``next_2d``, ``next_1d``, ``next_1d``, ``next_2d`` give six numbers that have nothing to do with each other."""
+    found = np.zeros((WIDTH * HEIGHT, 6), runtime.dtype())
+    _by_turns(sampler, np.ascontiguousarray(keys_of_pixels(), np.int32), found)
+    assert found.min() >= 0, f"{sampler.name}: {found.min()} is below 0"
+    assert found.max() < 1, f"{sampler.name}: {found.max()} is not below 1"
+    r = np.corrcoef(found.T.astype(np.float64))[np.triu_indices(6, 1)]
+    z = np.abs(r).max() * np.sqrt(len(found))
+    assert z < largest_z(len(r)), f"{sampler.name}: next_1d and next_2d repeat numbers: z = {z:.1f}"
+    expected = numbers(sampler, keys_of_pixels(), 1)[:, 0]
+    assert (found[:, :2] == expected).all(), f"{sampler.name}: next_2d differs from next_2d of the same key"
+
+
+def check_replicas_are_independent(sampler):
+    """Where samples of even and odd index are said to be two sequences: no correlation between them."""
+    if not sampler.replicated:
+        return
+    even, odd = (numbers(sampler, keys_of_pixels(i)).reshape(WIDTH * HEIGHT, -1).astype(np.float64) for i in (0, 1))
+    z = np.abs(_correlations(even, odd)) * np.sqrt(len(even))
+    assert z.max() < largest_z(len(z)), f"{sampler.name}: even and odd samples are not independent: {z.max():.1f}"
+
+
+def check_net(sampler):
+    """Where it is promised: of the first 2^m samples of a sequence, one lies in each box of volume 2^−m."""
+    if not sampler.is_net:
+        return
+    step = 2 if sampler.replicated else 1
+    for x, y in ((0, 0), (77, 31)):
+        found = numbers(sampler, keys_of_samples(x, y, 256 * step)).astype(np.float64)
+        for replica in range(step):
+            points = found[replica::step]
+            for bits in (2, 5, 8):
+                for k in range(bits + 1):
+                    cells = np.floor(points[: 1 << bits] * [1 << k, 1 << bits - k]).astype(int)
+                    taken = np.sort(cells[..., 0] * (1 << bits - k) + cells[..., 1], axis=0)
+                    missed = (taken != np.arange(1 << bits)[:, None]).any(axis=0)
+                    assert not missed.any(), (
+                        f"{sampler.name}: the first {1 << bits} samples of pixel ({x}, {y}) are no net in dimension "
+                        f"{missed.argmax()}, boxes of 1/{1 << k} by 1/{1 << bits - k}"
+                    )

@@ -1,0 +1,106 @@
+"""Statistics of the contracts: significance for many tests at once, and χ² tests over cells of the sphere."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+# Chance that a part which is right fails one of all the tests of one contract. The seeds are fixed: a part that passes
+# once passes always.
+ALPHA = 0.01
+LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
+
+
+def sidak(count, alpha=ALPHA):
+    """The level of each of ``count`` independent tests that gives all of them together the level ``alpha``."""
+    return -np.expm1(np.log1p(-alpha) / count)
+
+
+def largest_z(count, alpha=ALPHA):
+    """The |z| that none of ``count`` independent normal numbers exceeds, but with the probability ``alpha``."""
+    return stats.norm.isf(sidak(count, alpha) / 2)
+
+
+def chi_square_p(observed, expected):
+    """p of counts against expected counts, both of any shape; cells in which little is expected are put together."""
+    order = np.argsort(expected, axis=None)
+    observed, expected = observed.ravel()[order], expected.ravel()[order]
+    pooled = max(1, int(np.searchsorted(np.cumsum(expected), LEAST_EXPECTED)) + 1)
+    observed = np.concatenate([[observed[:pooled].sum()], observed[pooled:]])
+    expected = np.concatenate([[expected[:pooled].sum()], expected[pooled:]])
+    if len(expected) < 2:
+        return 1.0
+    return stats.chi2.sf((np.square(observed - expected) / expected).sum(), len(expected) - 1)
+
+
+@dataclass(frozen=True)
+class SphereCells:
+    """Cells of the sphere about an axis: rings between values of s = (1 − cos θ)/2, each cut into equal angles φ.
+
+    s is |ω − axis|²/4, so that it keeps its digits close to the axis, where narrow lobes are.
+
+    Attributes:
+        axis: (3,) unit vector. edges: (rings + 1,) of s, ascending from 0 to 1. columns: how many cells a ring has.
+    """
+
+    axis: np.ndarray
+    edges: np.ndarray
+    columns: int = 16
+
+    @classmethod
+    def equal_angles(cls, rows, columns):
+        """Cells about +y that are those of the texels of an equirectangular image."""
+        return cls(np.array([0.0, 1.0, 0.0]), (1 - np.cos(np.pi * np.arange(rows + 1) / rows)) / 2, columns)
+
+    @classmethod
+    def of_samples(cls, directions, rings=12):
+        """Rings that hold equally many of the directions, about their mean, and wider and wider ones beyond them."""
+        axis = directions.mean(axis=0)
+        length = np.linalg.norm(axis)
+        axis = axis / length if length > 0 else np.array([0.0, 0.0, 1.0])
+        s = np.square(directions - axis).sum(axis=1) / 4
+        edges = np.quantile(s, np.arange(1, rings + 1) / rings)
+        doublings = int(np.ceil(np.log2(1 / max(edges[-1], 1e-30))))
+        beyond = np.minimum(edges[-1] * 2.0 ** np.arange(1, doublings + 1), 1)
+        return cls(axis, np.unique(np.concatenate([[0], np.minimum(edges, 1), beyond, [1]])))
+
+    def frame(self):
+        """Two unit vectors at right angles to the axis; about +y they are x and z."""
+        x = np.array([1.0, 0, 0]) if abs(self.axis[0]) < 0.9 else np.array([0, 0, 1.0])
+        x = x - self.axis * (x @ self.axis)
+        x /= np.linalg.norm(x)
+        return x, np.cross(x, self.axis)
+
+    def counts(self, directions):
+        """(rings, columns) how many of the (N, 3) directions lie in each cell."""
+        x, y = self.frame()
+        s = np.clip(np.square(directions - self.axis).sum(axis=1) / 4, 0, 1)
+        phi = np.arctan2(directions @ y, directions @ x) / (2 * np.pi) % 1.0
+        ring = np.clip(np.searchsorted(self.edges, s, side="right") - 1, 0, len(self.edges) - 2)
+        column = np.minimum((phi * self.columns).astype(int), self.columns - 1)
+        cells = np.bincount(ring * self.columns + column, minlength=(len(self.edges) - 1) * self.columns)
+        return cells.reshape(-1, self.columns)
+
+    def integrals(self, function, order=8):
+        """(rings, columns) ∫ f dω over each cell, or (rings, columns, k), by Gauss's rule in s and φ.
+
+        Args:
+            function: (N, 3) unit directions → (N,) or (N, k).
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(order)
+        nodes, weights = (nodes + 1) / 2, weights / 2
+        rings = len(self.edges) - 1
+        width = np.diff(self.edges)
+        s = self.edges[:-1, None] + width[:, None] * nodes  # (rings, order)
+        phi = 2 * np.pi * (np.arange(self.columns)[:, None] + nodes) / self.columns  # (columns, order)
+        cosine, sine = 1 - 2 * s, 2 * np.sqrt(s * (1 - s))
+        x, y = self.frame()
+        around = np.cos(phi)[..., None] * x + np.sin(phi)[..., None] * y
+        directions = (
+            cosine[:, :, None, None, None] * self.axis + sine[:, :, None, None, None] * around[None, None]
+        )  # (rings, order, columns, order, 3)
+        values = np.asarray(function(directions.reshape(-1, 3)), np.float64)
+        values = values.reshape(rings, order, self.columns, order, -1)
+        solid_angle = 4 * np.pi * width / self.columns  # dω = 2 ds dφ
+        cells = np.einsum("i,j,ricjk->rck", weights, weights, values) * solid_angle[:, None, None]
+        return cells[..., 0] if cells.shape[-1] == 1 else cells
