@@ -163,7 +163,9 @@ def test_random_numbers_never_come_from_taichi_but_in_one_function():
     (pair,) = [f for f in functions_of(read(MODULES["sampler"])) if f.name == "taichi_pair"]
     assert len(drawn) == 2
     assert all(node in set(ast.walk(pair)) for node in drawn)
-    users = [f.name for f in functions_of(read(MODULES["sampler"])) if any(calls(n, "taichi_pair") for n in ast.walk(f))]
+    users = [
+        f.name for f in functions_of(read(MODULES["sampler"])) if any(calls(n, "taichi_pair") for n in ast.walk(f))
+    ]
     assert users == ["given_or_drawn"]
     assert not {m for m, path in MODULES.items() if any(name.endswith(".taichi_pair") for name in imports(read(path)))}
 

@@ -7,10 +7,12 @@ from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.phong import mirror_from
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import seams
 
 
 @register
 @ti.data_oriented
+@seams()
 class Mirror(Brdf):
     """f_r = Kd δ(ω_i − ω_r)."""
 

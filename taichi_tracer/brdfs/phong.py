@@ -8,10 +8,12 @@ from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.formulas.warps import power_cosine
 from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import seams
 
 
 @register
 @ti.data_oriented
+@seams()
 class Phong(Brdf):
     """f_r = Kd (Ns+1)/(2π) max(0, ω_r·ω_i)^Ns.
 

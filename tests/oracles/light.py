@@ -30,3 +30,15 @@ def lookup(image, directions):
 def to_unit(d):
     """Rows of unit length."""
     return d / np.linalg.norm(d, axis=-1, keepdims=True)
+
+
+def sphere(rng, count):
+    """(count, 3) directions, uniform on the sphere."""
+    return to_unit(rng.normal(size=(count, 3)))
+
+
+def hemisphere(rng, count):
+    """(count, 3) directions, uniform on the hemisphere about +z."""
+    directions = sphere(rng, count)
+    directions[:, 2] = np.abs(directions[:, 2])
+    return directions
