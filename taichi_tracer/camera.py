@@ -272,7 +272,13 @@ def through_pixel(method, pixel_x, pixel_y, jitter: bool, xi):
     if takes_whole_numbers(method):
         return called(method, pixel_x, pixel_y)
     within = given_or_drawn(xi)
-    return called(method, pixel_x + within.x - 0.5, pixel_y + within.y - 0.5)
+    return called(method, moved_within(pixel_x, within, 0), moved_within(pixel_y, within, 1))
+
+
+@ti.func
+def moved_within(pixel, within, axis: ti.template()):
+    """The coordinate of a point of a pixel, in pixels from the first pixel's centre."""
+    return pixel + within[axis] - 0.5
 
 
 def _read(field, index):

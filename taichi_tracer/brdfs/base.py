@@ -78,9 +78,10 @@ class Brdf:
 
 @ti.func
 def eval_over_pdf(brdf: ti.template(), material, w_o, w_i, n):
-    """f_r max(n·ω_i, 0) / pdf as a quotient."""
+    """f_r max(n·ω_i, 0) / pdf as a quotient; 0 where the pdf is 0, as on the horizon, which ξ = 0 meets."""
     f_cos = brdf.eval(material, w_o, w_i, n) * ti.max(0.0, tm.dot(n, w_i))
-    return f_cos / brdf.pdf(material, w_o, w_i, n)
+    pdf = brdf.pdf(material, w_o, w_i, n)
+    return ti.select(pdf == 0, tm.vec3(0), f_cos / pdf)
 
 
 def owns_weight(brdf: Brdf) -> bool:
