@@ -23,11 +23,21 @@ def registered(part):
         PARTS.remove(part)
 
 
-def check_fails(part, check, kind_of_failure=AssertionError):
-    """Register a broken part; assert that it is among those that are checked, and that the check fails on it."""
+def broken_parts(reasons):
+    """A decorator: runs the test with ``broken`` and ``reason`` set to each of a dictionary class → what is found."""
+    ids = [getattr(part, "name", str(part)) for part in reasons]
+    return pytest.mark.parametrize(("broken", "reason"), list(reasons.items()), ids=ids)
+
+
+def check_fails(part, check, reason):
+    """Register a broken part: it is among those that are checked, and the check fails and says why.
+
+    Args:
+        reason: a regular expression that is found in the message.
+    """
     before = PARTS.names(part.kind)
     with registered(part) as broken:
         assert broken in PARTS.all(part.kind)
-        with pytest.raises(kind_of_failure):
+        with pytest.raises(AssertionError, match=reason):
             check(broken)
     assert PARTS.names(part.kind) == before

@@ -11,13 +11,14 @@ import numpy as np
 import taichi as ti
 from scipy import stats
 
-from contracts.statistics import chi_square_p, largest_z, sidak
+from contracts.statistics import ALPHA, chi_square_p, largest_z, sidak
 from taichi_tracer.sampler import sampler_of
 from taichi_tracer.system import runtime
 
 DIMENSIONS = 64  # pairs of numbers of one sample
 WIDTH = HEIGHT = 128
 BINS = 8
+ALPHA_OF_ONE = ALPHA / 6  # of the six sets of tests that one sampler goes through
 
 
 @ti.kernel
@@ -71,12 +72,12 @@ def check_sampler(sampler):
     """All that a sampler must do."""
     sampler = bound(sampler)
     check_same_numbers_for_the_same_key(sampler)
+    check_dimensions_advance(sampler)
+    check_net(sampler)
+    check_replicas_are_independent(sampler)
+    check_pixels_are_independent(sampler)
     check_numbers_are_uniform(sampler)
     check_dimensions_are_independent(sampler)
-    check_pixels_are_independent(sampler)
-    check_dimensions_advance(sampler)
-    check_replicas_are_independent(sampler)
-    check_net(sampler)
 
 
 def check_same_numbers_for_the_same_key(sampler):
@@ -96,7 +97,7 @@ def check_same_numbers_for_the_same_key(sampler):
 def check_numbers_are_uniform(sampler):
     """Each of 2 × 64 columns in [0, 1), by Kolmogorov and Smirnov's test and by χ² in 64 bins."""
     sets = [numbers(sampler, keys_of_pixels()), numbers(sampler, keys_of_samples(5, 3, 4096))]
-    level = sidak(2 * sum(np.prod(found.shape[1:]) for found in sets))
+    level = sidak(2 * sum(np.prod(found.shape[1:]) for found in sets), ALPHA_OF_ONE)
     for found in sets:
         assert np.isfinite(found).all(), f"{sampler.name}: a number is not finite"
         assert found.min() >= 0, f"{sampler.name}: {found.min()} is below 0"
@@ -121,7 +122,9 @@ def check_dimensions_are_independent(sampler):
     boxes = (is_in.T @ is_in).reshape(count, BINS, count, BINS)[first, :, second].astype(np.float64)
     expected = len(columns) / BINS**2
     p = stats.chi2.sf((np.square(boxes - expected) / expected).sum(axis=(1, 2)), BINS**2 - 1)
-    assert p.min() > sidak(len(p)), _told(sampler, first, second, p.argmin(), f"p = {p.min():.1e} over pixels")
+    assert p.min() > sidak(len(p), ALPHA_OF_ONE), _told(
+        sampler, first, second, p.argmin(), f"p = {p.min():.1e} over pixels"
+    )
 
     pixels = [(x, y) for x in range(0, WIDTH, 16) for y in range(0, HEIGHT, 16)]
     r = []
@@ -131,7 +134,9 @@ def check_dimensions_are_independent(sampler):
     r = np.array(r)
     t = r.mean(axis=0) / np.maximum(r.std(axis=0, ddof=1), 1e-6) * np.sqrt(len(pixels))
     p = 2 * stats.t.sf(np.abs(t), len(pixels) - 1)
-    assert p.min() > sidak(len(p)), _told(sampler, first, second, p.argmin(), f"p = {p.min():.1e} within a pixel")
+    assert p.min() > sidak(len(p), ALPHA_OF_ONE), _told(
+        sampler, first, second, p.argmin(), f"p = {p.min():.1e} within a pixel"
+    )
 
 
 def _told(sampler, first, second, k, what):
@@ -148,7 +153,7 @@ def check_pixels_are_independent(sampler):
         "above it": (by_pixel[:-1].reshape(-1, 2 * DIMENSIONS), by_pixel[1:].reshape(-1, 2 * DIMENSIONS)),
         "mirrored": (by_pixel[upper], by_pixel.transpose(1, 0, 2)[upper]),
     }
-    limit = largest_z(len(neighbours) * 2 * DIMENSIONS)
+    limit = largest_z(len(neighbours) * 2 * DIMENSIONS, ALPHA_OF_ONE)
     for where, (a, b) in neighbours.items():
         z = np.abs(_correlations(a, b)) * np.sqrt(len(a))
         assert z.max() < limit, (
@@ -170,7 +175,7 @@ def check_dimensions_advance(sampler):
     assert found.max() < 1, f"{sampler.name}: {found.max()} is not below 1"
     r = np.corrcoef(found.T.astype(np.float64))[np.triu_indices(6, 1)]
     z = np.abs(r).max() * np.sqrt(len(found))
-    assert z < largest_z(len(r)), f"{sampler.name}: next_1d and next_2d repeat numbers: z = {z:.1f}"
+    assert z < largest_z(len(r), ALPHA_OF_ONE), f"{sampler.name}: next_1d and next_2d repeat numbers: z = {z:.1f}"
     expected = numbers(sampler, keys_of_pixels(), 1)[:, 0]
     assert (found[:, :2] == expected).all(), f"{sampler.name}: next_2d differs from next_2d of the same key"
 
@@ -181,7 +186,9 @@ def check_replicas_are_independent(sampler):
         return
     even, odd = (numbers(sampler, keys_of_pixels(i)).reshape(WIDTH * HEIGHT, -1).astype(np.float64) for i in (0, 1))
     z = np.abs(_correlations(even, odd)) * np.sqrt(len(even))
-    assert z.max() < largest_z(len(z)), f"{sampler.name}: even and odd samples are not independent: {z.max():.1f}"
+    assert z.max() < largest_z(len(z), ALPHA_OF_ONE), (
+        f"{sampler.name}: even and odd samples are not independent: {z.max():.1f}"
+    )
 
 
 def check_net(sampler):

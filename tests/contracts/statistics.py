@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-# Chance that a part which is right fails one of all the tests of one contract. The seeds are fixed: a part that passes
-# once passes always.
+# The probability that a part which is right fails one of all the tests of its contract. The seeds are fixed, so that a
+# part which passes once passes always.
 ALPHA = 0.01
 LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
 

@@ -8,7 +8,7 @@ from support import start
 
 import taichi_tracer as tt
 from contracts import brdfs
-from contracts.registered import check_fails, every
+from contracts.registered import broken_parts, check_fails, every
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
@@ -134,24 +134,22 @@ class TiltedMirror(Mirror):
         return tm.normalize(2 * tm.dot(n, w_o) * n - w_o + 0.1 * n)
 
 
-@pytest.mark.parametrize(
-    "broken",
-    [
-        TwiceTheDensity,
-        IgnoresTheNormal,
-        SlightlyOff,
-        OneWay,
-        WrongWeight,
-        TooBright,
-        NanBelow,
-        ForgetsPart,
-        ScatteringMirror,
-        TiltedMirror,
-    ],
-    ids=lambda cls: cls.name,
+@broken_parts(
+    {
+        TwiceTheDensity: "integral of pdf is 2",
+        IgnoresTheNormal: "not those of pdf",
+        SlightlyOff: "not those of pdf",
+        OneWay: "not reciprocal",
+        WrongWeight: "weight is not f cos/pdf",
+        TooBright: "reflects 1.3",
+        NanBelow: "eval is nan",
+        ForgetsPart: "not those of pdf",
+        ScatteringMirror: "pdf of a delta BRDF is 0",
+        TiltedMirror: "does not reflect back",
+    }
 )
-def test_broken_brdf_is_found(broken):
-    check_fails(broken, brdfs.check_brdf)
+def test_broken_brdf_is_found(broken, reason):
+    check_fails(broken, brdfs.check_brdf, reason)
 
 
 def test_what_is_not_promised_is_not_held_against_it():

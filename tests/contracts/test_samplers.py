@@ -6,7 +6,7 @@ import taichi.math as tm
 from support import DEBUG, start
 
 from contracts import samplers
-from contracts.registered import check_fails, every
+from contracts.registered import broken_parts, check_fails, every
 from taichi_tracer.sampler import IndependentSampler, SobolSampler
 
 pytestmark = pytest.mark.skipif(
@@ -40,7 +40,7 @@ class RepeatsADimension(IndependentSampler):
 class ShiftsADimension(SobolSampler):
     """Dimension 40 is dimension 3 plus 1/4: by itself it is as even as it should be."""
 
-    name = "broken: a dimension shifted"
+    name, is_net = "broken: a dimension shifted", False
 
     @ti.func
     def get_2d(self, seed, pixel, index, dimension):
@@ -122,20 +122,18 @@ class ReplicasAgree(IndependentSampler):
         return tm.fract(pair + 1e-3 * ti.cast(index & 1, float))
 
 
-@pytest.mark.parametrize(
-    "broken",
-    [
-        RepeatsADimension,
-        ShiftsADimension,
-        SlightlyUneven,
-        ReachesOne,
-        SamePixels,
-        NeighboursAgree,
-        TaichisOwn,
-        NoNet,
-        ReplicasAgree,
-    ],
-    ids=lambda cls: cls.name,
+@broken_parts(
+    {
+        RepeatsADimension: "dimension 5 and number 0 of dimension 63 depend on each other",
+        ShiftsADimension: "dimension 3 and number 0 of dimension 40 depend on each other",
+        SlightlyUneven: "number 0 of dimension 17 is not uniform",
+        ReachesOne: "1.0 is not below 1",
+        SamePixels: "two pixels or samples have the same pair",
+        NeighboursAgree: "and of the one to its right",
+        TaichisOwn: "differ from call to call",
+        NoNet: "are no net in dimension",
+        ReplicasAgree: "even and odd samples are not independent",
+    }
 )
-def test_broken_sampler_is_found(broken):
-    check_fails(broken, samplers.check_sampler)
+def test_broken_sampler_is_found(broken, reason):
+    check_fails(broken, samplers.check_sampler, reason)

@@ -1,0 +1,182 @@
+"""What every camera must do: finite rays of unit length, that follow the camera wherever it is put.
+
+A camera that is registered is a class. Each check makes one of it, 33 × 24 pixels, and moves it.
+"""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.camera import make_camera, through_pixel
+from taichi_tracer.system import runtime
+
+WIDTH, HEIGHT = 33, 24
+POSES = {  # eye, at, up
+    "along −z": ((0, 0, 5), (0, 0, 0), (0, 1, 0)),
+    "askew": ((3, -2, 1), (-1, 0.5, 0.3), (0.3, 0.2, 1)),
+    "straight down": ((0, 7, 0), (0, 0, 0), (1, 0, 0)),
+    "far from the origin": ((1000, 2000, -500), (1003, 2001, -502), (0, 1, 0)),
+    "close": ((0, 0, 1e-3), (0, 0, 0), (0, 1, 0)),
+}
+# f32 rounds a unit vector by 6e-8 in each of some ten operations; the origins are as exact as the eye's own numbers.
+TOLERANCE = 2e-6
+
+
+@ti.kernel
+def _rays(
+    camera: ti.template(),
+    jitter: ti.template(),
+    pixels: ti.types.ndarray(ndim=2),
+    xi: ti.types.ndarray(ndim=2),
+    out: ti.types.ndarray(ndim=2),
+):
+    for i in range(pixels.shape[0]):
+        ray = through_pixel(camera.generate_ray, pixels[i, 0], pixels[i, 1], jitter, tm.vec2(xi[i, 0], xi[i, 1]))
+        for k in ti.static(range(3)):
+            out[i, k], out[i, 3 + k] = ray.origin[k], ray.direction[k]
+
+
+def rays(camera, pixels, xi=None):
+    """Origins and directions, (N, 3) float64, of the eye rays of (N, 2) pixels, which may be fractions.
+
+    Args:
+        xi: (N, 2) the point within each pixel; None is its centre.
+    """
+    pixels = np.atleast_2d(np.asarray(pixels, np.float64)).astype(runtime.dtype())
+    point = np.full(pixels.shape, 0.5) if xi is None else np.asarray(xi)
+    out = np.zeros((len(pixels), 6), runtime.dtype())
+    _rays(camera, xi is not None, pixels, np.ascontiguousarray(point, runtime.dtype()), out)
+    out = out.astype(np.float64)
+    return out[:, :3], out[:, 3:]
+
+
+def all_pixels():
+    """(N, 2) of the picture, x fastest."""
+    y, x = np.mgrid[0:HEIGHT, 0:WIDTH].reshape(2, -1)
+    return np.column_stack([x, y]).astype(float)
+
+
+def poses(camera):
+    """The camera in one pose after the other: (name, eye, at, up)."""
+    for name, pose in POSES.items():
+        eye, at, up = (np.asarray(v, np.float64) for v in pose)
+        camera.set_camera_parameters(eye=eye, at=at, up=up)
+        yield name, eye, at, up
+
+
+# ── the checks ──
+
+
+def check_camera(camera_class):
+    """All that a camera must do."""
+    camera = camera_class(WIDTH, HEIGHT)
+    check_rays_are_finite(camera)
+    check_central_ray_meets_at(camera)
+    check_rays_move_with_the_camera(camera)
+    check_handedness_mirrors(camera)
+    check_fractions_of_a_pixel(camera)
+    check_it_can_be_made_again(camera)
+
+
+def check_rays_are_finite(camera):
+    """Every ray is finite, and its direction has unit length: at pixel centres, at corners, wherever the camera is."""
+    pixels = np.concatenate([all_pixels()] * 2)
+    xi = np.concatenate([np.full((len(pixels) // 2, 2), 0.5), np.random.default_rng(1).random((len(pixels) // 2, 2))])
+    xi[-4:] = [[0, 0], [0, 1 - 2**-24], [1 - 2**-24, 0], [1 - 2**-24, 1 - 2**-24]]
+    for name, *_ in poses(camera):
+        for o, d in (rays(camera, pixels), rays(camera, pixels, xi)):
+            wrong = ~np.isfinite(np.column_stack([o, d])).all(axis=1)
+            assert not wrong.any(), f"{camera.name}, {name}: pixel {pixels[wrong][0]} has a ray that is not finite"
+            off = np.abs(np.linalg.norm(d, axis=1) - 1)
+            assert off.max() < TOLERANCE, (
+                f"{camera.name}, {name}: the direction of pixel {pixels[off.argmax()]} has not unit length"
+            )
+
+
+def check_central_ray_meets_at(camera):
+    """The ray through the middle of the picture passes through the point that is looked at, in front of its origin.
+
+    Of a camera whose window is not symmetric, the middle of the window looks elsewhere: that is not checked.
+    """
+    l, r, b, t = camera.screen_window
+    if abs(l + r) > 1e-6 * (r - l) or abs(b + t) > 1e-6 * (t - b):
+        return
+    for name, eye, at, _ in poses(camera):
+        o, d = (v[0] for v in rays(camera, [(WIDTH - 1) / 2, (HEIGHT - 1) / 2]))
+        distance = np.linalg.norm(at - eye)
+        past = np.linalg.norm(np.cross(at - o, d))
+        limit = TOLERANCE * (distance + np.abs(eye).max())
+        assert past < limit, f"{camera.name}, {name}: the central ray passes {past:.2g} from at"
+        assert (at - o) @ d > 0, f"{camera.name}, {name}: the central ray leads away from at"
+
+
+def check_rays_move_with_the_camera(camera):
+    """A camera that is turned and moved has rays that are turned and moved with it; its version counts that."""
+    pixels = all_pixels()
+    turn, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))
+    turn *= np.linalg.det(turn)  # a rotation, without a mirror
+    move = np.array([0.5, -2.0, 1.5])
+    for name, eye, at, up in poses(camera):
+        version = camera.version
+        o, d = rays(camera, pixels)
+        camera.set_camera_parameters(eye=turn @ eye + move, at=turn @ at + move, up=turn @ up)
+        assert camera.version != version, f"{camera.name}: version does not count that the camera moved"
+        o_moved, d_moved = rays(camera, pixels)
+        # eye and at are rounded to f32 on their way, if they are; far away that turns the gaze.
+        gaze = 4 * np.abs(eye).max() / np.linalg.norm(at - eye) if runtime.dtype() == np.float32 else 0
+        limit = TOLERANCE * (10 + 0.1 * gaze)
+        off = np.abs(d_moved - d @ turn.T).max()
+        assert off < limit, f"{camera.name}, {name}: the directions do not turn with the camera: off by {off:.1e}"
+        off = np.abs(o_moved - (o @ turn.T + move)).max()
+        size = 1 + np.abs(eye).max() + np.abs(o - eye).max()
+        assert off < limit * size, f"{camera.name}, {name}: the origins do not move with the camera: off by {off:.1e}"
+
+
+def check_handedness_mirrors(camera):
+    """The picture of the other handedness is the mirror image."""
+    pixels = all_pixels()
+    mirrored = np.column_stack([WIDTH - 1 - pixels[:, 0], pixels[:, 1]])
+    for name, eye, *_ in poses(camera):
+        camera.set_camera_parameters(handedness="left")
+        left = rays(camera, pixels)
+        camera.set_camera_parameters(handedness="right")
+        right = rays(camera, mirrored)
+        camera.set_camera_parameters(handedness="left")
+        for what, a, b, limit in (
+            ("direction", left[1], right[1], TOLERANCE),
+            ("origin", left[0], right[0], TOLERANCE * (1 + np.abs(eye).max())),
+        ):
+            off = np.abs(a - b).max()
+            assert off < limit, f"{camera.name}, {name}: the {what}s are not mirrored by handedness: off by {off:.1e}"
+
+
+def check_fractions_of_a_pixel(camera):
+    """A third of a pixel further lies a third of the way to the next one; the point within a pixel is a fraction."""
+    x, y = np.mgrid[0 : WIDTH - 1 : 4, 0 : HEIGHT - 1 : 4].reshape(2, -1)
+    here = np.column_stack([x, y]).astype(float)
+    xi = np.random.default_rng(2).random(here.shape)
+    for name, *_ in poses(camera):
+        for step in ((1, 0), (0, 1)):
+            a, b = (np.hstack(rays(camera, here + np.multiply(step, k))) for k in (0, 1))
+            between = np.hstack(rays(camera, here + np.divide(step, 3)))
+            size = np.linalg.norm(b - a, axis=1)
+            assert size.min() > 0, f"{camera.name}, {name}: pixel {here[size.argmin()]} has the ray of the next one"
+            off = np.linalg.norm(between - (2 * a + b) / 3, axis=1)
+            noise = TOLERANCE * (1 + np.abs(a).max())
+            worst = (off - noise - 0.2 * size).argmax()
+            assert off[worst] < noise + 0.2 * size[worst], (
+                f"{camera.name}, {name}: a third of a pixel from {here[worst]} is not a third of the way"
+            )
+        jittered, fraction = np.hstack(rays(camera, here, xi)), np.hstack(rays(camera, here + xi - 0.5))
+        off = np.abs(jittered - fraction).max()
+        assert off < TOLERANCE * (1 + np.abs(fraction).max()), (
+            f"{camera.name}, {name}: the point xi of a pixel is not the pixel + xi − 1/2: off by {off:.1e}"
+        )
+
+
+def check_it_can_be_made_again(camera):
+    """``make_camera`` with its ``parameters`` makes a camera with the same rays: files and checkpoints rely on it."""
+    other = make_camera(WIDTH, HEIGHT, **camera.parameters())
+    assert type(other) is type(camera), f"{camera.name}: make_camera(**parameters()) makes a {type(other).__name__}"
+    same = all((a == b).all() for a, b in zip(rays(camera, all_pixels()), rays(other, all_pixels()), strict=True))
+    assert same, f"{camera.name}: make_camera(**parameters()) makes a camera with other rays"
