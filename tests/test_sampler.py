@@ -1,20 +1,32 @@
-"""Random numbers: their bits, their evenness, their independence; directions against their densities."""
+"""Random numbers: their nets, their evenness, whose they are; and the handouts' two samplers of directions."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from oracles import numbers
+from oracles import light, numbers
+from probe import Numbers, brdf_values, put
 from scipy import stats
 from support import start
 
+import taichi_tracer as tt
 from taichi_tracer import sampler
+from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.system import runtime
+from taichi_tracer.system.registry import PARTS
+
+SAMPLERS = [sampler.SobolSampler(), sampler.IndependentSampler()]
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _taichi():
     start("f32")
+
+
+# ── points ──
 
 
 @ti.kernel
@@ -30,46 +42,20 @@ def points(samples, count, seed=1, pixel=2, dimension=0):
     return out
 
 
-@ti.kernel
-def _words(function: ti.template(), out: ti.types.ndarray(ndim=2)):
-    for i in range(out.shape[0]):
-        word = ti.cast(out[i, 0], ti.u32)
-        out[i, 1] = ti.cast(function(word), ti.i64)
+@pytest.mark.parametrize("key", [(0, 0, 0, 0), (1, 2, 3, 4), (2**32 - 1, 77, 2**31, 5)])
+def test_independent_numbers_are_the_hash_of_their_key(key):
+    pixel, index, dimension, seed = key
 
-
-def apply(function, words):
-    out = np.stack([words, words], axis=1).astype(np.int64)
-    _words(function, out)
-    return out[:, 1]
-
-
-def test_hash_is_that_of_the_paper():
-    keys = [(0, 0, 0, 0), (1, 2, 3, 4), (2**32 - 1, 77, 2**31, 5)]
-
-    for key in keys:
-        x, y = points_of_independent(*key)
-        a, b, _, _ = numbers.pcg4d(*key)
-        assert x == np.float32((a >> 8) / 2**24)
-        assert y == np.float32((b >> 8) / 2**24)
-
-
-def points_of_independent(pixel, index, dimension, seed):
     @ti.kernel
-    def one(s: ti.u32, p: ti.u32, i: ti.u32, d: ti.u32, out: ti.types.ndarray(ndim=1)):
+    def one(samples: ti.template(), s: ti.u32, p: ti.u32, i: ti.u32, d: ti.u32, out: ti.types.ndarray(ndim=1)):
         for _ in range(1):
-            x, y = sampler.IndependentSampler.get_2d(s, p, i, d)
+            x, y = samples.get_2d(s, p, i, d)
             out[0], out[1] = x, y
 
     out = np.zeros(2, np.float32)
-    one(seed, pixel, index, dimension, out)
-    return out
-
-
-def test_second_dimension_is_that_of_sobol(rng):
-    words = np.concatenate([np.arange(64), rng.integers(0, 2**32, 500)])
-    reversed_ = [int(f"{word:032b}"[::-1], 2) for word in apply(sampler.pascal_matrix, words).tolist()]
-    assert reversed_ == [numbers.sobol(int(word))[1] for word in words]
-    assert apply(sampler.reverse_bits, words).tolist() == [numbers.sobol(int(word))[0] for word in words]
+    one(sampler.IndependentSampler(), seed, pixel, index, dimension, out)
+    a, b, _, _ = numbers.pcg4d(*key)
+    assert out.tolist() == [np.float32((word >> 8) / 2**24) for word in (a, b)]
 
 
 @pytest.mark.parametrize("bits", [4, 6, 8])
@@ -77,7 +63,7 @@ def test_sobol_points_are_nets(bits):
     """Every box of volume 2^−m holds one of each 2^m consecutive samples of a replica, whatever its shape."""
     count = 1 << bits
     for pixel in range(5):
-        all_points = points(sampler.SobolSampler, 4 * count, pixel=pixel, dimension=pixel % 3).astype(np.float64)
+        all_points = points(SAMPLERS[0], 4 * count, pixel=pixel, dimension=pixel % 3).astype(np.float64)
         even, odd = all_points[::2], all_points[1::2]
         for block in (even[:count], even[count:], odd[:count], odd[count:]):
             for k in range(bits + 1):
@@ -85,7 +71,7 @@ def test_sobol_points_are_nets(bits):
                 assert len({tuple(cell) for cell in cells}) == count
 
 
-@pytest.mark.parametrize("samples", sampler.ALL, ids=lambda s: s.name)
+@pytest.mark.parametrize("samples", SAMPLERS, ids=lambda s: s.name)
 def test_numbers_are_uniform_below_one_and_their_own(samples):
     p = points(samples, 1 << 16).astype(np.float64)
     assert p.min() >= 0
@@ -99,93 +85,183 @@ def test_numbers_are_uniform_below_one_and_their_own(samples):
     np.testing.assert_array_equal(points(samples, 1 << 12), p[: 1 << 12])
 
 
-def test_the_largest_word_is_not_one():
-    @ti.kernel
-    def run(out: ti.types.ndarray(ndim=1)):
-        for i in range(1):
-            out[i] = sampler.as_fraction(ti.u32(0xFFFFFFFF))
+@pytest.mark.parametrize("samples", SAMPLERS, ids=lambda s: s.name)
+def test_vectors_of_keys_give_the_numbers_of_single_keys(samples):
+    """What the fast forms take: the numbers of several pixels at once."""
 
-    out = np.zeros(1, np.float32)
-    run(out)
-    assert out[0] == np.float32(1 - 2.0**-24)
+    @ti.kernel
+    def four(out: ti.types.ndarray(ndim=2)):
+        for i in range(out.shape[0]):
+            zero = ti.Vector([ti.u32(0)] * 4)
+            pixels = ti.Vector([ti.cast(k, ti.u32) for k in range(4)])
+            x, y = samples.point(ti.u32(1) + zero, pixels, ti.cast(i, ti.u32) + zero, ti.u32(3) + zero)
+            for k in ti.static(range(4)):
+                out[i, 2 * k], out[i, 2 * k + 1] = x[k], y[k]
+
+    out = np.zeros((64, 8), np.float32)
+    four(out)
+    expected = [points(samples, 64, pixel=pixel, dimension=3) for pixel in range(4)]
+    np.testing.assert_array_equal(out, np.concatenate(expected, axis=1))
+
+
+# ── the numbers of one sample ──
 
 
 @ti.kernel
-def _directions(kind: ti.template(), axis: tm.vec3, exponent: float, xi: ti.types.ndarray(), out: ti.types.ndarray()):
+def _numbers_of_a_sample(samples: ti.template(), x: int, y: int, out: ti.types.ndarray(ndim=1)):
+    for _ in range(1):
+        rng = samples.start(ti.u32(1), x, y, ti.u32(5))
+        first = rng.next_2d()
+        out[0], out[1], out[2] = first.x, first.y, rng.next_1d()
+        rng.skip_2d()
+        for k in range(3, 6):  # a loop of the kernel, which takes one dimension in each turn
+            out[k] = rng.next_1d()
+        out[6] = ti.cast(rng.dimension, float)
+
+
+@pytest.mark.parametrize("samples", SAMPLERS, ids=lambda s: s.name)
+def test_each_call_takes_the_numbers_of_the_next_dimension(samples):
+    own = sampler.sampler_of(samples, SimpleNamespace(width=10, height=8))
+    out = np.zeros(7, np.float32)
+    _numbers_of_a_sample(own, 3, 7, out)
+    at = [points(samples, 6, pixel=73, dimension=d)[5] for d in range(6)]
+    np.testing.assert_array_equal(out[:3], [at[0][0], at[0][1], at[1][0]])
+    np.testing.assert_array_equal(out[3:6], [at[3][0], at[4][0], at[5][0]])
+    assert out[6] == 6
+
+
+def test_a_sampler_of_a_camera_is_a_copy_with_its_size():
+    own = sampler.sampler_of(PARTS.find("sampler", "sobol"), tt.Camera(10, 8))
+    assert (own.width, own.height) == (10, 8)
+    assert PARTS.find("sampler", "sobol").width == 1
+
+
+def test_a_sampler_without_numbers_is_asked_for_them_by_name():
+    @ti.data_oriented
+    class Unfinished(sampler.Sampler):
+        pass
+
+    with pytest.raises(ti.TaichiCompilationError, match=r"a sampler must say what get_2d\(self"):
+        points(Unfinished(), 1)
+
+
+# ── the handouts' functions, which draw their own numbers ──
+
+
+@ti.kernel
+def _sphere_directions(begins: ti.template(), gives: ti.template(), out: ti.types.ndarray(ndim=2)):
     for i in range(out.shape[0]):
-        point = tm.vec2(xi[i, 0], xi[i, 1])
-        w = tm.vec3(0)
-        if ti.static(kind == "sphere"):
-            w = sampler.uniform_sphere(point)
-        elif ti.static(kind == "hemisphere"):
-            w = sampler.uniform_hemisphere(axis, point)
-        elif ti.static(kind == "cosine"):
-            w = sampler.cosine_hemisphere(axis, point)
+        if ti.static(begins):
+            rng = SAMPLERS[0].start(ti.u32(9), i, 0, ti.u32(0))
+            put(out, i, 0, sampler.UniformSampler.sample_direction())
+            put(out, i, 3, sampler.UniformSampler.sample_direction())
+            out[i, 6] = ti.cast(rng.dimension, float)
+        elif ti.static(gives):
+            put(out, i, 0, sampler.UniformSampler.sample_direction(tm.vec2(0.25, 0.75)))
         else:
-            w = sampler.power_cosine(axis, exponent, point)
-        for k in ti.static(range(3)):
-            out[i, k] = w[k]
+            put(out, i, 0, sampler.UniformSampler.sample_direction())
+            put(out, i, 3, sampler.UniformSampler.sample_direction())
+        out[i, 7] = sampler.UniformSampler.evaluate_probability()
 
 
-KINDS = {
-    "sphere": (0.0, lambda c: (c + 1) / 2),
-    "hemisphere": (0.0, lambda c: np.maximum(c, 0)),
-    "cosine": (1.0, lambda c: np.maximum(c, 0) ** 2),
-    "power": (7.0, lambda c: np.maximum(c, 0) ** 8),
-    "sharp": (1e4, lambda c: np.maximum(c, 0) ** (1e4 + 1)),
-}
+def sphere_directions(begins, gives=False, count=4_000):
+    out = np.zeros((count, 8), np.float32)
+    _sphere_directions(begins, gives, out)
+    return out
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (0.6, -0.48, 0.64)])
-def test_directions_follow_their_density(kind, axis):
-    """χ² of 1e6 samples over 16 × 32 cells of equal probability, by the distribution of the cosine; p > 1e-4."""
-    exponent, distribution = KINDS[kind]
-    rng = np.random.default_rng(1)
-    xi = rng.random((1_000_000, 2)).astype(np.float32)
-    out = np.zeros((len(xi), 3), np.float32)
-    _directions(kind, ti.Vector(axis), exponent, xi, out)
-    w, n = out.astype(np.float64), np.array(axis, float)
-    np.testing.assert_allclose(np.linalg.norm(w, axis=1), 1, atol=1e-6)
-    side = np.cross(n, [1, 0, 0] if abs(n[0]) < 0.5 else [0, 1, 0])
-    side /= np.linalg.norm(side)
-    cosine = w @ (np.array([0, 0, 1.0]) if kind == "sphere" else n)
-    if kind == "sphere":
-        n, side = np.array([0, 0, 1.0]), np.array([1.0, 0, 0])
-    if kind == "sharp":  # near 1 the cosine itself has too few digits: from the sine
-        sine = np.linalg.norm(np.cross(w, n), axis=1)
-        cosine = np.sqrt(1 - sine**2)
-    phi = np.arctan2(w @ np.cross(n, side), w @ side) / (2 * np.pi) + 0.5
-    counts, _, _ = np.histogram2d(distribution(cosine), phi, bins=(16, 32), range=((0, 1), (0, 1)))
-    assert counts.sum() == len(xi)
-    assert stats.chisquare(counts.ravel()).pvalue > 1e-4
+def test_directions_come_from_the_numbers_that_were_given():
+    found = sphere_directions(False, gives=True, count=3)
+    np.testing.assert_allclose(found[:, :3], np.tile([0, -np.sqrt(0.75), -0.5], (3, 1)), atol=1e-6)
+    np.testing.assert_allclose(found[:, 7], 1 / (4 * np.pi))
 
 
-@pytest.mark.parametrize("xi", [(0.0, 0.0), (0.0, 0.5), (1 - 2.0**-24, 1 - 2.0**-24)])
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_ends_of_the_unit_interval_give_unit_vectors(kind, xi):
-    out = np.zeros((1, 3), np.float32)
-    _directions(kind, ti.Vector([0.0, 1.0, 0.0]), KINDS[kind][0], np.array([xi], np.float32), out)
-    assert np.isfinite(out).all()
-    np.testing.assert_allclose(np.linalg.norm(out), 1, atol=1e-6)
+def test_in_a_sample_directions_come_from_its_next_numbers():
+    """The same on every run, and each call takes the next dimension."""
+    found = sphere_directions(True)
+    np.testing.assert_array_equal(found, sphere_directions(True))
+    assert (found[:, 6] == 2).all()
+    first, second = (points(SAMPLERS[0], 1, seed=9, pixel=17, dimension=d)[0] for d in range(2))
+    for (x, y), w in ((first, found[17, :3]), (second, found[17, 3:6])):
+        r, phi = np.sqrt(1 - (2 * x - 1) ** 2), 2 * np.pi * y
+        np.testing.assert_allclose(w, [r * np.cos(phi), r * np.sin(phi), 2 * x - 1], atol=1e-6)
 
 
-def test_frames_are_right_handed_and_orthonormal(precision, rng):
-    n = rng.normal(size=(20_000, 3))
-    n[:6] = [[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0], [1e-8, 0, -1], [0, 1e-4, -1]]
-    n = (n / np.linalg.norm(n, axis=1, keepdims=True)).astype(runtime.dtype())
+def test_without_a_sample_directions_come_from_taichi():
+    """A kernel of a student's own gets uniform directions as well (Kolmogorov and Smirnov; p > 1e-4 each)."""
+    found = sphere_directions(False)
+    for w in (found[:, :3], found[:, 3:6]):
+        np.testing.assert_allclose(np.linalg.norm(w, axis=1), 1, atol=1e-6)
+        assert stats.kstest((w[:, 2] + 1) / 2, "uniform").pvalue > 1e-4
+        assert stats.kstest(np.arctan2(w[:, 1], w[:, 0]) / (2 * np.pi) + 0.5, "uniform").pvalue > 1e-4
+    assert abs(np.corrcoef(found[:, 2], found[:, 5])[0, 1]) < 4 / np.sqrt(len(found))
+    # A kernel that begins numbers leaves none behind for the next one.
+    sphere_directions(True)
+    assert not np.array_equal(sphere_directions(False)[:, :3], sphere_directions(True)[:, :3])
 
-    @ti.kernel
-    def run(axes: ti.types.ndarray(), out: ti.types.ndarray()):
-        for i in range(axes.shape[0]):
-            x, y = sampler.frame_about(tm.vec3(axes[i, 0], axes[i, 1], axes[i, 2]))
-            for k in ti.static(range(3)):
-                out[i, k], out[i, 3 + k] = x[k], y[k]
 
-    out = np.zeros((len(n), 6), runtime.dtype())
-    run(n, out)
-    x, y = out[:, :3].astype(np.float64), out[:, 3:].astype(np.float64)
-    tolerance = 4e-7 if precision == "f32" else 1e-15
-    np.testing.assert_allclose(np.cross(x, y), n, atol=tolerance)
-    np.testing.assert_allclose((x * y).sum(1), 0, atol=tolerance)
-    np.testing.assert_allclose(np.linalg.norm(x, axis=1), 1, atol=tolerance)
+# ── the handout's BRDF ──
+
+
+@pytest.mark.parametrize(("ns", "own"), [(1.0, Diffuse()), (0.0, Diffuse()), (1.5, Phong()), (40.0, Phong())])
+def test_the_handouts_brdf_computes_what_the_scenes_own_do(precision, rng, ns, own):
+    w_o, w_i = light.hemisphere(rng, 5_000), light.sphere(rng, 5_000)
+    np.testing.assert_array_equal(brdf_values(sampler.BRDF(), ns, w_o, w_i), brdf_values(own, ns, w_o, w_i))
+
+
+@ti.kernel
+def _handout_samples(ns: float, given: ti.template(), out: ti.types.ndarray(ndim=2)):
+    for i in range(out.shape[0]):
+        m = Numbers(Kd=tm.vec3(1), Ns=ns)
+        w_o, n = tm.vec3(0.6, 0, 0.8), tm.vec3(0, 0, 1)
+        if ti.static(given):
+            put(out, i, 0, sampler.BRDF.sample_direction(m, w_o, n, tm.vec2(0.2, 0.4)))
+        else:
+            put(out, i, 0, sampler.BRDF.sample_direction(m, w_o, n))
+
+
+@pytest.mark.parametrize("ns", [1.0, 9.0])
+def test_the_handouts_brdf_draws_its_own_numbers_where_none_are_given(ns):
+    """(ω·axis)^(α+1) is uniform, with α = 1 about n and α = Ns about ω_r (Kolmogorov and Smirnov; p > 1e-4)."""
+    start("f32")
+    out = np.zeros((4_000, 3), np.float32)
+    _handout_samples(ns, False, out)
+    cosine = out @ ([0, 0, 1] if ns == 1 else [-0.6, 0, 0.8])
+    assert stats.kstest(cosine ** (ns + 1), "uniform").pvalue > 1e-4
+    _handout_samples(ns, True, out)
+    assert (out == out[0]).all()
+
+
+def test_a_replaced_part_of_the_handouts_brdf_decides_its_weight(rng):
+    """Without a factor of its own, the weight is f_r cos θ_i / pdf of what was replaced."""
+
+    @ti.data_oriented
+    class Half(sampler.BRDF):
+        @ti.func
+        def evaluate_brdf(self, material, w_o, w_i, normal):
+            return material.Kd / (2 * tm.pi)
+
+    @ti.data_oriented
+    class WithFactor(Half):
+        @ti.func
+        def evaluate_brdf_factor(self, material, w_o, w_i, normal):
+            return tm.vec3(3)
+
+    start("f32")
+    w = light.hemisphere(rng, 1_000)
+    np.testing.assert_allclose(brdf_values(Half(), 1.0, w, w)[:, 2], 0.75 / 2, rtol=1e-5)
+    np.testing.assert_array_equal(brdf_values(WithFactor(), 1.0, w, w)[:, 2], 3)
+    assert not Half().has_own_factor()
+    assert WithFactor().has_own_factor()
+    assert sampler.BRDF().has_own_factor()
+
+
+def test_a_method_that_the_handout_wrote_without_self_is_called(monkeypatch, rng):
+    @ti.func
+    def evaluate_brdf(material, w_o, w_i, normal):
+        return material.Kd * 2
+
+    start("f32")
+    monkeypatch.setattr(sampler.BRDF, "evaluate_brdf", evaluate_brdf)
+    w = light.hemisphere(rng, 100)
+    np.testing.assert_array_equal(brdf_values(sampler.BRDF(), 1.0, w, w)[:, 0], 1.5)
