@@ -246,9 +246,7 @@ class ProjectiveCamera(ABC):
     @ti.func
     def generate_ndc_coords(self, pixel_x, pixel_y, jitter: ti.template() = False, xi: ti.template() = None):
         """The point of the image plane, whose corners are (±1, ±1), x right, y up (A1-4); arguments as above."""
-        within = tm.vec2(0.5)
-        if ti.static(jitter):
-            within = given_or_drawn(xi)
+        within = point_within(jitter, xi)
         return tm.vec2(2 * (pixel_x + within.x) / self.width - 1, 2 * (pixel_y + within.y) / self.height - 1)
 
     @ti.func
@@ -259,19 +257,35 @@ class ProjectiveCamera(ABC):
 
 
 @in_kernels
-def through_pixel(method, pixel_x, pixel_y, jitter: bool, xi):
+def point_within(jitter, xi):
+    """The point of a pixel that its ray passes through, in [0, 1]²: its centre, or with jitter a random one.
+
+    ``jitter`` is True or False, or a number of the kernel where somebody's method passes its own argument on.
+    """
+    if isinstance(jitter, (bool, int)):
+        return given_or_drawn(xi) if jitter else tm.vec2(0.5)
+    return _centre_or(jitter, given_or_drawn(xi))
+
+
+@ti.func
+def _centre_or(jitter, point):
+    return ti.select(jitter != 0, point, tm.vec2(0.5))
+
+
+@in_kernels
+def through_pixel(method, pixel_x, pixel_y, jitter, xi):
     """``generate_ray`` or ``generate_ndc_coords`` of one pixel, whatever its signature has of the jitter.
 
     Ours takes the random point ξ. The handout's second assignment draws the point itself where ``jitter`` is True. That
     of the first assignment knows only pixels: it is asked for the fraction of a pixel, unless it takes whole numbers.
     """
-    if not jitter:
+    if jitter is False:
         return called(method, pixel_x, pixel_y)
     if takes(method, "jitter"):
-        return called(method, pixel_x, pixel_y, jitter=True, xi=xi)
+        return called(method, pixel_x, pixel_y, jitter=jitter, xi=xi)
     if takes_whole_numbers(method):
         return called(method, pixel_x, pixel_y)
-    within = given_or_drawn(xi)
+    within = point_within(jitter, xi)
     return called(method, moved_within(pixel_x, within, 0), moved_within(pixel_y, within, 1))
 
 
@@ -288,7 +302,7 @@ def _read(field, index):
 
 @register
 @ti.data_oriented
-@seams()
+@seams("ray_through")
 class Camera(ProjectiveCamera):
     """The pinhole camera of the courses: perspective, image plane at the focal distance, one unit where not given.
 
@@ -351,7 +365,7 @@ class Camera(ProjectiveCamera):
 
 @register
 @ti.data_oriented
-@seams()
+@seams("ray_through")
 class OrthographicCamera(ProjectiveCamera):
     """Parallel rays along the gaze, from every point of a window about the eye: nothing is smaller far away (RT-5).
 

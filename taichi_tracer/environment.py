@@ -17,7 +17,7 @@ LOOKUPS = ("nearest", "bilinear")
 
 
 @ti.data_oriented
-@seams("query_ray")
+@seams("query_ray", "radiance", "coords", "texel_of", "bilinear")
 class Environment:
     """Radiance from every direction (A2-5).
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 import taichi as ti
 import taichi.math as tm
+from taichi.lang.expr import Expr
 
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
@@ -62,6 +63,17 @@ class Material:
 BUILT_IN = {f.name: f.default for f in fields(Material) if f.name not in ("name", "extra")}
 
 
+class Materials(list):
+    """The ``Material`` of every id; a kernel that asks ``materials[material_id]`` gets its numbers."""
+
+    library: "MaterialLibrary"
+
+    def __getitem__(self, index):
+        if isinstance(index, Expr):
+            return self.library.get(index)
+        return super().__getitem__(index)
+
+
 @ti.data_oriented
 class MaterialLibrary:
     """The materials of one scene, found by material id.
@@ -77,7 +89,8 @@ class MaterialLibrary:
     """
 
     def __init__(self, materials: list[Material], brdfs: list, fields: ti.FieldsBuilder) -> None:
-        self.materials, self.brdfs = list(materials), list(brdfs)
+        self.materials, self.brdfs = Materials(materials), list(brdfs)
+        self.materials.library = self
         self.members = dict(BUILT_IN)
         for brdf in self.brdfs:
             self.members |= brdf.parameters

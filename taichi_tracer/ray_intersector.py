@@ -20,7 +20,7 @@ from taichi_tracer.system.seams import replaced, seams
 
 
 @ti.data_oriented
-@seams("intersect_triangle", "query_ray", "is_occluded")
+@seams("intersect_triangle", "query_ray", "is_occluded", "search", "query_segment", "is_blocked", "triangle_hit")
 class RayIntersector:
     """Finds what a ray meets in a geometry.
 
@@ -317,6 +317,7 @@ class RayIntersector:
 
 @register
 @ti.data_oriented
+@seams()
 class BruteForceRayIntersector(RayIntersector):
     """Tries every triangle: what a student writes first, and what every accelerator must equal (A1-14)."""
 

@@ -129,7 +129,7 @@ class ProgressiveRenderer:
 
     def _make_eye_rays(self):
         """What gives the kernel its rays and hits, and which form that is."""
-        form = kept_hits_form(self.scene_data, self.camera, self.fast)
+        form = kept_hits_form(self.scene_data, self.camera, self.sampler, self.fast)
         if "shade_ray" in self.replaced:
             form = type(form)("eye rays", "one by one, as they are written", why_replaced(self))
             return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), form

@@ -64,6 +64,7 @@ class RandomNumbers:
 
 
 @ti.data_oriented
+@seams("start", "get_2d")
 class Sampler:
     """Where random numbers come from. A subclass says what ``get_2d`` is.
 
@@ -97,6 +98,7 @@ class Sampler:
 
 @register
 @ti.data_oriented
+@seams("point")
 class SobolSampler(Sampler):
     """Owen-scrambled Sobol' points, one pair of dimensions for each use, shuffled against each other (Burley 2020).
 
@@ -126,6 +128,7 @@ class SobolSampler(Sampler):
 
 @register
 @ti.data_oriented
+@seams("point")
 class IndependentSampler(Sampler):
     """Independent uniform numbers: the error falls with n^(−1/2), whatever the integrand."""
 

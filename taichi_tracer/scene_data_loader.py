@@ -43,7 +43,8 @@ def load_scene_data(name_or_path: str | Path, **options) -> SceneData:
 
     Args:
         name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml).
-        options: as for ``SceneData``: intersector, triangle_test, view, environment, effects.
+        options: as for ``SceneData``: intersector, triangle_test, view, environment, effects, background, brdfs,
+            lights, fast.
 
     Raises:
         InputError: the file cannot be used, with its name, the line and the value where there is one.

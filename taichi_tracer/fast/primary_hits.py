@@ -14,7 +14,7 @@ from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import Sampler, sampler_of
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import why_replaced
+from taichi_tracer.system.seams import replaced, why_replaced
 
 PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
 LARGE_PICTURE = 256 * 256  # pixels
@@ -60,6 +60,7 @@ class PrimaryHits:
             runtime.ensure().arch == "cpu"
             and self.lanes is not None
             and hasattr(self.sampler, "point")
+            and not replaced(self.sampler)
             and getattr(intersector, "solve_packet", None) is not None
         )
         self.use_packets = use_packets
@@ -210,13 +211,15 @@ class PrimaryHits:
         return data
 
 
-def kept_hits_form(scene_data, camera: ProjectiveCamera, fast: bool) -> Form:
+def kept_hits_form(scene_data, camera: ProjectiveCamera, sampler: Sampler, fast: bool) -> Form:
     """Whether a picture may keep the hits of its eye rays, and why."""
     plain = "one by one, as they are written"
     if not fast:
         return Form("eye rays", plain, "fast=False")
     if why := why_replaced(camera):
         return Form("eye rays", plain, why)
+    if "start" in replaced(sampler):
+        return Form("eye rays", plain, why_replaced(sampler))
     if not isinstance(scene_data.ray_intersector, FastIntersector):
         return Form("eye rays", plain, f"{type(scene_data.ray_intersector).__name__} is a plain form")
     why = "camera and intersector are the package's"

@@ -14,6 +14,7 @@ from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import memory
 from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import seams
 
 MOST_IN_A_LEAF = 4
 COST_OF_BOX = 1.0  # of testing a box, in units of testing one triangle
@@ -21,6 +22,7 @@ COST_OF_BOX = 1.0  # of testing a box, in units of testing one triangle
 
 @register
 @ti.data_oriented
+@seams()
 class BVHRayIntersector(RayIntersector):
     """Tries only primitives whose boxes the ray meets; answers exactly as ``BruteForceRayIntersector`` does.
 
