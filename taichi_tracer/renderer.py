@@ -25,9 +25,13 @@ from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import RandomNumbers, Sampler, UniformSampler, sampler_of
 from taichi_tracer.scene_data import SceneData, SceneInKernels
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
+
+# What a pixel takes at most: numbers of the running precision on the film and among the kept hits, and other bytes.
+NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 23, 44
 
 
 @ti.data_oriented
@@ -101,6 +105,9 @@ class ProgressiveRenderer:
         for name, number in (("seed", seed), ("first_sample", first_sample)):
             if int(number) != number or not 0 <= number < 2**32:
                 raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
+        pixels = (width * height) if camera is None else camera.width * camera.height
+        each = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
+        memory.ask_for(int(pixels) * each, f"renderer: a picture of {pixels:,} pixels")
         self.scene_data = scene_data
         self.camera = make_camera(width, height, **scene_data.view) if camera is None else camera
         self.width, self.height = self.camera.width, self.camera.height

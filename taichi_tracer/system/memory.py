@@ -1,12 +1,46 @@
 """Fields that are freed with the object that owns them; touching them after Taichi was started again is an error."""
 
 import weakref
+from pathlib import Path
 
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system.errors import StaleSceneError
+from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import ensure
+
+KEPT_FREE = 0.1  # share of the free memory that is left to everything else
+
+
+def ask_for(needed: int, what: str) -> None:
+    """Raise InputError where the machine has less free memory than is needed: Taichi would end the process.
+
+    Args:
+        needed: bytes. what: for the message.
+    """
+    free = free_bytes()
+    if free is not None and needed > (1 - KEPT_FREE) * free:
+        sizes = f"{needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB are free"
+        raise InputError(f"{what} needs {sizes}: ask for less")
+
+
+def free_bytes() -> int | None:
+    """Bytes that this process can still allocate, by the machine and by its own limit; None where that is not known."""
+    known = []
+    meminfo = Path("/proc/meminfo")
+    if meminfo.exists():
+        lines = dict(line.split(":", 1) for line in meminfo.read_text().splitlines())
+        known.append(int(lines["MemAvailable"].split()[0]) * 1024)
+    try:
+        import resource
+    except ImportError:  # Windows
+        return min(known, default=None)
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY:
+        status = Path("/proc/self/statm")
+        used = int(status.read_text().split()[0]) * resource.getpagesize() if status.exists() else 0
+        known.append(max(0, limit - used))
+    return min(known, default=None)
 
 
 class Lifetime:
