@@ -105,12 +105,11 @@ class ProgressiveRenderer:
         for name, number in (("seed", seed), ("first_sample", first_sample)):
             if int(number) != number or not 0 <= number < 2**32:
                 raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
-        pixels = (width * height) if camera is None else camera.width * camera.height
-        each = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
-        memory.ask_for(int(pixels) * each, f"renderer: a picture of {pixels:,} pixels")
         self.scene_data = scene_data
         self.camera = make_camera(width, height, **scene_data.view) if camera is None else camera
         self.width, self.height = self.camera.width, self.camera.height
+        bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
+        memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")
         self.jitter = self.jitters if jitter is None else bool(jitter)
         self.is_random = self.jitter or self.jitters
         chosen = PARTS.find("sampler", sampler)
