@@ -31,7 +31,7 @@ from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
 
 # What a pixel takes at most: numbers of the running precision on the film and among the kept hits, and other bytes.
-NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 23, 44
+NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 23, 52
 
 
 @ti.data_oriented
