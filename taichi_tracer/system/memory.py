@@ -66,7 +66,9 @@ class Lifetime:
 class Memory:
     """Fields of one owner, freed when the owner is: Taichi frees none by itself, and has room for 512 such groups.
 
-    Make it first, then the fields, place them in ``fields``, and ``allocate``; no kernel can run in between.
+    Make it first, then the fields, place them in ``fields``, and ``allocate``; no kernel can run in between. Where
+    something can go wrong in between, ``with memory:`` allocates at the end, or forgets the fields: Taichi would let no
+    kernel run any more.
     """
 
     def __init__(self) -> None:
@@ -82,6 +84,15 @@ class Memory:
     def allocate(self) -> None:
         """Make the fields usable; none can be placed afterwards."""
         self._tree = self.fields.finalize()
+
+    def __enter__(self) -> ti.FieldsBuilder:
+        return self.fields
+
+    def __exit__(self, error, *_more) -> None:
+        if error is None:
+            self.allocate()
+        else:
+            impl.get_runtime().unfinalized_fields_builder.pop(self.fields, None)
 
     def check(self, what: str) -> None:
         """Raise StaleSceneError when Taichi was started again since, or the memory was freed."""
