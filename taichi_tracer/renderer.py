@@ -445,6 +445,7 @@ class A1Renderer(ProgressiveRenderer):
 
 @register
 @ti.data_oriented
+@seams()
 class A2Renderer(ProgressiveRenderer):
     """Assignment 2: direct illumination by the environment, by Monte Carlo (A2-3, A2-9)."""
 
