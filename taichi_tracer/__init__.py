@@ -29,6 +29,7 @@ _HOME_OF = {
     "StaleSceneError": "system.errors",
     "Ray": "ray",
     "HitData": "ray",
+    "no_hit": "ray",
     "Camera": "camera",
     "OrthographicCamera": "camera",
     "Background": "background",
