@@ -15,7 +15,7 @@ from taichi_tracer.system import memory, runtime
 SAMPLES = 50_000
 NORMALS = np.array([[0, 0, 1], [0, 0, -1], [0.6, -0.48, 0.64]])
 COSINES = (1.0, 0.7, 0.25, 0.02)  # of the viewer's angle with the normal
-PDF_TOLERANCE = 5e-3  # of ∫ pdf dω, where the cells are not fine enough for a kink of the density
+PDF_TOLERANCE = 1e-2  # of ∫ pdf dω, where the cells are not fine enough for a kink or a pole of the density
 ENERGY_TOLERANCE = 1e-2  # of ∫ f cos dω ≤ 1, that of the quadrature included
 # f32 rounds a direction by 6e-8. In the narrowest lobes of the trial materials, 1e-2 wide, that moves a value by 1e-4.
 VALUE_TOLERANCE = 1e-3

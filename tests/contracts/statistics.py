@@ -8,6 +8,7 @@ from scipy import stats
 # The probability that a part which is right fails one of all the tests of its contract. The seeds are fixed, so that a
 # part which passes once passes always.
 ALPHA = 0.01
+QUARTERS = np.array([[0, 0], [0, 0.5], [0.5, 0], [0.5, 0.5]])  # corners of the quarters of a rectangle
 LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
 
 
@@ -81,26 +82,47 @@ class SphereCells:
         cells = np.bincount(ring * self.columns + column, minlength=(len(self.edges) - 1) * self.columns)
         return cells.reshape(-1, self.columns)
 
-    def integrals(self, function, order=8):
+    def integrals(self, function, tolerance=3e-6, most_halvings=9):
         """(rings, columns) ∫ f dω over each cell, or (rings, columns, k), by Gauss's rule in s and φ.
+
+        A rectangle of s and φ is cut in four until that changes its integral by less than the tolerance.
 
         Args:
             function: (N, 3) unit directions → (N,) or (N, k).
         """
-        nodes, weights = np.polynomial.legendre.leggauss(order)
+        rings, step = len(self.edges) - 1, 2 * np.pi / self.columns
+        ring, column = np.mgrid[0:rings, 0 : self.columns].reshape(2, -1)
+        corners = np.stack([self.edges[ring], step * column], axis=1)
+        sizes = np.stack([np.diff(self.edges)[ring], np.full(len(ring), step)], axis=1)
+        cell = np.arange(len(ring))
+        coarse = self._of_rectangles(function, corners, sizes)
+        total = np.zeros_like(coarse)
+        for k in range(most_halvings):
+            quarters = np.repeat(corners, 4, axis=0) + np.tile(QUARTERS, (len(corners), 1)) * np.repeat(
+                sizes, 4, axis=0
+            )
+            fine = self._of_rectangles(function, quarters, np.repeat(sizes, 4, axis=0) / 2)
+            together = fine.reshape(-1, 4, fine.shape[1]).sum(axis=1)
+            is_open = (np.abs(together - coarse) > tolerance).any(axis=1) & (k < most_halvings - 1)
+            np.add.at(total, cell[~is_open], together[~is_open])
+            if not is_open.any():
+                break
+            four = np.repeat(is_open, 4)
+            corners, sizes, coarse = quarters[four], np.repeat(sizes[is_open], 4, axis=0) / 2, fine[four]
+            cell = np.repeat(cell[is_open], 4)
+        cells = total.reshape(rings, self.columns, -1)
+        return cells[..., 0] if cells.shape[-1] == 1 else cells
+
+    def _of_rectangles(self, function, corners, sizes):
+        """(N, k) ∫ f dω over (N, 2) rectangles of s and φ."""
+        nodes, weights = np.polynomial.legendre.leggauss(5)
         nodes, weights = (nodes + 1) / 2, weights / 2
-        rings = len(self.edges) - 1
-        width = np.diff(self.edges)
-        s = self.edges[:-1, None] + width[:, None] * nodes  # (rings, order)
-        phi = 2 * np.pi * (np.arange(self.columns)[:, None] + nodes) / self.columns  # (columns, order)
+        s = (corners[:, 0, None] + sizes[:, 0, None] * nodes)[:, :, None]
+        phi = (corners[:, 1, None] + sizes[:, 1, None] * nodes)[:, None, :]
         cosine, sine = 1 - 2 * s, 2 * np.sqrt(s * (1 - s))
         x, y = self.frame()
-        around = np.cos(phi)[..., None] * x + np.sin(phi)[..., None] * y
         directions = (
-            cosine[:, :, None, None, None] * self.axis + sine[:, :, None, None, None] * around[None, None]
-        )  # (rings, order, columns, order, 3)
-        values = np.asarray(function(directions.reshape(-1, 3)), np.float64)
-        values = values.reshape(rings, order, self.columns, order, -1)
-        solid_angle = 4 * np.pi * width / self.columns  # dω = 2 ds dφ
-        cells = np.einsum("i,j,ricjk->rck", weights, weights, values) * solid_angle[:, None, None]
-        return cells[..., 0] if cells.shape[-1] == 1 else cells
+            cosine[..., None] * self.axis + (sine * np.cos(phi))[..., None] * x + (sine * np.sin(phi))[..., None] * y
+        )
+        values = np.asarray(function(directions.reshape(-1, 3)), np.float64).reshape(len(corners), 5, 5, -1)
+        return np.einsum("i,j,nijk->nk", weights, weights, values) * (2 * sizes.prod(axis=1))[:, None]  # dω = 2 ds dφ

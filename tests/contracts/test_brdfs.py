@@ -136,7 +136,7 @@ class TiltedMirror(Mirror):
 
 @broken_parts(
     {
-        TwiceTheDensity: "integral of pdf is 2",
+        TwiceTheDensity: "integral of pdf is 1.99|integral of pdf is 2.0",
         IgnoresTheNormal: "not those of pdf",
         SlightlyOff: "not those of pdf",
         OneWay: "not reciprocal",
