@@ -17,8 +17,7 @@ FOLDERS = sorted({module.split(".")[0] for module in MODULES if "." in module})
 ORACLES = sorted(Path(__file__).parent.glob("oracles/*.py"))
 MOST_LINES_OF_A_FUNCTION = 90
 
-# From the bottom up: a file uses what stands before it. A folder's name stands for all of its files but those that have
-# a place of their own: ``fast.primary_hits`` asks a whole scene, and the other fast forms are what scenes are made of.
+# From the bottom up: a file uses what stands before it. A folder's name stands for all of its files.
 LAYERS = (
     "system",
     "formulas ray",
@@ -26,7 +25,7 @@ LAYERS = (
     "materials geometry files",
     "environment background effects lights",
     "ray_intersector intersectors",
-    "picture fast scene_data fast.primary_hits",
+    "picture fast scene_data",
     "integrators renderer",
     "rt3 scene_data_loader",
     "__init__",
@@ -63,8 +62,8 @@ def imports(tree: ast.AST) -> set[str]:
 
 def part_of(dotted: str) -> str:
     """Where a module, named within the package, stands in ``ORDER``."""
-    words = dotted.split(".")
-    return next((part for part in (".".join(words[:2]), words[0]) if part in ORDER), "__init__")
+    first = dotted.split(".")[0]
+    return first if first in ORDER else "__init__"
 
 
 def parts_used(tree: ast.AST) -> set[str]:
@@ -106,8 +105,7 @@ def calls(node: ast.AST, *names: str) -> bool:
 
 def test_the_order_names_every_file_once():
     assert len(ORDER) == len(set(ORDER))
-    assert {part.split(".")[0] for part in ORDER} == {module.split(".")[0] for module in MODULES}
-    assert {part for part in ORDER if "." in part} <= set(MODULES)
+    assert {module.split(".")[0] for module in MODULES} == set(ORDER)
 
 
 @pytest.mark.parametrize("module", sorted(MODULES))
@@ -143,7 +141,7 @@ def test_the_registry_reaches_up_to_the_homes_of_the_parts_alone():
 
 def test_nobody_needs_the_fast_wing_but_those_that_choose_a_form():
     """A reader of the plain forms meets the fast ones in two places: where a scene and a renderer choose."""
-    users = {m for m, path in MODULES.items() if {"fast", "fast.primary_hits"} & parts_used(read(path))}
+    users = {m for m, path in MODULES.items() if "fast" in parts_used(read(path))}
     users = {m for m in users if m.split(".")[0] not in ("fast", "studies")}
     assert users == {"scene_data", "renderer"}
 
@@ -204,8 +202,6 @@ def test_functions_can_be_read_in_one_go(module):
         ("from taichi_tracer import renderer as r", "renderer"),
         ("def f():\n    import taichi_tracer.files.obj", "files"),
         ("from taichi_tracer.fast import wide_bvh", "fast"),
-        ("from taichi_tracer.fast.primary_hits import PrimaryHits", "fast.primary_hits"),
-        ("from taichi_tracer.fast import primary_hits", "fast.primary_hits"),
         ("if TYPE_CHECKING:\n    from taichi_tracer.scene_data import SceneData", "scene_data"),
         ("from . import renderer", "."),
     ],

@@ -15,7 +15,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.bvh_build import MAX_LEAF
-from taichi_tracer.ray import Ray
+from taichi_tracer.ray import Ray, real
 from taichi_tracer.system import memory, runtime
 
 TILE_BITS = 2
@@ -26,7 +26,7 @@ SIDE = 1 << SIDE_BITS  # … and SIDE × SIDE groups a packet
 GROUP_BITS = 2 * SIDE_BITS
 GROUPS = 1 << GROUP_BITS
 
-lanes = ti.types.vector(LANES, float)
+lanes = ti.types.vector(LANES, real)
 flags = ti.types.vector(LANES, ti.i32)
 
 

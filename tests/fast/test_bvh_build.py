@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes import sphere
+from shapes import BOXES, random_boxes
 from support import start
 
 from taichi_tracer.fast import bvh_build
@@ -11,32 +11,6 @@ from taichi_tracer.fast import bvh_build
 @pytest.fixture(scope="module", autouse=True)
 def _taichi():
     start("f32")
-
-
-def random_boxes(rng, count):
-    centre, half = rng.uniform(-1, 1, (count, 3)), rng.exponential(0.02, (count, 3))
-    return np.concatenate([centre - half, centre + half], axis=1)
-
-
-def spheres_of_many_sizes():
-    """The boxes of triangles of spheres within each other, and of two small ones far away."""
-    parts = [sphere(8, 5, 10.0**k) for k in range(-6, 7)]
-    parts += [sphere(16, 9, 4.0, (1e4, -3333, 1429)), sphere(16, 9, 4.0, (1e6, -333333, 142857))]
-    corners = np.concatenate([vertices[faces] for vertices, faces in parts])
-    return np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-
-
-BOXES = {
-    "one": lambda rng: random_boxes(rng, 1),
-    "few": lambda rng: random_boxes(rng, 9),
-    "many, in groups": lambda rng: random_boxes(rng, 20_000),
-    "all the same": lambda rng: np.tile(random_boxes(rng, 1), (10_000, 1)),
-    "points": lambda rng: np.tile(rng.uniform(size=(500, 3)), 2),
-    "in a plane": lambda rng: random_boxes(rng, 9_000) * [1, 0, 1, 1, 0, 1],
-    "exponentially spaced": lambda rng: 2.0 ** np.arange(-40, 40)[:, None] * np.array([[1, 1, 1, 1.2, 1.3, 1.4]]),
-    "spheres of many sizes": lambda rng: spheres_of_many_sizes(),
-    "huge and tiny": lambda rng: random_boxes(rng, 300) * 10.0 ** rng.integers(-6, 7, (300, 1)),
-}
 
 
 @pytest.mark.parametrize("name", BOXES)

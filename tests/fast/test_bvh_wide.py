@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from shapes import BOXES
 from support import start
-from test_bvh_build import BOXES
 
 from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, leaf_reference, quantise

@@ -3,14 +3,19 @@
 import numpy as np
 import pytest
 import taichi as ti
-from shapes import lattice, soup, sphere
+from shapes import SQUARE, lattice, random_spheres, soup, sphere, with_spheres
 from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera, OrthographicCamera
+from taichi_tracer.fast.camera_lanes import PerspectiveLanes
 from taichi_tracer.fast.packet_triangles import PACKET_TESTS
-from taichi_tracer.fast.primary_hits import PrimaryHits
+from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
+from taichi_tracer.sampler import SobolSampler, sampler_of
+from taichi_tracer.system.registry import PARTS
 
 FIELDS = ("distance", "triangle_id", "u", "v")
 
@@ -89,23 +94,61 @@ class ScatteredCamera(Camera):
         ray.origin.x += ndc.y / 8
         return ray
 
+
+class ScatteredLanes:
+    """The same for sixteen pixels at once."""
+
+    share_origin = False
+
+    @staticmethod
     @ti.func
-    def rays_through(self, x, y):
-        ox, oy, oz, dx, dy, dz = Camera.rays_through(self, x, y)
-        return ox + (y - self.centre[None].y) / self.half_size[None].y / 8, oy, oz, dx, dy, dz
+    def rays_through(camera: ti.template(), x, y):
+        ox, oy, oz, dx, dy, dz = PerspectiveLanes.rays_through(camera, x, y)
+        return ox + (y - camera.centre[None].y) / camera.half_size[None].y / 8, oy, oz, dx, dy, dz
 
 
 def test_packets_of_rays_without_a_common_origin_equal_single_ones(rng):
-    """A camera of a user's own has to say that its rays start at one point."""
-    assert (Camera.share_origin, ScatteredCamera.share_origin, OrthographicCamera.share_origin) == (True, False, False)
+    """The lanes of a camera say whether its rays start at one point."""
     scene = tt.scene_from_mesh(*many_shapes(rng))
     camera = ScatteredCamera(40, 24, **VIEWS["soup"])
     single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    assert not packets.can_use_packets  # a camera of a user's own goes ray by ray
+    packets.lanes, packets.can_use_packets = ScatteredLanes, True
     for hits in (single, packets):
         hits.trace()
     a, b = (hits.to_image("triangle_id") for hits in (single, packets))
     assert (a >= 0).mean() > 0.1
     assert (a == b).mean() > 0.99  # the two forms of this camera round differently
+
+
+def special(kind, rng):
+    """A mesh of culled triangles, of spheres among them, or of neither."""
+    vertices, faces = soup(rng, 80)
+    culls = np.arange(80) % 2 == 0
+    if kind == "spheres":
+        return with_spheres(random_spheres(rng, 40, 0.4), vertices, faces, face_culls=culls)
+    return Mesh(vertices, faces, face_culls=culls if kind == "culled" else None)
+
+
+@pytest.mark.parametrize("kind", ["spheres", pytest.param("culled", marks=pytest.mark.long), "neither"])
+def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
+    scene, camera = tt.SceneData(special(kind, rng)), Camera(45, 30, screen_window=(-1.5, 1.5, -1, 1))
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    assert len(np.unique(assert_same_bits(single, packets))) > 1
+
+
+@pytest.mark.parametrize("sampler", ["sobol", pytest.param("independent", marks=pytest.mark.long)])
+def test_packets_pass_through_the_same_random_points(precision, sampler, rng):
+    """With jitter: the points of a sample, as the sampler has them for each pixel alone."""
+    scene = tt.scene_from_mesh(*soup(rng, 80))
+    camera = Camera(21, 14, screen_window=(-1.5, 1.5, -1, 1))
+    samples = sampler_of(PARTS.find("sampler", sampler), camera)
+    single, packets = (PrimaryHits(scene, camera, True, samples, use_packets=use) for use in (False, True))
+    for hits in (single, packets):
+        hits.trace(seed=3, index=5)
+    for name in (*FIELDS, "xi_x", "xi_y"):
+        np.testing.assert_array_equal(single.to_image(name), packets.to_image(name), err_msg=name)
+    assert len(np.unique(single.to_image("xi_x"))) > 200
 
 
 def test_packets_equal_single_rays_far_from_the_origin():
@@ -146,7 +189,7 @@ def test_packets_are_for_much_work_where_neighbours_have_something_in_common():
     assert small.is_much_work()
     crowded = PrimaryHits(scene, Camera(4, 4))
     crowded.traces = 1 << 18
-    assert scene.geometry.num_primitives > 8 * 16
+    assert scene.geometry.n_primitives > 8 * 16
     assert not crowded.is_much_work()
 
 
@@ -162,3 +205,73 @@ def test_brute_force_and_replaced_cameras_go_ray_by_ray():
     scene = tt.load_scene_data("cube")
     assert PrimaryHits(scene, Camera(8, 8)).can_use_packets
     assert not PrimaryHits(scene, MyCamera(8, 8)).can_use_packets
+
+    @ti.data_oriented
+    class MySampler(SobolSampler):
+        @ti.func
+        def get_2d(self, seed, pixel, index, dimension):
+            return ti.math.vec2(0.5)
+
+    mine = sampler_of(MySampler(), Camera(8, 8))
+    assert not PrimaryHits(scene, Camera(8, 8), True, mine).can_use_packets
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ({}, "camera and intersector are the package's"),
+        ({"fast": False}, "fast=False"),
+        ({"intersector": BVHRayIntersector()}, "BVHRayIntersector is a plain form"),
+    ],
+)
+def test_the_receipt_says_whether_hits_are_kept_and_why(options, why):
+    scene = tt.scene_from_mesh(*SQUARE, **options)
+    form = kept_hits_form(scene, Camera(8, 8), SobolSampler(), options.get("fast", True))
+    assert (form.what, form.why, form.is_fast) == ("eye rays", why, options == {})
+    assert str(form) in tt.A1Renderer(scene, 8, 8).receipt()
+
+
+def test_hits_of_a_camera_or_a_sampler_of_ones_own_are_not_kept():
+    class MyCamera(Camera):
+        def generate_ray(self, pixel_x, pixel_y):
+            return super().generate_ray(pixel_x, pixel_y)
+
+    class MySampler(SobolSampler):
+        def start(self, seed, x, y, index):
+            return super().start(seed, x, y, index)
+
+    scene = tt.scene_from_mesh(*SQUARE)
+    form = kept_hits_form(scene, MyCamera(8, 8), SobolSampler(), True)
+    assert (form.is_fast, form.why) == (False, "MyCamera replaces generate_ray")
+    form = kept_hits_form(scene, Camera(8, 8), MySampler(), True)
+    assert (form.is_fast, form.why) == (False, "MySampler replaces start")
+
+
+def test_hits_stay_until_the_camera_moves_and_with_jitter_for_one_sample():
+    scene = tt.scene_from_mesh(*SQUARE)
+    camera = Camera(8, 8)
+    still, jittered = PrimaryHits(scene, camera), PrimaryHits(scene, camera, True)
+    for hits in (still, jittered):
+        for seed, index in ((0, 0), (0, 0), (0, 1), (1, 1)):
+            hits.bring_up_to_date(seed, index)
+    assert (still.traces, jittered.traces) == (1, 3)
+    camera.set_camera_parameters(fov=40)
+    for hits in (still, jittered):
+        hits.bring_up_to_date(1, 1)
+    assert (still.traces, jittered.traces) == (2, 4)
+
+
+@pytest.mark.parametrize("use_packets", [False, True])
+def test_only_the_pixels_of_a_range_are_traced(use_packets):
+    """Those of their packets too, where there are packets; the others keep what they had."""
+    scene = tt.scene_from_mesh(*SQUARE)
+    camera = Camera(40, 40, eye=(0, 0, 1.2))
+    hits = PrimaryHits(scene, camera, use_packets=use_packets, ranges=((9, 15), (17, 22)))
+    hits.triangle_id.fill(-7)
+    hits.trace()
+    ids = hits.to_image("triangle_id")[::-1]
+    assert (ids[17:22, 9:15] >= 0).all()
+    traced = np.zeros((40, 40), bool)
+    packet = slice(16, 24), slice(8, 16)  # of 8 × 8 pixels
+    traced[packet if use_packets else (slice(17, 22), slice(9, 15))] = True
+    np.testing.assert_array_equal(ids != -7, traced)
