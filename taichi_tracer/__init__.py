@@ -6,13 +6,13 @@
     renderer.use("normal").render()
     tt.save_image("normal.png", renderer.image())
 
-Names are loaded when they are first used: importing the package starts nothing.
+A name is loaded when it is first used. Importing the package does not start Taichi.
 """
 
 import importlib
 import os
 
-# Taichi reads both when it is imported: no call home, no banner.
+# Taichi reads both variables when it is imported. They switch off its search for a new version and its banner.
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
