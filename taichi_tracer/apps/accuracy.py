@@ -1,45 +1,80 @@
 """``taichi-tracer accuracy``: what accuracy costs in time, as a table, a chart and a page."""
 
 from argparse import Namespace
+from dataclasses import dataclass
 from pathlib import Path
 
+from taichi_tracer.apps.requests import CameraRequest
+from taichi_tracer.apps.words import given, taken
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, variants
 
+FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
+
+
+@dataclass(frozen=True)
+class StudyRequest:
+    """What is compared, on which scene, and for how long.
+
+    Attributes:
+        variants: the ways to render the picture.
+        budget: seconds in all. seeds: renderings of every variant.
+        arch: None is the default of ``runtime.init``.
+        report: the folder for the report, or None.
+    """
+
+    source: variants.Source
+    variants: tuple[variants.Variant, ...]
+    size: tuple[int, int]
+    budget: float
+    seeds: int
+    arch: str | None
+    report: Path | None
+
 
 def run(args: Namespace) -> int:
     """Measure, print, and write the report if one is wanted."""
-    find_scene(args.scene)
-    knobs = {
-        "estimators": names(args.estimators, variants.known("estimator")),
-        "samplers": names(args.samplers, variants.known("sampler")),
-        "precisions": names(args.precisions, variants.known("precision")),
-        "triangle_tests": names(args.triangle_tests, variants.known("triangle_test")),
-        "lookups": names(args.lookups, variants.known("lookup")),
-    }
-    knobs["fast_math"] = {"off": (False,), "on": (True,), "both": (False, True)}[args.fast_math]
-    knobs = {name: value for name, value in knobs.items() if value is not None}
-    plan = variants.plan(every=args.every, **knobs)
-    folder = None if args.report is None else prepared(args.report)
-    options = {"intensity": args.intensity, "rotation": args.rotation}
-    source = variants.Source(
-        args.scene, args.environment, **{name: value for name, value in options.items() if value is not None}
-    )
-    with Bar(args.budget) as bar:
-        study = convergence.measure(source, plan, args.size, args.budget, args.seeds, args.arch, bar.show)
+    request = study_of(args)
+    with Bar(request.budget) as bar:
+        study = convergence.measure(
+            request.source,
+            list(request.variants),
+            request.size,
+            request.budget,
+            request.seeds,
+            tell=bar.show,
+            **given(arch=request.arch),
+        )
     print("\n".join(as_text(study)))
-    if folder is not None:
-        for path in accuracy_report.write(study, folder):
+    if request.report is not None:
+        for path in accuracy_report.write(study, request.report):
             print(path)
     return 0
 
 
-def names(text: str | None, known: tuple[str, ...]) -> tuple[str, ...] | None:
-    """A comma-separated list; "all" is every known name."""
-    if text is None:
-        return None
-    return known if text == "all" else tuple(text.split(","))
+def study_of(args: Namespace) -> StudyRequest:
+    """The study that the options ask for; the folder of its report is made, and known to be writable."""
+    find_scene(args.scene)
+    named = ("estimators", "samplers", "precisions", "triangle_tests", "intersectors", "lookups", "forms")
+    knobs = {name: names(getattr(args, name), variants.known(name)) for name in named}
+    plan = variants.plan(every=args.every, fast_math=FAST_MATH[args.fast_math], **given(**knobs))
+    camera, (width, height) = taken(CameraRequest, args), args.size
+    source = variants.Source(
+        args.scene,
+        args.environment,
+        args.brdfs,
+        args.lights,
+        view_of=lambda view: camera.applied_to(view, width / height),
+        **given(intensity=args.intensity, rotation=args.rotation),
+    )
+    report = None if args.report is None else prepared(args.report)
+    return StudyRequest(source, tuple(plan), args.size, args.budget, args.seeds, args.arch, report)
+
+
+def names(chosen: tuple[str, ...] | None, known: tuple[str, ...]) -> tuple[str, ...] | None:
+    """The names that were chosen; "all" is every known name."""
+    return known if chosen == ("all",) else chosen
 
 
 def prepared(report: str) -> Path:

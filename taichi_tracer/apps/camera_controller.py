@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.system.errors import InputError
 
@@ -40,7 +40,7 @@ class Pose:
     @classmethod
     def of(cls, camera: ProjectiveCamera) -> "Pose":
         """The pose of a camera."""
-        window = camera.screen_window if camera.name == "orthographic" else None
+        window = camera.screen_window if isinstance(camera, OrthographicCamera) else None
         return cls(camera.eye, camera.at, camera.up, camera.handedness, window)
 
     def parameters(self) -> dict:

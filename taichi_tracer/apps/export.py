@@ -2,12 +2,12 @@
 
 import sys
 from argparse import Namespace
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.apps.choices import document_of, pictures, view_of
+from taichi_tracer.apps.requests import PictureRequest, document_of, pictures_of
 from taichi_tracer.files import read
 from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.formulas.camera_frame import view_of_box
@@ -21,17 +21,39 @@ from taichi_tracer.system.errors import InputError
 SAME_AS = {"normal": "normal_map"}  # views that an integrator of RT3 shows
 
 
-def run(args: Namespace) -> int:
-    """Write the document; what it cannot say is told on stderr."""
+@dataclass(frozen=True)
+class ExportRequest:
+    """The scene to be written, and the pictures of it that its file is to ask for.
+
+    Attributes:
+        scene: a shipped name or a path. document: what its file says, where it is one of RT3; None for a mesh.
+        output: the file to write.
+    """
+
+    scene: Path
+    document: Document | None
+    pictures: tuple[PictureRequest, ...]
+    output: Path
+
+
+def export_of(args: Namespace) -> ExportRequest:
+    """What the options ask for; InputError where the file could not be written."""
     path = Path(args.output)
     if path.suffix.lower() != ".xml":
         raise InputError(f"{path}: the ending must be .xml")
     if not path.parent.is_dir():
         raise InputError(f"{path}: the folder {path.parent} does not exist")
-    document = document_of(args)
+    document = document_of(args.scene)
+    return ExportRequest(find_scene(args.scene), document, pictures_of(args, document), path)
+
+
+def run(args: Namespace) -> int:
+    """Write the document; what it cannot say is told on stderr."""
+    request = export_of(args)
+    path, document = request.output, request.document
     if document is None:
-        document = Document(read(find_scene(args.scene)), [])
-    shots = [_shot(args, document, picture) for picture in pictures(args)]
+        document = Document(read(request.scene), [])
+    shots = [_shot(picture, document, request.scene) for picture in request.pictures]
     for note in document.mesh.notes:
         print(f"taichi-tracer: note: {note}", file=sys.stderr)
     text = as_rt3(replace(document, shots=shots), path)
@@ -48,35 +70,33 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _shot(args: Namespace, document: Document, picture) -> Shot:
-    """One picture, as the arguments change it."""
+def _shot(picture: PictureRequest, document: Document, scene: Path) -> Shot:
+    """One picture, as the command line changes it."""
     old = picture.shot
-    view = _default_view(args, document) if old is None else old.view
+    view = _default_view(document, scene) if old is None else old.view
     film = FilmSettings() if old is None else old.film
-    window = film.crop_window if args.crop is None else tuple(args.crop)
-    integrator = Integrator() if old is None else old.integrator
-    if old is None or args.view is not None:
-        integrator = _integrator_of(picture)
-    film = replace(film, width=picture.width, height=picture.height, crop_window=window)
-    return Shot(view_of(args, view, picture.width / picture.height), film, integrator)
+    integrator = _integrator_of(picture) if old is None or picture.names_view else old.integrator
+    film = replace(film, width=picture.width, height=picture.height, crop_window=picture.crop_window)
+    return Shot(picture.view_of(view), film, integrator)
 
 
-def _default_view(args: Namespace, document: Document) -> dict:
-    if find_scene(args.scene).parent == scene_data_dir():
+def _default_view(document: Document, scene: Path) -> dict:
+    """The camera of a mesh: the course's for the scenes that come with the package, else one that shows its box."""
+    if scene.parent == scene_data_dir():
         return COURSE_VIEW
     vertices = document.mesh.vertices[np.unique(document.mesh.faces)]
     return view_of_box(vertices.min(axis=0), vertices.max(axis=0))
 
 
-def _integrator_of(picture) -> Integrator:
+def _integrator_of(picture: PictureRequest) -> Integrator:
     """The integrator that shows what was asked for."""
-    renderer_class, choice = picture.views[0]
-    if renderer_class is RT3Renderer:
-        return Integrator(choice.name)
-    if renderer_class is A2Renderer:
-        return Integrator("direct", estimator=choice.name, spp=picture.spp)
-    if choice.name not in SAME_AS:
+    renderer_class, shown = picture.views[0]
+    if issubclass(renderer_class, RT3Renderer):
+        return Integrator(shown.name)
+    if issubclass(renderer_class, A2Renderer):
+        return Integrator("direct", estimator=shown.name, spp=picture.spp)
+    if shown.name not in SAME_AS:
         raise InputError(
-            f"RT3 has no integrator that shows {choice.name!r}: known are normal, flat, depth_map, mis, ..."
+            f"RT3 has no integrator that shows {shown.name!r}: known are normal, flat, depth_map, mis, ..."
         )
-    return Integrator(SAME_AS[choice.name])
+    return Integrator(SAME_AS[shown.name])

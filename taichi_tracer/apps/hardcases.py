@@ -2,37 +2,49 @@
 
 import json
 from argparse import Namespace
+from dataclasses import dataclass
 from pathlib import Path
 
 from tqdm import tqdm
 
+from taichi_tracer.apps.words import taken
 from taichi_tracer.files.disk import check_place, make_folder, replace_file
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import report
 
 
+@dataclass(frozen=True)
+class HardCasesRequest:
+    """How much is tried, and where it is written beside the terminal; None is nowhere."""
+
+    level: str
+    json: str | None
+    report: str | None
+
+
 def run(args: Namespace) -> int:
     """Print the table and the verdicts; 1 when a mode breaks a promise."""
-    if args.json is not None:
-        check_place(args.json)
-    if args.report is not None:
-        make_folder(args.report, f"--report {args.report}")
-        check_place(Path(args.report) / "index.html")
-    count = len(hard_cases.all_modes())
+    request = taken(HardCasesRequest, args)
+    if request.json is not None:
+        check_place(request.json)
+    if request.report is not None:
+        make_folder(request.report, f"--report {request.report}")
+        check_place(Path(request.report) / "index.html")
+    count = len(hard_cases.modes_of(request.level))
     with tqdm(total=count, unit="mode", disable=None, leave=False) as bar:
 
         def progress(what: str) -> None:
             bar.set_description(what)
             bar.update(0 if what.startswith("renderer") else 1)
 
-        result = hard_cases.run(args.level, with_leak_maps=args.report is not None, progress=progress)
+        result = hard_cases.run(request.level, with_leak_maps=request.report is not None, progress=progress)
     print("\n".join(hard_cases.table(result)))
-    if args.json is not None:
+    if request.json is not None:
         text = json.dumps(hard_cases.as_json(result), indent=1, allow_nan=False)
-        replace_file(args.json, text.encode() + b"\n")
-        print(f"wrote {args.json}")
-    if args.report is not None:
-        path = Path(args.report) / "index.html"
+        replace_file(request.json, text.encode() + b"\n")
+        print(f"wrote {request.json}")
+    if request.report is not None:
+        path = Path(request.report) / "index.html"
         replace_file(path, report.page(result).encode())
         print(f"wrote {path}")
     return 0 if result.passed else 1

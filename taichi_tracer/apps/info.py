@@ -1,25 +1,37 @@
-"""``taichi-tracer info``: what a scene is made of."""
+"""``taichi-tracer info``: what a scene is made of, and which code a picture of it runs."""
 
 import time
 from argparse import Namespace
+from dataclasses import replace
 
 import taichi as ti
 
-from taichi_tracer.apps.choices import load_scene
-from taichi_tracer.renderer import A1Renderer, A2Renderer
+from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.renderer import A1Renderer, A2Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.studies.variants import light_renderer
+from taichi_tracer.system.registry import PARTS
+
+SMALL = 8  # pixels on a side: the receipt is the same for every size
+MEASURED = 64  # pixels on a side of the picture whose compilation is timed: rendering it takes no time beside that
+USUAL = "brdf"  # the estimator whose compilation is timed when the command line names none
 
 
 def run(args: Namespace) -> int:
-    """Print the facts of a scene."""
-    for line in describe(load_scene(args)):
-        print(line)
+    """Print the facts of a scene, and the receipt of the first picture that is asked for."""
+    request, (picture, *_) = scene_and_pictures_of(args)
+    scene = request.load()
+    (renderer_class, integrator), *_ = picture.views
+    small = replace(picture, width=SMALL, height=SMALL, crop_window=(0, 1, 0, 1))
+    renderer = small.make_renderer(renderer_class, scene).use(integrator.name)
+    lines = [*describe(renderer), *own_parts(request.parts)]
+    print("\n".join(lines))
     return 0
 
 
-def describe(scene: SceneData) -> list[str]:
-    """The lines that ``info`` prints."""
-    geometry = scene.geometry
+def describe(renderer: ProgressiveRenderer) -> list[str]:
+    """What ``info`` prints of a scene: that of a renderer."""
+    scene = renderer.scene_data
     facts = {
         "source": scene.source,
         "triangles": f"{scene.num_triangles:,}",
@@ -27,22 +39,23 @@ def describe(scene: SceneData) -> list[str]:
         "spheres": f"{scene.num_spheres:,}",
         "vertices": f"{len(scene.mesh.vertices):,}",
         "vertex normals": "yes" if scene.mesh.has_vertex_normals else "no",
-        "bounds": f"{show(geometry.low)} to {show(geometry.high)}",
+        "bounds": f"{show(scene.geometry.low)} to {show(scene.geometry.high)}",
     }
     facts |= {f"view {name}": show(value) for name, value in scene.view.items()}
     facts |= {"intersector": scene.ray_intersector.name, "triangle test": scene.ray_intersector.triangle_test}
     facts |= scene.ray_intersector.facts()
     lines = [f"{name:<16}{value}" for name, value in facts.items()]
     lines += ["", f"materials ({len(scene.materials)})", *material_table(scene)]
-    lines += ["", "effects", *(f"  {line}" for line in A1Renderer(scene, 8, 8).receipt())]
+    lines += ["", "effects, and the forms that run", *(f"  {line}" for line in renderer.receipt())]
     if scene.effects.is_lit:
-        lines += [f"  {line}" for line in cost_of_light(scene)]
+        estimator = renderer.active.name if isinstance(renderer, A2Renderer) else USUAL
+        lines += [f"  {line}" for line in cost_of_light(scene, estimator)]
     return lines
 
 
-def cost_of_light(scene: SceneData, estimator: str = "brdf", size: int = 64) -> list[str]:
+def cost_of_light(scene: SceneData, estimator: str) -> list[str]:
     """What compiling the scene's effects takes, and how many rays a sample needs: measured on a small picture."""
-    renderer = A2Renderer(scene, size, size).use(estimator)
+    renderer = light_renderer()(scene, MEASURED, MEASURED).use(estimator)
     renderer.eye_rays.use_packets = False
     seconds = []
     for _ in range(2):
@@ -50,11 +63,20 @@ def cost_of_light(scene: SceneData, estimator: str = "brdf", size: int = 64) -> 
         renderer.render()
         ti.sync()
         seconds.append(time.perf_counter() - start)
-    hits = float(A1Renderer(scene, size, size).use("hit").image().any(axis=2).mean())
+    hits = float(A1Renderer(scene, MEASURED, MEASURED).use("hit").image().any(axis=2).mean())
     return [
         f"compile time    {seconds[0] - seconds[1]:.2f} s ({estimator})",
         f"rays per sample 1 eye ray, and up to {hits:.2f} shadow rays ({2 * hits:.2f} with MIS), one for each hit",
     ]
+
+
+def own_parts(files: tuple[str, ...]) -> list[str]:
+    """A line for each part that was registered by a file of ``--parts``."""
+    lines = []
+    for file in files:
+        lines += ["", f"parts of {file}"]
+        lines += [f"  {getattr(part, 'what', part.kind):<14}{part.name}" for part in PARTS.registered_by(file)]
+    return lines
 
 
 def material_table(scene: SceneData) -> list[str]:

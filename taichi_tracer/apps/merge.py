@@ -2,8 +2,10 @@
 
 import sys
 from argparse import Namespace
+from dataclasses import dataclass
 from pathlib import Path
 
+from taichi_tracer.apps.words import taken
 from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import ENCODERS, check_writable, save_image
@@ -13,9 +15,19 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
 
+@dataclass(frozen=True)
+class MergeRequest:
+    """Two checkpoints, and the file for what they hold together."""
+
+    first: str
+    second: str
+    output: str
+
+
 def run(args: Namespace) -> int:
     """Add two checkpoints; write a checkpoint, or a picture if the ending is one of a picture's."""
-    output = Path(args.output)
+    request = taken(MergeRequest, args)
+    output = Path(request.output)
     is_picture = output.suffix.lower() in ENCODERS
     if is_picture:
         check_writable(output)
@@ -25,14 +37,14 @@ def run(args: Namespace) -> int:
         known = ", ".join([checkpoint.EXTENSION, *ENCODERS])
         raise InputError(f"-o {output}: unknown file type {output.suffix!r}: known are {known}")
     (facts, arrays), (other_facts, other_arrays) = (
-        checkpoint.read_checkpoint(path) for path in (args.first, args.second)
+        checkpoint.read_checkpoint(path) for path in (request.first, request.second)
     )
     first, second = facts.pop("samples"), other_facts.pop("samples")
-    checkpoint.check_same(args.second, other_facts, args.first, facts)
+    checkpoint.check_same(request.second, other_facts, request.first, facts)
     try:
         ranges = checkpoint.joined(first, second)
     except InputError as error:
-        raise InputError(f"{args.first}, {args.second}: {error}") from None
+        raise InputError(f"{request.first}, {request.second}: {error}") from None
 
     runtime.init("cpu", facts["precision"])
     film, other = (film_of(facts, values, done) for values, done in ((arrays, first), (other_arrays, second)))

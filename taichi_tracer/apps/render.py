@@ -5,11 +5,13 @@ import signal
 import sys
 import time
 from argparse import Namespace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.apps.choices import Picture, load_scene, make_renderer, pictures
+from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
+from taichi_tracer.apps.words import PICTURE_FOLDER
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.picture.progress import Progress
@@ -18,51 +20,87 @@ from taichi_tracer.system.errors import InputError
 
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
+SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
+MOST_PLACES = 3  # of samples that are not finite: how many are told
+INTERRUPTED = 130  # the exit code of a program that Ctrl-C ended
+
+
+@dataclass(frozen=True)
+class RenderRequest:
+    """The pictures of a scene that are to be made, where they go, and when to stop.
+
+    Attributes:
+        output: a file or a folder; None is where the scene file says, or ``PICTURE_FOLDER``.
+        spp, time, error: what ends the rendering, as for ``ProgressiveRenderer.render``. Where all are None, it is the
+            samples of the picture.
+        checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
+    """
+
+    scene: SceneRequest
+    pictures: tuple[PictureRequest, ...]
+    output: str | None
+    spp: int | None
+    time: float | None
+    error: float | None
+    checkpoint: str | None
+    checkpoint_every: float
+
+    def samples_of(self, picture: PictureRequest) -> int | None:
+        """How many samples end the rendering of a picture; None where only time or error do."""
+        return picture.spp if self.spp is None and self.time is None and self.error is None else self.spp
+
+
+def render_of(args: Namespace) -> RenderRequest:
+    """What the options ask for."""
+    scene, pictures = scene_and_pictures_of(args)
+    error = None if args.error is None else args.error / 100
+    return RenderRequest(
+        scene, pictures, args.output, args.spp, args.time, error, args.checkpoint, args.checkpoint_every
+    )
 
 
 def run(args: Namespace) -> int:
     """Render and write every view that was asked for; 0, or 130 when Ctrl-C ended it with what was done by then."""
-    asked = pictures(args)
-    paths = paths_of(asked, args.output, args.scene)
-    if args.checkpoint is not None:
+    request = render_of(args)
+    paths = paths_of(request.pictures, request.output, request.scene.name)
+    if request.checkpoint is not None:
         count = sum(len(places) for places in paths)
         if count > 1:
-            raise InputError(f"--checkpoint {args.checkpoint} is one file for {count} pictures: ask for one")
-        check_place(args.checkpoint)
+            raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
+        check_place(request.checkpoint)
     start = time.perf_counter()
-    scene = load_scene(args)
+    scene = request.scene.load()
     loading = f"scene {time.perf_counter() - start:.2f} s"
-    for picture, places in zip(asked, paths, strict=True):
+    for picture, places in zip(request.pictures, paths, strict=True):
         made = {}
-        for (renderer_class, choice), path in zip(picture.views, places, strict=True):
+        for (renderer_class, integrator), path in zip(picture.views, places, strict=True):
             if renderer_class not in made:
-                made[renderer_class] = make_renderer(renderer_class, scene, args, picture)
-            renderer = made[renderer_class].use(choice.name)
+                made[renderer_class] = picture.make_renderer(renderer_class, scene)
+            renderer = made[renderer_class].use(integrator.name)
             renderer.reset()
-            was_interrupted = add_samples(renderer, picture, args)
+            was_interrupted = add_samples(renderer, picture, request)
             if renderer.samples > 0:
                 image = renderer.film.own_pixels(renderer.image())
-                encodes = renderer.srgb and (picture.shot is None or picture.shot.film.gamma_corrected)
-                save_image(path, image, srgb=encodes)
+                save_image(path, image, srgb=renderer.srgb and picture.is_encoded)
                 print(f"{path}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})")
                 report_non_finite(renderer)
             if was_interrupted:
-                of = "" if args.spp is None else f" of {args.spp}"
+                of = "" if request.spp is None else f" of {request.spp}"
                 print(f"taichi-tracer: interrupted after {renderer.samples}{of} samples", file=sys.stderr)
-                return 130
+                return INTERRUPTED
     return 0
 
 
-def paths_of(asked: list[Picture], output: str | None, scene: str) -> list[list[Path]]:
-    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``renders``."""
-    names = [(picture.filename, choice.name) for picture in asked for _, choice in picture.views]
+def paths_of(asked: tuple[PictureRequest, ...], output: str | None, scene: str) -> list[list[Path]]:
+    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``."""
+    names = [(picture.filename, integrator.name) for picture in asked for _, integrator in picture.views]
     if output is None and all(filename is not None for filename, _ in names):
         paths = [Path(filename) for filename, _ in names]
         for path in paths:
             make_folder(path.parent, f"filename {path}")
     else:
         paths = output_paths(output, scene, [name for _, name in names])
-        if len(paths) > 1 or Path(output or "renders").is_dir():
+        if len(paths) > 1 or Path(output or PICTURE_FOLDER).is_dir():
             paths = [
                 path.parent / Path(path.name if filename is None else filename).name
                 for path, (filename, _) in zip(paths, names, strict=True)
@@ -86,18 +124,14 @@ def distinct(paths: list[Path]) -> list[Path]:
     return free
 
 
-def add_samples(renderer: ProgressiveRenderer, picture: Picture, args: Namespace) -> bool:
+def add_samples(renderer: ProgressiveRenderer, picture: PictureRequest, request: RenderRequest) -> bool:
     """Render until a target is reached, and keep a checkpoint if one is wanted; True if Ctrl-C ended it before."""
-    keeper = Keeper(renderer, args.checkpoint, args.checkpoint_every)
-    spp = args.spp
-    if spp is None and args.time is None and args.error is None:
-        spp = picture.spp
+    keeper = Keeper(renderer, request.checkpoint, request.checkpoint_every)
+    spp, kept = request.samples_of(picture), keeper.resume()
     if spp is not None:
-        spp -= keeper.resume()
+        spp -= kept
         if spp <= 0:
             return False
-    elif args.checkpoint is not None:
-        keeper.resume()
     with Interruption() as interruption, Bar(renderer) as bar:
 
         def watch(progress: Progress) -> None:
@@ -107,8 +141,7 @@ def add_samples(renderer: ProgressiveRenderer, picture: Picture, args: Namespace
                 raise Stopped
 
         try:
-            error = None if args.error is None else args.error / 100
-            renderer.render(spp=spp, time=args.time, error=error, watch=watch)
+            renderer.render(spp=spp, time=request.time, error=request.error, watch=watch)
         except Stopped:
             pass
         except KeyboardInterrupt:  # within a sample: some pixels may have it, so that nothing can go on from there
@@ -188,7 +221,7 @@ class Bar:
             texts.append(f"error {100 * progress.error:.2g} %")
         texts.append("? left" if math.isnan(left) else f"{left:.1f} s left")
         self.bar.set_postfix_str(", ".join(texts), refresh=False)
-        done = 0.0 if math.isnan(left) else progress.seconds / max(progress.seconds + left, 1e-9)
+        done = 0.0 if math.isnan(left) else progress.seconds / max(progress.seconds + left, SHORTEST)
         self.bar.update(max(0.0, done - self.bar.n))
 
     def __exit__(self, *_error) -> None:
@@ -216,7 +249,8 @@ def describe_times(renderer: ProgressiveRenderer) -> str:
 def report_non_finite(renderer: ProgressiveRenderer) -> None:
     """A line on samples that were left out because they were not finite, if there were any (C-20)."""
     if renderer.non_finite > 0:
-        places = ", ".join(f"pixel ({x}, {y}) sample {i}" for x, y, i in renderer.film.non_finite_samples()[:3])
+        found = renderer.film.non_finite_samples()[:MOST_PLACES]
+        places = ", ".join(f"pixel ({x}, {y}) sample {i}" for x, y, i in found)
         print(
             f"taichi-tracer: note: {renderer.non_finite} samples were not finite, not added: {places}", file=sys.stderr
         )
@@ -226,14 +260,14 @@ def output_paths(output: str | None, scene: str, names: list[str]) -> list[Path]
     """Where each view goes, known to be writable before any work is done.
 
     Args:
-        output: a file, a folder, or None for ``renders``. Folders are made.
+        output: a file, a folder, or None for ``PICTURE_FOLDER``. Folders are made.
         scene: name or path of the scene: in a folder, files are called <scene>_<view>.png.
         names: of the views.
 
     Raises:
         InputError: one file for several views, or a place that cannot be written.
     """
-    folder = Path("renders" if output is None else output)
+    folder = Path(PICTURE_FOLDER if output is None else output)
     is_folder = output is None or output.endswith(("/", "\\")) or folder.is_dir()
     if len(names) > 1 and not is_folder:
         if folder.suffix != "":

@@ -8,6 +8,7 @@ import math
 import shlex
 import time
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 
 import taichi as ti
@@ -15,10 +16,11 @@ import taichi.math as tm
 
 from taichi_tracer.apps import camera_controller
 from taichi_tracer.apps.camera_controller import Pose
-from taichi_tracer.apps.choices import load_scene, make_renderer, pictures, scene_label
 from taichi_tracer.apps.display import can_open_window
 from taichi_tracer.apps.plot import draw_curve
-from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.apps.words import PICTURE_FOLDER
+from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
@@ -31,8 +33,12 @@ FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
 PLOT_HEIGHT = 150  # pixels, of the drawing of error against time under the panel
 MOST_POINTS = 400  # of that drawing; then every other one is left out
 SLOW_FRAME = 0.06  # seconds; a moving picture stutters beyond it
+SMOOTHING = 0.1  # the share of the newest frame in the time that is shown, so that it can be read
+ERROR_EVERY = 0.5  # seconds between two estimates of the error: each reads the whole film
 BACKGROUND = 0.12
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
+HELP_PLACE = 0.02, 0.05  # fractions of the window between the panel, or the top, and the help
+OTHER_LINES = 9  # of the panel beside texts and views: its title, frame, time, two buttons, and a message of four lines
 TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
 HELP = (
     "a d         eye left, right (along x)",
@@ -50,20 +56,25 @@ HELP = (
 
 def run(args: Namespace) -> int:
     """``taichi-tracer view``: the window of the renderer that offers the view asked for."""
-    picture = pictures(args)[0]
-    renderer_class, choice = picture.views[0]
-    return show(make_renderer(renderer_class, load_scene(args), args, picture).use(choice.name))
+    scene, (picture, *_) = scene_and_pictures_of(args)
+    (renderer_class, integrator), *_ = picture.views
+    renderer = picture.make_renderer(renderer_class, scene.load()).use(integrator.name)
+    return show(renderer, scene_options=scene.words())
 
 
-def show(renderer: ProgressiveRenderer, folder: str | Path = "renders") -> int:
+def show(renderer: ProgressiveRenderer, folder: str | Path = PICTURE_FOLDER, scene_options: Sequence[str] = ()) -> int:
     """Open the window, until it is closed; where none can open, write every view into ``folder`` instead.
+
+    Args:
+        scene_options: words of the command line that make the scene, to be repeated in the command that makes a saved
+            picture again.
 
     Returns:
         0, in both cases: the exit code of a program that shows pictures.
     """
     verdict = can_open_window()
     if verdict.can_open:
-        Viewer(renderer, Path(folder)).run()
+        Viewer(renderer, Path(folder), scene_options).run()
         return 0
     paths = write_all(renderer, Path(folder))
     print(f"No window can open here: {verdict.reason}.")
@@ -77,13 +88,13 @@ def show(renderer: ProgressiveRenderer, folder: str | Path = "renders") -> int:
 def write_all(renderer: ProgressiveRenderer, folder: Path) -> list[Path]:
     """One picture per thing that the renderer offers; returns their paths."""
     spp = OFFLINE_SPP if renderer.srgb else 1
-    return [save(renderer.use(name).render(spp), folder) for name in renderer.names()]
+    return [save(renderer.use(integrator.name).render(spp), folder) for integrator in renderer.offers]
 
 
 def save(renderer: ProgressiveRenderer, folder: Path) -> Path:
     """Write what the renderer shows now to <folder>/<scene>_<view>.png; InputError where that cannot be."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{scene_label(renderer.scene_data)}_{renderer.active.name}.png"
+    path = folder / f"{Path(renderer.scene_data.source).stem}_{renderer.active.name}.png"
     check_writable(path)
     save_image(path, renderer.image(), srgb=renderer.srgb)
     return path
@@ -151,9 +162,9 @@ def encode_srgb(linear):
 class Viewer:
     """The window's loop: read keys and mouse, move the camera, render one sample, show it with the panel."""
 
-    def __init__(self, renderer: ProgressiveRenderer, folder: Path) -> None:
-        self.renderer, self.folder = renderer, folder
-        self.screen = Screen(renderer, panel_lines=len(renderer.offers) + len(TEXTS) + 9)
+    def __init__(self, renderer: ProgressiveRenderer, folder: Path, scene_options: Sequence[str] = ()) -> None:
+        self.renderer, self.folder, self.scene_options = renderer, folder, tuple(scene_options)
+        self.screen = Screen(renderer, panel_lines=len(renderer.offers) + len(TEXTS) + OTHER_LINES)
         self.message: list[str] = []
         self.shows_help = False
         self.frame_seconds = 0.0
@@ -193,7 +204,7 @@ class Viewer:
         self.renderer.camera.set_camera_parameters()  # as if moved
         self.frame_seconds = 0.0
         self.draw()
-        if self.frame_seconds > SLOW_FRAME:
+        if self.frame_seconds > SLOW_FRAME and self.renderer.eye_rays.can_use_packets:
             print("compiling the fast form for a picture of this size ...", flush=True)
             self.renderer.eye_rays.use_packets = None  # let the renderer decide
             self.renderer.camera.set_camera_parameters()
@@ -207,8 +218,7 @@ class Viewer:
         self.screen.update()
         ti.sync()
         seconds = time.perf_counter() - start
-        smoothing = 0.1
-        self.frame_seconds += (seconds - self.frame_seconds) * (smoothing if self.frame_seconds > 0 else 1.0)
+        self.frame_seconds += (seconds - self.frame_seconds) * (SMOOTHING if self.frame_seconds > 0 else 1.0)
 
     def read_events(self) -> None:
         """What was pressed once since the last frame."""
@@ -245,7 +255,7 @@ class Viewer:
         if self.renderer.samples <= self.last_samples:  # begun anew since the last frame
             self.started, self.error, self.curve = now, math.nan, []
         self.last_samples = self.renderer.samples
-        if now - self.error_at > 0.5:
+        if now - self.error_at > ERROR_EVERY:
             self.error, self.error_at = self.renderer.error(), now
             self.curve.append((now - self.started, float(self.error)))
             if len(self.curve) > MOST_POINTS:
@@ -259,7 +269,7 @@ class Viewer:
         try:
             told = ("Saved", str(save(self.renderer, self.folder)))
             print(*told)
-            print("The same again:", as_command(self.renderer), flush=True)
+            print("The same again:", as_command(self.renderer, self.scene_options), flush=True)
         except (OSError, InputError) as error:
             told = ("Not saved:", str(error))
             print(*told, flush=True)
@@ -270,10 +280,10 @@ class Viewer:
         with gui.sub_window("Control Panel", 0.0, 0.0, self.screen.panel, self.screen.panel_height) as panel:
             for text in TEXTS:
                 panel.text(text)
-            for choice in self.renderer.offers:
-                is_active = choice is self.renderer.active
-                if panel.button(choice.label + (" [Active]" if is_active else "")):
-                    self.renderer.use(choice.name)
+            for integrator in self.renderer.offers:
+                is_active = integrator is self.renderer.active
+                if panel.button((integrator.label or integrator.name) + (" [Active]" if is_active else "")):
+                    self.renderer.use(integrator.name)
             panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms, {self.renderer.samples} spp")
             if self.renderer.needs_light:
                 panel.text(self.progress())
@@ -285,34 +295,37 @@ class Viewer:
                 panel.text(line)
         if self.shows_help:
             width, height = HELP_WIDTH / self.screen.width, HELP_HEIGHT / self.screen.height
-            with gui.sub_window("Help", self.screen.panel + 0.02, 0.05, width, height) as overlay:
+            right, down = HELP_PLACE
+            with gui.sub_window("Help", self.screen.panel + right, down, width, height) as overlay:
                 for line in HELP:
                     overlay.text(line)
 
 
-def as_command(renderer: ProgressiveRenderer) -> str:
-    """The command line that makes the picture that the renderer shows."""
+def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ()) -> str:
+    """The command line that makes the picture that the renderer shows; arguments as for ``show``."""
     camera = renderer.camera
-    vectors = (f"--{name} {' '.join(f'{x:.9g}' for x in getattr(camera, name))}" for name in ("eye", "at", "up"))
-    light = ""
+    words = ["taichi-tracer", "render", renderer.scene_data.source, *scene_options, "--view", renderer.active.name]
     if renderer.needs_light:
         environment = renderer.scene_data.environment
-        light = f"--environment {shlex.quote('none' if environment is None else environment.name)} "
-        light += f"--spp {renderer.samples} --sampler {renderer.sampler.name} "
-    return (
-        f"taichi-tracer render {shlex.quote(renderer.scene_data.source)} --view {renderer.active.name} {light}"
-        f"--size {renderer.width}x{renderer.height} {' '.join(vectors)} {as_words(camera)}"
-    )
+        words += ["--environment", "none" if environment is None else environment.name]
+        words += ["--spp", str(renderer.samples), "--sampler", renderer.sampler.name]
+    words += ["--seed", str(renderer.seed)] * (renderer.seed != 0)
+    words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
+    words += ["--size", f"{renderer.width}x{renderer.height}"]
+    for name in ("eye", "at", "up"):
+        words += [f"--{name}", *(f"{x:.9g}" for x in getattr(camera, name))]
+    return shlex.join([*words, *projection_of(camera)])
 
 
-def as_words(camera: ProjectiveCamera) -> str:
+def projection_of(camera: ProjectiveCamera) -> list[str]:
     """The options that make the projection of a camera, its window at distance 1 where it is perspective."""
-    words = f"--handedness {camera.handedness}"
-    if not camera.has_window:
-        return f"--fov {camera.fov:.9g} {words}"
-    scale = 1.0 if camera.name == "orthographic" else camera.focal_distance
-    window = " ".join(f"{edge / scale:.9g}" for edge in camera.screen_window)
-    return f"--camera {camera.name} --window {window} {words}"
+    words = ["--camera", camera.name]
+    if camera.has_window:
+        scale = 1.0 if isinstance(camera, OrthographicCamera) else camera.focal_distance
+        words += ["--window", *(f"{edge / scale:.9g}" for edge in camera.screen_window)]
+    else:
+        words += ["--fov", f"{camera.fov:.9g}"]
+    return [*words, "--handedness", camera.handedness]
 
 
 def wrap(text: str) -> list[str]:

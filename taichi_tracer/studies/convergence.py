@@ -15,17 +15,21 @@ from taichi_tracer.picture.progress import slope
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.metrics import flip, rel_mse, relative_rmse
-from taichi_tracer.studies.variants import Source, Variant
+from taichi_tracer.studies.variants import Source, Variant, light_renderer
 
 TARGETS = (0.10, 0.05, 0.02, 0.01)  # relative RMSE
 REFERENCE_SEED = 1_000_003
 REFERENCE_SHARE, PICTURE_SHARE = 0.2, 0.006  # of the budget: for the reference, and for each picture at equal time
+FURTHER_REFERENCE = 0.25  # of the share of the first: what every other one gets, since few variants need it
+SHORTEST_REFERENCE = 0.2  # seconds: with fewer samples the error of the reference could not be estimated
 STEEPEST = -0.75  # slope that is continued beyond what was measured: what Owen's scrambling promises in general
+FLATTEST = -0.1  # slope of a curve that hardly falls: it is not continued, since its end would be anywhere
 FARTHEST = 300  # times the seconds that were measured: no curve is continued beyond
+FEW_POINTS = 4  # of a curve with fewer, the slope is that of all; of others, that of the later half
 WARM_UP = 3  # samples: after them everything is compiled
 GLARE = 50  # times the mean of the picture: pixels above it, such as a sun in a mirror, would alone decide its error
 CLEAR = 1.5  # times the reference's own error: below it, the error of a picture cannot be told from that
-FEWEST, MOST_SAMPLES = 3, 1 << 16  # pictures of a curve; samples per pixel
+FEWEST, FIRST_SAMPLES, MOST_SAMPLES = 3, 2, 1 << 16  # pictures of a curve; samples per pixel of its first and last
 
 
 @dataclass
@@ -73,7 +77,7 @@ class Curve:
     def slope(self) -> float:
         """Of error against seconds on logarithms, over the later half: −1/2 for independent samples."""
         points = self._known()
-        later = points[len(points) // 2 :] if len(points) >= 4 else points
+        later = points[len(points) // 2 :] if len(points) >= FEW_POINTS else points
         return slope(later) if len(later) >= 2 else math.nan
 
     def _known(self) -> list[tuple[float, float]]:
@@ -95,7 +99,7 @@ class Curve:
         if points[0][1] <= target:
             return points[0][0], True
         power = max(self.slope, STEEPEST)
-        if not power < -0.1:
+        if not power < FLATTEST:
             return math.nan, False
         factor = (points[-1][1] / target) ** (-1 / power)
         return (points[-1][0] * factor if factor <= FARTHEST else math.nan), False
@@ -189,18 +193,18 @@ def measure(
         study.machine = describe_machine()
         runs, scenes, renderers = [], {}, {}
         for variant in group:
-            key = (variant.lookup, variant.triangle_test)
-            if key not in scenes:
-                scenes[key] = source.load(variant)
+            if variant.scene not in scenes:
+                scenes[variant.scene] = source.load(variant)
+            scene = scenes[variant.scene]
             if variant.lookup not in truths:
                 tell("reference", (time.perf_counter() - start) / budget)
-                share = REFERENCE_SHARE * budget / (4 if truths else 1)
-                truths[variant.lookup] = reference_of(scenes[key], size, share)
+                share = REFERENCE_SHARE * (FURTHER_REFERENCE if truths else 1)
+                truths[variant.lookup] = reference_of(scene, size, share * budget)
             tell(f"{variant.label}: compiling", (time.perf_counter() - start) / budget)
             truth = scaled(truths[variant.lookup], variant.scale)
-            key = (*key, variant.sampler, variant.adaptive, variant.scale)
+            key = (*variant.scene, variant.sampler, variant.adaptive, variant.scale)
             if key not in renderers:  # one for all estimators: what the eye rays hit is compiled once
-                renderers[key] = make(scenes[key[:2]], variant, truth.image.shape[1::-1])
+                renderers[key] = make(light_renderer(), scene, variant, truth.image.shape[1::-1])
             runs.append(Run(renderers[key], variant, truth))
         for seed in range(seeds):  # all variants in turn, so that what else the machine does meets all alike
             for i, run in enumerate(runs):
@@ -221,9 +225,9 @@ def measure(
 
 def reference_of(scene, size: tuple[int, int], seconds: float) -> Truth:
     """A picture by multiple importance sampling, for that many seconds, and how far it is off."""
-    renderer = make(scene, Variant(), size)
+    renderer = make(A2Renderer, scene, Variant(), size)  # the package's own, whatever is compared with it
     renderer.seed = REFERENCE_SEED
-    renderer.render(time=max(seconds, 0.2))
+    renderer.render(time=max(seconds, SHORTEST_REFERENCE))
     image, (variance, groups) = renderer.image().astype(np.float64), renderer.film.spread()
     error = relative_error(variance, np.where(without_glare(image), groups, 0), image)
     return Truth(image, error, variance, renderer.samples, renderer)
@@ -249,10 +253,10 @@ def scaled(truth: Truth, scale: float) -> Truth:
     return replace(truth, image=image, error=RelativeError(error, error, error), variance=variance)
 
 
-def make(scene, variant: Variant, size: tuple[int, int]) -> A2Renderer:
+def make(renderer_class: type[A2Renderer], scene, variant: Variant, size: tuple[int, int]) -> A2Renderer:
     """A renderer of a variant; it never compiles another form of the eye rays in the middle of a measurement."""
     width, height = size
-    renderer = A2Renderer(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
+    renderer = renderer_class(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
     renderer.eye_rays.use_packets = renderer.eye_rays.can_use_packets and width * height >= LARGE_PICTURE
     return renderer.use(variant.estimator)
 
@@ -276,26 +280,25 @@ class Run:
         self.renderer.use(self.variant.estimator).begin_anew()
 
     def render(self, seed: int, slot: float) -> None:
-        """Twice as many samples each time: the first seed within ``slot`` seconds, the others as many as that one."""
-        renderer, spent, seconds, errors = self.renderer, 0.0, [], []
+        """Compare pictures of one seed, each with twice as many samples per pixel as the one before.
+
+        Args:
+            slot: seconds that the first seed may take. The other seeds take as many samples as that one.
+        """
+        renderer, spent, done, seconds, errors = self.renderer, 0.0, 0, [], []
         self.begin(seed)
-        wanted, is_first = (PILOT if self.variant.adaptive else 2), not self.samples
-        samples = [] if is_first else self.samples
-        while (
-            (len(samples) < FEWEST or 2 * spent < slot) and wanted <= MOST_SAMPLES
-            if is_first
-            else len(errors) < len(samples)
-        ):
+        is_first, first = not self.samples, PILOT if self.variant.adaptive else FIRST_SAMPLES
+        for wanted in doubled(first) if is_first else list(self.samples):
+            if is_first and len(errors) >= FEWEST and 2 * spent >= slot:
+                break
             begin = time.perf_counter()
-            renderer.render(wanted - (samples[len(errors) - 1] if errors else 0))
+            renderer.render(wanted - done)
             ti.sync()
-            spent += time.perf_counter() - begin
+            spent, done = spent + time.perf_counter() - begin, wanted
             seconds.append(spent)
             errors.append(error_beyond(self.truth.error_of(renderer.image()), self.truth.error))
             if is_first:
-                samples.append(wanted)
-            wanted *= 2
-        self.samples = samples
+                self.samples.append(wanted)
         self.seconds.append(seconds)
         self.errors.append(errors)
         self.finals.append((renderer.image().astype(np.float64), renderer.film.variance_of_mean()))
@@ -318,6 +321,11 @@ class Run:
             curve.image_error = self.truth.error_of(image)
             curve.image_rel_mse, curve.image_flip = rel_mse(image, self.truth.image), flip(image, self.truth.image)[0]
         return curve
+
+
+def doubled(first: int) -> list[int]:
+    """``first``, and each time twice as many, up to ``MOST_SAMPLES``."""
+    return [first << k for k in range(MOST_SAMPLES.bit_length()) if first << k <= MOST_SAMPLES]
 
 
 def error_beyond(measured: float, reference: float) -> float:

@@ -1,7 +1,8 @@
-"""What would it cost to simulate the effects that a scene does not call for?
+"""What would it cost to simulate the effects that a scene does not call for, and what does readability cost?
 
-The same picture is rendered by code compiled for the scene, by code with one more effect each, and by code with all of
-them. The pictures are equal to the last bit; seconds of compilation and milliseconds per sample are not.
+The same picture is rendered by code compiled for the scene, by code with one more effect each, by code with all of
+them, and by the plain forms, which are there to be read. The pictures are equal to the last bit; seconds of compilation
+and milliseconds per sample are not.
 """
 
 import statistics
@@ -13,18 +14,20 @@ import taichi as ti
 
 from taichi_tracer.effects import Effects
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_data import SceneData, SceneInKernels
+from taichi_tracer.studies.variants import light_renderer
 
 RUNS = 9  # of each variant, in turn
 SPP = 4  # samples of a run
+USUAL, EVERYTHING, PLAIN = "as the scene needs", "everything", "the plain forms"
 
 
-@dataclass
+@dataclass(frozen=True)
 class Variant:
     """One way to compile the same picture.
 
     Attributes:
-        name: the effect that was added, "as the scene needs" or "everything".
+        name: the effect that was added, or ``USUAL``, ``EVERYTHING``, ``PLAIN``.
         compile_seconds: of the first sample, beyond the time of any other.
         milliseconds: median, of one sample of every pixel.
         is_equal: whether the picture is that of the first variant, bit for bit.
@@ -49,20 +52,19 @@ def with_one_more(scene: SceneData) -> dict[str, Effects]:
     return variants
 
 
-class WithEffects(A2Renderer):
-    """An ``A2Renderer`` whose kernels are compiled for other effects than the scene calls for."""
+def compiled_for(effects: Effects, renderer_class: type[A2Renderer]) -> type[A2Renderer]:
+    """A renderer whose kernels are compiled for other effects than the scene calls for."""
 
-    effects: Effects | None = None
+    class WithEffects(renderer_class):
+        _compiled: SceneInKernels | None = None
 
-    def kernel_scene(self):
-        """What the kernels know of the scene."""
-        if self.effects is None:
-            return super().kernel_scene()
-        if self._with_effects is None:
-            self._with_effects = self.scene_data.in_kernels(self.effects)
-        return self._with_effects
+        def kernel_scene(self) -> SceneInKernels:
+            """What the kernels know of the scene."""
+            if self._compiled is None:
+                self._compiled = self.scene_data.in_kernels(effects)
+            return self._compiled
 
-    _with_effects = None
+    return WithEffects
 
 
 def measure(
@@ -72,7 +74,8 @@ def measure(
     estimator: str = "brdf",
     width: int = 512,
     height: int = 512,
-):
+    sampler: str = "sobol",
+) -> list[Variant]:
     """A ``Variant`` for the scene as it is, for each effect more, for all of them, and for the forms that are read.
 
     Args:
@@ -80,17 +83,17 @@ def measure(
         complete: the same scene, made with ``effects="all"``.
         plain: the same scene, made with ``fast=False``; None leaves it out.
     """
-    renderers = {"as the scene needs": A2Renderer(scene, width, height)}
+    usual, size = light_renderer(), (width, height)
+    renderers = {USUAL: usual(scene, *size, sampler=sampler)}
     for name, more in with_one_more(scene).items():
-        renderers[name] = WithEffects(scene, width, height)
-        renderers[name].effects = more
-    renderers["everything"] = A2Renderer(complete, width, height)
+        renderers[name] = compiled_for(more, usual)(scene, *size, sampler=sampler)
+    renderers[EVERYTHING] = usual(complete, *size, sampler=sampler)
     if plain is not None:
-        renderers["the plain forms"] = A2Renderer(plain, width, height)
+        renderers[PLAIN] = usual(plain, *size, sampler=sampler)
     for renderer in renderers.values():  # the eye rays are traced by the same code in all
         if renderer.scene_data is scene:
-            renderer.eye_rays = renderers["as the scene needs"].eye_rays
-        if hasattr(renderer.eye_rays, "trace"):
+            renderer.eye_rays = renderers[USUAL].eye_rays
+        if hasattr(renderer.eye_rays, "trace"):  # twice, so that packets are compiled, where they will be used
             renderer.eye_rays.trace()
             renderer.eye_rays.trace()
 
@@ -102,10 +105,9 @@ def measure(
     for _ in range(RUNS):
         for name, renderer in renderers.items():
             seconds[name].append(timed(renderer, SPP) / SPP)
-    truth = pictures["as the scene needs"]
     medians = {name: statistics.median(values) for name, values in seconds.items()}
     return [
-        Variant(name, first[name] - medians[name], 1e3 * medians[name], np.array_equal(pictures[name], truth))
+        Variant(name, first[name] - medians[name], 1e3 * medians[name], np.array_equal(pictures[name], pictures[USUAL]))
         for name in renderers
     ]
 

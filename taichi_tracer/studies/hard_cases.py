@@ -1,8 +1,8 @@
 """Do hard cases stay numerically stable, in which mode, and what does that cost in time?
 
 Every triangle test × precision × fast_math × intersector is sent the rays of a catalogue of hard cases, and judged by
-oracles that compute in integers, or in float64 with a bound. Every mode has promises (``hard.modes.PROMISES``); what a
-mode does not promise is counted all the same.
+oracles that compute in integers, or in float64 with a bound. Every mode has promises (``hard.modes.promise_of``); what
+a mode does not promise is counted all the same. Registered parts of your own are modes and cases like the others.
 """
 
 import gc
@@ -16,12 +16,14 @@ from taichi_tracer.studies.hard import renderer_cases
 from taichi_tracer.studies.hard.case import Case, Placed, Rays, Stage, seconds_of
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases
 from taichi_tracer.studies.hard.leak_map import RED, leak_map
-from taichi_tracer.studies.hard.modes import COUNTS, T_CLASSES, Mode, Promise, all_modes, promise_of
+from taichi_tracer.studies.hard.modes import COUNTS, REFERENCE, T_CLASSES, Mode, Promise, all_modes, promise_of
 from taichi_tracer.studies.machine import machine_facts
 from taichi_tracer.system import runtime
 
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000
+FEWEST_RAYS = 40  # of a case: fewer would say nothing of it
+TIMED_SHARE = 8  # of the tests that brute force may take: the timing gets one part in so many
 TIMED_CASE = "closed sphere at 1e2"
 LONG_CASE = "closed sphere at 0"
 
@@ -85,6 +87,11 @@ class Result:
         return not any(verdict.broken for verdict in self.verdicts)
 
 
+def modes_of(level: str) -> list[Mode]:
+    """The modes that a level tries."""
+    return all_modes(with_plain=LEVELS[level].has_plain)
+
+
 def run(
     level: str = "default",
     cases: list[Case] | None = None,
@@ -97,7 +104,7 @@ def run(
 
     Args:
         level: "quick", "default" or "full".
-        cases: None is all. modes: None is all that are registered.
+        cases: None is all. modes: None is those of the level.
         renderer: whether to try camera, environment, BRDFs, film and furnace, too.
         with_leak_maps: whether to make a picture of the leaks of every accelerated mode.
         progress: called with what is done next.
@@ -105,13 +112,13 @@ def run(
     size = LEVELS[level]
     cases = all_cases() if cases is None else cases
     stages = [Stage(name, [c for c in cases if c.stage == name]) for name in dict.fromkeys(c.stage for c in cases)]
-    rays = {case.name: case.gathered(max(40, int(size.rays * case.rays_wanted))) for case in cases}
+    rays = {case.name: case.gathered(max(FEWEST_RAYS, int(size.rays * case.rays_wanted))) for case in cases}
     before = runtime.current()
     rows, verdicts, started = [], [], None
     references: dict[tuple, list] = {}
     machine = machine_facts()
     try:
-        for mode in all_modes() if modes is None else modes:
+        for mode in modes_of(level) if modes is None else modes:
             start = (mode.precision, mode.fast_math)
             if start != started:
                 gc.collect()  # while the Taichi that made them still runs
@@ -139,23 +146,22 @@ def run_mode(
     for stage in stages:
         if not size.covers(stage.name, mode):
             continue
-        placed = stage.build(mode.triangle_test, mode.intersector)
+        placed = stage.build(mode)
         for case in stage.cases:
             on, sent = placed[case.name], rays[case.name]
-            if mode.intersector == "brute_force":
-                sent = sent.first(max(40, size.tests // len(stage.cases) // stage.num_triangles))
+            if mode.tries_everything:
+                sent = sent.first(max(FEWEST_RAYS, size.tests // len(stage.cases) // stage.num_triangles))
             findings = case.judge(on, sent, mode.epsilon)
             findings |= difference_from_brute_force(mode, case, on, references)
-            if case.name == LONG_CASE and mode.intersector != "brute_force":
-                if not mode.fast_math:
-                    long_run(case, on, size.edge_rays, findings)
+            if case.name == LONG_CASE and not mode.tries_everything and not mode.fast_math:
+                long_run(case, on, size.edge_rays, findings)
             verdicts.append(verdict_of(mode, promise, case.name, len(sent), findings))
         scene = next(iter(placed.values())).scene
         if TIMED_CASE in placed:
-            count = TIMED_RAYS if mode.intersector != "brute_force" else size.tests // stage.num_triangles // 8
-            ns_per_ray = time_per_ray(placed[TIMED_CASE], count)
+            few = size.tests // stage.num_triangles // TIMED_SHARE
+            ns_per_ray = time_per_ray(placed[TIMED_CASE], few if mode.tries_everything else TIMED_RAYS)
         scene.destroy()
-    if with_leak_maps and mode.intersector != "brute_force":
+    if with_leak_maps and not mode.tries_everything:
         picture = leak_map(mode)
     return Row(mode, totals(verdicts), ns_per_ray, picture), verdicts
 
@@ -165,7 +171,7 @@ def difference_from_brute_force(mode: Mode, case: Case, on: Placed, references: 
     key = (mode.triangle_test, mode.precision, mode.fast_math, case.name)
     answers = [(hits.triangle_id, hits.distance, hits.barycentric_coords) for hits in on.intersected]
     on.intersected = []
-    if mode.intersector == "brute_force":
+    if mode.intersector == REFERENCE:
         references[key] = answers
         return {}
     wrong = 0
@@ -310,9 +316,10 @@ def ratios(result: Result) -> list[str]:
             ({"triangle_test": "moller_trumbore"}, "moller_trumbore"),
             ({"precision": "f32"}, "f32"),
             ({"fast_math": True}, "fast_math"),
+            ({"plain": False}, "the fast form"),
         ):
             other = Mode(**(asdict(mode) | change))
-            if other != mode and other in times and mode.intersector != "brute_force":
+            if other != mode and other in times and not mode.tries_everything:
                 lines.append(f"{mode} takes {ns / times[other]:.2f} times as long as with {text}")
     return lines
 

@@ -1,5 +1,6 @@
 """The ways to render one picture that a study of accuracy compares, and the scenes they need."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 
+LIGHT = "studio"  # what lights a scene that has no environment of its own
+
 
 @dataclass(frozen=True)
 class Variant:
@@ -18,6 +21,8 @@ class Variant:
 
     Attributes:
         scale: of the resolution: 0.5 renders half as many pixels along each side.
+        intersector: None is the one that the scene has, or the default of ``SceneData``.
+        plain: whether only the plain forms run, which have the same bits and take longer.
     """
 
     estimator: str = "mis"
@@ -28,6 +33,8 @@ class Variant:
     lookup: str = "nearest"
     adaptive: bool = False
     scale: float = 1.0
+    intersector: str | None = None
+    plain: bool = False
 
     def differences(self, other: "Variant") -> list[str]:
         """The names of the knobs that are set otherwise."""
@@ -42,18 +49,30 @@ class Variant:
     def setting(self, knob: str) -> str:
         """One knob in words."""
         value = getattr(self, knob)
+        if knob == "plain":
+            return "plain forms" if value else "fast forms"
+        if knob == "intersector":
+            return "the scene's own intersector" if value is None else value
         words = {"fast_math": "fast math", "adaptive": "adaptive", "scale": f"resolution x {self.scale:g}"}
         return words.get(knob, str(value)) if value is not False else f"no {words[knob]}"
 
+    @property
+    def scene(self) -> tuple:
+        """The knobs that belong to the scene: variants in which they are equal share one."""
+        return self.lookup, self.triangle_test, self.intersector, self.plain
+
+
+FORMS = ("fast", "plain")
+
 
 def known(knob: str) -> tuple[str, ...]:
-    """The names that a knob can be set to, those of registered parts among them."""
-    registered = {"sampler": "sampler", "triangle_test": "triangle test", "intersector": "intersector"}
-    if knob == "estimator":
+    """The names that a parameter of ``plan`` can hold, those of registered parts among them."""
+    kinds = {"samplers": "sampler", "triangle_tests": "triangle test", "intersectors": "intersector"}
+    if knob in kinds:
+        return tuple(PARTS.names(kinds[knob]))
+    if knob == "estimators":
         return tuple(A2Renderer.names())
-    if knob in registered:
-        return tuple(PARTS.names(registered[knob]))
-    return {"precision": ("f32", "f64"), "lookup": LOOKUPS}[knob]
+    return {"precisions": runtime.PRECISIONS, "lookups": LOOKUPS, "forms": FORMS}[knob]
 
 
 def plan(
@@ -65,30 +84,52 @@ def plan(
     lookups: tuple[str, ...] = ("nearest", "bilinear"),
     adaptive: tuple[bool, ...] = (False, True),
     scales: tuple[float, ...] = (1.0, 0.5),
+    intersectors: tuple[str, ...] = (),
+    forms: tuple[str, ...] = ("fast",),
     every: bool = False,
 ) -> list[Variant]:
     """Every estimator with every sampler, and each other knob turned alone, from the last estimator and first sampler.
 
     Args:
+        intersectors: none is the one of the scene.
+        forms: "plain" is not among the defaults: its pictures are the same to the last bit, so that a study of errors
+            would spend seconds of its budget on a ratio of times alone, and on a large mesh minutes, since the plain
+            hierarchy is built in Python. ``taichi-tracer effects`` tells that ratio too.
         every: every combination of all knobs instead.
 
     Raises:
         InputError: an unknown name.
     """
-    given = {"estimator": estimators, "sampler": samplers, "precision": precisions, "triangle_test": triangle_tests}
-    given |= {"lookup": lookups}
-    for knob, names in given.items():
+    named = {"estimators": estimators, "samplers": samplers, "precisions": precisions, "lookups": lookups}
+    named |= {"triangle_tests": triangle_tests, "intersectors": intersectors, "forms": forms}
+    for knob, names in named.items():
         for name in names:
             if name not in known(knob):
-                raise one_of(knob.replace("_", " "), name, known(knob))
-    given |= {"fast_math": fast_math, "adaptive": adaptive, "scale": scales}
-    first = {knob: values[0] for knob, values in given.items()}
+                raise one_of(knob.removesuffix("s").replace("_", " "), name, known(knob))
+    values = {
+        "estimator": estimators,
+        "sampler": samplers,
+        "precision": precisions,
+        "triangle_test": triangle_tests,
+        "lookup": lookups,
+        "fast_math": fast_math,
+        "adaptive": adaptive,
+        "scale": scales,
+        "intersector": intersectors or (None,),
+        "plain": tuple(form == "plain" for form in forms),
+    }
+    first = {knob: settings[0] for knob, settings in values.items()}
     variants = [Variant(**first | {"estimator": e, "sampler": s}) for e in estimators for s in samplers]
-    others = [knob for knob in given if knob not in ("estimator", "sampler")]
+    others = [knob for knob in values if knob not in ("estimator", "sampler")]
     for knob in others:
         from_these = list(variants) if every else [Variant(**first | {"estimator": estimators[-1]})]
-        variants += [replace(v, **{knob: value}) for v in from_these for value in given[knob][1:]]
+        variants += [replace(v, **{knob: value}) for v in from_these for value in values[knob][1:]]
     return variants
+
+
+def light_renderer() -> type[A2Renderer]:
+    """The renderer that offers estimators; of several, the one that was registered last."""
+    return [c for c in PARTS.all("renderer") if issubclass(c, A2Renderer)][-1]
 
 
 class Source:
@@ -97,14 +138,19 @@ class Source:
     Args:
         scene: a name, a path, or a ``SceneData``; that one cannot be compared in another precision or with fast math,
             since both would start Taichi anew and end it.
-        environment: what lights it; None takes the scene's own, or the studio.
+        environment: what lights it; None takes the scene's own, or ``LIGHT``.
+        brdfs, lights: as for ``SceneData``, of a scene that is given by name.
+        view_of: the parameters of the camera, from those of the scene; None leaves them.
         options: of the environment: intensity, rotation.
     """
 
-    def __init__(self, scene, environment=None, **options) -> None:
-        self.scene, self.options = scene, options
+    def __init__(
+        self, scene, environment=None, brdfs=(), lights=(), view_of: Callable[[dict], dict] | None = None, **options
+    ) -> None:
+        self.scene, self.brdfs, self.lights, self.options = scene, brdfs, lights, options
+        self.view_of = view_of
         own = scene.environment if isinstance(scene, SceneData) else None
-        self.environment = environment if environment is not None else (own if own is not None else "studio")
+        self.environment = environment if environment is not None else (own if own is not None else LIGHT)
 
     @property
     def is_loaded(self) -> bool:
@@ -133,13 +179,37 @@ class Source:
 
     def load(self, variant: Variant) -> SceneData:
         """The scene as a variant wants it, in the running precision."""
+        options = {"triangle_test": variant.triangle_test, "environment": self.load_environment(variant)}
+        if variant.intersector is not None:
+            options["intersector"] = variant.intersector
+        if self.is_loaded:
+            scene = self.copy_of_scene(variant, options)
+        else:
+            options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not variant.plain}
+            scene = load_scene_data(self.scene, **options)
+        if self.view_of is not None:
+            scene.view = self.view_of(scene.view)
+        return scene
+
+    def load_environment(self, variant: Variant) -> Environment:
+        """The light, with the look-up that a variant wants."""
         environment, options = self.environment, dict(self.options)
         if isinstance(environment, Environment):
             options = {"intensity": environment.intensity, "rotation": environment.rotation, "name": environment.name}
             environment = environment.pixels
-        environment = load_environment(environment, lookup=variant.lookup, **options)
-        options = {"triangle_test": variant.triangle_test, "environment": environment}
-        if self.is_loaded:
-            intersector = self.scene.ray_intersector.name
-            return SceneData(self.scene.mesh, intersector=intersector, view=self.scene.view, **options)
-        return load_scene_data(self.scene, **options)
+        return load_environment(environment, lookup=variant.lookup, **options)
+
+    def copy_of_scene(self, variant: Variant, options: dict) -> SceneData:
+        """The caller's scene once more, with its own parts but for those that a variant names."""
+        scene = self.scene
+        intersector = type(scene.ray_intersector)
+        own = {
+            "intersector": getattr(intersector, "stands_in_for", intersector),
+            "view": scene.view,
+            "background": scene.background,
+            "effects": scene.effects_mode,
+            "brdfs": list(reversed(scene.material_library.brdfs)),  # the last one of the library is asked first
+            "lights": scene.lights,
+            "fast": scene.fast and not variant.plain,
+        }
+        return SceneData(scene.mesh, **own | options)

@@ -14,7 +14,11 @@ part of the kind is first asked for.
 
 import importlib
 import pkgutil
+import runpy
+import sys
+import traceback
 from collections.abc import Callable
+from pathlib import Path
 
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.seams import assigned
@@ -32,45 +36,70 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
 }
 
 
+PACKAGE = str(Path(__file__).resolve().parents[1])
+
+
 class Registry:
     """Parts by kind and name."""
 
     def __init__(self) -> None:
         self._parts: dict[str, dict[str, object]] = {kind: {} for kind in HOMES}
+        self._files: dict[tuple[str, str], str] = {}  # (kind, name) → the file that registered the part
         self._loaded: set[str] = set()
 
-    def add(self, part):
+    def add(self, part, file: str | None = None):
         """Register a part; returns it, so that this is a decorator of classes.
+
+        A file that is run again, or a notebook's cell, replaces the parts that it has registered before.
 
         Args:
             part: a class or an object that derives from the base class of a kind and has a ``name``. Of samplers,
                 BRDFs, lights and integrators the registry holds objects: a class is called without arguments.
+            file: who registers it; None is the file of the caller.
 
         Raises:
             InputError: it has no kind, no name, or the name of another part of its kind.
         """
         kind, name = getattr(part, "kind", None), getattr(part, "name", None)
-        what = part.__name__ if isinstance(part, type) else type(part).__name__
+        what = class_name(part)
         if kind not in HOMES:
             bases = "Camera, RayIntersector, Sampler, Brdf, Light, Integrator, View"
             raise InputError(f"register: {what} derives from none of the parts that can be registered ({bases})")
         if not isinstance(name, str) or name == "":
             raise InputError(f"register: {what} needs a name: name = {what.lower()!r} in the class")
-        held = part() if HOMES[kind][1] and isinstance(part, type) else part
-        known = self._parts[kind]
-        if name in known and _origin(known[name]) != _origin(held):
-            raise InputError(f"register: there is another {kind} called {name!r}, {_origin(known[name])[1]}")
-        known[name] = held
+        file = file_of_caller(1) if file is None else file
+        if not file.startswith(PACKAGE):
+            self._load(kind)  # so that no name of the package is taken, and its parts come first
+        former, by = self._parts[kind].get(name), self._files.get((kind, name), file)
+        if former is not None and (by, class_name(former)) != (file, class_name(part)):
+            where = "in the package" if by.startswith(PACKAGE) else f"registered by {by}"
+            raise InputError(f"register: there is another {kind} called {name!r}, {where}: give yours another name")
+        self._parts[kind][name] = part() if HOMES[kind][1] and isinstance(part, type) else part
+        self._files[kind, name] = file
         return part
 
     def remove(self, part) -> None:
         """Forget a part."""
         self._parts[part.kind].pop(part.name, None)
+        self._files.pop((part.kind, part.name), None)
+
+    def registered_by(self, path: str | Path) -> list:
+        """The parts that a file registered."""
+        file = str(Path(path).expanduser().resolve())
+        return [self._parts[kind][name] for (kind, name), by in self._files.items() if by == file]
+
+    def comes_with_package(self, part) -> bool:
+        """Whether a registered part is one of the package's own."""
+        return self._files.get((part.kind, part.name), "").startswith(PACKAGE)
 
     def all(self, kind: str) -> list:
         """Every part of a kind, those that come with the package first."""
         self._load(kind)
         return list(self._parts[kind].values())
+
+    def everything(self) -> list:
+        """The parts of all kinds that are registered by now."""
+        return [part for parts in self._parts.values() for part in parts.values()]
 
     def names(self, kind: str) -> list[str]:
         """Their names."""
@@ -96,20 +125,25 @@ class Registry:
         if kind in self._loaded:
             return
         self._loaded.add(kind)
-        given = self._parts[kind]  # registered before: they come after those of the package
-        self._parts[kind] = {}
         for name in HOMES[kind][0]:
             module = importlib.import_module(f"taichi_tracer.{name}")
             for found in sorted(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", []))):
                 importlib.import_module(f"taichi_tracer.{name}.{found}")
-        shipped = {n: p for n, p in {**given, **self._parts[kind]}.items() if _origin(p)[0]}
-        self._parts[kind] = {**shipped, **{n: p for n, p in given.items() if n not in shipped}}
 
 
-def _origin(part) -> tuple[bool, str]:
-    """Whether a part comes with the package, and the dotted name of its class."""
-    cls = part if isinstance(part, type) else type(part)
-    return cls.__module__.startswith("taichi_tracer."), f"{cls.__module__}.{cls.__qualname__}"
+def class_name(part) -> str:
+    """The name of a class, or of the class of an object."""
+    return part.__name__ if isinstance(part, type) else type(part).__name__
+
+
+def file_of_caller(above: int) -> str:
+    """The file whose code calls; in a notebook the name of its module.
+
+    Args:
+        above: how many functions stand between that code and the function that asks.
+    """
+    names = sys._getframe(above + 1).f_globals
+    return str(Path(names["__file__"]).resolve()) if "__file__" in names else names["__name__"]
 
 
 PARTS = Registry()
@@ -117,35 +151,43 @@ PARTS = Registry()
 
 def register(part):
     """Make a part known under its name, everywhere: see ``Registry.add``. Works as a decorator of classes."""
-    return PARTS.add(part)
+    return PARTS.add(part, file_of_caller(1))
 
 
 def load_parts(path: str) -> list:
     """Run a Python file that registers parts, or assigns methods to the package's classes; returns the parts.
 
+    The file may import modules that lie beside it.
+
     Raises:
         InputError: the file is missing or is no Python; what went wrong stands in the message, with its line.
     """
-    import runpy
-    import traceback
-    from pathlib import Path
-
-    file = Path(path).expanduser()
+    file = Path(path).expanduser().resolve()
     if not file.is_file():
         raise InputError(f"--parts {path}: no such file")
-    before = {id(part) for parts in PARTS._parts.values() for part in parts.values()}
+    before = PARTS.everything()
+    sys.path.insert(0, str(file.parent))
     try:
         runpy.run_path(str(file), run_name=file.stem)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    except Exception as error:
-        frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
-        line = getattr(error, "lineno", None) or (frames[-1].lineno if frames else 1)
-        raise InputError(f"{path}:{line}: {type(error).__name__}: {error}") from error
-    added = [part for parts in PARTS._parts.values() for part in parts.values() if id(part) not in before]
+    except (Exception, SystemExit) as error:
+        told = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        if isinstance(error, SyntaxError):
+            told = f"{type(error).__name__}: {error.msg}"
+        raise InputError(f"{where_in(error, file, path)}: {told}") from error
+    finally:
+        sys.path.remove(str(file.parent))
+    added = [part for part in PARTS.everything() if not any(part is known for known in before)]
     if not added and not assigned():
         raise InputError(f"{path}: the file registers nothing: put @tt.register before each class")
     return added
+
+
+def where_in(error: BaseException, file: Path, path: str) -> str:
+    """The file, as the user calls it, and the line of it where an error arose."""
+    if isinstance(error, SyntaxError) and error.filename is not None:
+        return f"{path if Path(error.filename) == file else error.filename}:{error.lineno}"
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
+    return f"{path}:{lines[-1]}" if lines else path
 
 
 def choose(kind: str) -> Callable:

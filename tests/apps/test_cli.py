@@ -14,11 +14,12 @@ import pytest
 from PIL import Image
 
 import taichi_tracer as tt
-from taichi_tracer.apps import choices, cli, render
+from taichi_tracer.apps import cli, names
 from taichi_tracer.apps.cli import as_value, main, make_parser
-from taichi_tracer.integrators.surface_views import View
+from taichi_tracer.apps.requests import SceneRequest
 from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
 from taichi_tracer.studies import effects as effects_study
+from taichi_tracer.system.registry import PARTS
 
 PACKAGE = Path(tt.__file__).parents[1]  # this copy, for processes that start elsewhere
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -149,7 +150,7 @@ def read_until(text, terminal, seconds=60):
 def test_every_view_is_the_renderers_own_picture(tmp_path, capsys):
     assert quickly(["render", "cornell_box", "--view", "all", "--size", "40x30", "-o", f"{tmp_path}/all/"]) == 0
     renderer = A1Renderer(quick_scene("cornell_box"), width=40, height=30)
-    assert len(capsys.readouterr().out.splitlines()) == len(A1Renderer.offers)
+    assert len(capsys.readouterr().out.splitlines()) == len(A1Renderer.offered())
     for name in A1Renderer.names():
         expected = np.rint(renderer.use(name).render().image() * 255)
         written = pixels(tmp_path / "all" / f"cornell_box_{name}.png")
@@ -181,26 +182,47 @@ def test_options_reach_the_scene(capsys):
     assert "triangle test   watertight\n" in out
 
 
-def test_a_new_view_needs_no_edit_here(tmp_path, monkeypatch, instant):
-    normal = next(view for view in A1Renderer.offers if view.name == "normal")
-    added = View("a_new_view", "A New View", normal.color, aliases=("new",))
-    monkeypatch.setattr(A1Renderer, "offers", (*A1Renderer.offers, added))
-    assert "a_new_view" in choices.help_text()
-    assert choices.find_views("a_new_view") == choices.find_views("new") == [(A1Renderer, added)]
+@pytest.fixture
+def register():
+    """Registers parts for the length of a test."""
+    added = []
+
+    def add(part):
+        added.append(PARTS.add(part))
+        return part
+
+    yield add
+    for part in added:
+        PARTS.remove(part)
+
+
+def test_a_new_view_needs_no_edit_here(tmp_path, register, instant):
+    normal = PARTS.find("integrator", "normal")
+    added = register(tt.View("a_new_view", "A New View", normal.function, aliases=("new",)))
+    assert "a_new_view" in names.help_text(["pictures"])
+    assert names.find_views("a_new_view") == names.find_views("new") == ((A1Renderer, added),)
     assert quickly(["render", "cube", "--view", "new", "--size", "16x16", "-o", str(tmp_path)]) == 0
     assert (tmp_path / "cube_a_new_view.png").exists()
 
 
-def test_a_new_renderer_needs_no_edit_here(tmp_path, monkeypatch, instant):
-    offers = (View("its_own", "Its own", A1Renderer.offers[0].color),)
-    monkeypatch.setattr(choices.renderer_module, "Another", type("Another", (A1Renderer,), {"offers": offers}), False)
+def test_a_new_renderer_needs_no_edit_here(tmp_path, register, instant):
+    own = register(tt.View("its_own", "Its own", PARTS.find("integrator", "normal").function))
+    own.what = "wonder"
+    another = register(type("Another", (A1Renderer,), {"name": "another", "what": "wonder"}))
     assert quickly(["render", "cube", "--estimator", "its_own", "--size", "8x8", "-o", str(tmp_path / "x.png")]) == 0
-    assert [c.__name__ for c, _ in choices.find_views("normal,its_own")] == ["A1Renderer", "Another"]
+    assert names.find_views("normal,its_own") == ((A1Renderer, PARTS.find("integrator", "normal")), (another, own))
+    assert "wonders:        its_own\n" in names.help_text(["pictures"])
+
+
+def test_a_renderer_derived_from_the_courses_takes_its_place(register):
+    mine = register(type("Mine", (A1Renderer,), {"name": "mine"}))
+    assert [c for c, _ in names.find_views("hit")] == [mine]
+    assert {c for c, _ in names.find_views("all")} == {mine}
 
 
 def test_the_base_class_is_no_renderer_to_choose():
-    assert A1Renderer in choices.renderers()
-    assert ProgressiveRenderer not in choices.renderers()
+    assert A1Renderer in names.renderers()
+    assert ProgressiveRenderer not in names.renderers()
 
 
 def test_ctrl_c_keeps_the_samples_done(tmp_path, monkeypatch, instant, capsys):
@@ -303,7 +325,7 @@ def test_a_nan_vertex_drops_its_triangle_and_says_so(tmp_path, capsys):
 def test_an_unwritable_output_is_noticed_before_the_scene_is_read(output, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "taken").write_text("a file where a folder should be")
-    monkeypatch.setattr(render, "load_scene", lambda args: pytest.fail("the scene was read first"))
+    monkeypatch.setattr(SceneRequest, "load", lambda self: pytest.fail("the scene was read first"))
     assert quickly(["render", "cube", "-o", output]) == 2
     assert_one_line(capsys.readouterr().err, [output.rstrip("/")])
 
@@ -360,9 +382,10 @@ def test_info_prints_what_intersector_and_effects_say_of_themselves(monkeypatch,
 
     scene = tt.load_scene_data("cube")
     monkeypatch.setattr(type(scene.ray_intersector), "facts", lambda self: {"leaf size": "4"}, raising=False)
-    lines = describe(scene)
+    renderer = A1Renderer(scene, 8, 8)
+    lines = describe(renderer)
     assert "leaf size       4" in lines
-    assert [f"  {line}" for line in scene.effects.receipt()] == lines[-len(scene.effects.receipt()) :]
+    assert [f"  {line}" for line in renderer.receipt()] == lines[-len(renderer.receipt()) :]
 
 
 # ── light ──

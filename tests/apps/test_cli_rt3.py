@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from taichi_tracer.apps.choices import pictures
 from taichi_tracer.apps.cli import main, make_parser
-from taichi_tracer.apps.render import paths_of
+from taichi_tracer.apps.render import paths_of, render_of
 
 SCENE = """<RT3>
 <lookat look_from="0 0 -5" look_at="0 0 0" up="0 1 0"/>
@@ -58,9 +57,9 @@ def test_the_film_says_where_how_large_and_how(scene):
 
 def asked(*words):
     """The pictures that a command asks for, and where they go; nothing is rendered."""
-    args = make_parser().parse_args(["render", "scene.xml", *words])
-    found = pictures(args)
-    return found, [str(path) for places in paths_of(found, args.output, args.scene) for path in places]
+    request = render_of(make_parser().parse_args(["render", "scene.xml", *words]))
+    places = paths_of(request.pictures, request.output, request.scene.name)
+    return request.pictures, [str(path) for views in places for path in views]
 
 
 def test_options_win(scene):

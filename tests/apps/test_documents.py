@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from taichi_tracer.apps.choices import find_views
 from taichi_tracer.apps.cli import as_value, make_parser
+from taichi_tracer.apps.names import find_views
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.scene_data_loader import find_scene, scene_names
+from taichi_tracer.system.registry import PARTS, load_parts
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -23,26 +24,37 @@ def blocks(text, language):
 
 
 def commands():
-    lines = [
-        line
-        for path in DOCUMENTS
-        for block in blocks(path.read_text(encoding="utf-8"), "sh")
-        for line in block.splitlines()
-    ]
-    return [line for line in lines if line.startswith("taichi-tracer ")]
+    """(command, the Python that stands before it in the document) of every command."""
+    found = []
+    for path in DOCUMENTS:
+        text = path.read_text(encoding="utf-8")
+        for block in re.finditer(r"```sh\n(.*?)```", text, re.DOTALL):
+            python = blocks(text[: block.start()], "python")
+            lines = [line for line in block[1].splitlines() if line.startswith("taichi-tracer ")]
+            found += [(line, python[-1] if python else "") for line in lines]
+    return found
 
 
 def test_there_are_commands():
     assert len(commands()) >= 6
 
 
-@pytest.mark.parametrize("line", commands())
-def test_commands_parse_and_name_what_exists(line):
+@pytest.mark.parametrize(("line", "python"), commands(), ids=lambda value: value if "\n" not in value else "")
+def test_commands_parse_and_name_what_exists(line, python, tmp_path):
+    """A file of parts is the Python that stands before the command."""
     args = make_parser().parse_args([as_value(word) for word in shlex.split(line)[1:]])
-    if "scene" in args:
-        assert find_scene(args.scene).exists()
-    if getattr(args, "view", None) is not None:
-        assert find_views(args.view)
+    files = [tmp_path / path for path in args.parts]
+    for file in files:
+        file.write_text(python, encoding="utf-8")
+        load_parts(str(file))
+    try:
+        if "scene" in args:
+            assert find_scene(args.scene).exists()
+        if getattr(args, "view", None) is not None:
+            assert find_views(args.view)
+    finally:
+        for part in [part for file in files for part in PARTS.registered_by(file)]:
+            PARTS.remove(part)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda p: p.name)

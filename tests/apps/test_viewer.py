@@ -16,9 +16,9 @@ from PIL import Image, ImageGrab, features
 
 import taichi_tracer as tt
 from taichi_tracer.apps import camera_controller, viewer
-from taichi_tracer.apps.choices import make_renderer
 from taichi_tracer.apps.cli import as_value, make_parser
 from taichi_tracer.apps.display import Verdict
+from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system import runtime
@@ -132,7 +132,7 @@ def test_small_pictures_are_enlarged_whole_pixels_beside_the_panel(small_rendere
 
 def test_radiance_is_shown_as_it_is_written(small_renderer, monkeypatch):
     small_renderer.use("distance").render()
-    monkeypatch.setattr(A1Renderer, "srgb", True)
+    monkeypatch.setattr(small_renderer.active, "srgb", True)
     screen = viewer.Screen(small_renderer, panel_lines=1)
     screen.update()
     shown = np.flipud(screen.pixels.to_numpy().swapaxes(0, 1))[1::3, viewer.PANEL_WIDTH + 1 :: 3]
@@ -375,7 +375,9 @@ def test_the_command_of_a_saved_picture_makes_that_picture(renderer, scene):
     renderer.camera.set_camera_parameters(eye=(-0.1234567891, 1, 2.5), at=(1e-7, 1, 0), fov=47.3, handedness="right")
     words = shlex.split(viewer.as_command(renderer))
     assert words[0] == "taichi-tracer"
-    again = make_renderer(A1Renderer, scene, make_parser().parse_args([as_value(word) for word in words[1:]]))
+    args = make_parser().parse_args([as_value(word) for word in words[1:]])
+    _, (picture,) = scene_and_pictures_of(args)
+    again = picture.make_renderer(A1Renderer, scene)
     for name in ("eye", "at", "up", "fov"):
         np.testing.assert_allclose(getattr(again.camera, name), getattr(renderer.camera, name), rtol=1e-8)
     assert again.camera.handedness == "right"

@@ -110,6 +110,19 @@ def test_plans():
     assert len(everything) == len(set(everything)) == 8 * 2**6
     with pytest.raises(tt.InputError, match="unknown sampler 'halton'"):
         variants.plan(samplers=("halton",))
+    with pytest.raises(tt.InputError, match="unknown form 'simple'"):
+        variants.plan(forms=("simple",))
+
+
+def test_forms_and_intersectors_are_knobs_that_are_turned_on_request():
+    only = {"estimators": ("mis",), "samplers": ("sobol",), "precisions": ("f32",), "fast_math": (False,)}
+    only |= {"triangle_tests": ("watertight",), "lookups": ("nearest",), "adaptive": (False,), "scales": (1.0,)}
+    plan = variants.plan(**only, forms=("fast", "plain"), intersectors=("bvh", "brute_force"))
+    assert [v.label for v in plan] == ["mis, sobol, bvh", "mis, sobol, brute_force", "mis, sobol, bvh, plain forms"]
+    assert [v.plain for v in plan] == [False, False, True]
+    assert not any(v.plain for v in variants.plan(every=True))
+    rows = accuracy_tables.knob_table(study(*(curve(variant=v) for v in plan)))
+    assert ("plain", "fast forms", "plain forms") in [(r["knob"], r["from"], r["to"]) for r in rows]
 
 
 def test_a_small_study_of_a_loaded_scene(tmp_path):
@@ -120,7 +133,9 @@ def test_a_small_study_of_a_loaded_scene(tmp_path):
     result = tt.studies.accuracy(scene, size=(24, 24), budget=4, seeds=2, report=tmp_path, **knobs)
     table, figure = result
     assert list(table["variant"]) == [
-        f"{estimator}, {sampler}, moller_trumbore" for estimator in ("uniform", "mis") for sampler in variants.SAMPLERS
+        f"{estimator}, {sampler}, moller_trumbore"
+        for estimator in ("uniform", "mis")
+        for sampler in ("sobol", "independent")
     ]
     assert len(figure.axes) == 2
     assert {p.name for p in tmp_path.iterdir()} == set(accuracy_report.FILES)

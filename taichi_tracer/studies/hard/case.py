@@ -14,6 +14,7 @@ from taichi_tracer.ray import offset_origin
 from taichi_tracer.scene_data import RayHits, SceneData, mesh_from_arrays, ray_from
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.meshes import join
+from taichi_tracer.studies.hard.modes import Mode
 from taichi_tracer.system import runtime
 
 LAST_XI = 1 - 2.0**-24  # the largest random number
@@ -44,7 +45,7 @@ class Case(ABC):
     """One thing that goes wrong in naive code, which the docstring of the subclass says in plain words.
 
     Attributes:
-        name: how it is called. family: of the issue's list, for the table.
+        name: what the table calls it.
         stage: the scene that it shares with others; cases of one stage do not lie in each other's way.
         rays_wanted: how many rays there should be, over those of others.
     """
@@ -124,7 +125,8 @@ class Probe:
         """t of ray i on triangle i alone; ∞ where it misses."""
         for i in range(ids.shape[0]):
             ray = ray_from(origins, directions, i)
-            distance[i] = self.intersector.intersect_triangle(ray, ids[i]).distance
+            hit = self.intersector.intersect_triangle(ray, ids[i])
+            distance[i] = ti.select(hit.is_hit, hit.distance, tm.inf)
 
 
 class Placed:
@@ -208,10 +210,9 @@ class Stage:
         self.firsts = np.cumsum([0] + [len(faces) for _, faces in self.meshes])[:-1]
         self.num_triangles = len(self.mesh[1])
 
-    def build(self, triangle_test: str, intersector: str) -> dict[str, Placed]:
+    def build(self, mode: Mode) -> dict[str, Placed]:
         """The scene in a mode, by case."""
-        mesh = mesh_from_arrays(*self.mesh)
-        scene = SceneData(mesh, intersector=intersector, triangle_test=triangle_test)
+        scene = SceneData(mesh_from_arrays(*self.mesh), **mode.scene_options())
         probe = Probe(scene)
         return {
             case.name: Placed(scene, probe, int(first), *arrays)

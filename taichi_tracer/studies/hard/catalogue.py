@@ -27,6 +27,7 @@ class Level:
         tests: ray-triangle tests of a scene that brute force may take, from which its number of rays follows.
         edge_rays: of the long run, at edges only, with accelerators and without fast_math.
         is_whole: whether every mode goes through every scene and every estimator; compiling that takes minutes.
+        has_plain: whether the plain hierarchy is tried too; building it takes a minute for the largest scene.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Level:
     tests: int
     edge_rays: int
     is_whole: bool = True
+    has_plain: bool = False
 
     def covers(self, stage: str, mode: Mode) -> bool:
         """Whether a mode goes through a scene. In part, each scene meets the modes that most depend on it."""
@@ -41,7 +43,7 @@ class Level:
             return True
         if mode.fast_math:
             return stage == "unit"
-        if mode.intersector == "brute_force":  # single triangles are asked in the same way by every intersector
+        if mode.tries_everything:  # single triangles are asked in the same way by every intersector
             return stage != "crowd"
         return stage in ("unit", "sizes") or (stage == "crowd" and mode.precision == "f32")
 
@@ -51,7 +53,7 @@ LEVELS = {
     for level in (
         Level("quick", 40_000, 6_000_000, 0, is_whole=False),
         Level("default", 400_000, 60_000_000, 4_000_000),
-        Level("full", 2_000_000, 300_000_000, 100_000_000),
+        Level("full", 2_000_000, 300_000_000, 100_000_000, has_plain=True),
     )
 }
 

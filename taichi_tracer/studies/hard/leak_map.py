@@ -19,7 +19,7 @@ def leak_map(mode: Mode, size: int = SIZE) -> np.ndarray:
     there: a regular ray would meet an edge once in millions.
     """
     stage = Stage("leak map", [ClosedSphere("leak map", "leak map", RADIUS, CENTRE, 64, 33)])
-    on = stage.build(mode.triangle_test, mode.intersector)["leak map"]
+    on = stage.build(mode)["leak map"]
     eye = as_f32(CENTRE + RADIUS * np.array([0.1, 0.05, 0.6]))
     ndc = 2 * (np.arange(size) + 0.5) / size - 1
     x, y = np.meshgrid(ndc, -ndc)

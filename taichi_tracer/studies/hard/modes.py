@@ -4,18 +4,42 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from taichi_tracer.fast.stand_ins import STAND_INS
+from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.runtime import PRECISIONS
+from taichi_tracer.system.seams import replaced
+
+OWN_TEST = "own"  # in place of a triangle test, where the intersector has an ``intersect_triangle`` of its own
+REFERENCE = "brute_force"  # the intersector that all others must equal
 
 
 @dataclass(frozen=True)
 class Mode:
-    """One way to intersect rays."""
+    """One way to intersect rays.
+
+    Attributes:
+        triangle_test: its name, or ``OWN_TEST``.
+        plain: whether the form runs that is there to be read, where the intersector has a fast one too.
+    """
 
     triangle_test: str
     precision: str
     fast_math: bool
     intersector: str
+    plain: bool = False
+
+    @property
+    def tries_everything(self) -> bool:
+        """Whether each ray is tried against each triangle, so that far fewer rays fit into the same time."""
+        intersector = PARTS.find("intersector", self.intersector)
+        cls = intersector if isinstance(intersector, type) else type(intersector)
+        return cls.search is RayIntersector.search
+
+    def scene_options(self) -> dict:
+        """What ``SceneData`` needs to intersect rays in this way."""
+        options = {"intersector": self.intersector, "fast": not self.plain}
+        return options if self.triangle_test == OWN_TEST else options | {"triangle_test": self.triangle_test}
 
     @property
     def epsilon(self) -> float:
@@ -23,19 +47,34 @@ class Mode:
         return float(np.finfo(np.float64 if self.precision == "f64" else np.float32).eps)
 
     def __str__(self) -> str:
-        return f"{self.triangle_test} {self.precision} {self.intersector}{' fast_math' if self.fast_math else ''}"
+        rest = " plain" * self.plain + " fast_math" * self.fast_math
+        return f"{self.triangle_test} {self.precision} {self.intersector}{rest}"
 
 
-def all_modes() -> list[Mode]:
-    """Every mode, those of one start of Taichi together, and brute force first: the others must equal it."""
-    intersectors = sorted(PARTS.names("intersector"), key=lambda name: name != "brute_force")
+def all_modes(with_plain: bool = False) -> list[Mode]:
+    """Every mode, those of one start of Taichi together, and brute force first: the others must equal it.
+
+    Args:
+        with_plain: whether the plain hierarchy is tried too, whose tree takes long to build.
+    """
+    intersectors = sorted(PARTS.all("intersector"), key=lambda part: part.name != REFERENCE)
+    tests = PARTS.names("triangle test")
+    own = [part.name for part in intersectors if has_own_test(part)]
+    ways = [(test, part.name, False) for test in tests for part in intersectors if part.name not in own]
+    ways += [(OWN_TEST, name, False) for name in own]
+    if with_plain:
+        ways += [(test, cls.name, True) for test in tests for cls in STAND_INS if cls.name != REFERENCE]
     return [
-        Mode(test, precision, fast_math, intersector)
+        Mode(test, precision, fast_math, intersector, plain)
         for fast_math in (False, True)
         for precision in PRECISIONS
-        for test in PARTS.names("triangle test")
-        for intersector in intersectors
+        for test, intersector, plain in ways
     ]
+
+
+def has_own_test(intersector: type[RayIntersector]) -> bool:
+    """Whether an intersector decides by itself what a hit on a triangle is, so that no triangle test is asked."""
+    return "intersect_triangle" in replaced(intersector)
 
 
 # Counts that a case may find. None of them is measured against a tolerance that a mode could choose.
@@ -87,7 +126,7 @@ WITH_FAST_MATH = Promise()  # the compiler may assume that there is no NaN and n
 
 
 def promise_of(mode: Mode) -> Promise:
-    """What a mode promises. A triangle test that is not named in ``ZERO`` must do nothing wrong, ever."""
+    """What a mode promises. A triangle test without a line in ``ZERO``, such as your own, must never be wrong."""
     if mode.fast_math:
         return WITH_FAST_MATH
     return Promise(ZERO.get(mode.triangle_test, EVERYTHING), T_ERROR[mode.precision])

@@ -1,5 +1,6 @@
 """Hard cases of what a surface shows: BRDFs, normals, the film's sums, and energy."""
 
+import copy
 import itertools
 import math
 import warnings
@@ -8,6 +9,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.camera import Camera
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material, MaterialLibrary
@@ -17,16 +19,16 @@ from taichi_tracer.scene_data import SceneData, brdfs_of
 from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
 from taichi_tracer.studies.hard.meshes import sphere
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.registry import PARTS
 
 
 @ti.data_oriented
 class _Brdfs:
     """What the BRDF of a material says of a pair of directions, and of a sample."""
 
-    def __init__(self, exponents: tuple[float, ...]) -> None:
+    def __init__(self, materials: list[Material], brdfs: list[Brdf]) -> None:
         self._memory = memory.Memory()
-        materials = [Material(Kd=(1.0, 1.0, 1.0), Ns=exponent) for exponent in exponents]
-        self.library = MaterialLibrary(materials, brdfs_of(()), self._memory.fields)
+        self.library = MaterialLibrary(materials, brdfs, self._memory.fields)
         self.brdfs = self.library.brdfs
         self._memory.allocate()
         self.library.load()
@@ -48,7 +50,7 @@ class _Brdfs:
                 if self.library.brdf_ids[ids[i]] == k:
                     w_i = self.brdfs[k].sample(material, o, n, tm.vec2(xi[i, 0], xi[i, 1]))
                     found[i, 0], found[i, 1], found[i, 2] = w_i.x, w_i.y, w_i.z
-                    found[i, 3] = self.brdfs[k].weight(material, o, w_i, n).x
+                    found[i, 3] = self.brdfs[k].sample_weight(material, o, w_i, n).x
                     for j in range(3):
                         to = ti.select(j == 0, w_i, ti.select(j == 1, n, -n))
                         found[i, 4 + 2 * j] = self.brdfs[k].eval(material, o, to, n).x
@@ -62,26 +64,60 @@ class Brdfs(RendererCase):
     with |z| a rounding above 1 has the square root of a negative number for its sine.
     """
 
-    name = "BRDFs: Ns 0 to 1e21, grazing, below the horizon, ξ = 0 and 1 − 2⁻²⁴"
+    what = "Ns 0 to 1e21, grazing, below the horizon, ξ = 0 and 1 − 2⁻²⁴"
+    name = f"BRDFs: {what}"
     exponents = (0.0, 0.5, 1.0, 1.0 + 2.0**-20, 2.0, 50.0, 1e3, 1e6, 1e9, 1e13, 1e14, 1e16, 1e21)
     heights = (1.0, 0.5, 1e-3, 1e-6, 0.0, -1e-6, -0.5, -1.0)
     xis = (0.0, 2.0**-24, 0.25, 0.5, LAST_XI)
+    most_weight = 1.0  # of a white surface, where directions are drawn in proportion to the BRDF
+
+    def materials(self) -> list[Material]:
+        """White materials, one for each exponent."""
+        return [Material(Kd=(1.0, 1.0, 1.0), Ns=exponent) for exponent in self.exponents]
+
+    def brdfs(self) -> list[Brdf]:
+        """Those that come with the package; each is asked for the materials that it describes."""
+        return [brdf for brdf in brdfs_of(()) if PARTS.comes_with_package(brdf)]
 
     def judge(self, epsilon):
         """Numbers; w_i of unit length; weights in [0, 1]; densities of at least 0."""
-        dtype = runtime.dtype()
-        rows = np.array(list(itertools.product(self.exponents, self.heights, self.xis, self.xis)))
-        ids = np.array([self.exponents.index(exponent) for exponent in rows[:, 0]], np.int32)
+        dtype, materials = runtime.dtype(), self.materials()
+        rows = np.array(list(itertools.product(range(len(materials)), self.heights, self.xis, self.xis)))
+        ids = rows[:, 0].astype(np.int32)
         sine = np.sqrt(1 - rows[:, 1] ** 2)
         w_o = np.stack([sine * 0.6, sine * 0.8, rows[:, 1]], axis=1)
         found = np.empty((len(rows), 10), dtype)
-        _Brdfs(self.exponents).ask(ids, w_o.astype(dtype), rows[:, 2:].astype(dtype), found)
+        _Brdfs(materials, self.brdfs()).ask(ids, w_o.astype(dtype), rows[:, 2:].astype(dtype), found)
         values = found.astype(np.float64)
         length = np.abs(np.linalg.norm(values[:, :3], axis=1) - 1) > 16 * epsilon
-        weight = (values[:, 3] < 0) | (values[:, 3] > 1 + 16 * epsilon)
+        weight = (values[:, 3] < 0) | (values[:, 3] > self.most_weight * (1 + 16 * epsilon))
         negative = (values[:, 4:] < 0).any(axis=1)
         nan = ~np.isfinite(values).all(axis=1)
         return {"tried": len(rows), "wrong": int(((length | weight | negative) & ~nan).sum()), "nan": int(nan.sum())}
+
+
+class OwnBrdf(Brdfs):
+    """A BRDF that somebody registered, with the materials that it describes, or with all where it describes none.
+
+    0/0 where the lobe and its density underflow together, the root of a negative number along the surface, a frame
+    about a fixed axis: pictures show these as dots that come and go.
+    """
+
+    most_weight = math.inf  # directions need not be drawn in proportion to the BRDF: the furnace tells the energy
+
+    def __init__(self, brdf: Brdf) -> None:
+        self.brdf, self.name = brdf, f"BRDF {brdf.name}: {self.what}"
+
+    def materials(self) -> list[Material]:
+        """Those that the BRDF describes."""
+        every = super().materials()
+        return [m for m in every if self.brdf.describes(m, runtime.dtype())] or every
+
+    def brdfs(self) -> list[Brdf]:
+        """This one, whatever it says of a material."""
+        alone = copy.copy(self.brdf)
+        alone.describes = lambda material, dtype: True
+        return [alone]
 
 
 class OppositeNormals(RendererCase):

@@ -9,6 +9,8 @@ import taichi.math as tm
 
 from taichi_tracer.camera import Camera
 from taichi_tracer.environment import Environment
+from taichi_tracer.lights import environment_light
+from taichi_tracer.ray import no_hit
 from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
@@ -111,6 +113,9 @@ class _Lookups:
 
     def __init__(self, environment: Environment) -> None:
         self.environment = environment
+        # Only its density and its samples are asked, which depend on no effect of a scene.
+        self.light = environment_light.EnvironmentLight(environment, effects=None)
+        self.light.prepare()
 
     @ti.kernel
     def look(self, directions: ti.types.ndarray(ndim=2), found: ti.types.ndarray(ndim=2)):
@@ -120,13 +125,13 @@ class _Lookups:
             u, v = self.environment.coords(d)
             row, column = self.environment.texel_of(u, v)
             found[i, 0], found[i, 1], found[i, 2], found[i, 3] = u, v, row, column
-            found[i, 4], found[i, 5] = self.environment.pdf(d), self.environment.radiance(d).x
+            found[i, 4], found[i, 5] = self.light.pdf(tm.vec3(0), d, no_hit()), self.environment.radiance(d).x
 
     @ti.kernel
     def draw(self, xi: ti.types.ndarray(ndim=2), found: ti.types.ndarray(ndim=2)):
         """Columns: direction, pdf, radiance from there."""
         for i in range(xi.shape[0]):
-            d, pdf = self.environment.sample(tm.vec2(xi[i, 0], xi[i, 1]))
+            d, pdf = self.light.sample_direction(tm.vec2(xi[i, 0], xi[i, 1]))
             found[i, 0], found[i, 1], found[i, 2], found[i, 3] = d.x, d.y, d.z, pdf
             found[i, 4] = self.environment.radiance(d).x
 

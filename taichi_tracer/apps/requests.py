@@ -1,0 +1,299 @@
+"""What a command is asked for: the words of the command line, resolved once into objects that do not change.
+
+The functions called ``…_of`` read argparse's namespace, at the top of a command. Everything below them takes what they
+return. Names of parts are looked up in the registry, after the files of ``--parts`` were loaded.
+"""
+
+import sys
+from argparse import Namespace
+from dataclasses import dataclass
+
+from taichi_tracer.apps.names import VIEW, View, find_views
+from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, size, taken
+from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
+from taichi_tracer.environment import Environment, load_environment
+from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.rt3 import document as rt3
+from taichi_tracer.rt3.renderer import RT3Renderer
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_data, scene_of_document
+from taichi_tracer.system import runtime
+from taichi_tracer.system.registry import PARTS
+
+QUICK = 4  # a quick picture has a quarter of the width and of the height
+
+
+# ── where kernels run, and the scene ──
+
+
+@dataclass(frozen=True)
+class MachineRequest:
+    """Where kernels run, as for ``runtime.init``; None where the command line says nothing."""
+
+    arch: str | None
+    precision: str | None
+    fast_math: bool
+
+    def start(self) -> None:
+        """Start Taichi."""
+        runtime.init(**given(arch=self.arch, precision=self.precision), fast_math=self.fast_math)
+
+    def words(self) -> list[str]:
+        """The options that ask for the same."""
+        return options_of(arch=self.arch, precision=self.precision) + ["--fast-math"] * self.fast_math
+
+
+@dataclass(frozen=True)
+class EnvironmentRequest:
+    """The light from far away: a shipped name or the path of an image, and options as for ``Environment``."""
+
+    name: str
+    intensity: float | None
+    rotation: float | None
+    lookup: str | None
+
+    def load(self) -> Environment:
+        """Read the image."""
+        options = given(intensity=self.intensity, rotation=self.rotation, lookup=self.lookup)
+        return load_environment(self.name, **options)
+
+
+@dataclass(frozen=True)
+class SceneRequest:
+    """A scene, what lights it, how its rays are intersected, and where that runs.
+
+    Attributes:
+        name: a shipped name or a path.
+        document: what the file says, where it is one of RT3; None for a mesh.
+        environment: None is no light from far away.
+        intersector, triangle_test, effects: None is the default of ``SceneData``.
+        brdfs, lights: names of registered parts.
+        plain: whether only the plain forms run.
+        parts: the files of ``--parts``, which are loaded already.
+    """
+
+    name: str
+    document: rt3.Document | None
+    environment: EnvironmentRequest | None
+    intersector: str | None
+    triangle_test: str | None
+    brdfs: tuple[str, ...]
+    lights: tuple[str, ...]
+    effects: str | None
+    plain: bool
+    machine: MachineRequest
+    parts: tuple[str, ...]
+
+    def load(self) -> SceneData:
+        """Start Taichi and read the scene; what the user should know about it goes to stderr."""
+        self.machine.start()
+        options = given(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
+        options["environment"] = None if self.environment is None else self.environment.load()
+        options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain}
+        if self.document is None:
+            scene = load_scene_data(self.name, **options)
+        else:
+            scene = scene_of_document(self.document, **options)
+        for note in scene.notes:
+            print(f"taichi-tracer: note: {note}", file=sys.stderr)
+        return scene
+
+    def words(self) -> list[str]:
+        """The options that make this scene, but for its name and that of its environment."""
+        words = [word for path in self.parts for word in ("--parts", path)]
+        words += options_of(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
+        if self.environment is not None:
+            light = self.environment
+            words += options_of(intensity=light.intensity, rotation=light.rotation, lookup=light.lookup)
+        words += options_of(brdfs=",".join(self.brdfs) or None, lights=",".join(self.lights) or None)
+        return words + ["--plain"] * self.plain + self.machine.words()
+
+
+def options_of(**values) -> list[str]:
+    """The words that give these values to the options of the same names; nothing for None."""
+    options = {f"--{name.replace('_', '-')}": value for name, value in given(**values).items()}
+    return [word for option, value in options.items() for word in (option, str(value))]
+
+
+# ── a picture ──
+
+
+@dataclass(frozen=True)
+class CameraRequest:
+    """What the command line says of the camera; None leaves what the scene, or its file, says."""
+
+    camera: str | None
+    eye: tuple[float, ...] | None
+    at: tuple[float, ...] | None
+    up: tuple[float, ...] | None
+    fov: float | None
+    window: tuple[float, ...] | None
+    handedness: str | None
+
+    def applied_to(self, view: dict, aspect: float) -> dict:
+        """The parameters of ``make_camera``: those of a view, and instead of them what is asked for.
+
+        Args:
+            aspect: width / height of the picture.
+        """
+        changed = dict(view) if self.camera is None else change_projection(view, self.camera)
+        if self.fov is not None or self.window is not None:
+            changed.pop("fov", None)
+            changed.pop("screen_window", None)
+        changed |= given(eye=self.eye, at=self.at, up=self.up, fov=self.fov, screen_window=self.window)
+        changed |= given(handedness=self.handedness)
+        is_parallel = issubclass(PARTS.find("camera", changed.get("projection", "perspective")), OrthographicCamera)
+        return without_angle(changed, aspect) if is_parallel else changed
+
+
+@dataclass(frozen=True)
+class SamplesRequest:
+    """How the samples of a picture are taken, as for ``ProgressiveRenderer``; ``sampler`` None is its default."""
+
+    sampler: str | None
+    seed: int
+    jitter: bool
+    adaptive: bool
+    first_sample: int
+
+
+@dataclass(frozen=True)
+class PictureRequest:
+    """One picture that is asked for: by a scene file, and by the command line, which wins.
+
+    Attributes:
+        width, height: pixels of the whole frame.
+        crop_window: (x0, x1, y0, y1), the part that is rendered, in fractions of the frame.
+        views: what to show, one picture each.
+        names_view: whether the command line says what to show.
+        spp: samples per pixel.
+        shot: what the scene file says; None for a mesh.
+        filename: where the scene file wants it; None where it says nothing, or something else is shown.
+    """
+
+    width: int
+    height: int
+    crop_window: tuple[float, ...]
+    views: tuple[View, ...]
+    names_view: bool
+    spp: int
+    shot: rt3.Shot | None
+    filename: str | None
+    camera: CameraRequest
+    samples: SamplesRequest
+
+    @property
+    def crop(self) -> tuple[int, int, int, int]:
+        """(x0, x1, y0, y1) in pixels."""
+        return rt3.crop_pixels(self.crop_window, self.width, self.height)
+
+    @property
+    def needs_light(self) -> bool:
+        """Whether something is asked for that light has to be simulated for."""
+        return any(integrator.needs_light for _, integrator in self.views)
+
+    @property
+    def is_encoded(self) -> bool:
+        """Whether colours get the sRGB transfer function where a file holds 8 bits (C-14)."""
+        return self.shot is None or self.shot.film.gamma_corrected
+
+    def view_of(self, view: dict) -> dict:
+        """The parameters of the camera, from those of the scene or of the scene file."""
+        return self.camera.applied_to(view, self.width / self.height)
+
+    def make_camera(self, scene: SceneData) -> ProjectiveCamera:
+        """The camera, with the size of the picture."""
+        view = scene.view if self.shot is None else self.shot.view
+        return make_camera(self.width, self.height, **self.view_of(view))
+
+    def make_renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
+        """A renderer of this picture."""
+        samples = self.samples
+        options = given(sampler=samples.sampler, jitter=samples.jitter or None)
+        options |= {"seed": samples.seed, "adaptive": samples.adaptive, "first_sample": samples.first_sample}
+        renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
+        if self.shot is not None and isinstance(renderer, RT3Renderer):
+            renderer.set_depth(**self.shot.integrator.depth)
+        return renderer
+
+
+# ── from the namespace ──
+
+
+def scene_and_pictures_of(args: Namespace) -> tuple[SceneRequest, tuple[PictureRequest, ...]]:
+    """The scene, and the pictures of it that are asked for."""
+    document = document_of(args.scene)
+    pictures = pictures_of(args, document)
+    return scene_of(args, document, any(picture.needs_light for picture in pictures)), pictures
+
+
+def document_of(scene: str) -> rt3.Document | None:
+    """The RT3 document that a name or path leads to; None where it leads to a mesh."""
+    path = find_scene(scene)
+    return rt3.read_rt3(path) if is_document(path) else None
+
+
+def scene_of(args: Namespace, document: rt3.Document | None, needs_light: bool) -> SceneRequest:
+    """The scene that the options of a scene ask for.
+
+    Args:
+        needs_light: whether something is to be shown that light has to be simulated for.
+    """
+    return SceneRequest(
+        name=args.scene,
+        document=document,
+        environment=environment_of(args, document, needs_light),
+        intersector=args.intersector,
+        triangle_test=args.triangle_test,
+        brdfs=args.brdfs,
+        lights=args.lights,
+        effects=args.effects,
+        plain=args.plain,
+        machine=taken(MachineRequest, args),
+        parts=tuple(args.parts),
+    )
+
+
+def environment_of(args: Namespace, document: rt3.Document | None, needs_light: bool) -> EnvironmentRequest | None:
+    """The environment of the command line, or of the scene file; ``LIGHT`` where light is needed and there is none."""
+    name, options = args.environment, {}
+    if name is None and document is not None and document.environment is not None:
+        name, options = str(document.environment), document.environment_options
+    if name is None and needs_light and not args.lights:
+        name = LIGHT
+    if name is None or name == "none":
+        return None
+    options = options | given(intensity=args.intensity, rotation=args.rotation)
+    return EnvironmentRequest(name, options.get("intensity"), options.get("rotation"), args.lookup)
+
+
+def pictures_of(args: Namespace, document: rt3.Document | None) -> tuple[PictureRequest, ...]:
+    """The pictures to be made: those of the scene file, or one; what the command line says counts instead."""
+    return tuple(_picture_of(args, shot) for shot in ([None] if document is None else document.shots))
+
+
+def _picture_of(args: Namespace, shot: rt3.Shot | None) -> PictureRequest:
+    if shot is None:
+        (width, height), film, view, spp = size(PICTURE_SIZE), rt3.FilmSettings(), VIEW, 1
+    else:
+        film, integrator = shot.film, shot.integrator
+        width, height, spp = film.width, film.height, integrator.spp
+        view = integrator.estimator if integrator.name == "direct" else integrator.name
+    if args.size is not None:
+        width, height = args.size
+    if args.quick:
+        width, height = max(1, width // QUICK), max(1, height // QUICK)
+    picture = PictureRequest(
+        width=width,
+        height=height,
+        crop_window=film.crop_window if args.crop is None else tuple(args.crop),
+        views=find_views(view if args.view is None else args.view),
+        names_view=args.view is not None,
+        spp=spp if args.spp is None else args.spp,
+        shot=shot,
+        filename=film.filename if args.view is None else None,
+        camera=taken(CameraRequest, args),
+        samples=taken(SamplesRequest, args),
+    )
+    rt3.crop_pixels(picture.crop_window, width, height)  # a window without pixels is an error before any work is done
+    return picture

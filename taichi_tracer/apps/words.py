@@ -1,0 +1,102 @@
+"""What the words of a command line may be: numbers, sizes and lists of names, and the requests that are made of them.
+
+Nothing here imports Taichi, so that ``--help`` and ``--version`` answer at once.
+"""
+
+import argparse
+from dataclasses import fields
+from typing import TypeVar
+
+MOST_PIXELS = 8192**2  # their fields take 3 GB
+PICTURE_SIZE = "512x512"  # of a picture for which neither the command line nor the scene file names a size
+LIGHT = "studio"  # the environment of a picture that shows light, in a scene that has none
+PICTURE_FOLDER = "renders"  # where pictures go for which nobody names a place
+
+Request = TypeVar("Request")
+
+
+def taken(request: type[Request], args: argparse.Namespace) -> Request:
+    """A frozen request whose fields are the options of the same names; lists become tuples."""
+    values = {field.name: getattr(args, field.name) for field in fields(request)}
+    return request(**{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()})
+
+
+def given(**values) -> dict:
+    """Those of the values that are not None: what the user said."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def as_value(word: str) -> str:
+    """``word``, marked with a space when it is a negative number: argparse would take -1e-3 for an option."""
+    try:
+        float(word)
+    except ValueError:
+        return word
+    return f" {word}" if word.startswith("-") else word
+
+
+def values_of(option: str, words: list[str]) -> list[str]:
+    """Every value that an option has among the words, before they are parsed."""
+    found = [following for word, following in zip(words, words[1:], strict=False) if word == option]
+    return [*found, *(word.removeprefix(f"{option}=") for word in words if word.startswith(f"{option}="))]
+
+
+def number(text: str) -> float:
+    """A number, for argparse."""
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def positive(text: str) -> float:
+    """A number more than 0, for argparse."""
+    value = number(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a number more than 0")
+    return value
+
+
+def at_least_one(text: str) -> int:
+    """A whole number of at least 1, for argparse."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a whole number of at least 1")
+    return value
+
+
+def whole(text: str) -> int:
+    """A whole number of at least 0, for argparse."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = -1
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a whole number of at least 0")
+    return value
+
+
+def names(text: str) -> tuple[str, ...]:
+    """The names in a list with commas, for argparse."""
+    return tuple(text.split(","))
+
+
+def size(text: str) -> tuple[int, int]:
+    """Width and height from "640x480", for argparse; "512" is a square."""
+    parts = text.lower().replace("×", "x").split("x")
+    if len(parts) == 1:
+        parts *= 2
+    try:
+        width, height = (int(part) for part in parts)
+    except ValueError:
+        width = height = 0
+    if width < 1 or height < 1:
+        raise argparse.ArgumentTypeError(
+            f"{text.strip()!r} is not WIDTHxHEIGHT, two whole numbers of at least 1, such as 640x480"
+        )
+    if width * height > MOST_PIXELS:
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} has more than {MOST_PIXELS:,} pixels")
+    return width, height
