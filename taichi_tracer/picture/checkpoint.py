@@ -1,4 +1,4 @@
-"""What the samples of a picture belong to, and how they are kept in a file and taken up again."""
+"""The state to which the samples of a picture belong, and how samples are saved and loaded again."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,7 @@ from taichi_tracer.system.errors import InputError
 
 
 def facts_of(renderer) -> dict:
-    """What the bits of a picture depend on: samples of different facts do not belong together."""
+    """Everything that the bits of a picture depend on. Samples with different facts must not be added up."""
     settings, camera = runtime.current(), renderer.camera
     window = camera.compute_half_size(), camera.compute_centre()
     matrix = camera.camera_to_world.to_numpy().tolist()
@@ -32,7 +32,7 @@ def facts_of(renderer) -> dict:
 
 
 def save(renderer, path: str | Path) -> None:
-    """Write the samples so far."""
+    """Write the samples of a picture into a file."""
     if renderer.adaptive:
         raise InputError("checkpoint: adaptive sampling cannot go on from a file")
     if not renderer.is_random:
@@ -43,7 +43,7 @@ def save(renderer, path: str | Path) -> None:
 
 
 def load(renderer, path: str | Path) -> None:
-    """Take up the samples of a file; InputError where they are of something else, and then nothing has changed."""
+    """Load the samples of a file. If they belong to something else, raise an InputError and change nothing."""
     facts, arrays = read_checkpoint(path)
     ranges = facts.pop("samples", None)
     check_same(path, facts, "this picture", json.loads(json.dumps(renderer.facts())))

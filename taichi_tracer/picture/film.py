@@ -33,7 +33,7 @@ class Film:
             None stands for all pixels.
         replicated: whether the samples of even and of odd index are two independent replicas.
         keeps_deviation: whether the film adds up squared deviations. None means: if the error is estimated from them.
-        averages: whether pixels take samples. Where every value is ``put``, ``reset`` has no sums to clear.
+        averages: whether pixels take samples. If all values come from ``put``, ``reset`` has no sums to clear.
 
     Attributes:
         canvas: [x, y] the mean of the samples, which is the picture.
@@ -42,7 +42,7 @@ class Film:
         total, rest: [x, y, half] the sum of the samples of each half is total + rest, which together are exact to twice
             the precision.
         deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
-        samples: how many samples were taken of every pixel; whoever calls ``add`` counts them.
+        samples: the number of samples that every pixel took; the caller of ``add`` counts them.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Film:
         self._memory = memory.Memory()
         fields = self._memory.fields
         self.canvas = ti.Vector.field(3, float)
-        fields.dense(ti.ij, (width, height)).place(self.canvas)  # apart from the sums: windows read it as it is
+        fields.dense(ti.ij, (width, height)).place(self.canvas)  # not with the sums: windows read it directly
         pixel = fields.dense(ti.ij, (width, height))  # all sums of a pixel lie side by side, in few cache lines
         self.count = ti.field(ti.i32)
         pixel.place(self.count)
@@ -87,7 +87,7 @@ class Film:
         self._memory.allocate()
 
     def check_alive(self) -> None:
-        """Raise StaleSceneError when Taichi was initialised again after the film was made."""
+        """Raise a StaleSceneError if Taichi was initialised again after the film was made."""
         self._memory.check("film")
 
     def reset(self) -> None:

@@ -1,4 +1,4 @@
-"""Fields that are freed with the object that owns them; touching them after Taichi was started again is an error."""
+"""Taichi fields that are freed together with their owner, and errors instead of crashes when they are gone."""
 
 import weakref
 
@@ -10,29 +10,30 @@ from taichi_tracer.system.runtime import ensure
 
 
 class Lifetime:
-    """Remembers which start of Taichi an object's fields belong to; touching fields of an earlier one would crash."""
+    """Remembers the start of Taichi to which an object's fields belong. Fields of an earlier start must not be used."""
 
     def __init__(self) -> None:
         ensure()
         self._program = weakref.ref(impl.get_runtime().prog)
 
     def is_over(self) -> bool:
-        """Whether Taichi was started again, or reset, since."""
+        """Whether Taichi was started again, or reset, since then."""
         program = self._program()
         return program is None or program is not impl.get_runtime().prog
 
     def check(self, what: str) -> None:
-        """Raise instead of crashing when the fields of ``what`` are gone."""
+        """Raise a StaleSceneError if the fields of ``what`` are gone; using them would crash the process."""
         if self.is_over():
             raise StaleSceneError(
-                f"this {what} was made before Taichi was initialised again, which freed its memory: make it anew"
+                f"this {what} was made before Taichi was initialised again, which freed its memory: make a new one"
             )
 
 
 class Memory:
-    """Fields of one owner, freed when the owner is: Taichi frees none by itself, and has room for 512 such groups.
+    """The fields of one owner, which are freed together with the owner.
 
-    Make it first, then the fields, place them in ``fields``, and ``allocate``; no kernel can run in between.
+    Taichi itself never frees fields, and has room for only 512 such groups. First make this object, then make the
+    fields, place them in ``fields``, and call ``allocate``. No kernel can run in between.
     """
 
     def __init__(self) -> None:
@@ -42,28 +43,28 @@ class Memory:
         self._tree = None
 
     def is_over(self) -> bool:
-        """Whether Taichi was started again since, or the memory was freed."""
+        """Whether Taichi was started again since then, or the memory was freed."""
         return self._tree is None or self._lifetime.is_over()
 
     def allocate(self) -> None:
-        """Make the fields usable; none can be placed afterwards."""
+        """Allocate the fields. After that, no more fields can be placed."""
         self._tree = self.fields.finalize()
 
     def check(self, what: str) -> None:
-        """Raise StaleSceneError when Taichi was started again since, or the memory was freed."""
+        """Raise a StaleSceneError if Taichi was started again since then, or the memory was freed."""
         self._lifetime.check(what)
         if self._tree is None:
-            raise StaleSceneError(f"this {what} was destroyed: make it anew")
+            raise StaleSceneError(f"this {what} was destroyed: make a new one")
 
     def free(self) -> None:
-        """Give the memory back now; the fields cannot be used afterwards."""
+        """Free the memory now. The fields cannot be used afterwards."""
         tree, self._tree = self._tree, None
         if tree is not None:
             _destroy(tree, self._lifetime)
 
     def __del__(self) -> None:
-        # Not freed here: the collector may run while Taichi compiles a kernel.
-        if getattr(self, "_tree", None) is not None and _orphans is not None:  # None when the interpreter ends
+        # The fields are not freed here, because Python may call this method while Taichi compiles a kernel.
+        if getattr(self, "_tree", None) is not None and _orphans is not None:  # it is None when Python exits
             _orphans.append((self._lifetime, self._tree))
 
 
@@ -71,7 +72,7 @@ _orphans: list[tuple[Lifetime, object]] = []
 
 
 def _free_orphans() -> None:
-    """Free the memory whose owners are gone."""
+    """Free the memory of owners that no longer exist."""
     while _orphans:
         lifetime, tree = _orphans.pop()
         _destroy(tree, lifetime)
@@ -79,5 +80,5 @@ def _free_orphans() -> None:
 
 def _destroy(tree: object, lifetime: Lifetime) -> None:
     if not lifetime.is_over():
-        impl.get_runtime().materialize()  # or Taichi would still check fields that no kernel has used
+        impl.get_runtime().materialize()  # otherwise Taichi would still check fields that no kernel has used
         tree.destroy()
