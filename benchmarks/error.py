@@ -67,8 +67,8 @@ class PlainFilm(Film):
     @ti.func
     def add(self, x, y, value, sample):
         """One more sample of a pixel."""
-        total, rest = add_to_pair(self.total[x, y], self.rest[x, y], value, ti.math.vec3(0))
-        self.total[x, y], self.rest[x, y] = total, rest
+        total, rest = add_to_pair(self.total[x, y, 0], self.rest[x, y, 0], value, ti.math.vec3(0))
+        self.total[x, y, 0], self.rest[x, y, 0] = total, rest
         n = self.count[x, y] + 1
         self.count[x, y] = n
         self.canvas[x, y] = total / n

@@ -16,6 +16,10 @@ import os
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
+# Taichi ends the process on import where no home is known; ``expanduser`` asks the system for the user's.
+if os.name == "posix":
+    os.environ.setdefault("HOME", os.path.expanduser("~"))
+
 __version__ = "0.1.0"
 
 _HOME_OF = {

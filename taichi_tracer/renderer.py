@@ -25,9 +25,13 @@ from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import RandomNumbers, Sampler, UniformSampler, sampler_of
 from taichi_tracer.scene_data import SceneData, SceneInKernels
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
+
+# What a pixel takes at most: numbers of the running precision on the film and among the kept hits, and other bytes.
+NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 23, 52
 
 
 @ti.data_oriented
@@ -105,6 +109,8 @@ class ProgressiveRenderer:
         self.scene_data = scene_data
         self.camera = make_camera(width, height, **scene_data.view) if camera is None else camera
         self.width, self.height = self.camera.width, self.camera.height
+        bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
+        memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")
         self.jitter = self.jitters if jitter is None else bool(jitter)
         self.is_random = self.jitter or self.jitters
         chosen = PARTS.find("sampler", sampler)

@@ -172,12 +172,11 @@ class SceneData:
         self.environment, self.background = load_environment(environment), load_background(background)
 
         self._memory = memory.Memory()
-        builder = self._memory.fields
-        self.material_library = MaterialLibrary(mesh.materials, brdfs_of(brdfs), builder)
-        self.effects = self._derived()
-        is_students = bool(replaced(chosen))
-        self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
-        self._memory.allocate()
+        with self._memory as builder:
+            self.material_library = MaterialLibrary(mesh.materials, brdfs_of(brdfs), builder)
+            self.effects = self._derived()
+            is_students = bool(replaced(chosen))
+            self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
         self.geometry.load()
         self.material_library.load()
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)

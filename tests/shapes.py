@@ -1,6 +1,8 @@
-"""Small meshes for tests, as (vertices, faces)."""
+"""Small meshes for tests, as (vertices, faces), and meshes that have spheres as well."""
 
 import numpy as np
+
+from taichi_tracer.geometry import Mesh
 
 
 def sphere(columns=16, rows=9, radius=1.0, centre=(0, 0, 0)):
@@ -38,3 +40,29 @@ SQUARE = (
     np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float),
     np.array([[0, 1, 2], [0, 2, 3]], np.int32),
 )
+
+
+def with_spheres(spheres, vertices=None, faces=None, **more):
+    """A ``Mesh`` of spheres, and of triangles if there are any: in turn as long as both last, to mix their numbers."""
+    spheres = np.asarray(spheres, float).reshape(-1, 4)
+    if faces is None:
+        vertices, faces = np.zeros((1, 3)), np.zeros((0, 3), np.int32)
+    sphere_ids = np.unique(np.linspace(0, len(spheres) + len(faces) - 1, len(spheres)).astype(np.int32))
+    assert len(sphere_ids) == len(spheres)
+    more.setdefault("sphere_materials", np.zeros(len(spheres), np.int32))
+    return Mesh(vertices=vertices, faces=faces, spheres=spheres, sphere_ids=sphere_ids, **more)
+
+
+def random_spheres(rng, count, size=1.0):
+    """(count, 4) in a cube of side 6; every number is one of f32."""
+    spheres = np.concatenate([rng.uniform(-3, 3, (count, 3)), rng.uniform(0.05, size, (count, 1))], axis=1)
+    return spheres.astype(np.float32).astype(float)
+
+
+def random_rays(rng, count, reach=5):
+    """Origins in a cube and directions of all lengths, some of them along the axes, in f32."""
+    origins = rng.uniform(-reach, reach, (count, 3)).astype(np.float32)
+    directions = (rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-6, 6, (count, 1))).astype(np.float32)
+    directions[::9] *= [0, 0, 1]
+    directions[1::9] *= np.float32([1, -0.0, 1])
+    return origins, directions

@@ -9,8 +9,11 @@ from oracles import cameras as window_oracle
 from oracles import rays as oracle
 
 import taichi_tracer as tt
-from taichi_tracer.camera import CAMERAS, OrthographicCamera, make_camera
+from taichi_tracer.camera import OrthographicCamera, change_projection, check_view, make_camera
 from taichi_tracer.formulas.camera_frame import default_window
+from taichi_tracer.system import runtime
+
+CAMERAS = ["perspective", "orthographic"]
 
 
 @ti.kernel
@@ -30,8 +33,6 @@ def _origin_and_jittered(camera: ti.template(), px: float, py: float, out: ti.ty
 
 
 def directions_of(camera):
-    from taichi_tracer.system import runtime
-
     out = np.zeros((camera.height, camera.width, 3), runtime.dtype())
     _directions(camera, out)
     return out
@@ -104,20 +105,6 @@ def test_an_error_leaves_the_camera_as_it_was(f32):
     np.testing.assert_array_equal(camera.eye, [0, 0, 5])
 
 
-@pytest.mark.parametrize("aspect", [0.25, 1.0, 4.0])
-def test_view_of_box_shows_all_of_it(f32, aspect):
-    from taichi_tracer.formulas.camera_frame import camera_frame, view_of_box
-
-    low, high = np.array([-3, 1, 2.0]), np.array([4, 2, 9.0])
-    view = view_of_box(low, high, 50.0, aspect)
-    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), -1).reshape(-1, 3)
-    local = (corners - view["eye"]) @ camera_frame(view["eye"], view["at"], view["up"])[:3, :3]
-    tangent = np.tan(np.deg2rad(25))
-    assert (local[:, 2] > 0).all()
-    assert (np.abs(local[:, 1]) <= tangent * local[:, 2]).all()
-    assert (np.abs(local[:, 0]) <= aspect * tangent * local[:, 2]).all()
-
-
 @ti.kernel
 def _rays(camera: ti.template(), dx: float, dy: float, origin: ti.types.ndarray(), direction: ti.types.ndarray()):
     for x, y in ti.ndrange(camera.width, camera.height):
@@ -128,8 +115,6 @@ def _rays(camera: ti.template(), dx: float, dy: float, origin: ti.types.ndarray(
 
 
 def rays_of(camera, dx=0.0, dy=0.0):
-    from taichi_tracer.system import runtime
-
     origin, direction = (np.zeros((camera.height, camera.width, 3), runtime.dtype()) for _ in range(2))
     _rays(camera, dx, dy, origin, direction)
     return origin, direction
@@ -237,3 +222,143 @@ def test_a_camera_is_made_again_from_its_parameters(f32, projection):
     again = make_camera(5, 4, **camera.parameters())
     for a, b in zip(rays_of(camera), rays_of(again), strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+# ── the steps that a ray is made of, and steps of one's own ──
+
+
+@ti.kernel
+def _steps(camera: ti.template(), out: ti.types.ndarray(ndim=2)):
+    for _ in range(1):
+        ndc = camera.generate_ndc_coords(2, 1)
+        point = camera.generate_camera_coords(ndc)
+        matrix = camera.compute_matrix()
+        for k in ti.static(range(2)):
+            out[0, k] = ndc[k]
+        for k in ti.static(range(4)):
+            out[1, k] = point[k]
+            out[2, k] = (matrix @ point)[k]
+        for k in ti.static(range(3)):
+            out[3, k], out[4, k], out[5, k] = camera.eye[k], camera.at[k], camera.up[k]
+        out[3, 3] = camera.fov
+
+
+def test_the_steps_of_a_ray_are_those_of_the_handout(precision):
+    """A1-4, A1-7, A1-8: pixel (2, 1) of 8 × 4; a kernel may ask for the camera's parameters as well."""
+    view = {"eye": (1.0, 2.0, 3.0), "at": (-1.0, 0.5, 0.0), "up": (0.0, 1.0, 0.25), "fov": 70.0}
+    camera = tt.Camera(8, 4, **view)
+    out = np.zeros((6, 4), runtime.dtype())
+    _steps(camera, out)
+    tangent = np.tan(np.deg2rad(35))
+    tolerance = {"atol": 8 * runtime.epsilon()}
+    np.testing.assert_allclose(out[0, :2], [2 * 2.5 / 8 - 1, 2 * 1.5 / 4 - 1], **tolerance)
+    np.testing.assert_allclose(out[1], [out[0, 0] * tangent * 2, out[0, 1] * tangent, 1, 0], **tolerance)
+    np.testing.assert_allclose(out[2], camera.compute_matrix() @ out[1], **tolerance)
+    np.testing.assert_allclose(out[3:, :3], [view["eye"], view["at"], view["up"]], **tolerance)
+    assert out[3, 3] == runtime.dtype()(70)
+
+
+@ti.data_oriented
+class ByHandout(tt.Camera):
+    """A student's methods with the handout's signatures: the picture is turned upside down in NDC."""
+
+    @ti.func
+    def generate_ndc_coords(self, pixel_x, pixel_y):
+        return ti.math.vec2(2 * (pixel_x + 0.5) / self.width - 1, 1 - 2 * (pixel_y + 0.5) / self.height)
+
+
+@ti.data_oriented
+class OwnMatrix(tt.Camera):
+    """A student's matrix, written for kernels, from the camera's parameters: the frame of A1-8 with x negated."""
+
+    @ti.func
+    def compute_matrix(self):
+        z = ti.math.normalize(self.at - self.eye)
+        x = -ti.math.normalize(ti.math.cross(self.up, z))
+        y = ti.math.cross(z, -x)
+        e = self.eye
+        return ti.math.mat4(
+            x.x, y.x, z.x, e.x, x.y, y.y, z.y, e.y, x.z, y.z, z.z, e.z, 0.0, 0.0, 0.0, 1.0
+        )  # fmt: skip
+
+
+@ti.data_oriented
+class OwnMatrixInPython(tt.Camera):
+    """The same in Python."""
+
+    def compute_matrix(self):
+        matrix = super().compute_matrix()
+        matrix[:, 0] *= -1
+        return matrix
+
+
+def test_a_step_of_ones_own_decides_the_rays(precision):
+    view = {"eye": (1.0, 2.0, 3.0), "at": (-1.0, 0.5, 0.0), "fov": 70.0}
+    plain, upside_down = (directions_of(make(6, 4, **view)) for make in (tt.Camera, ByHandout))
+    np.testing.assert_allclose(upside_down, plain[::-1], atol=4 * runtime.epsilon())
+    right = directions_of(tt.Camera(6, 4, **view, handedness="right"))
+    assert np.abs(plain - right).max() > 0.1
+    for own in (OwnMatrix, OwnMatrixInPython):
+        np.testing.assert_allclose(directions_of(own(6, 4, **view)), right, atol=8 * runtime.epsilon())
+
+
+def test_a_matrix_of_ones_own_follows_the_camera(precision):
+    camera, truth = OwnMatrix(6, 4), tt.Camera(6, 4, handedness="right")
+    for each in (camera, truth):
+        each.set_camera_parameters(eye=(3.0, -1.0, 2.0), at=(0.5, 0.0, 0.0))
+    np.testing.assert_allclose(directions_of(camera), directions_of(truth), atol=8 * runtime.epsilon())
+
+
+def test_a_matrix_that_is_none_is_refused(f32):
+    @ti.data_oriented
+    class Wrong(tt.Camera):
+        def compute_matrix(self):
+            return np.eye(3)
+
+    with pytest.raises(tt.InputError, match=r"compute_matrix must return a 4 x 4 matrix, not one of shape \(3, 3\)"):
+        Wrong(4, 4)
+
+
+@ti.kernel
+def _jittered(camera: ti.template(), count: int, out: ti.types.ndarray(ndim=2)):
+    for i in range(count):
+        ndc = camera.generate_ndc_coords(2, 1, True)
+        out[i, 0], out[i, 1] = ndc.x, ndc.y
+
+
+def test_jitter_without_numbers_draws_them(f32):
+    """A point of the pixel, different each time: pixel (2, 1) of 8 × 4 is [−1/2, −1/4) × [−1/2, 0) of the plane."""
+    out = np.zeros((2_000, 2), np.float32)
+    _jittered(tt.Camera(8, 4), len(out), out)
+    assert (out >= [-0.5, -0.5]).all()
+    assert (out <= [-0.25, 0.0]).all()
+    z = (out.mean(axis=0) - [-0.375, -0.25]) / (np.array([0.25, 0.5]) / np.sqrt(12 * len(out)))
+    assert np.abs(z).max() < 4.5  # p = 7e-6 each
+    assert len(np.unique(out[:, 0])) > 1_900
+
+
+# ── views as dictionaries ──
+
+
+def test_the_other_projection_shows_the_same_where_it_looks():
+    """There and back; a window is scaled by the distance, the angle becomes a window when the camera is made."""
+    view = {"eye": (0, 0, 5), "at": (0, 0, 1), "screen_window": (-1, 1, -0.5, 0.5), "focal_distance": 2.0}
+    parallel = change_projection(view, "orthographic")
+    np.testing.assert_array_equal(parallel["screen_window"], [-2, 2, -1, 1])
+    np.testing.assert_array_equal(change_projection(parallel, "perspective")["screen_window"], view["screen_window"])
+    assert change_projection({"screen_window": "default"}, "orthographic")["screen_window"] == "default"
+    with pytest.raises(tt.InputError, match="unknown camera 'fisheye'"):
+        change_projection(view, "fisheye")
+
+
+def test_a_view_is_checked_without_making_a_camera():
+    place = {"eye": (0, 0, 5), "at": (0, 0, 0), "up": (0, 1, 0)}
+    assert check_view(80, 40, **place, fov=50) == pytest.approx(1)
+    assert check_view(2800, 1800, "orthographic", **place, screen_window=(-5.3, 5.3, -4, 4)) == pytest.approx(
+        1.174, abs=1e-3
+    )
+    assert check_view(30, 10, **place, screen_window="default") == pytest.approx(1)
+    with pytest.raises(tt.InputError, match="fov must be between"):
+        check_view(8, 8, **place, fov=200)
+    with pytest.raises(tt.InputError, match="an orthographic camera has no fov"):
+        check_view(8, 8, "orthographic", **place, fov=50)

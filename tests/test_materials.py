@@ -1,10 +1,28 @@
-"""Materials reach kernels with the values that the file has."""
+"""Materials reach kernels with the values that the file has, and each has one BRDF."""
 
 import numpy as np
+import pytest
 import taichi as ti
 
 import taichi_tracer as tt
-from taichi_tracer.materials import Material, as_table
+from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.brdfs.mirror import Mirror
+from taichi_tracer.brdfs.phong import Phong
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import BUILT_IN, Material, MaterialLibrary
+from taichi_tracer.system import memory, runtime
+
+SHIPPED = (Diffuse(), Phong(), Mirror())
+
+
+def library_of(materials, brdfs=SHIPPED):
+    """A library that is ready for kernels, and the memory that holds it."""
+    owner = memory.Memory()
+    library = MaterialLibrary(materials, list(brdfs), owner.fields)
+    owner.allocate()
+    library.load()
+    return library, owner
 
 
 @ti.kernel
@@ -16,8 +34,6 @@ def _read(library: ti.template(), i: int, out: ti.types.ndarray(ndim=1)):
 
 
 def test_every_value_arrives_under_its_own_name(precision, rng):
-    from taichi_tracer.system import runtime
-
     def colour():
         return tuple(rng.uniform(size=3))
 
@@ -33,31 +49,125 @@ def test_every_value_arrives_under_its_own_name(precision, rng):
         )
         for i in range(3)
     ]
-    scene = _scene(made)
+    library, _owner = library_of(made)
     for i, m in enumerate(made):
         out = np.zeros(20, runtime.dtype())
-        _read(scene.material_library, i, out)
+        _read(library, i, out)
         expected = np.concatenate([m.Kd, m.Ka, m.Ks, m.Ke, m.F0, [m.Ns, m.Ni, m.d, m.alpha_x, m.alpha_y]])
         np.testing.assert_array_equal(out, expected.astype(runtime.dtype()))
 
 
-def _scene(materials):
-    from taichi_tracer.geometry import Mesh
+@ti.kernel
+def _by_index(scene: ti.template(), out: ti.types.ndarray(ndim=1)):
+    for i in range(2):
+        out[i] = scene.materials[i].Ns
 
-    mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]), materials=materials)
-    return tt.SceneData(mesh)
+
+def test_a_kernel_may_ask_the_scene_by_material_id(precision):
+    mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]), materials=[Material(Ns=3), Material(Ns=1e21)])
+    scene = tt.SceneData(mesh)
+    out = np.zeros(2, runtime.dtype())
+    _by_index(scene, out)
+    np.testing.assert_array_equal(out, np.array([3, 1e21], runtime.dtype()))
+    assert [m.Ns for m in scene.materials] == [3, 1e21]
 
 
-def test_defaults_are_those_of_the_format():
+def test_defaults_are_those_of_the_format(f32):
     material = Material()
     assert (material.Ns, material.Ni, material.d) == (1, 1, 1)
     assert material.Ke == (0, 0, 0)
-    assert as_table([material]).shape == (1, 20)
+    library, _owner = library_of([material])
+    assert library.as_table([material]).shape == (1, 20)
+    assert set(library.members) == set(BUILT_IN)
 
 
 def test_huge_exponents_survive(f32):
     """Ns = 1e21 of the course's mirror is finite in f32."""
     out = np.zeros(20, np.float32)
-    scene = _scene([Material(Ns=1e21)])
-    _read(scene.material_library, 0, out)
+    library, _owner = library_of([Material(Ns=1e21)])
+    _read(library, 0, out)
     assert out[15] == np.float32(1e21)
+
+
+def test_no_materials_are_fine(f32):
+    library, _owner = library_of([])
+    assert library.brdf_of == []
+
+
+# ── which material has which BRDF ──
+
+
+@pytest.mark.parametrize(
+    ("ns", "in_f32", "in_f64"),
+    [
+        (0, "diffuse", "diffuse"),
+        (0.5, "diffuse", "diffuse"),
+        (1, "diffuse", "diffuse"),
+        (1.0001, "phong", "phong"),
+        (1e12, "phong", "phong"),
+        (1e21, "mirror", "phong"),
+        (1e36, "mirror", "mirror"),
+    ],
+)
+def test_the_exponent_says_which(precision, ns, in_f32, in_f64):
+    """C-4, and C-3: a lobe narrower than the precision is a mirror's. Exactly one of the shipped BRDFs describes it."""
+    library, _owner = library_of([Material(Ns=ns)])
+    assert SHIPPED[library.brdf_of[0]].name == {"f32": in_f32, "f64": in_f64}[precision]
+    assert library.brdf_ids[0] == library.brdf_of[0]
+    assert sum(brdf.describes(Material(Ns=ns), runtime.dtype()) for brdf in SHIPPED) == 1
+
+
+def test_every_material_of_the_shipped_scenes_has_one(f32):
+    library = tt.load_scene_data("specular_spheres").material_library
+    assert [library.brdfs[i].name for i in library.brdf_of] == ["diffuse", "phong", "mirror"]
+
+
+@ti.data_oriented
+class Velvet(Brdf):
+    """A BRDF with parameters of its own."""
+
+    name, needs = "velvet", "a material with a sheen"
+    parameters = {"sheen": 0.25, "Tint": (1.0, 0.5, 0.0)}
+
+    def describes(self, material, dtype):
+        return "sheen" in material.extra
+
+
+def test_of_several_brdfs_the_last_is_taken(f32):
+    materials = [Material(), Material(extra={"sheen": (2.0,)})]
+    library, _owner = library_of(materials, [*SHIPPED, Velvet()])
+    assert library.brdf_of == [0, 3]
+    library, _owner = library_of(materials, [Velvet(), *SHIPPED])
+    assert library.brdf_of == [1, 1]
+
+
+def test_a_material_that_no_brdf_describes_is_told(f32):
+    with pytest.raises(tt.InputError, match="material 'cloth': none of velvet, mirror describes it"):
+        library_of([Material("cloth")], [Velvet(), Mirror()])
+
+
+@ti.kernel
+def _velvet(library: ti.template(), i: int, out: ti.types.ndarray(ndim=1)):
+    m = library.get(i)
+    out[0], out[1], out[2], out[3], out[4] = m.sheen, m.Tint.x, m.Tint.y, m.Tint.z, m.Ns
+
+
+def test_parameters_of_a_brdf_come_from_the_file_or_are_its_defaults(precision):
+    """Found whatever the letters' case; one number may stand for three."""
+    materials = [
+        Material(Ns=9, extra={"sheen": (0.75,), "tint": (0.125, 0.25, 0.5)}),
+        Material(Ns=8, extra={"sheen": (0.5,), "tint": (2.0,)}),
+        Material(Ns=7),
+    ]
+    library, _owner = library_of(materials, [*SHIPPED, Velvet()])
+    expected = [[0.75, 0.125, 0.25, 0.5, 9], [0.5, 2, 2, 2, 8], [0.25, 1, 0.5, 0, 7]]
+    for i, row in enumerate(expected):
+        out = np.zeros(5, runtime.dtype())
+        _velvet(library, i, out)
+        np.testing.assert_array_equal(out, row)
+
+
+def test_a_parameter_with_another_count_of_numbers_is_told(f32):
+    material = Material("cloth", extra={"sheen": (1.0, 2.0)})
+    with pytest.raises(tt.InputError, match="material 'cloth': sheen needs 1 numbers, not 2"):
+        library_of([material], [*SHIPPED, Velvet()])

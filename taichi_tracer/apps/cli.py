@@ -36,21 +36,24 @@ def main(argv: list[str] | None = None) -> int:
     """
     warnings.showwarning = show_warning
     words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
+    parts = values_of("--parts", words)
     try:
-        args = make_parser(parts=values_of("--parts", words)).parse_args(words)
+        args = make_parser(parts).parse_args(words)
         load_parts(args.parts)
         return args.command(args)
-    except (InputError, StaleSceneError, OSError) as error:
-        if isinstance(error, BrokenPipeError):  # the reader of our output has gone, as in "... | head"
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 0
-        if "--debug" in words:
-            raise
-        print(f"taichi-tracer: error: {' '.join(str(error).split())}", file=sys.stderr)
-        return USER_ERROR
+    except BrokenPipeError:  # the reader of our output has gone, as in "... | head"
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except KeyboardInterrupt:
         print("taichi-tracer: interrupted", file=sys.stderr)
         return INTERRUPTED
+    except Exception as error:
+        is_users = isinstance(error, (InputError, StaleSceneError, OSError))
+        told = str(error) if is_users else load("faults:told")(error, parts)
+        if told is None or "--debug" in words:
+            raise
+        print(f"taichi-tracer: error: {' '.join(told.split())}", file=sys.stderr)
+        return USER_ERROR
 
 
 def load_parts(paths: Sequence[str]) -> None:
@@ -122,7 +125,7 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     export.add_argument("output", metavar="OUT.xml", help="file to write; the meshes stand in it, number by number")
     add_parts_option(export)
     add_picture_options(export)
-    export.lists = ("pictures", "scenes")
+    export.lists = ("pictures", "files")
 
     info = add_command(commands, "info", "what a scene is made of, and which code a picture of it runs", "info:run")
     add_scene_options(info)
@@ -222,7 +225,7 @@ def add_accuracy(parser: Parser) -> None:
     parser.add_argument("--report", metavar="DIR", help="folder for a page, a chart, CSV and JSON")
     parser.add_argument("--arch", metavar="NAME", help="which backend runs the kernels")
     add_camera_options(parser)
-    parser.lists = ("knobs", "cameras", "surfaces", "scenes")
+    parser.lists = ("knobs", "cameras", "surfaces", "files", "archs")
 
 
 def add_command(commands: argparse._SubParsersAction, name: str, what: str, target: str) -> Parser:

@@ -128,16 +128,28 @@ def names_of_surfaces() -> dict[str, Names]:
     return {"BRDFs": Names(tuple(PARTS.names("BRDF"))), "lights": Names(tuple(PARTS.names("light")))}
 
 
-def names_of_scenes() -> dict[str, Names]:
-    """What the options of a scene take."""
+def names_of_files() -> dict[str, Names]:
+    """The scenes and environments that come with the package."""
     return {
         "scenes": Names(tuple(scene_names())),
         "environments": Names((*shipped_environments(), "none")),
+    }
+
+
+def names_of_archs() -> dict[str, Names]:
+    """Where kernels run."""
+    return {"archs": Names.of_parameter(runtime.ARCHS, runtime.init, "arch")}
+
+
+def names_of_scenes() -> dict[str, Names]:
+    """What the options of a scene take."""
+    return {
+        **names_of_files(),
         "lookups": Names.of_parameter(LOOKUPS, Environment, "lookup"),
         "effects": Names.of_parameter(MODES, SceneData, "effects"),
         **names_of_rays(),
         **names_of_surfaces(),
-        "archs": Names.of_parameter(runtime.ARCHS, runtime.init, "arch"),
+        **names_of_archs(),
         "precisions": Names.of_parameter(runtime.PRECISIONS, runtime.init, "precision"),
     }
 
@@ -151,6 +163,8 @@ def names_of_knobs() -> dict[str, Names]:
 
 LISTS = {
     "scenes": names_of_scenes,
+    "files": names_of_files,
+    "archs": names_of_archs,
     "pictures": names_of_pictures,
     "estimators": names_of_estimators,
     "cameras": names_of_cameras,

@@ -62,26 +62,28 @@ class Film:
                 f"film: crop {self.crop} does not lie within {width}x{height}: 0 <= x0 < x1 <= width, same for y"
             )
         self.ranges = (x0, x1), (y0, y1)
-        self.halves = 2 if replicated else 1
+        self.halves = 2 if replicated else 1  # a power of two, so that "& (halves - 1)" gives the half of a sample
         self.keeps_deviation = not replicated if keeps_deviation is None else keeps_deviation
         self.averages = averages
         self.samples = 0
 
         self._memory = memory.Memory()
         fields = self._memory.fields
+        shape = (width, height)
         self.canvas = ti.Vector.field(3, float)
-        fields.dense(ti.ij, (width, height)).place(self.canvas)  # not with the sums: windows read it directly
-        pixel = fields.dense(ti.ij, (width, height))  # all sums of a pixel lie side by side, in few cache lines
-        self.count = ti.field(ti.i32)
+        fields.dense(ti.ij, shape).place(self.canvas)  # separate from the sums, because windows read it directly
+        # All sums of a pixel lie side by side in memory, in few cache lines.
+        self.count, pixel = ti.field(ti.i32), fields.dense(ti.ij, shape)
         pixel.place(self.count)
         if self.keeps_deviation:
             self.deviation = ti.Vector.field(3, float)
             pixel.place(self.deviation)
+        # The numbers of a half lie side by side, but the two halves of the picture lie apart: a sample of every pixel
+        # writes to one half only, and the memory of the other half need not be written back.
         self.half_count = ti.field(ti.i32)
         self.total, self.rest = ti.Vector.field(3, float), ti.Vector.field(3, float)
-        pixel.dense(ti.k, self.halves).place(self.half_count, self.total, self.rest)
-        self.non_finite_count = ti.field(ti.i32)
-        self.non_finite_at = ti.Vector.field(3, ti.i32)
+        fields.dense(ti.k, self.halves).dense(ti.ij, shape).place(self.half_count, self.total, self.rest)
+        self.non_finite_count, self.non_finite_at = ti.field(ti.i32), ti.Vector.field(3, ti.i32)
         fields.place(self.non_finite_count)
         fields.dense(ti.i, MAX_LOCATED).place(self.non_finite_at)
         self._memory.allocate()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.camera import DEFAULT_WINDOW, check_view
+from taichi_tracer.camera import DEFAULT_WINDOW, OrthographicCamera, check_view
 from taichi_tracer.files.text import read_bytes
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.geometry import Mesh
@@ -205,7 +205,7 @@ class _Reader:
             if not (window[0] < window[1] and window[2] < window[3]):
                 raise element.wrong("screen_window", "l r b t with l < r and b < t")
             view["screen_window"] = tuple(float(edge) for edge in window)
-        if view["projection"] == "perspective":
+        if not issubclass(PARTS.find("camera", view["projection"]), OrthographicCamera):
             name = element.find("fovy", "fov")
             fovy = element.number("fovy", "fov")
             if fovy is not None and not 0 < fovy < 180:

@@ -1,12 +1,46 @@
 """Taichi fields that are freed together with their owner, and errors instead of crashes when they are gone."""
 
 import weakref
+from pathlib import Path
 
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system.errors import StaleSceneError
+from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import ensure
+
+KEPT_FREE = 0.1  # the fraction of the free memory that is left for other uses
+
+
+def ask_for(needed: int, what: str) -> None:
+    """Raise an InputError if more memory is needed than is free. Without this check, Taichi would end the process.
+
+    Args:
+        needed: the memory in bytes. what: the name of what needs it, for the message.
+    """
+    free = free_bytes()
+    if free is not None and needed > (1 - KEPT_FREE) * free:
+        sizes = f"{needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB are free"
+        raise InputError(f"{what} needs {sizes}: ask for less")
+
+
+def free_bytes() -> int | None:
+    """The bytes that this process can still allocate, by the machine's and its own limit; None if this is unknown."""
+    known = []
+    meminfo = Path("/proc/meminfo")
+    if meminfo.exists():
+        lines = dict(line.split(":", 1) for line in meminfo.read_text().splitlines())
+        known.append(int(lines["MemAvailable"].split()[0]) * 1024)
+    try:
+        import resource
+    except ImportError:  # Windows
+        return min(known, default=None)
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY:
+        status = Path("/proc/self/statm")
+        used = int(status.read_text().split()[0]) * resource.getpagesize() if status.exists() else 0
+        known.append(max(0, limit - used))
+    return min(known, default=None)
 
 
 class Lifetime:
@@ -33,7 +67,9 @@ class Memory:
     """The fields of one owner, which are freed together with the owner.
 
     Taichi itself never frees fields, and has room for only 512 such groups. First make this object, then make the
-    fields, place them in ``fields``, and call ``allocate``. No kernel can run in between.
+    fields, place them in ``fields``, and call ``allocate``. No kernel can run in between. If an error can occur in
+    between, use ``with memory:``. It allocates the fields at the end. After an error, it forgets them: otherwise no
+    kernel could run any more.
     """
 
     def __init__(self) -> None:
@@ -49,6 +85,15 @@ class Memory:
     def allocate(self) -> None:
         """Allocate the fields. After that, no more fields can be placed."""
         self._tree = self.fields.finalize()
+
+    def __enter__(self) -> ti.FieldsBuilder:
+        return self.fields
+
+    def __exit__(self, error, *_more) -> None:
+        if error is None:
+            self.allocate()
+        else:
+            impl.get_runtime().unfinalized_fields_builder.pop(self.fields, None)
 
     def check(self, what: str) -> None:
         """Raise a StaleSceneError if Taichi was started again since then, or the memory was freed."""

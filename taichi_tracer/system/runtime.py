@@ -17,6 +17,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
+from taichi_tracer.system.cache import cache_folder
 from taichi_tracer.system.errors import InputError, one_of
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
@@ -95,6 +96,7 @@ def init(
 
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
+    cache, note = cache_folder(impl.default_cfg().offline_cache_file_path)
     with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
         ti.init(
             arch=getattr(ti, chosen),
@@ -107,9 +109,11 @@ def init(
             advanced_optimization=False,
             cfg_optimization=False,
             cpu_max_num_threads=workers(threads),
+            **({"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}),
         )
-    if message is not None:
-        print(f"taichi_tracer: {message}", file=sys.stderr)
+    for line in (message, note):
+        if line is not None:
+            print(f"taichi_tracer: {line}", file=sys.stderr)
     return current()
 
 

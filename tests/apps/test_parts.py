@@ -1,0 +1,543 @@
+"""--parts in every command: parts of a file of one's own, files that are wrong, and --plain."""
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import taichi_tracer as tt
+from taichi_tracer.apps import viewer
+from taichi_tracer.apps.cli import as_value, main, make_parser
+from taichi_tracer.apps.display import Verdict
+from taichi_tracer.studies import hard_cases
+from taichi_tracer.studies.hard import renderer_cases
+from taichi_tracer.studies.hard.modes import OWN_TEST
+from taichi_tracer.system.registry import PARTS, load_parts
+
+PARTS_FILE = '''
+import taichi as ti
+import taichi.math as tm
+import taichi_tracer as tt
+
+
+@tt.register
+class Heat(tt.View):
+    name, label = "heat", "Heat"
+
+    @ti.func
+    def color(self, hit):
+        return tm.vec3(1, 0, 0) * hit.distance / 5
+
+
+@tt.register
+class Mine(tt.RayIntersector):
+    """The handout's: nothing but intersect_triangle."""
+
+    name = "mine"
+
+    @ti.func
+    def intersect_triangle(self, ray, triangle_id):
+        hit = tt.HitData()
+        ids = self.geometry.triangle_vertex_ids[triangle_id]
+        v0 = self.geometry.vertices[ids[0]]
+        v1 = self.geometry.vertices[ids[1]]
+        v2 = self.geometry.vertices[ids[2]]
+        e1, e2, s = v1 - v0, v2 - v0, ray.origin - v0
+        det = tm.dot(e1, tm.cross(ray.direction, e2))
+        u = tm.dot(s, tm.cross(ray.direction, e2)) / det
+        v = tm.dot(ray.direction, tm.cross(s, e1)) / det
+        t = tm.dot(e2, tm.cross(s, e1)) / det
+        if u >= 0 and v >= 0 and u + v <= 1 and t > self.EPSILON:
+            hit.is_hit = 1
+            hit.triangle_id = triangle_id
+            hit.distance = t
+            hit.barycentric_coords = tm.vec2(u, v)
+            hit.normal = tm.vec3(0.6, 0, 0.8)  # wrong, so that every picture shows it
+            hit.material_id = self.geometry.triangle_material_ids[triangle_id]
+        return hit
+
+
+@ti.func
+def doubled_t(o, d, v0, v1, v2):
+    e1, e2, s = v1 - v0, v2 - v0, o - v0
+    det = tm.dot(e1, tm.cross(d, e2))
+    u, v = tm.dot(s, tm.cross(d, e2)) / det, tm.dot(d, tm.cross(s, e1)) / det
+    return u >= 0 and v >= 0 and u + v <= 0.5, tm.dot(e2, tm.cross(s, e1)) / det, u, v, det
+
+
+tt.register(tt.TriangleTest("half_triangles", doubled_t))
+
+
+@tt.register
+class Grey(tt.Brdf):
+    name = "grey"
+
+    def describes(self, material, dtype):
+        return material.Ns <= 1
+
+    @ti.func
+    def eval(self, material, w_o, w_i, n):
+        return tm.vec3(0.5 / tm.pi)
+
+    @ti.func
+    def pdf(self, material, w_o, w_i, n):
+        return 1 / (4 * tm.pi)
+
+    @ti.func
+    def sample(self, material, w_o, n, xi):
+        z = 1 - 2 * xi.x
+        r, phi = ti.sqrt(ti.max(0.0, 1 - z * z)), 2 * tm.pi * xi.y
+        return tm.vec3(r * tm.cos(phi), r * tm.sin(phi), z)
+
+
+@tt.register
+class Still(tt.Sampler):
+    name = "still"
+
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        return tm.vec2(0.25, 0.75)
+
+
+@tt.register
+class Fisheye(tt.Camera):
+    name = "fisheye"
+
+    @ti.func
+    def generate_camera_coords(self, ndc_coords):
+        r = ndc_coords.norm()
+        return tm.vec4(ndc_coords * ti.sin(r) / ti.max(r, 1e-6), ti.cos(r), 0)
+
+
+@tt.register
+class Twice(tt.DirectLight):
+    name, label = "twice", "Twice the light"
+
+    @ti.func
+    def sample(self, scene, surface, technique, xi_brdf, xi_light):
+        w_i = surface.sample(xi_brdf)
+        return w_i, 2 * surface.weight(w_i)
+
+
+@tt.register
+class Lamp(tt.Light):
+    name, is_delta = "lamp", True
+
+    @ti.func
+    def sample(self, x, xi):
+        to_lamp = tm.vec3(0, 1.8, 2) - x
+        return to_lamp.normalized(), to_lamp.norm(), tm.vec3(4) / to_lamp.norm_sqr(), 1.0
+'''
+NAMES = ("heat", "mine", "half_triangles", "grey", "still", "fisheye", "twice", "lamp")
+
+
+@pytest.fixture(autouse=True)
+def _forget(tmp_path):
+    """What the files of a test registered is forgotten at its end."""
+    yield
+    for file in tmp_path.rglob("*.py"):
+        for part in PARTS.registered_by(file):
+            PARTS.remove(part)
+
+
+@pytest.fixture
+def parts(tmp_path, monkeypatch):
+    """``--parts`` with a file of parts of every kind, in the folder where the test works."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_parts.py").write_text(PARTS_FILE)
+    return ["--parts", "my_parts.py"]
+
+
+def render(name, *words):
+    """The picture of a command, as an array."""
+    assert main(["render", *words, "-o", f"{name}.npy"]) == 0
+    return np.load(f"{name}.npy")
+
+
+# ── every command ──
+
+
+@pytest.mark.parametrize(
+    ("command", "shown"),
+    [
+        ("render", NAMES),
+        ("view", NAMES),
+        ("info", NAMES),
+        ("export", ("heat", "still", "fisheye", "twice")),
+        ("effects", tuple(name for name in NAMES if name != "heat")),
+        ("accuracy", tuple(name for name in NAMES if name != "heat")),
+        ("hardcases", ("mine", "half_triangles", "grey")),
+        ("merge", ("still",)),
+    ],
+)
+def test_a_help_lists_the_names_of_the_file_with_the_others(command, shown, parts, capsys):
+    with pytest.raises(SystemExit) as end:
+        main([command, "--help", *parts])
+    assert end.value.code == 0
+    words = capsys.readouterr().out.replace("*", "").replace(",", "").split()
+    assert [name for name in shown if name not in words] == []
+
+
+def test_a_help_marks_what_counts_when_nothing_is_said(capsys):
+    with pytest.raises(SystemExit):
+        main(["render", "--help"])
+    out = " ".join(capsys.readouterr().out.split())
+    for words in ("bvh*", "watertight*", "sobol*", "perspective*", "left*", "nearest*", "normal*", "f32*"):
+        assert words in out
+    with pytest.raises(SystemExit):
+        main(["accuracy", "--help"])
+    out = " ".join(capsys.readouterr().out.split())
+    assert "precisions: f32*, f64*" in out
+    assert "forms: fast*, plain" in out
+
+
+def test_a_view_and_a_camera_of_ones_own_are_rendered(parts):
+    heat = render("a", "cornell_box", *parts, "--view", "heat", "--size", "16")
+    assert heat[..., 0].max() > 0
+    assert heat[..., 1:].max() == 0
+    wide = render("b", "cornell_box", *parts, "--view", "heat", "--size", "16", "--camera", "fisheye")
+    assert (wide != heat).any()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--intersector", "mine"),
+        ("--triangle-test", "half_triangles"),
+        ("--sampler", "still"),
+        ("--camera", "fisheye"),
+        ("--lights", "lamp"),
+        ("--view", "twice"),
+    ],
+    ids=lambda words: words[1],
+)
+def test_each_part_changes_the_picture(words, parts):
+    usual = ["cornell_box", "--view", "uniform", "--size", "16", "--environment", "studio"]
+    assert (render("a", *usual, *parts, *words) != render("b", *usual)).any()
+
+
+def test_a_brdf_that_describes_a_material_is_taken_and_info_says_so(parts, capsys):
+    words = [
+        "--intersector",
+        "mine",
+        "--camera",
+        "fisheye",
+        "--lights",
+        "lamp",
+        "--brdfs",
+        "grey",
+        "--sampler",
+        "still",
+    ]
+    assert main(["info", "cornell_box", *parts, *words]) == 0
+    out = capsys.readouterr().out
+    assert "grey            simulated, 8 of 8 materials" in out
+    assert "diffuse         not simulated" in out
+    assert "light lamp      simulated, Lamp" in out
+    assert "rays            Mine, as it is written" in out
+    assert "Fisheye replaces generate_camera_coords" in out
+    assert "parts of my_parts.py\n  view          heat\n" in out
+
+
+def test_names_that_no_part_has_are_errors(parts, capsys):
+    for words, told in (
+        (("--brdfs", "gray"), "unknown BRDF 'gray': did you mean 'grey'?"),
+        (("--lights", "grey,lamb"), "unknown light 'grey'"),
+        (("--view", "heet"), "did you mean 'heat'?"),
+    ):
+        assert main(["render", "cube", *parts, *words, "--size", "8", "-o", "x.png"]) == 2
+        assert told in capsys.readouterr().err
+
+
+class FakePanel:
+    """Takes what the viewer writes into its panel."""
+
+    def __init__(self):
+        self.buttons = []
+
+    def sub_window(self, *_place):
+        return self
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_error):
+        return None
+
+    def text(self, text):
+        pass
+
+    def button(self, label):
+        self.buttons.append(label)
+
+
+def test_the_viewer_has_a_button_for_each_and_repeats_the_file(parts, monkeypatch, capsys):
+    """The command of a saved picture makes it again, in a picture that is equal to the last bit."""
+    shown = []
+
+    def run(self):
+        panel = FakePanel()
+        self.warm_up()
+        self.draw_panel(panel)
+        self.save_picture()
+        shown.append(panel.buttons)
+
+    monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(True, "pretended"))
+    monkeypatch.setattr(viewer.Viewer, "run", run)
+    words = ["--view", "heat", "--size", "24", "--camera", "fisheye", "--intersector", "mine", "--plain"]
+    assert main(["view", "cornell_box", *parts, *words]) == 0
+    (buttons,) = shown
+    assert "Heat [Active]" in buttons
+    assert len([b for b in buttons if b.startswith(("Hit", "Normal", "Distance"))]) == 3
+    out = capsys.readouterr().out
+    line = next(line for line in out.splitlines() if line.startswith("The same again: taichi-tracer "))
+    again = shlex.split(line.removeprefix("The same again: taichi-tracer "))
+    assert again[again.index("--parts") + 1] == "my_parts.py"
+    assert main([*again, "-o", "again.png"]) == 0
+    saved = np.asarray(Image.open("renders/cornell_box_heat.png"))
+    np.testing.assert_array_equal(np.asarray(Image.open("again.png")), saved)
+
+
+def test_without_a_window_the_views_of_the_file_are_written_too(parts, monkeypatch, tmp_path):
+    monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(False, "no screen", "plug one in"))
+    monkeypatch.setattr(viewer, "save", lambda renderer, folder: tmp_path / renderer.active.name)
+    monkeypatch.setattr(tt.A1Renderer, "render", lambda self, spp: self)
+    written = []
+    monkeypatch.setattr(viewer, "print", lambda *words: written.append(" ".join(map(str, words))), raising=False)
+    assert main(["view", "cube", *parts, "--size", "8"]) == 0
+    assert f"  {tmp_path / 'heat'}" in written
+
+
+@pytest.mark.long
+def test_effects_measures_an_estimator_and_a_sampler_of_ones_own(parts, capsys):
+    words = ["--estimator", "twice", "--sampler", "still", "--camera", "fisheye", "--size", "24"]
+    assert main(["effects", "cube", *parts, *words, "--environment", "white"]) == 0
+    out = capsys.readouterr().out
+    assert "grey            simulated, 6 of 6 materials" in out
+    assert "the plain forms" in out
+    assert "DIFFERENT" not in out
+
+
+@pytest.mark.long
+def test_accuracy_compares_parts_of_ones_own(parts, capsys):
+    knobs = ["--estimators", "mis,twice", "--samplers", "sobol,still", "--triangle-tests", "watertight,half_triangles"]
+    knobs += ["--precisions", "f32", "--fast-math", "off", "--lookups", "nearest", "--intersectors", "bvh,mine"]
+    knobs += ["--forms", "fast,plain", "--brdfs", "grey", "--lights", "lamp", "--camera", "fisheye"]
+    assert main(["accuracy", "cube", *parts, *knobs, "--size", "16", "--budget", "3", "--seeds", "2"]) == 0
+    out = capsys.readouterr().out
+    for label in ("twice, sobol, bvh ", "mis, still, bvh ", "half_triangles", "twice, sobol, mine ", "plain forms"):
+        assert label in out
+
+
+def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeypatch):
+    tried = []
+
+    def run(level, **_options):
+        tried.append((hard_cases.modes_of(level), renderer_cases.all_cases()))
+        return hard_cases.Result(level, {}, [], [])
+
+    monkeypatch.setattr(hard_cases, "run", run)
+    assert main(["hardcases", "--quick", *parts]) == 0
+    ((modes, cases),) = tried
+    own = [mode for mode in modes if mode.intersector == "mine"]
+    assert {mode.triangle_test for mode in own} == {OWN_TEST}
+    assert len(own) == 4  # a precision each, with fast_math and without
+    assert {mode.intersector for mode in modes if mode.triangle_test == "half_triangles"} == {"bvh", "brute_force"}
+    assert all(mode.tries_everything for mode in own)
+    assert not any(mode.plain for mode in modes)
+    assert any(mode.plain for mode in hard_cases.modes_of("full"))
+    assert [case.name for case in cases if case.name.startswith("BRDF grey: ")] != []
+
+
+@pytest.mark.long
+def test_hard_cases_find_what_is_wrong_with_parts_of_ones_own(parts):
+    from taichi_tracer.studies.hard.closed_meshes import ClosedSphere
+    from taichi_tracer.studies.hard.modes import Mode
+
+    load_parts(parts[1])
+    ball = [ClosedSphere("ball", "unit", 8.0, (0, 0, 0), 8, 5)]
+    modes = [Mode(OWN_TEST, "f32", False, "mine"), Mode("half_triangles", "f32", False, "bvh")]
+    result = hard_cases.run("quick", cases=ball, modes=modes, renderer=True)
+    by_mode = {(v.mode, v.case): v for v in result.verdicts}
+    assert by_mode["half_triangles f32 bvh", "ball"].word == "FAIL"
+    assert by_mode[str(modes[0]), "ball"].rays > 0
+    (grey,) = (v for v in result.verdicts if v.case.startswith("BRDF grey"))
+    assert grey.word == "PASS"
+
+
+def test_export_and_render_know_a_camera_of_ones_own(parts, capsys):
+    assert main(["export", "cube", "cube.xml", *parts, "--camera", "fisheye", "--fov", "40", "--view", "twice"]) == 0
+    text = Path("cube.xml").read_text()
+    assert 'type="fisheye"' in text
+    assert 'estimator="twice"' in text
+    assert main(["info", "cube.xml", *parts]) == 0
+    out = capsys.readouterr()
+    assert "view projection fisheye\n" in out.out
+    assert "view fov        40\n" in out.out
+    assert "note" not in out.err
+
+
+@pytest.mark.long
+def test_merge_knows_a_sampler_of_ones_own(parts, capsys):
+    words = ["cube", "--view", "twice", "--sampler", "still", "--size", "8", "--spp", "2", *parts]
+    render("a", *words, "--checkpoint", "a.checkpoint")
+    render("b", *words, "--checkpoint", "b.checkpoint", "--first-sample", "2")
+    assert main(["merge", "a.checkpoint", "b.checkpoint", "-o", "c.npy", *parts]) == 0
+    assert "4 spp" in capsys.readouterr().out
+
+
+def test_several_files_and_a_module_beside_one(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "colours.py").write_text("RED = (1.0, 0.0, 0.0)\n")
+    view = "import taichi.math as tm\nimport taichi_tracer as tt\n{}\n"
+    view += "@tt.register\nclass {}(tt.View):\n    name = {!r}\n"
+    (tmp_path / "folder" / "a.py").write_text(view.format("from colours import RED", "A", "a_view"))
+    (tmp_path / "b.py").write_text(view.format("", "B", "b_view"))
+    with pytest.raises(SystemExit):
+        main(["render", "--parts", "folder/a.py", "--help", "--parts=b.py"])
+    assert "a_view, b_view, all" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_file_may_be_loaded_again(parts):
+    first = load_parts(parts[1])
+    assert [part.name for part in first] == [part.name for part in load_parts(parts[1])]
+    assert len(first) == len(NAMES)
+
+
+# ── files that are wrong ──
+
+
+BEGIN = "import taichi as ti\nimport taichi_tracer as tt\n\n\n"
+WRONG = {
+    "missing": (None, "--parts my_parts.py: no such file"),
+    "a syntax error": (BEGIN + "class A(tt.View\n", "my_parts.py:5: SyntaxError: '(' was never closed"),
+    "an error while it runs": (BEGIN + "x = 1\ny = x / 0\n", "my_parts.py:6: ZeroDivisionError: division by zero"),
+    "an unknown module": (BEGIN + "import no_such_module\n", "my_parts.py:5: ModuleNotFoundError: No module named"),
+    "it ends the program": (BEGIN + "raise SystemExit(0)\n", "my_parts.py:5: SystemExit: 0"),
+    "nothing registered": (BEGIN + "class A(tt.View):\n    name = 'a'\n", "my_parts.py: the file registers nothing"),
+    "the package's name": (
+        BEGIN + "@tt.register\nclass A(tt.Camera):\n    name = 'perspective'\n",
+        "my_parts.py:5: register: there is another camera called 'perspective', in the package",
+    ),
+    "the package's name, as an object": (
+        BEGIN + "tt.register(tt.View('normal', 'Normal', None))\n",
+        "my_parts.py:5: register: there is another integrator called 'normal', in the package",
+    ),
+    "no name of its own": (
+        BEGIN + "@tt.register\nclass A(tt.OrthographicCamera):\n    pass\n",
+        "my_parts.py:5: register: there is another camera called 'orthographic'",
+    ),
+    "no name": (BEGIN + "@tt.register\nclass A(tt.View):\n    pass\n", "my_parts.py:5: register: A needs a name"),
+    "no part": (BEGIN + "@tt.register\nclass A:\n    name = 'a'\n", "my_parts.py:5: register: A derives from none"),
+    "a name twice": (
+        BEGIN
+        + "@tt.register\nclass A(tt.View):\n    name = 'a'\n\n\n@tt.register\nclass B(tt.View):\n    name = 'a'\n",
+        "my_parts.py:10: register: there is another integrator called 'a'",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_file_is_one_line_with_the_place(case, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text, told = WRONG[case]
+    if text is not None:
+        (tmp_path / "my_parts.py").write_text(text)
+    for words in (["info", "cube"], ["render", "--help"]):
+        assert main([*words, "--parts", "my_parts.py"]) == 2
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1
+        assert error.startswith(f"taichi-tracer: error: {told[:11]}")
+        assert told in error
+
+
+def test_two_files_cannot_have_one_name(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = BEGIN + "@tt.register\nclass A(tt.View):\n    name = 'a_view'\n"
+    for name in ("first.py", "second.py"):
+        (tmp_path / name).write_text(text)
+    assert main(["info", "cube", "--parts", "first.py", "--parts", "second.py"]) == 2
+    error = capsys.readouterr().err
+    assert "second.py:5: register: there is another integrator called 'a_view', registered by" in error
+    assert "first.py" in error
+
+
+FAULTY = """import taichi as ti
+import taichi_tracer as tt
+
+@ti.func
+def helper(hit):
+    return hit.colour
+
+@tt.register
+class A(tt.View):
+    name = "a_view"
+
+    @ti.func
+    def color(self, hit):
+"""
+FAULTS = {
+    "in a kernel": ("return hit.normal * missing", 'my_parts.py:14: Name "missing" is not defined'),
+    "in a function that it calls": ("return helper(hit)", "my_parts.py:6: "),
+}
+
+
+@pytest.mark.parametrize("case", FAULTS)
+def test_an_error_in_a_kernel_is_one_line_with_the_place(case, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    line, told = FAULTS[case]
+    (tmp_path / "my_parts.py").write_text(FAULTY + f"        {line}\n")
+    words = ["render", "cube", "--parts", "my_parts.py", "--view", "a_view", "--size", "8", "-o", "x.png"]
+    assert main(words) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert error.startswith(f"taichi-tracer: error: {told}")
+    with pytest.raises(Exception, match="my_parts.py"):
+        main([*words, "--debug"])
+
+
+def test_a_method_that_is_missing_is_named(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_parts.py").write_text(BEGIN + "@tt.register\nclass A(tt.Brdf):\n    name = 'a_brdf'\n")
+    assert main(["info", "cube", "--parts", "my_parts.py"]) == 2
+    assert "A must say which materials it describes" in capsys.readouterr().err
+
+
+# ── the plain forms ──
+
+
+def test_the_plain_forms_write_the_same_bytes(tmp_path):
+    files = [tmp_path / "fast.png", tmp_path / "plain.png"]
+    for file, words in zip(files, ([], ["--plain"]), strict=True):
+        assert main(["render", "cornell_box", "--view", "normal", "--size", "40x30", "-o", str(file), *words]) == 0
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert np.asarray(Image.open(files[0])).std() > 10
+
+
+@pytest.mark.long
+def test_the_plain_forms_write_the_same_bytes_of_light(tmp_path):
+    files = [tmp_path / "fast.png", tmp_path / "plain.png"]
+    options = ["--estimator", "mis", "--environment", "studio", "--size", "24x16", "--spp", "3"]
+    for file, words in zip(files, ([], ["--plain"]), strict=True):
+        assert main(["render", "cornell_box", *options, "-o", str(file), *words]) == 0
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert np.asarray(Image.open(files[0])).std() > 10
+
+
+def test_info_says_which_forms_run(capsys):
+    assert main(["info", "cube"]) == 0
+    out = capsys.readouterr().out
+    assert "rays            hierarchy of eight boxes a node" in out
+    assert "eye rays        hits are kept" in out
+    assert main(["info", "cube", "--plain"]) == 0
+    out = capsys.readouterr().out
+    assert "rays            BVHRayIntersector, the plain form: fast=False" in out
+    assert "eye rays        one by one, as they are written: fast=False" in out
+
+
+def test_plain_is_a_word_of_the_command_that_makes_the_scene_again():
+    args = make_parser().parse_args([as_value(w) for w in ["view", "cube", "--plain"]])
+    assert args.plain

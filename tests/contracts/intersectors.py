@@ -1,0 +1,241 @@
+"""What every intersector must do: answer as brute force does, to the last bit, in each of its forms.
+
+The truth is the plain form of ``brute_force`` with the same triangle test. What is registered is a class; where the
+package has a fast form of it, both are held to the contract.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from shapes import lattice, soup, sphere
+from support import DEBUG
+
+import taichi_tracer as tt
+from taichi_tracer.fast.stand_ins import intersector_class
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.system.registry import PARTS
+
+TRUTH = tt.BruteForceRayIntersector
+RAYS = 2_000 if DEBUG else 40_000
+FIELDS = (
+    "triangle_id",
+    "distance",
+    "barycentric_coords",
+    "normal",
+    "geometric_normal",
+    "material_id",
+    "is_backfacing",
+)
+
+
+def every_form():
+    """A decorator: runs the test with ``part`` and ``fast`` set to each form of an intersector, but for the truth."""
+    forms = []
+    for part in PARTS.all("intersector"):
+        has_fast_form = intersector_class(part, True)[1].is_fast
+        forms.append(pytest.param(part, True, id=part.name))
+        if has_fast_form and part is not TRUTH:
+            forms.append(pytest.param(part, False, id=f"{part.name}, plain"))
+    return pytest.mark.parametrize(("part", "fast"), forms)
+
+
+# ── what rays meet ──
+
+
+def several_shapes(rng):
+    """A closed sphere, a flat and a deep soup, and triangles with corners on a lattice, side by side."""
+    flat, _ = soup(rng, 60)
+    flat[:, 1] = 0.25
+    return _together([sphere()[0][sphere()[1]].reshape(-1, 3), soup(rng, 100)[0], flat, lattice(rng, 60)[0]])
+
+
+def far_away(rng):
+    """A sphere whose coordinates have few digits left."""
+    return Mesh(*sphere(centre=(14837.5, 123.4, -22342.3)))
+
+
+def all_sizes(rng):
+    """Triangles of sizes from 1e-6 to 1e6."""
+    return _together([soup(rng, 40, size=10.0**k)[0] for k in (-6, -3, 0, 3, 6)])
+
+
+def all_primitives(rng):
+    """Triangles with vertex normals and without, of one side and of two, among spheres; two materials."""
+    vertices, faces = soup(rng, 60)
+    radius = rng.uniform(0.05, 0.6, (20, 1))
+    return Mesh(
+        vertices,
+        faces,
+        normals=rng.normal(size=(len(vertices), 3)),
+        face_normals=np.where(np.arange(60)[:, None] % 3 == 0, -1, faces),
+        face_materials=(np.arange(60) % 2).astype(np.int32),
+        materials=[tt.Material(name="a"), tt.Material(name="b")],
+        spheres=np.hstack([rng.uniform(-1, 1, (20, 3)), radius]),
+        sphere_ids=np.arange(1, 80, 4).astype(np.int32),
+        sphere_materials=(np.arange(20) % 2).astype(np.int32),
+        face_culls=np.arange(60) % 4 == 0,
+    )
+
+
+def exponentially_spaced(rng, count=73):
+    """Triangles each twice as far and twice as large as the one before: the deepest tree per triangle."""
+    base = np.array([[0, 0, 0], [0.5, 0, 0], [0, 0.5, 0.1]])
+    return _together([(base + 1) * 2.0 ** (k - 36) for k in range(count)])
+
+
+def one_centroid(rng, count=5_000):
+    """Triangles of different shape whose boxes all have the same centre."""
+    half = np.round(rng.uniform(0.1, 1, (count, 3)) * 1024) / 1024
+    return _together([np.stack([-half, half, half * [1, -1, 1]], axis=1).reshape(-1, 3)])
+
+
+def many_with_one_centroid(rng):
+    """So many that a tree which does not cut them in halves would be too deep."""
+    return one_centroid(rng, 5_000 if DEBUG else 50_000)
+
+
+def identical(rng):
+    """One triangle many times: ties go to the lowest id."""
+    count = 5_000 if DEBUG else 50_000
+    return Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.tile(np.array([[0, 1, 2]], np.int32), (count, 1)))
+
+
+def one_triangle(rng):
+    """The smallest tree."""
+    return Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2]], np.int32))
+
+
+def _together(parts):
+    vertices = np.concatenate(parts)
+    return Mesh(vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3))
+
+
+def rays_of_all_kinds(rng, mesh, count):
+    """Random, axis-parallel, grazing, aimed at vertices and edges, on the surface, and degenerate rays."""
+    vertices, faces = mesh.vertices, mesh.faces
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    size = np.maximum(high - low, 1e-3 * np.abs(vertices).max() + 1e-9)
+    origins = rng.uniform(low - size, high + size, (count, 3))
+    directions = rng.normal(size=(count, 3))
+    part = np.array_split(np.arange(count), 10)
+    corners = vertices[faces[rng.integers(0, len(faces), count)]]
+    directions[part[0]] = corners[part[0], 0] - origins[part[0]]
+    directions[part[1]] = (corners[part[1], 0] + corners[part[1], 1]) / 2 - origins[part[1]]
+    directions[part[2]] *= [0, 0, 1]
+    directions[part[3]] *= [1, -0.0, 1]
+    origins[part[4]] = corners[part[4]].mean(axis=1)
+    edge = corners[part[5], 1] - corners[part[5], 0]
+    origins[part[5]] = corners[part[5], 0] - edge
+    directions[part[5]] = edge * (1 + 1e-6 * rng.normal(size=edge.shape))
+    origins[part[6]] = corners[part[6], 2] - [0, 0, 3]
+    directions[part[6]] = [0, 0, 1]
+    directions[part[7]] *= 10.0 ** rng.uniform(-10, 10, (len(part[7]), 1))
+    directions[part[8][::7]] = 0
+    directions[part[8][1::7]] = np.nan
+    origins[part[8][2::7]] = np.inf
+    directions[part[8][3::7]] = [np.inf, 0, 1]
+    directions[part[8][4::7]] = [1, 1e-42, -1e-42]
+    return origins, directions
+
+
+USUAL = (several_shapes, all_primitives, far_away, all_sizes)
+HARD = (exponentially_spaced, one_centroid)
+HARD_AND_LONG = (many_with_one_centroid, identical, one_triangle)
+
+
+@lru_cache
+def mesh_and_rays(shape, count):
+    """(mesh in f32 coordinates, origins, directions) of one of the shapes, the same every time."""
+    rng = np.random.default_rng(20)
+    mesh = shape(rng)
+    mesh.vertices = mesh.vertices.astype(np.float32).astype(np.float64)
+    return mesh, *rays_of_all_kinds(rng, mesh, count)
+
+
+class Answers:
+    """What one form of an intersector answers on a mesh: to all rays, to those of an interval, and to those that begin
+    or end exactly where the nearest hit is."""
+
+    def __init__(self, part, fast, mesh, test, origins, directions, nearest=None):
+        scene = tt.SceneData(mesh, intersector=part, triangle_test=test, fast=fast)
+        some = slice(None, None, 8)
+        self.hits = {"all": scene.intersect(origins, directions)}
+        nearest = self.hits["all"].distance[some] if nearest is None else nearest
+        intervals = {
+            "0.5 < t < 1.5": {"t_min": 0.5, "t_max": 1.5},
+            "before the nearest hit": {"t_max": nearest},
+            "after the nearest hit": {"t_min": np.where(np.isfinite(nearest), nearest, 0)},
+        }
+        self.blocked = {"all": scene.occluded(origins, directions)}
+        for name, interval in intervals.items():
+            self.hits[name] = scene.intersect(origins[some], directions[some], **interval)
+            self.blocked[name] = scene.occluded(origins[some], directions[some], **interval)
+        self.nearest = nearest
+        scene.destroy()
+
+
+@lru_cache
+def truth(shape, count, test):
+    """The answers of brute force, plain, for one of the shapes."""
+    mesh, origins, directions = mesh_and_rays(shape, count)
+    return Answers(TRUTH, False, mesh, test, origins, directions)
+
+
+# ── the checks ──
+
+
+def check_intersector(part, fast=True):
+    """All that an intersector must do, but for the hard shapes, in one of its forms."""
+    for shape in USUAL:
+        assert check_equals_brute_force(part, fast, shape).is_hit.mean() > 0.02
+    for test in PARTS.names("triangle test"):
+        if test != "watertight":
+            check_equals_brute_force(part, fast, several_shapes, test)
+    check_nothing_to_hit(part, fast)
+
+
+def check_equals_brute_force(part, fast, shape, test="watertight", count=RAYS):
+    """The same answers for one of the shapes; returns the ``RayHits`` of brute force."""
+    return check_same(part, fast, test, truth(shape, count, test), *mesh_and_rays(shape, count), shape.__name__)
+
+
+def check_same(part, fast, test, expected, mesh, origins, directions, name):
+    """Hit, t, barycentrics, normals, ids and sides to the last bit, and whether anything is in the way."""
+    found = Answers(part, fast, mesh, test, origins, directions, expected.nearest)
+    for rays, hits in expected.hits.items():
+        what = f"{part.name}, {test}, {name}, {rays}"
+        for field in FIELDS:
+            a, b = getattr(hits, field), getattr(found.hits[rays], field)
+            wrong = np.flatnonzero((a != b).reshape(len(a), -1).any(axis=1))
+            step = len(origins) // len(a)
+            assert len(wrong) == 0, (
+                f"{what}: {field} is {b[wrong[0]]}, not {a[wrong[0]]}, and {len(wrong)} of {len(a)} rays differ from "
+                f"brute force; the first is {[v[wrong[0] * step].tolist() for v in (origins, directions)]}"
+            )
+        assert (expected.blocked[rays] == hits.is_hit).all(), (
+            f"brute force, {test}, {name}, {rays}: occluded is not hit"
+        )
+        assert (found.blocked[rays] == hits.is_hit).all(), f"{what}: occluded and intersect do not agree"
+    return expected.hits["all"]
+
+
+def check_nothing_to_hit(part, fast=True):
+    """No triangles, or none that a ray could meet."""
+    for vertices, faces in (
+        (np.zeros((0, 3)), np.zeros((0, 3), int)),
+        ([[np.nan, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]),
+    ):
+        scene = tt.scene_from_mesh(vertices, faces, intersector=part, fast=fast)
+        hits = scene.intersect([[0, 0, 1.0]], [[0, 0, -1.0]])
+        assert not hits.is_hit[0], f"{part.name}: hits something in an empty scene"
+        assert hits.triangle_id[0] == -1, f"{part.name}: the id of a miss is {hits.triangle_id[0]}"
+        assert hits.distance[0] == np.inf, f"{part.name}: the distance of a miss is {hits.distance[0]}"
+
+
+def check_hard_shape(part, fast, shape):
+    """The build ends, and the answers are right on rays that hit."""
+    hits = check_equals_brute_force(part, fast, shape, count=200)
+    assert hits.is_hit.any()
+    if shape is identical:
+        assert set(hits.triangle_id[hits.is_hit]) == {0}
