@@ -16,7 +16,7 @@ import os
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
-# Taichi ends the process on import where no home is known; ``expanduser`` asks the system for the user's.
+# If the variable HOME is missing, Taichi ends the process on import. ``expanduser`` asks the system for the folder.
 if os.name == "posix":
     os.environ.setdefault("HOME", os.path.expanduser("~"))
 

@@ -30,7 +30,7 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
 
-# What a pixel takes at most: numbers of the running precision on the film and among the kept hits, and other bytes.
+# The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 23, 52
 
 

@@ -72,14 +72,13 @@ class Film:
         shape = (width, height)
         self.canvas = ti.Vector.field(3, float)
         fields.dense(ti.ij, shape).place(self.canvas)  # separate from the sums, because windows read it directly
-        # All sums of a pixel lie side by side in memory, in few cache lines.
         self.count, pixel = ti.field(ti.i32), fields.dense(ti.ij, shape)
         pixel.place(self.count)
         if self.keeps_deviation:
             self.deviation = ti.Vector.field(3, float)
             pixel.place(self.deviation)
-        # The numbers of a half lie side by side, but the two halves of the picture lie apart: a sample of every pixel
-        # writes to one half only, and the memory of the other half need not be written back.
+        # In memory, the numbers of a half lie side by side, but the two halves of the picture lie apart. A pass over
+        # all pixels writes to only one half; then the memory of the other half need not be written back.
         self.half_count = ti.field(ti.i32)
         self.total, self.rest = ti.Vector.field(3, float), ti.Vector.field(3, float)
         fields.dense(ti.k, self.halves).dense(ti.ij, shape).place(self.half_count, self.total, self.rest)
