@@ -447,6 +447,7 @@ class A1Renderer(ProgressiveRenderer):
 
 @register
 @ti.data_oriented
+@seams()
 class A2Renderer(ProgressiveRenderer):
     """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
 

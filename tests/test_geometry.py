@@ -1,11 +1,14 @@
-"""What is taken out of a mesh before rays meet it, and what is refused."""
+"""What is taken out of a mesh before rays meet it, what is refused, and what of it kernels can read."""
 
 import numpy as np
 import pytest
-from shapes import SQUARE
+import taichi as ti
+from shapes import SQUARE, with_spheres
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh, check, clean
+from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.system import runtime
 
 
 def square_with(extra_vertices=(), extra_faces=()):
@@ -91,3 +94,126 @@ def test_shading_normals_are_interpolated_and_face_the_ray(precision):
     np.testing.assert_allclose(below.geometric_normal, [[0, 0, -1]] * 3, atol=1e-6)
     assert below.is_backfacing.all()
     assert not hits.is_backfacing.any()
+
+
+# ── one numbering for triangles and spheres ──
+
+SPHERES = [(0, 0, 0, 1), (3, 0, 0, 2), (5, 1, 0, 0.5)]
+
+
+def test_primitives_are_numbered_as_the_file_has_them():
+    mesh = with_spheres(SPHERES, *SQUARE, sphere_materials=np.array([0, 2, 2], np.int32))
+    assert mesh.sphere_ids.tolist() == [0, 2, 4]
+    assert mesh.num_primitives == 5
+    assert mesh.primitives().tolist() == [-1, 0, -2, 1, -3]
+    assert mesh.used_materials().tolist() == [0, 2]
+    assert with_spheres(SPHERES).primitives().tolist() == [-1, -2, -3]
+    assert Mesh(*SQUARE).primitives().tolist() == [0, 1]
+
+
+def test_what_a_mesh_calls_for():
+    mesh = Mesh(*SQUARE)
+    assert not mesh.has_vertex_normals
+    assert not mesh.has_culling
+    mesh.face_normals, mesh.face_culls = np.full((2, 3), -1), np.zeros(2, bool)
+    assert not mesh.has_vertex_normals
+    assert not mesh.has_culling
+    mesh.face_normals[1, 2], mesh.face_culls[0] = 0, True
+    assert mesh.has_vertex_normals
+    assert mesh.has_culling
+
+
+def test_spheres_that_cannot_be_are_dropped_and_told(f32):
+    mesh = with_spheres([(0, 0, 0, 1), (np.nan, 0, 0, 1), (0, 0, 0, 0), (0, 0, 0, -1)])
+    scene = tt.SceneData(mesh)
+    assert scene.dropped == 3
+    assert "3 of 4 primitives dropped (1 with a NaN or infinite vertex, 2 without area)" in scene.notes[0]
+    assert scene.intersect([0, 0, 5], [0, 0, -1]).distance[0] == 4
+    assert scene.intersect([0, 0, 5], [0, 0, -1]).triangle_id[0] == 0  # the others keep their numbers
+
+
+@pytest.mark.parametrize("dropped", [0, 1])
+def test_hittable_primitives_keep_their_numbers_and_have_their_boxes(f32, dropped):
+    vertices, faces = SQUARE[0], SQUARE[1].copy()
+    if dropped:
+        faces[0] = 0
+    scene = tt.SceneData(with_spheres(SPHERES, vertices, faces))
+    ids, boxes = scene.geometry.hittable()
+    rows = [1] if dropped else [0, 1]
+    assert ids.tolist() == [*([3] if dropped else [1, 3]), 0, 2, 4]
+    np.testing.assert_array_equal(boxes[: len(rows), :3], [vertices[faces[row]].min(axis=0) for row in rows])
+    np.testing.assert_array_equal(boxes[: len(rows), 3:], [vertices[faces[row]].max(axis=0) for row in rows])
+    np.testing.assert_array_equal(
+        boxes[len(rows) :], [[-1] * 3 + [1] * 3, [1, -2, -2, 5, 2, 2], [4.5, 0.5, -0.5, 5.5, 1.5, 0.5]]
+    )
+    np.testing.assert_array_equal([scene.geometry.low, scene.geometry.high], [[-1, -2, -2], [5.5, 2, 2]])
+
+
+# ── what kernels can read ──
+
+
+@ti.kernel
+def _read(geometry: ti.template(), out: ti.types.ndarray(ndim=2)):
+    for i in range(geometry.n_triangles):
+        ids, corner = geometry.triangle_vertex_ids[i], geometry.vertices[geometry.triangle_vertex_ids[i].y]
+        normal = geometry.unit_normals[i]
+        for k in ti.static(range(3)):
+            out[i, k], out[i, 3 + k], out[i, 6 + k] = ids[k], corner[k], normal[k]
+        out[i, 9], out[i, 10] = geometry.triangle_material_ids[i], geometry.thinness[i]
+
+
+def test_triangles_have_the_handouts_names(precision):
+    mesh = Mesh(*SQUARE, face_materials=np.array([1, 0], np.int32), materials=[tt.Material(), tt.Material()])
+    geometry = tt.SceneData(mesh).geometry
+    out = np.zeros((2, 11), runtime.dtype())
+    _read(geometry, out)
+    np.testing.assert_array_equal(out[:, :3], SQUARE[1])
+    np.testing.assert_array_equal(out[:, 3:6], SQUARE[0][SQUARE[1][:, 1]])
+    np.testing.assert_array_equal(out[:, 6:9], [[0, 0, 1]] * 2)
+    np.testing.assert_array_equal(out[:, 9], [1, 0])
+    np.testing.assert_allclose(out[:, 10], 1, rtol=1e-6)  # the two shortest edges stand at a right angle
+    assert (geometry.n_triangles, geometry.n_spheres, geometry.n_primitives) == (2, 0, 2)
+
+
+@ti.kernel
+def _normals(geometry: ti.template(), out: ti.types.ndarray(ndim=2)):
+    for i in range(geometry.n_triangles):
+        ids = geometry.triangle_normal_ids[i]
+        for k in ti.static(range(3)):
+            n = geometry.normals[ids[k]]
+            for j in ti.static(range(3)):
+                out[3 * i + k, j] = n[j]
+
+
+@ti.data_oriented
+class Students(RayIntersector):
+    """Replaces something, so that it may ask for any normal."""
+
+    @ti.func
+    def intersect_triangle(self, ray, triangle_id):
+        return RayIntersector.intersect_triangle(self, ray, triangle_id)
+
+
+@pytest.mark.parametrize("has_some", [True, False])
+def test_for_a_students_intersector_every_corner_has_a_normal(precision, has_some):
+    """That of its triangle's plane where the file has none."""
+    mesh = Mesh(*SQUARE)
+    if has_some:
+        mesh.normals, mesh.face_normals = np.array([[0.0, 3, 4]]), np.array([[0, -1, 0], [-1, -1, -1]])
+    geometry = tt.SceneData(mesh, intersector=Students).geometry
+    out = np.zeros((6, 3), runtime.dtype())
+    _normals(geometry, out)
+    expected = np.tile([0.0, 0, 1], (6, 1))
+    if has_some:
+        expected[[0, 2]] = [0, 3, 4]
+    np.testing.assert_array_equal(out, expected)
+    assert not hasattr(tt.SceneData(Mesh(*SQUARE)).geometry, "normals")
+
+
+def test_normals_that_were_added_shade_nothing(f32):
+    """The plain hit of a triangle without vertex normals is the same with and without them."""
+    mesh = Mesh(*SQUARE, normals=np.array([[0.6, 0.0, 0.8]]), face_normals=np.array([[0, 0, 0], [0, -1, 0]]))
+    scenes = tt.SceneData(mesh), tt.SceneData(mesh, intersector=Students)
+    origins = [[0.5, 0.25, 1], [-0.5, 0.25, 1]]
+    for scene in scenes:
+        np.testing.assert_allclose(scene.intersect(origins, [0, 0, -1]).normal, [[0.6, 0, 0.8], [0, 0, 1]], rtol=1e-6)

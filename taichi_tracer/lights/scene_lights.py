@@ -66,7 +66,7 @@ class SceneLights:
         if ti.static(hasattr(self.far[i], "sample_direction")):
             w_i, pdf = self.far[i].sample_direction(xi)
         else:
-            w_i, _, _, pdf = self.far[i].sample(x, xi)
+            w_i, distance, light, pdf = self.far[i].sample(x, xi)
         return w_i, pdf
 
     @ti.func

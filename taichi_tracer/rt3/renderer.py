@@ -7,10 +7,12 @@ from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.renderer import A2Renderer, ProgressiveRenderer
 from taichi_tracer.rt3.document import Shot
 from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import seams
 
 
 @register
 @ti.data_oriented
+@seams()
 class RT3Renderer(ProgressiveRenderer):
     """A picture of a scene with one of RT3's integrators. Arguments as for ``ProgressiveRenderer``."""
 

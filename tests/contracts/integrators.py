@@ -1,0 +1,159 @@
+"""What every integrator must do: finite samples everywhere; and of an estimator, a mean that is the radiance.
+
+The means are those of a diffuse plane, on which nothing casts a shadow, so that they are known in closed form however
+many times light is reflected. An estimator is held to: emission, light from all directions, light from a single one,
+and what rays see that meet nothing.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+from shapes import SQUARE
+from support import DEBUG
+
+import taichi_tracer as tt
+from contracts.cameras import rays
+from contracts.intersectors import all_primitives
+from contracts.statistics import ALPHA, largest_z
+from taichi_tracer.geometry import Mesh
+
+SIZE, SPP = (6, 2) if DEBUG else (32, 256)
+KD, KE = np.array([0.8, 0.5, 0.2]), np.array([0.0, 0.3, 0.1])
+ROUNDING = 3e-6  # of the mean of samples that are all alike
+ALPHA_OF_ONE = ALPHA / 2  # of the two scenes
+SUN, IRRADIANCE = np.array([0.48, 0.8, 0.36]), np.array([2.0, 1.0, 0.5])
+SKY_ROWS = 8
+
+
+@ti.data_oriented
+class Sun(tt.Light):
+    """Light from one direction: a delta light, infinitely far away."""
+
+    name, is_delta, is_far = "sun of the contract", True, True
+
+    @ti.func
+    def sample(self, x, xi):
+        w_i = tm.vec3(SUN[0], SUN[1], SUN[2])
+        return w_i, tm.inf, tm.vec3(IRRADIANCE[0], IRRADIANCE[1], IRRADIANCE[2]), 1.0
+
+
+def sky():
+    """(8, 16, 3): each row of texels has its own radiance."""
+    rows = np.random.default_rng(11).uniform(0.1, 2, (SKY_ROWS, 1, 3))
+    return np.tile(rows, (1, 2 * SKY_ROWS, 1))
+
+
+def plane(**options):
+    """A square on the ground, seen from above its edge, so that half of the picture is sky."""
+    corners = SQUARE[0][:, [0, 2, 1]] * 3
+    material = tt.Material(Kd=tuple(KD), Ke=tuple(options.pop("emission", (0.0, 0.0, 0.0))))
+    return tt.SceneData(Mesh(corners, SQUARE[1], materials=[material]), **options)
+
+
+def camera():
+    """Over the edge of the square, towards its middle and the horizon behind it."""
+    return tt.Camera(SIZE, SIZE, eye=(0.2, 1.5, 4), at=(0, 1.2, 0), fov=70)
+
+
+def corner_rays(camera):
+    """(h, w, 4, 3) directions to the corners of every pixel, top row first."""
+    y, x = np.mgrid[0:SIZE, 0:SIZE][:, ::-1]
+    corners = [(dx, dy) for dx in (-0.5, 0.5) for dy in (-0.5, 0.5)]
+    pixels = np.stack([np.stack([x + dx, y + dy], axis=-1) for dx, dy in corners], axis=2)
+    return rays(camera, pixels.reshape(-1, 2))[1].reshape(SIZE, SIZE, 4, 3)
+
+
+@lru_cache
+def regions():
+    """(h, w) bool, pixels that see nothing but the square, and those of the upper sky; (h, w) the row of texels there.
+
+    The row is −1 where a pixel sees two.
+    """
+    looking = camera()
+    d = corner_rays(looking)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = -looking.eye[1] / d[..., 1]
+        ground = looking.eye + t[..., None] * d
+    on_square = (d[..., 1] < 0) & (np.abs(ground[..., [0, 2]]) < 2.99).all(axis=-1)
+    row = np.floor(np.arccos(np.clip(d[..., 1], -1, 1)) / np.pi * SKY_ROWS).astype(int)
+    row = np.where((row == row[..., :1]).all(axis=2), row[..., 0], -1)
+    return on_square.all(axis=2), (d[..., 1] > 0).all(axis=2), row
+
+
+# ── the checks ──
+
+
+def check_estimator(estimator):
+    """The means of an estimator; ``check_samples_are_finite`` is another check, which takes longer."""
+    check_constant_light(estimator)
+    check_sky_sun_and_emission(estimator)
+
+
+def check_constant_light(estimator):
+    """Under light of 1.5 from everywhere the plane has the radiance 1.5 Kd, and a miss shows 1.5."""
+    scene = plane(environment=np.full((2, 4, 3), 1.5))
+    image, spread = rendered(estimator, scene)
+    square, above, _ = regions()
+    check_mean(estimator, "a plane under constant light", image, spread, square, 1.5 * KD)
+    _agree(estimator, "the sky", image[above], 1.5)
+
+
+def check_sky_sun_and_emission(estimator):
+    """Ke + Kd Σ L_k (cos² θ_k − cos² θ_k+1) + Kd/π E cos θ for rows of sky L_k between polar angles, and a sun E."""
+    scene = plane(environment=sky(), lights=[Sun()], emission=KE)
+    image, spread = rendered(estimator, scene)
+    square, above, row = regions()
+    rows = sky()[: SKY_ROWS // 2, 0]
+    cosine = np.cos(np.pi * np.arange(SKY_ROWS // 2 + 1) / SKY_ROWS)
+    from_sky = (rows * (cosine[:-1] ** 2 - cosine[1:] ** 2)[:, None]).sum(axis=0)
+    expected = KE + KD * (from_sky + IRRADIANCE * SUN[1] / np.pi)
+    check_mean(estimator, "a plane under sky and sun", image, spread, square, expected)
+    clear = above & (row >= 0)
+    assert clear.any()
+    _agree(estimator, "the sky", image[clear], sky()[row, 0][clear])
+
+
+def rendered(estimator, scene):
+    """(h, w, 3) picture and variance of the mean of its samples; all samples must be finite."""
+    renderer = tt.A2Renderer(scene, camera=camera(), sampler="independent", integrator=estimator).render(SPP)
+    assert renderer.non_finite == 0, (
+        f"{estimator.name}: {renderer.non_finite} samples are not finite, the first of (x, y, sample) "
+        f"{renderer.film.non_finite_samples()[0]}"
+    )
+    return renderer.image().astype(np.float64), renderer.film.variance_of_mean().astype(np.float64)
+
+
+def check_mean(estimator, what, image, variance, region, expected):
+    """z-test of the mean over a region, for each colour, at the level of ``largest_z`` for all of them."""
+    assert region.sum() > 0.1 * region.size
+    mean = image[region].mean(axis=0)
+    if DEBUG:  # too few samples for statistics: bounds are what is tested
+        return
+    spread = np.sqrt(variance[region].mean(axis=0) / region.sum()) + ROUNDING * np.abs(expected)
+    z = np.abs(mean - expected) / spread
+    assert z.max() < largest_z(len(expected), ALPHA_OF_ONE), (
+        f"{estimator.name}: {what} has the radiance {mean}, not {expected}: {z.max():.1f} standard errors"
+    )
+
+
+def _agree(estimator, what, found, expected):
+    off = np.abs(found - expected).max()
+    assert off < 1e-5 * np.max(expected), f"{estimator.name}: a miss does not see {what}: off by {off:.2g}"
+
+
+def check_samples_are_finite(integrator):
+    """Triangles, spheres, vertex normals, one-sided triangles, all shipped BRDFs: finite, and none below 0."""
+    mesh = all_primitives(np.random.default_rng(20))
+    mesh.materials = [tt.Material(Kd=(0.7, 0.6, 0.5), Ns=ns) for ns in (1.0, 50.0, 1e21)]
+    mesh.face_materials = (np.arange(len(mesh.faces)) % 3).astype(np.int32)
+    mesh.sphere_materials = (np.arange(len(mesh.spheres)) % 3).astype(np.int32)
+    scene = tt.SceneData(mesh, environment="studio", lights=[Sun()])
+    renderer_class = tt.RT3Renderer if integrator.what == "integrator" else tt.A2Renderer
+    around = tt.Camera(SIZE, SIZE, eye=(0.5, 1, 4), at=(0, 0, 0), fov=50)
+    renderer = renderer_class(scene, camera=around, integrator=integrator).render(min(SPP, 16))
+    assert renderer.non_finite == 0, f"{integrator.name}: {renderer.non_finite} samples are not finite"
+    image = renderer.image()
+    assert np.isfinite(image).all(), f"{integrator.name}: {np.isnan(image).any(axis=2).sum()} pixels are not finite"
+    assert (image >= 0).all(), f"{integrator.name}: {image.min()} is below 0"

@@ -1,0 +1,175 @@
+"""What every light must do: samples that follow its density, radiance that is that of the ray, right distances.
+
+Directions leave the point that is lit. Densities are per solid angle. A light that is not infinitely far away is met by
+rays: the checks are given the intersector of a scene that contains it.
+"""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+import taichi_tracer as tt
+from contracts.statistics import SphereCells, chi_square_p, sidak
+from taichi_tracer.ray import no_hit
+from taichi_tracer.system import runtime
+
+SAMPLES = 100_000
+POINTS = np.array([[0.0, 0.0, 0.0], [0.7, -0.3, 0.4], [-30.0, 20.0, 10.0]])  # that are lit
+PDF_TOLERANCE = 5e-3  # of ∫ pdf dω, where the cells are not fine enough for a kink of the density
+VALUE_TOLERANCE = 1e-4  # between what ``sample`` returns and what is asked for its direction
+FEW = 5e-3  # of the samples, which rounding moves over an edge, such as that of a texel
+
+
+@ti.data_oriented
+class Bench:
+    """A light in a scene, to be asked from Python.
+
+    Args:
+        intersector: of a scene that contains the light; None where rays meet nothing.
+        points: (N, 3) that are lit.
+    """
+
+    def __init__(self, light, intersector=None, points=POINTS):
+        self.points = points
+        self.light, self.intersector, self.is_near = light, intersector, intersector is not None
+        light.prepare()
+
+    def sample(self, x, xi):
+        """w_i (N, 3), distance (N,), radiance (N, 3), pdf (N,), all float64, of (N, 2) random numbers at a point x."""
+        out = np.zeros((len(xi), 8), runtime.dtype())
+        self._sample(ti.Vector(x), np.ascontiguousarray(xi, runtime.dtype()), out)
+        out = out.astype(np.float64)
+        return out[:, :3], out[:, 3], out[:, 4:7], out[:, 7]
+
+    def values(self, x, w_i):
+        """pdf (N,) and radiance (N, 3), float64, of (N, 3) directions from a point x."""
+        out = np.zeros((len(w_i), 4), runtime.dtype())
+        self._values(ti.Vector(x), np.ascontiguousarray(w_i, runtime.dtype()), out)
+        out = out.astype(np.float64)
+        return out[:, 0], out[:, 1:]
+
+    @ti.kernel
+    def _sample(self, x: tm.vec3, xi: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=2)):
+        for i in range(xi.shape[0]):
+            w_i, distance, radiance, pdf = self.light.sample(x, tm.vec2(xi[i, 0], xi[i, 1]))
+            out[i, 3], out[i, 7] = distance, pdf
+            for k in ti.static(range(3)):
+                out[i, k], out[i, 4 + k] = w_i[k], radiance[k]
+
+    @ti.kernel
+    def _values(self, x: tm.vec3, w_i: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=2)):
+        for i in range(w_i.shape[0]):
+            ray = tt.Ray(origin=x, direction=tm.vec3(w_i[i, 0], w_i[i, 1], w_i[i, 2]))
+            hit = no_hit()
+            if ti.static(self.is_near):
+                hit = self.intersector.query_segment(ray, 0.0, tm.inf)
+            radiance = self.light.radiance(ray, hit)
+            out[i, 0] = self.light.pdf(x, ray.direction, hit)
+            for k in ti.static(range(3)):
+                out[i, 1 + k] = radiance[k]
+
+
+def pairs(count, seed):
+    """(count, 2) random numbers below 1, in f32 too."""
+    return np.random.default_rng(seed).random((count, 2), dtype=np.float32)
+
+
+def everywhere(count=2000):
+    """(count, 3) unit vectors: uniform on the sphere, and the axes."""
+    d = np.random.default_rng(3).normal(size=(count, 3))
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    return np.concatenate([axes, d / np.linalg.norm(d, axis=1, keepdims=True)])
+
+
+# ── the checks ──
+
+
+def check_light(light, intersector=None, cells=None):
+    """All that a light which is given to a scene must do; arguments as for ``check_light_of_samples``."""
+    check_light_of_samples(light, intersector, cells)
+    check_facts(light)
+
+
+def check_light_of_samples(light, intersector=None, cells=None):
+    """All that is asked of it in kernels.
+
+    Args:
+        intersector: of a scene that contains the light, unless it is infinitely far away or a delta light.
+        cells: ``SphereCells`` at whose edges the density may jump; chosen by the samples when None.
+    """
+    bench = Bench(light, intersector)
+    check_samples_are_legal(bench)
+    if light.is_delta:
+        check_delta(bench)
+    else:
+        check_sample_agrees_with_values(bench)
+        check_sample_follows_pdf(bench, cells)
+
+
+def check_samples_are_legal(bench):
+    """Directions of unit length; finite radiance and densities, of at least 0; distances above 0, ∞ where it is far."""
+    light, corner = bench.light, np.float32(1) - np.float32(2**-24)
+    xi = np.concatenate([[[0, 0], [0, corner], [corner, 0], [corner, corner]], pairs(5000, seed=1)])
+    for x in bench.points:
+        w_i, distance, radiance, pdf = bench.sample(x, xi)
+        what = f"{light.name} at {x}"
+        assert np.isfinite(w_i).all(), f"{what}: sample returns a direction that is not finite"
+        length = np.linalg.norm(w_i, axis=1)
+        assert np.abs(length - 1).max() < 1e-5, f"{what}: sample returns a vector of length {length.max()}"
+        assert np.isfinite(radiance).all(), f"{what}: sample returns a radiance that is not finite"
+        assert (radiance >= 0).all(), f"{what}: sample returns a radiance of {radiance.min()}"
+        assert np.isfinite(pdf).all(), f"{what}: sample returns a pdf that is not finite"
+        assert (pdf > 0).all(), f"{what}: sample returns a pdf of {pdf.min()}"
+        assert (distance > 0).all(), f"{what}: the light is at the distance {distance.min()}"
+        assert (np.isinf(distance) == light.is_far).all(), f"{what}: distance is {distance[0]}, is_far {light.is_far}"
+        density, seen = bench.values(x, everywhere())
+        for name, value in (("pdf", density), ("radiance", seen)):
+            assert np.isfinite(value).all(), f"{what}: {name} is not finite"
+            assert (value >= 0).all(), f"{what}: {name} is {value.min()}"
+
+
+def check_delta(bench):
+    """A pdf of 1; no ray sees it; from everywhere its samples lie in one place, or if it is far, in one direction."""
+    light, xi = bench.light, pairs(50, seed=2)
+    ends = []
+    for x in bench.points:
+        w_i, distance, _, pdf = bench.sample(x, xi)
+        assert (pdf == 1).all(), f"{light.name}: sample of a delta light returns a pdf of {pdf[pdf != 1][0]}, not 1"
+        density, seen = bench.values(x, np.concatenate([w_i, everywhere(200)]))
+        assert not density.any(), f"{light.name}: pdf of a delta light is 0"
+        assert not seen.any(), f"{light.name}: no ray sees a delta light: radiance is 0"
+        ends.append(w_i if light.is_far else x + distance[:, None] * w_i)
+    off = np.ptp(np.array(ends), axis=0).max()
+    what = "directions differ" if light.is_far else "distances are wrong: seen from several points, its places differ"
+    assert off < VALUE_TOLERANCE * (1 + np.abs(ends).max()), f"{light.name}: the {what} by {off:.2g}"
+
+
+def check_sample_agrees_with_values(bench):
+    """``sample`` returns the density and the radiance that ``pdf`` and ``radiance`` have for its direction."""
+    for x in bench.points:
+        w_i, _, radiance, pdf = bench.sample(x, pairs(5000, seed=3))
+        density, seen = bench.values(x, w_i)
+        for name, a, b in (("pdf", pdf, density), ("radiance", radiance, seen)):
+            off = np.abs(a - b) > VALUE_TOLERANCE * (np.abs(a) + np.abs(b))
+            assert off.mean() < FEW, (
+                f"{bench.light.name}: sample returns the {name} {a[off][0]}, but that of its direction is {b[off][0]}"
+            )
+
+
+def check_sample_follows_pdf(bench, cells=None):
+    """χ² of the samples, at the level that ``sidak`` gives for all points; ∫ pdf = 1."""
+    for i, x in enumerate(bench.points):
+        w_i = bench.sample(x, pairs(SAMPLES, seed=10 + i))[0]
+        own = SphereCells.of_samples(bench.sample(x, pairs(10_000, seed=20 + i))[0]) if cells is None else cells
+        integrals = own.integrals(lambda directions, x=x: bench.values(x, directions)[0])
+        assert abs(integrals.sum() - 1) < PDF_TOLERANCE, (
+            f"{bench.light.name} at {x}: the integral of pdf is {integrals.sum():.5f}"
+        )
+        p = chi_square_p(own.counts(w_i), SAMPLES * integrals)
+        assert p > sidak(len(bench.points)), f"{bench.light.name} at {x}: the samples are not those of pdf: p = {p:.1e}"
+
+
+def check_facts(light):
+    """What checkpoints know of it is the same when asked twice, and is that of this light: no address in memory."""
+    assert light.facts() == light.facts()
+    assert " at 0x" not in repr(light.facts()), f"{light.name}: facts differ from run to run: {light.facts()}"

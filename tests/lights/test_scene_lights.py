@@ -1,0 +1,270 @@
+"""All lights together: far ones add up and share the samples, single ones are sampled each, and walls hide both."""
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+from oracles import light as oracle
+from probe import put, vec3
+from shapes import SQUARE
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.formulas.warps import uniform_sphere
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.lights.base import Light
+from taichi_tracer.materials import Material
+from taichi_tracer.ray import Ray, no_hit
+from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.system.seams import in_kernels
+
+KD = np.array([0.8, 0.5, 0.2])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@ti.data_oriented
+class Point(Light):
+    """I / d² from one point."""
+
+    name, is_delta = "point", True
+
+    def __init__(self, place, intensity):
+        self.place, self.intensity = tuple(map(float, place)), tuple(map(float, intensity))
+
+    @ti.func
+    def sample(self, x, xi):
+        to_light = tm.vec3(self.place) - x
+        distance = to_light.norm()
+        return to_light / distance, distance, tm.vec3(self.intensity) / distance**2, 1.0
+
+
+@ti.data_oriented
+class Half(Light):
+    """One colour from all directions with y > 0, sampled uniformly on the whole sphere."""
+
+    name, is_far = "half", True
+
+    def __init__(self, color):
+        self.color = tuple(map(float, color))
+
+    @ti.func
+    def sample(self, x, xi):
+        w = uniform_sphere(xi)
+        return w, tm.inf, self.along(w), 1 / (4 * tm.pi)
+
+    @ti.func
+    def pdf(self, x, w_i, hit):
+        return 1 / (4 * tm.pi)
+
+    @ti.func
+    def radiance(self, ray, hit):
+        value = tm.vec3(0)
+        if not hit.is_hit:
+            value = self.along(ray.direction)
+        return value
+
+    @ti.func
+    def along(self, w):
+        return ti.select(w.y > 0, tm.vec3(self.color), tm.vec3(0))
+
+
+def lit_square(**options):
+    """A white-ish square at z = 0 that faces +z, seen from above."""
+    mesh = Mesh(*SQUARE, materials=[Material(Kd=tuple(KD))])
+    view = {"eye": (0, 0, 4), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 20.0}
+    return tt.SceneData(mesh, view=view, **options)
+
+
+# ── which lights there are ──
+
+
+def test_far_lights_are_those_that_rays_can_see():
+    scene = lit_square(environment="studio", lights=[Point((0, 0, 1), (1, 1, 1)), Half((1, 0, 0))])
+    lights = scene.in_kernels().lights
+    assert [light.name for light in lights.far] == ["environment", "half"]
+    assert [light.name for light in lights.single] == ["point"]
+    assert scene.in_kernels().effects.lights == ("point", "half")
+    for environment in (None, "black"):
+        assert lit_square(environment=environment).in_kernels().lights.far == ()
+
+
+@ti.kernel
+def _far(lights: ti.template(), xi: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=2)):
+    for i in range(xi.shape[0]):
+        x = tm.vec3(0, 0, 1)
+        w, pdf = lights.sample_far(x, tm.vec2(xi[i, 0], xi[i, 1]))
+        put(out, i, 0, w)
+        out[i, 3], out[i, 4] = pdf, lights.pdf_far(x, w)
+        put(out, i, 5, lights.seen(Ray(origin=x, direction=w), no_hit()))
+
+
+def far_samples(scene, count=100_000):
+    lights = scene.in_kernels().lights
+    lights.prepare()
+    xi = np.random.default_rng(8).random((count, 2)).astype(np.float32)
+    out = np.zeros((count, 8), np.float32)
+    _far(lights, xi, out)
+    return out.astype(float)
+
+
+def test_far_lights_add_up_and_share_the_samples():
+    """Each is asked in half of the cases; the density is that of both together; the mean is ∫ L dω (z < 4.5)."""
+    image = np.zeros((8, 16, 3))
+    image[2, 3] = (40.0, 30.0, 20.0)
+    scene = lit_square(environment=image, lights=[Half((0.25, 0.5, 1.0))])
+    out = far_samples(scene)
+    w, pdf, told, seen = out[:, :3], out[:, 3], out[:, 4], out[:, 5:]
+    np.testing.assert_array_equal(pdf, told)
+    sky = oracle.lookup(image, w)
+    upper = np.where(w[:, 1:2] > 0, [0.25, 0.5, 1.0], 0)
+    assert np.isclose(seen, sky + upper, rtol=1e-5).all(axis=1).mean() > 0.999
+    solid_angle = 2 * np.pi / 16 * (np.cos(np.pi * 2 / 8) - np.cos(np.pi * 3 / 8))
+    exact = image[2, 3] * solid_angle + 2 * np.pi * np.array([0.25, 0.5, 1.0])
+    estimates = seen / pdf[:, None]
+    z = (estimates.mean(axis=0) - exact) / (estimates.std(axis=0) / np.sqrt(len(pdf)))
+    assert np.abs(z).max() < 4.5
+    by_image = sky[:, 0] > 0
+    assert by_image.mean() > 0.5  # half of the samples, and those of the other light that happen to fall there
+    np.testing.assert_allclose(pdf[~by_image], 0.5 / (4 * np.pi), rtol=1e-5)
+    np.testing.assert_allclose(
+        pdf[by_image & (np.abs(w[:, 1]) < 0.6)], 0.5 / (4 * np.pi) + 0.5 / solid_angle, rtol=1e-4
+    )
+
+
+def test_one_far_light_is_asked_without_a_choice():
+    scene = lit_square(lights=[Half((1, 2, 3))])
+    out = far_samples(scene, 1_000)
+    np.testing.assert_allclose(out[:, 3:5], 1 / (4 * np.pi), rtol=1e-6)
+    expected = oracle.lookup(np.zeros((1, 1, 3)), out[:, :3]) + np.where(out[:, 1:2] > 0, [1.0, 2, 3], 0)
+    np.testing.assert_array_equal(out[:, 5:], expected)
+
+
+# ── what hides a light ──
+
+
+@ti.kernel
+def _visible(scene: ti.template(), w: ti.types.ndarray(ndim=2), factor: float, out: ti.types.ndarray(ndim=2)):
+    for i in range(w.shape[0]):
+        ray = Ray(origin=tm.vec3(0.1, 0.2, 0.5), direction=tm.vec3(0, 0, -1))
+        surface = scene.surface_at(ray, scene.ray_intersector.query_ray(ray))
+        put(out, i, 0, scene.visible_radiance(surface, vec3(w, i, 0), tm.vec3(factor)))
+
+
+def visible(scene, directions, factor=1.0):
+    out = np.zeros((len(directions), 3), np.float32)
+    _visible(scene.in_kernels(), np.ascontiguousarray(directions, np.float32), factor, out)
+    return out
+
+
+def test_a_light_is_hidden_by_what_is_in_the_way():
+    """A roof over half of the square, one unit above it; the point that is lit lies at (0.1, 0.2, 0)."""
+    roof = np.array([[0, -1, 1], [1, -1, 1], [1, 1, 1], [0, 1, 1.0]])
+    mesh = Mesh(np.concatenate([SQUARE[0], roof]), np.concatenate([SQUARE[1], SQUARE[1] + 4]))
+    scene = tt.SceneData(mesh, environment=np.full((1, 1, 3), 2.0))
+    directions = oracle.to_unit(np.array([[0, 0, 1], [0.1, 0, 1], [-0.5, 0, 1], [0, 0.3, -1.0]]))
+    assert visible(scene, directions)[:, 0].tolist() == [0, 0, 2, 0]  # roof, roof, sky, below the surface
+
+
+def test_nothing_is_asked_where_the_factor_is_0():
+    """Not even the light: a factor of 0 is a direction that reflects nothing."""
+    scene = lit_square(environment=np.full((1, 1, 3), 2.0))
+    assert visible(scene, [[0, 0, 1]], factor=0.0).tolist() == [[0, 0, 0]]
+    assert visible(scene, [[0, 0, 1]], factor=1e-30).tolist() == [[2, 2, 2]]
+
+
+# ── lights that are sampled one by one, in pictures ──
+
+
+def centre(scene, estimator="uniform", spp=1, **options):
+    """The picture of the square's middle, 8 × 8 pixels."""
+    renderer = A2Renderer(scene, 8, 8, jitter=False, **options).use(estimator)
+    return renderer.render(spp).image().astype(float)
+
+
+@pytest.mark.parametrize("estimator", ["uniform", "brdf", "environment", "mis"])
+def test_a_point_light_is_the_closed_form_in_every_estimator(estimator):
+    """Kd/π I cos θ / d²: without noise, and the same for all, though no ray meets it."""
+    place = np.array([0.3, -0.2, 1.5])
+    scene = lit_square(lights=[Point(place, (3, 2, 1))])
+    renderer = A2Renderer(scene, 8, 8, jitter=False).use(estimator)
+    image = renderer.render(2).image().astype(float)[::-1]
+    tangent = np.tan(np.deg2rad(10))
+    ndc = 2 * (np.arange(8) + 0.5) / 8 - 1
+    x, y = np.meshgrid(-4 * tangent * ndc, 4 * tangent * ndc)  # the courses' frame shows the world mirrored (C-5)
+    to_light = place - np.stack([x, y, np.zeros((8, 8))], axis=2)
+    d2 = (to_light**2).sum(axis=2)
+    expected = KD / np.pi * np.array([3, 2, 1]) * (to_light[..., 2] / d2**1.5)[..., None]
+    np.testing.assert_allclose(image, expected, rtol=2e-5)
+
+
+def test_light_of_several_single_lights_adds_up():
+    a, b = Point((0.3, 0, 1), (1, 0, 0)), Point((-0.5, 0.2, 2), (0, 2, 0))
+    both = centre(lit_square(lights=[a, b]))
+    np.testing.assert_allclose(both, centre(lit_square(lights=[a])) + centre(lit_square(lights=[b])), rtol=1e-5)
+
+
+def test_a_single_light_behind_the_surface_or_hidden_gives_nothing():
+    assert not centre(lit_square(lights=[Point((0, 0, -1), (1, 1, 1))])).any()
+    roof = SQUARE[0] * 3 + [0, 0, 5]  # above the eye, below the light
+    mesh = Mesh(np.concatenate([SQUARE[0], roof]), np.concatenate([SQUARE[1], SQUARE[1] + 4]))
+    view = {"eye": (0, 0, 4), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 20.0}
+    hidden, seen = (tt.SceneData(mesh, view=view, lights=[Point((0, 0, z), (1, 1, 1))]) for z in (6, 4.5))
+    assert not centre(hidden).any()
+    assert centre(seen).all()
+
+
+def test_single_and_far_lights_add_up():
+    """Under an even sky the BRDF's sample has no noise: ρ L + the point's light."""
+    point = Point((0, 0, 1), (1, 1, 1))
+    sky = np.full((1, 1, 3), 0.5)
+    both = centre(lit_square(environment=sky, lights=[point]), "brdf", spp=2)
+    np.testing.assert_allclose(both, centre(lit_square(lights=[point])) + 0.5 * KD, rtol=1e-5)
+
+
+def test_a_light_that_is_neither_far_nor_delta_is_seen_and_sampled():
+    @ti.data_oriented
+    class Glow(Light):
+        name = "glow"
+
+        @ti.func
+        def sample(self, x, xi):
+            return tm.vec3(0, 0, 1), tm.inf, tm.vec3(tm.pi), 1.0
+
+        @ti.func
+        def radiance(self, ray, hit):
+            return tm.vec3(0.125)
+
+    scene = lit_square(lights=[Glow()])
+    np.testing.assert_allclose(centre(scene), np.broadcast_to(KD, (8, 8, 3)), rtol=1e-5)  # f cos L / pdf = Kd
+    lights = scene.in_kernels().lights
+    assert [light.name for light in lights.single] == ["glow"]
+    assert far_samples_seen(lights) == [0.125] * 3
+
+
+@ti.kernel
+def _seen(lights: ti.template(), out: ti.types.ndarray(ndim=2)):
+    put(out, 0, 0, lights.seen(Ray(origin=tm.vec3(0), direction=tm.vec3(0, 0, 1)), no_hit()))
+
+
+def far_samples_seen(lights):
+    out = np.zeros((1, 3), np.float32)
+    _seen(lights, out)
+    return out[0].tolist()
+
+
+def test_only_lights_that_exist_are_compiled(monkeypatch):
+    """A scene with one point light looks at nothing of the far ones."""
+    from taichi_tracer.lights.scene_lights import SceneLights
+
+    @in_kernels
+    def refuse(*_):
+        raise AssertionError("a scene without far lights asked for one")
+
+    monkeypatch.setattr(SceneLights, "visible_far", refuse)
+    assert centre(lit_square(lights=[Point((0, 0, 1), (1, 1, 1))])).any()
+    with pytest.raises(Exception, match="a scene without far lights asked for one"):
+        centre(lit_square(environment="white", lights=[Point((0, 0, 1), (1, 1, 1))]))
