@@ -47,6 +47,7 @@ class ProjectiveCamera(ABC):
     """
 
     kind, name = "camera", ""
+    is_parallel = False  # whether all rays are parallel; then there is no angle between them
     default_fov: float | None = None  # the angle if neither an angle nor a window is given
 
     def __init__(
@@ -375,7 +376,7 @@ class OrthographicCamera(ProjectiveCamera):
     There is no ``fov``, and the focal distance has no effect.
     """
 
-    name = "orthographic"
+    name, is_parallel = "orthographic", True
 
     @classmethod
     def check_fov(cls, fov, screen_window) -> float | None:
@@ -404,7 +405,7 @@ def make_camera(width: int, height: int, projection: str = "perspective", **para
         parameters: as for ``ProjectiveCamera``.
     """
     camera = PARTS.find("camera", projection)
-    if camera.name == "orthographic":
+    if camera.is_parallel:
         parameters = without_angle(parameters, width / height)
     return camera(width, height, **parameters)
 
@@ -426,13 +427,13 @@ def without_angle(view: dict, aspect: float) -> dict:
 
 def change_projection(view: dict, projection: str) -> dict:
     """``view`` for another kind of camera, which shows the same at the point that the camera looks at."""
-    PARTS.find("camera", projection)
+    former, camera = (PARTS.find("camera", one) for one in (view.get("projection", "perspective"), projection))
     changed = {**view, "projection": projection}
     window = view.get("screen_window")
-    if projection != view.get("projection", "perspective") and window is not None and not isinstance(window, str):
+    if camera.is_parallel != former.is_parallel and window is not None and not isinstance(window, str):
         distance = np.linalg.norm(np.asarray(view["at"], np.float64) - np.asarray(view["eye"], np.float64))
         scale = distance / view.get("focal_distance", 1.0)
-        changed["screen_window"] = np.asarray(window) * (scale if projection == "orthographic" else 1 / scale)
+        changed["screen_window"] = np.asarray(window) * (scale if camera.is_parallel else 1 / scale)
     return changed
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.camera import ProjectiveCamera, make_camera, through_pixel
+from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.direct_light import UniformSphere
@@ -60,6 +60,16 @@ class EyeRays:
         return ray, hit
 
 
+def camera_of(chosen, width: int, height: int, view: dict) -> ProjectiveCamera:
+    """The camera that a slot was given, or one of the chosen kind that shows a view."""
+    if chosen is None:
+        return make_camera(width, height, **view)
+    found = PARTS.find("camera", chosen)
+    if isinstance(found, type):
+        return make_camera(width, height, **change_projection(view, found))
+    return found
+
+
 @ti.data_oriented
 @seams("shade_ray")
 class ProgressiveRenderer:
@@ -68,7 +78,8 @@ class ProgressiveRenderer:
     Args:
         scene_data: the scene.
         width, height: size of the picture in pixels.
-        camera: a camera object; with None, the renderer makes a camera of the given size that shows the scene.
+        camera: a camera object, whose size is the size of the picture; or the name or the class of a camera, which is
+            made so that it shows the scene; None takes the camera of the scene.
         jitter: whether eye rays pass through a random point of their pixel (A2-1); None takes the default of the class.
         sampler: the name of a registered sampler, or a ``Sampler``. If it is a ``UniformSampler``, the estimator
             ``uniform`` takes its directions from it.
@@ -90,7 +101,7 @@ class ProgressiveRenderer:
         scene_data: SceneData,
         width: int = 512,
         height: int = 512,
-        camera: ProjectiveCamera | None = None,
+        camera: ProjectiveCamera | type | str | None = None,
         jitter: bool | None = None,
         sampler="sobol",
         seed: int = 0,
@@ -107,7 +118,7 @@ class ProgressiveRenderer:
             if int(number) != number or not 0 <= number < 2**32:
                 raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
         self.scene_data = scene_data
-        self.camera = make_camera(width, height, **scene_data.view) if camera is None else camera
+        self.camera = camera_of(camera, width, height, scene_data.view)
         self.width, self.height = self.camera.width, self.camera.height
         bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
         memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")

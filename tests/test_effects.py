@@ -1,16 +1,31 @@
-"""What a scene calls for is found from it, and leaving out the rest changes no bit of the picture."""
+"""What a scene calls for is found from it; kernels are compiled for that alone, and the rest changes no bit.
+
+What is compiled is seen in the kernels themselves: in the arguments that Taichi specialised them with, in the fields
+that exist, and in code that raises as soon as a kernel looks at it.
+"""
+
+import weakref
 
 import numpy as np
 import pytest
-from shapes import SQUARE
+import taichi as ti
+import taichi.math as tm
+from shapes import SQUARE, random_rays, soup, with_spheres
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer import brdf
+from taichi_tracer.background import Background
+from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.effects import Effects
+from taichi_tracer.environment import Environment
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.materials import Material
-from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.studies import effects as study
+from taichi_tracer.lights.base import Light
+from taichi_tracer.lights.environment_light import EnvironmentLight
+from taichi_tracer.lights.scene_lights import SceneLights
+from taichi_tracer.materials import Material, MaterialLibrary
+from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.renderer import A2Renderer, ProgressiveRenderer
+from taichi_tracer.system.seams import in_kernels
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -18,38 +33,264 @@ def _taichi():
     start("f32")
 
 
-def square_of(*materials, environment=None, used=(0, 0)):
-    mesh = Mesh(*SQUARE, face_materials=np.array(used, np.int32), materials=list(materials))
-    return tt.SceneData(mesh, environment=environment).effects
+@ti.data_oriented
+class Lamp(Light):
+    """A point."""
+
+    name, is_delta = "lamp", True
+
+    @ti.func
+    def sample(self, x, xi):
+        d = tm.vec3(0, 0, 2) - x
+        return tm.normalize(d), d.norm(), tm.vec3(1) / d.norm_sqr(), 1.0
 
 
-def names(effects):
-    return [brdf.ALL[i].name for i in effects.brdfs]
+VIEW = {"eye": (0, 0, 3), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 50.0}
+IMAGE = np.linspace(0.1, 1, 24).reshape(2, 4, 3)
+
+
+def scene_of(*materials, used=(0, 0), mesh=None, **options):
+    """The square, each triangle with one of the materials, tried one by one: what compiles soonest."""
+    if mesh is None:
+        mesh = Mesh(*SQUARE, face_materials=np.array(used, np.int32), materials=list(materials or [Material()]))
+    return tt.SceneData(mesh, **{"view": VIEW, "intersector": "brute_force", **options})
+
+
+# ── what is found ──
+
+
+def brdf_names(scene):
+    return [scene.material_library.brdfs[i].name for i in scene.effects.brdfs]
 
 
 def test_materials_call_for_their_brdfs():
-    assert names(square_of(Material())) == ["diffuse"]
-    assert names(square_of(Material(Ns=30), Material(Ns=1e21), used=(0, 1))) == ["mirror", "phong"]
-    assert names(square_of(Material(), Material(Ns=30))) == ["diffuse"]  # no triangle has the second
+    assert brdf_names(scene_of(Material())) == ["diffuse"]
+    assert brdf_names(scene_of(Material(Ns=30), Material(Ns=1e21), used=(0, 1))) == ["mirror", "phong"]
+    assert brdf_names(scene_of(Material(), Material(Ns=30))) == ["diffuse"]  # no triangle has the second
 
 
-def test_light_is_what_the_environment_and_the_materials_emit():
-    kinds = {name: square_of(Material(), environment=name).environment for name in ("white", "black", "studio")}
+def test_light_is_what_the_environment_the_lights_and_the_materials_emit():
+    kinds = {name: scene_of(environment=name).effects.environment for name in ("white", "black", "studio")}
     assert kinds == {"white": "constant", "black": "black", "studio": "image"}
-    assert square_of(Material()).environment == "none"
-    assert square_of(Material()).is_dark
-    assert not square_of(Material(Ke=(1, 0, 0))).is_dark
-    assert not square_of(Material(), environment="white").is_dark
-    assert square_of(Material(), environment="black").is_dark
+    assert scene_of().effects.environment == "none"
+    assert scene_of().effects.is_dark
+    assert not scene_of().effects.is_lit
+    emitting = scene_of(Material(Ke=(1, 0, 0))).effects
+    assert (emitting.is_dark, emitting.is_lit, emitting.emitters) == (False, False, True)
+    assert not scene_of(Material(), Material(Ke=(1, 0, 0))).effects.emitters  # no triangle has the second
+    assert scene_of(environment="white").effects.is_lit
+    assert scene_of(environment="black").effects.is_dark
+    lit = scene_of(lights=[Lamp()]).effects
+    assert (lit.is_dark, lit.is_lit, lit.lights) == (False, True, ("lamp",))
+
+
+def test_an_environment_with_a_query_of_its_own_is_an_image():
+    @ti.data_oriented
+    class Own(Environment):
+        @ti.func
+        def query_ray(self, ray):
+            return tm.vec3(1)
+
+    assert scene_of(environment=Own(np.zeros((2, 4, 3)))).effects.environment == "image"
+
+
+def test_the_mesh_calls_for_normals_spheres_and_culling():
+    names = ("interpolated_normals", "spheres", "culling", "background")
+    plain = scene_of().effects
+    assert [name for name in names if getattr(plain, name)] == []
+    mesh = with_spheres([(0, 0, 0, 1)], *SQUARE, face_culls=np.array([True, False]))
+    mesh.normals, mesh.face_normals = np.array([[0, 0, 1.0]]), np.array([[0, -1, -1], [-1, -1, -1]])
+    full = scene_of(mesh=mesh, background=(0.5, 0.5, 0.5)).effects
+    assert all(getattr(full, name) for name in names)
 
 
 def test_the_receipt_names_every_effect_with_its_reason():
-    lines = square_of(Material(), environment="white").receipt()
+    scene = scene_of(Material(), environment="white", lights=[Lamp()])
+    lines = scene.effects.receipt()
     text = "\n".join(lines)
-    assert "phong           not simulated, no triangle has a material with Ns > 1" in text
-    assert "look-up         not simulated, its radiance is the same in every direction" in text
-    assert "diffuse         simulated, 1 of 1 materials" in text
-    assert len(lines) == len(brdf.ALL) + 8
+    for line in (
+        "phong           not simulated, no triangle has a material with Ns > 1",
+        "diffuse         simulated, 1 of 1 materials",
+        "look-up         not simulated, its radiance is the same in every direction",
+        "light lamp      simulated, Lamp",
+        "emitters        not simulated, no triangle has a material with Ke > 0",
+        "vertex normals  not simulated, the face's normal is that of every point",
+        "spheres         not simulated, the scene has none",
+        "backface cull   not simulated, all triangles have two sides",
+        "background      not simulated, the scene has none",
+    ):
+        assert line in text
+    other_effects, lights = 8, 1
+    assert len(lines) == len(scene.material_library.brdfs) + other_effects + lights
+    assert scene.receipt()[: len(lines)] == lines
+
+
+def test_unknown_modes_are_named():
+    with pytest.raises(tt.InputError, match="all"):
+        tt.load_scene_data("cube", effects="al")
+
+
+# ── what is compiled ──
+
+
+def rendered(scene, spp=2, **options):
+    """A renderer that has taken samples of the scene by multiple importance sampling."""
+    return A2Renderer(scene, 8, 8, **options).use("mis").render(spp)
+
+
+def specialisations(kernel, owner) -> list[tuple]:
+    """The template arguments of every kernel that Taichi compiled of a method for one object."""
+    keys = kernel._primal.mapper.mapping
+    arguments = [tuple(part() if isinstance(part, weakref.ref) else part for part in key) for key in keys]
+    return [found for found in arguments if found and found[0] is owner]
+
+
+@pytest.mark.parametrize("fast", [True, False])
+def test_the_kernel_is_specialised_with_the_effects_that_the_receipt_prints(fast):
+    """One object: the scene's, the geometry's and the kernel's; and again after each change of the scene."""
+    scene = scene_of(environment="studio", fast=fast)
+    renderer = rendered(scene)
+    (arguments,) = specialisations(ProgressiveRenderer._take_sample, renderer)
+    assert arguments[1] is scene.in_kernels()
+    assert arguments[1].effects is scene.effects is scene.geometry.effects
+    assert arguments[2] is renderer.active
+    assert arguments[3] is renderer.eye_rays
+
+    for change, kind in (
+        (lambda: scene.set_environment("white"), "constant"),
+        (lambda: scene.set_environment(None), "none"),
+    ):
+        change()
+        if kind != "none":
+            renderer.render()
+        else:
+            with pytest.warns(UserWarning, match="nothing in this scene emits light"):
+                renderer.render()
+        arguments = specialisations(ProgressiveRenderer._take_sample, renderer)[-1]
+        assert isinstance(arguments[1].effects, Effects)
+        assert arguments[1].effects is scene.effects is scene.geometry.effects
+        assert scene.effects.environment == kind
+    assert len(specialisations(ProgressiveRenderer._take_sample, renderer)) == 3
+
+
+def test_going_back_to_what_was_compiled_compiles_nothing():
+    renderer = rendered(scene_of(environment="studio"))
+    renderer.use("brdf").render()
+    renderer.use("mis").render()
+    assert len(specialisations(ProgressiveRenderer._take_sample, renderer)) == 2
+
+
+class Refused(Exception):
+    """A kernel looked at code that a test forbids."""
+
+
+def forbid(monkeypatch, owner, name, only=lambda part: True):
+    """Let every kernel that looks at a method fail to compile; ``only`` says for which objects."""
+    original = vars(owner)[name]
+
+    def refuse(self, *arguments):
+        if only(self):
+            raise Refused(f"{owner.__name__}.{name}")
+        return original.__get__(self)(*arguments)
+
+    monkeypatch.setattr(owner, name, in_kernels(refuse))
+
+
+def with_brdf(name):
+    """(scene that has it not, scene that has it) of a BRDF."""
+    material = {"diffuse": Material(), "phong": Material(Ns=30), "mirror": Material(Ns=1e21)}
+    others = [m for other, m in material.items() if other != name]
+    without = scene_of(*others, used=(0, 1), environment="studio")
+    return without, scene_of(material[name], others[0], used=(0, 1), environment="studio")
+
+
+BALL = with_spheres([(0, 0, 0.5, 0.5)], *SQUARE)
+ONLY_ONE_SIDE = Mesh(*SQUARE, face_culls=np.array([True, False]))
+SMOOTH = Mesh(*SQUARE, normals=np.array([[0.6, 0, 0.8]]), face_normals=np.zeros((2, 3), np.int32))
+LIT = {"environment": "studio"}
+
+# Effect → (the code that simulates it, a scene that has it not, a scene that has it).
+CODE = {
+    **{name: (Brdf, "sample_weight", lambda name=name: with_brdf(name)) for name in ("diffuse", "phong", "mirror")},
+    "environment, image": (Environment, "radiance", lambda: (scene_of(environment="white"), scene_of(**LIT))),
+    "environment, constant": (
+        Environment,
+        "constant_radiance",
+        lambda: (scene_of(**LIT), scene_of(environment="white")),
+    ),
+    "environment, black": (
+        EnvironmentLight,
+        "along",
+        lambda: (scene_of(Material(Ke=(1, 1, 1)), environment="black"), scene_of(environment="white")),
+    ),
+    "environment, none": (EnvironmentLight, "sample", lambda: (scene_of(lights=[Lamp()]), None)),
+    "far lights": (SceneLights, "visible_far", lambda: (scene_of(lights=[Lamp()]), scene_of(**LIT))),
+    "single lights": (SceneLights, "reflected_single", lambda: (scene_of(**LIT), scene_of(lights=[Lamp()]))),
+    "emitters": (
+        MaterialLibrary,
+        "get",
+        lambda: (scene_of(background=(1, 1, 1)), scene_of(Material(Ke=(1, 1, 1)))),
+    ),
+    "spheres": (RayIntersector, "describe_sphere", lambda: (scene_of(**LIT), scene_of(mesh=BALL, **LIT))),
+    "spheres, plain": (
+        RayIntersector,
+        "sphere_hit",
+        lambda: (scene_of(fast=False, **LIT), scene_of(mesh=BALL, fast=False, **LIT)),
+    ),
+    "background": (Background, "color", lambda: (scene_of(**LIT), scene_of(background=(1, 0, 0), **LIT))),
+}
+
+
+@pytest.mark.filterwarnings("ignore:nothing in this scene emits light")
+@pytest.mark.parametrize("effect", CODE)
+def test_the_code_of_an_effect_is_compiled_only_where_the_scene_calls_for_it(monkeypatch, effect):
+    owner, name, scenes = CODE[effect]
+    without, with_it = scenes()
+    is_this_one = (lambda part: part.name == effect) if owner is Brdf else (lambda part: True)
+    forbid(monkeypatch, owner, name, is_this_one)
+    rendered(without)
+    if with_it is not None:
+        with pytest.raises(Exception, match=f"{owner.__name__}.{name}"):
+            rendered(with_it)
+
+
+# Effect → (the fields of the geometry that it needs, a mesh that has it not, a mesh that has it).
+FIELDS = {
+    "interpolated_normals": (("normals", "triangle_normal_ids"), Mesh(*SQUARE), SMOOTH),
+    "spheres": (("spheres", "sphere_material_ids", "primitives"), Mesh(*SQUARE), BALL),
+    "culling": (("culls",), Mesh(*SQUARE), ONLY_ONE_SIDE),
+}
+
+
+@pytest.mark.parametrize("fast", [True, False])
+@pytest.mark.parametrize("effect", FIELDS)
+def test_the_fields_of_an_effect_exist_and_are_read_only_where_the_scene_calls_for_it(effect, fast):
+    """Without the field, the kernels of a scene with the effect cannot be compiled: they do read it."""
+    names, without, with_it = FIELDS[effect]
+    options = {"environment": "white", "fast": fast}
+    plain = scene_of(mesh=without, **options)
+    assert not getattr(plain.effects, effect)
+    assert [name for name in names if hasattr(plain.geometry, name)] == []
+    rendered(plain)
+    scene = scene_of(mesh=with_it, **options)
+    assert getattr(scene.effects, effect)
+    assert all(hasattr(scene.geometry, name) for name in names)
+    delattr(scene.geometry, names[-1])
+    with pytest.raises(Exception, match=names[-1]):
+        rendered(scene)
+
+
+def test_a_kernel_may_be_compiled_for_more_than_the_scene_calls_for():
+    """What the study of effects compares: the scene itself stays as it is."""
+    scene = scene_of(environment="white")
+    more = Effects(**{**vars(scene.effects), "environment": "image", "emitters": True})
+    compiled = scene.in_kernels(more)
+    assert compiled.effects is more
+    assert scene.in_kernels().effects is scene.effects
+    assert scene.in_kernels() is scene.in_kernels()
+
+
+# ── the same bits ──
 
 
 @pytest.mark.parametrize(
@@ -63,7 +304,7 @@ def test_the_receipt_names_every_effect_with_its_reason():
 def test_everything_compiled_in_gives_the_same_bits(scene, environment, estimator):
     pictures = []
     for mode in ("scene", "all"):
-        loaded = tt.load_scene_data(scene, environment=environment, effects_mode=mode, intersector="brute_force")
+        loaded = tt.load_scene_data(scene, environment=environment, effects=mode, intersector="brute_force")
         with_light = A2Renderer(loaded, 24, 24).use(estimator)
         if loaded.effects.is_dark:
             with pytest.warns(UserWarning, match="nothing in this scene emits light"):
@@ -72,24 +313,21 @@ def test_everything_compiled_in_gives_the_same_bits(scene, environment, estimato
     np.testing.assert_array_equal(*pictures)
 
 
-@pytest.mark.long
-def test_the_study_finds_the_same_bits_and_positive_times():
-    options = {"environment": "white", "intersector": "brute_force"}
-    scene, complete = (tt.load_scene_data("cube", effects_mode=m, **options) for m in ("scene", "all"))
-    variants = study.measure(scene, complete, width=32, height=32)
-    assert [v.name for v in variants] == [
-        "as the scene needs",
-        "+ mirror",
-        "+ phong",
-        "+ environment look-up",
-        "+ emitters",
-        "everything",
-    ]
-    assert all(v.is_equal for v in variants)
-    assert all(v.milliseconds > 0 for v in variants)
-    assert "the same bits" in study.table(variants)[1]
+@pytest.mark.parametrize("fast", [True, False])
+def test_spheres_everywhere_change_no_bit_of_a_scene_without(fast, rng):
+    vertices, faces = soup(rng, 100)
+    plain, complete = (tt.scene_from_mesh(vertices, faces, effects=mode, fast=fast) for mode in ("scene", "all"))
+    assert hasattr(complete.geometry, "spheres")
+    assert not hasattr(plain.geometry, "spheres")
+    origins, directions = random_rays(rng, 5_000)
+    a, b = plain.intersect(origins, directions), complete.intersect(origins, directions)
+    for field, value in vars(a).items():
+        np.testing.assert_array_equal(value, getattr(b, field), err_msg=field)
 
 
-def test_unknown_modes_are_named():
-    with pytest.raises(tt.InputError, match="all"):
-        tt.load_scene_data("cube", effects_mode="al")
+def test_a_scene_of_spheres_alone_says_so():
+    scene = tt.SceneData(with_spheres([(0, 0, 0, 1), (3, 0, 0, 1)]))
+    assert scene.effects.spheres
+    assert (scene.num_spheres, scene.num_triangles) == (2, 0)
+    assert any(line.startswith("spheres") and line.endswith("simulated, 2 of them") for line in scene.receipt())
+    np.testing.assert_array_equal([scene.geometry.low, scene.geometry.high], [[-1, -1, -1], [4, 1, 1]])

@@ -10,9 +10,9 @@ import taichi as ti
 import taichi.math as tm
 from support import start
 
-from taichi_tracer import brdf, ray_intersector
 from taichi_tracer.apps import cli
-from taichi_tracer.scene_data import INTERSECTORS
+from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.formulas.triangles import TriangleTest, moller_trumbore, watertight
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import meshes, oracle, report
 from taichi_tracer.studies.hard.catalogue import LEVELS, all_cases
@@ -20,8 +20,9 @@ from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfac
 from taichi_tracer.studies.hard.many_triangles import AxisParallel, Lattice, Windows
 from taichi_tracer.studies.hard.modes import COUNTS, Mode, Promise, all_modes, promise_of
 from taichi_tracer.studies.hard.renderer_cases import all_cases as all_renderer_cases
-from taichi_tracer.studies.hard.shading_cases import Brdfs
+from taichi_tracer.studies.hard.shading_cases import Brdfs, OwnBrdf
 from taichi_tracer.studies.hard.single_triangles import UnitTriangles
+from taichi_tracer.system.registry import PARTS
 
 CASES = {case.name: case for case in all_cases()}
 LARGE = [name for name, case in CASES.items() if case.stage == "crowd"]
@@ -130,11 +131,13 @@ def test_every_case_has_a_name_and_says_what_goes_wrong():
 
 def test_every_mode_is_tried():
     modes = all_modes()
-    assert len(modes) == len(set(modes)) == 2 * 2 * len(ray_intersector.TRIANGLE_TESTS) * len(INTERSECTORS)
+    assert len(modes) == len(set(modes)) == 2 * 2 * len(PARTS.all("triangle test")) * len(PARTS.all("intersector"))
     assert {str(m) for m in modes} >= {"watertight f32 bvh", "moller_trumbore f64 brute_force fast_math"}
-    assert all(
-        modes.index(Mode(m.triangle_test, m.precision, m.fast_math, "brute_force")) <= i for i, m in enumerate(modes)
-    )
+    more = all_modes(with_plain=True)
+    for found in (modes, more):
+        first = [found.index(Mode(m.triangle_test, m.precision, m.fast_math, "brute_force")) for m in found]
+        assert all(k <= i for i, k in enumerate(first))
+    assert {str(m) for m in more if m.plain} >= {"watertight f32 bvh plain", "moller_trumbore f64 bvh plain fast_math"}
 
 
 def test_every_mode_and_every_scene_has_a_part_in_the_quick_run():
@@ -165,26 +168,40 @@ def test_the_watertight_test_passes(precision, intersector):
 
 @ti.func
 def course_form(o, d, v0, v1, v2):
-    is_inside, t, u, v, det = ray_intersector.moller_trumbore(o, d, v0, v1, v2)
+    is_inside, t, u, v, det = moller_trumbore(o, d, v0, v1, v2)
     return is_inside and abs(det) > 1e-7 and t > 1e-7, t, u, v, det
 
 
 @ti.func
 def too_wide(o, d, v0, v1, v2):
-    is_inside, t, u, v, det = ray_intersector.watertight(o, d, v0, v1, v2)
+    is_inside, t, u, v, det = watertight(o, d, v0, v1, v2)
     return u > -0.01 and v > -0.01 and u + v < 1.01, t, u, v, det
 
 
 @ti.func
 def not_a_number(o, d, v0, v1, v2):
-    is_inside, t, u, v, det = ray_intersector.watertight(o, d, v0, v1, v2)
+    is_inside, t, u, v, det = watertight(o, d, v0, v1, v2)
     return is_inside, t, u + (tm.inf - tm.inf), v, det
 
 
 @ti.func
 def imprecise(o, d, v0, v1, v2):
-    is_inside, t, u, v, det = ray_intersector.watertight(o, d, v0, v1, v2)
+    is_inside, t, u, v, det = watertight(o, d, v0, v1, v2)
     return is_inside, t * 1.001, u, v, det
+
+
+@pytest.fixture
+def register():
+    """Registers parts for the length of a test."""
+    added = []
+
+    def add(part):
+        added.append(PARTS.add(part))
+        return part
+
+    yield add
+    for part in added:
+        PARTS.remove(part)
 
 
 @pytest.mark.long
@@ -197,9 +214,9 @@ def imprecise(o, d, v0, v1, v2):
         (imprecise, "t_unit"),
     ],
 )
-def test_a_broken_triangle_test_is_found(broken, finding, monkeypatch):
+def test_a_broken_triangle_test_is_found(broken, finding, register):
     """Registered under a name that nobody promised anything of, it is held to everything."""
-    monkeypatch.setitem(ray_intersector.TRIANGLE_TESTS, "new", broken)
+    register(TriangleTest("new", broken))
     assert "new" in {mode.triangle_test for mode in all_modes()}
     precision = "f64" if broken is imprecise else "f32"  # in f32 a hit's t is computed once more
     few = [UnitTriangles() if broken is imprecise else ClosedSphere("ball", "unit", 8.0, (0, 0, 0), 8, 5)]
@@ -208,8 +225,8 @@ def test_a_broken_triangle_test_is_found(broken, finding, monkeypatch):
     assert finding in {name for v in result.verdicts for name in v.broken}
 
 
-def test_a_triangle_test_with_a_fixed_epsilon_loses_small_triangles(monkeypatch):
-    monkeypatch.setitem(ray_intersector.TRIANGLE_TESTS, "new", course_form)
+def test_a_triangle_test_with_a_fixed_epsilon_loses_small_triangles(register):
+    register(TriangleTest("new", course_form))
     tiny = ClosedSphere("tiny", "unit", 1e-6, (0, 0, 0), 8, 5, outside=False)
     (verdict,) = small("new", cases=[tiny]).verdicts
     assert verdict.findings["edge_leaks"] == verdict.findings["edge_rays"]
@@ -227,16 +244,25 @@ def test_rays_that_leave_a_surface_do_not_meet_it():
     assert verdict.findings["self_hit_rays"] > 1000
 
 
-def test_a_brdf_that_makes_energy_is_found(monkeypatch):
-    class Bright(brdf.Diffuse):
-        @staticmethod
-        @ti.func
-        def weight(material, w_o, w_i, n):
-            return 1.5 * material.Kd
+@ti.data_oriented
+class Bright(Diffuse):
+    name = "bright"
 
+    @ti.func
+    def weight(self, material, w_o, w_i, n):
+        return 1.5 * material.Kd
+
+
+def test_a_brdf_that_makes_energy_is_found(register, monkeypatch):
+    """As a part of one's own, which has a case for itself, and as one of the package's."""
     start("f32")
     assert Brdfs().judge(2.0**-23)["wrong"] == 0
-    monkeypatch.setattr(brdf, "ALL", (Bright, *brdf.ALL[1:]))
+    register(Bright)
+    (own,) = (case for case in all_renderer_cases(only_short=True) if isinstance(case, OwnBrdf))
+    found = own.judge(2.0**-23)
+    assert found["wrong"] > 0
+    assert found["energy"] == pytest.approx(1.5)
+    monkeypatch.setattr(PARTS, "comes_with_package", lambda part: True)
     assert Brdfs().judge(2.0**-23)["wrong"] > 0
 
 

@@ -14,6 +14,7 @@ ZOOM_RATE = 1.0  # the distance to ``at`` changes by a factor of e in one second
 ORBIT_ANGLE = math.pi  # a drag across the whole picture turns the camera by half a circle
 ZOOM_DRAG = 2.0  # a drag over the whole height changes the distance by a factor of e²
 POLE_ANGLE = math.radians(1.0)  # an orbit stops this close to ``up``, where no frame exists
+LARGEST_EXPONENT = 88.0  # e to the power of more is beyond f32
 
 # key → (the point that moves, axis of the screen or the world, sign)
 WORLD_KEYS = {"w": (1, 1), "s": (1, -1), "e": (2, 1), "q": (2, -1)}
@@ -72,20 +73,19 @@ def is_legal(pose: Pose) -> bool:
 def step(
     pose: Pose, keys: set[str], seconds: float, orbit: tuple[float, float] = (0.0, 0.0), zoom: float = 0.0
 ) -> Pose:
-    """The pose after one frame; the same pose where the move would leave no camera.
+    """The pose after one frame; the same pose where no camera exists after the move.
 
     Args:
-        keys: those held down, of ``KEYS``; others mean nothing.
-        seconds: elapsed since the last frame.
-        orbit: mouse drag (right, up) as fractions of the picture.
-        zoom: drag that zooms, as a fraction of the picture's height; up is nearer.
+        keys: those of ``KEYS`` that are held down; others mean nothing.
+        seconds: the time since the last frame.
+        orbit: how far the mouse was dragged (to the right, upwards), in fractions of the picture.
+        zoom: how far the mouse was dragged upwards to come nearer, as a fraction of the picture's height.
     """
     moved = pan(pose, keys, SPEED * seconds)
     moved = turn(moved, *orbit)
     zooming = ZOOM_KEYS if pose.window is None else {**ZOOM_KEYS, **WINDOW_KEYS}
     farther = sum(sign for key, sign in zooming.items() if key in keys) * ZOOM_RATE * seconds - ZOOM_DRAG * zoom
-    largest_exponent = 88.0  # e to the power of more is beyond f32
-    factor = math.exp(min(farther, largest_exponent))
+    factor = math.exp(min(farther, LARGEST_EXPONENT))
     moved = dolly(moved, factor) if pose.window is None else zoom_window(moved, factor)
     return moved if is_legal(moved) else pose
 

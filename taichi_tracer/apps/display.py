@@ -1,4 +1,4 @@
-"""Can a window be opened here? Asked beforehand, because ``ti.ui`` ends the whole process where it cannot."""
+"""Can a window be opened here? This has to be known before, because ``ti.ui`` ends the process where none can."""
 
 import contextlib
 import ctypes
@@ -12,7 +12,7 @@ import taichi as ti
 
 from taichi_tracer.system import runtime
 
-# Opens a real, small window for one frame; the surface of a hidden one is never made.
+# This opens a small window for one frame. It is a visible one, since Taichi makes no surface for a hidden one.
 TRIAL = """
 import taichi as ti
 ti.init(arch=ti.cpu, log_level=ti.ERROR)
@@ -21,12 +21,16 @@ window.get_canvas().set_background_color((0, 0, 0))
 window.show()
 print("opened")
 """
-TRIAL_SECONDS = 20.0  # a window that takes longer is of no use
+TRIAL_SECONDS = 20.0  # a window that takes longer to open is of no use
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a window can be opened; if not, why, and what would mend it."""
+    """Whether a window can be opened.
+
+    Attributes:
+        reason: why it can or cannot. remedy: what would mend it; "" where nothing needs to be mended.
+    """
 
     can_open: bool
     reason: str
@@ -34,7 +38,7 @@ class Verdict:
 
 
 def can_open_window() -> Verdict:
-    """Whether ``ti.ui.Window`` will open, from facts where they suffice, else by trying it in a child process."""
+    """Whether ``ti.ui.Window`` will open: facts answer where they suffice, else a child process tries it."""
     if not ti._lib.core.GGUI_AVAILABLE:
         return Verdict(False, "this build of Taichi has no windows", "pip install --force-reinstall taichi")
     display = find_display()
@@ -49,7 +53,10 @@ def can_open_window() -> Verdict:
 
 
 def is_certain() -> bool:
-    """Whether a display and a Vulkan device are proof enough: not over a network, and not where Metal takes part."""
+    """Whether a display and a Vulkan device prove that a window will open.
+
+    Over a network they do not, and neither where Metal takes part.
+    """
     remote = "SSH_CONNECTION" in os.environ or not os.environ.get("DISPLAY", ":").startswith((":", "unix:"))
     return sys.platform != "darwin" and not remote
 
@@ -92,7 +99,7 @@ def vulkan_remedy() -> str:
 
 
 def try_in_child() -> Verdict:
-    """Open a window in a process that may die."""
+    """Open a window in another process, which may die of it."""
     environment = {**os.environ, "TI_SKIP_VERSION_CHECK": "ON", "ENABLE_TAICHI_HEADER_PRINT": "0"}
     try:
         child = subprocess.run(

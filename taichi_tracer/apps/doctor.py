@@ -21,9 +21,9 @@ from taichi_tracer.files.images import ENCODERS, save_image
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
-# What is no dependency of the package: module → (what it is for, what installs it)
+PACKAGES = ("taichi", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "flip-evaluator")
+# Modules that the package does not depend on: module → (what it is for, what installs it)
 EXTRAS = {
-    "matplotlib": ("charts in notebooks", "pip install 'taichi_tracer[notebook]'"),
     "ipykernel": ("notebooks", "pip install 'taichi_tracer[notebook]'"),
     "pytest": ("the tests", "pip install 'taichi_tracer[test]'"),
 }
@@ -32,7 +32,12 @@ NAME_WIDTH, FOUND_WIDTH = 18, 48
 
 @dataclass(frozen=True)
 class Line:
-    """One fact: what was looked at, what was found, whether that is well, and if not what would mend it."""
+    """One fact about the machine.
+
+    Attributes:
+        name: what was looked at. found: what was found.
+        is_ok: whether nothing is missing there. remedy: what would mend it.
+    """
 
     name: str
     found: str
@@ -55,7 +60,7 @@ def examine() -> Iterator[Line]:
     """Every fact about this machine."""
     yield Line("taichi_tracer", taichi_tracer.__version__)
     yield Line("Python", f"{platform.python_version()} on {platform.system()} {platform.machine()}")
-    for package in ("taichi", "numpy", "trimesh", "Pillow", "tqdm"):
+    for package in PACKAGES:
         yield package_line(package)
     yield from backend_lines()
     yield from window_lines()
@@ -75,7 +80,7 @@ def package_line(package: str) -> Line:
 
 
 def backend_lines() -> Iterator[Line]:
-    """Which backends have a device, and a kernel run on the one that is chosen."""
+    """Which backends have a device; a kernel is run on the one that is chosen."""
     for arch in ("metal",) if sys.platform == "darwin" else ("cuda", "vulkan"):
         has = runtime.has_device(arch)
         found = "has a device" if has else "no GPU answers"
@@ -99,7 +104,7 @@ def window_lines() -> Iterator[Line]:
 
 
 def image_lines() -> Iterator[Line]:
-    """Every picture format, tried by writing one pixel."""
+    """Which picture formats can be written; each is tried with one pixel."""
     with tempfile.TemporaryDirectory() as folder:
         for extension in ENCODERS:
             try:

@@ -6,16 +6,25 @@ import numpy as np
 
 BACKGROUND, GRID, LINE, TEXT = (0.07, 0.07, 0.09), (0.2, 0.2, 0.24), (0.35, 0.75, 1.0), (0.75, 0.75, 0.78)
 LEFT, BOTTOM, TOP, RIGHT = 38, 18, 16, 10  # pixels around the curve, for numbers
+DIGIT = 6  # pixels: half of a label's height, and of the width of a short one
+GAP = 3  # pixels between a number and what is next to it
 
 
 def decades(low: float, high: float) -> tuple[int, int]:
-    """The powers of ten that enclose an interval."""
+    """The exponents of the two powers of ten that enclose an interval."""
     first = math.floor(math.log10(low))
     return first, max(first + 1, math.ceil(math.log10(high)))
 
 
 def draw_curve(points: list[tuple[float, float]], width: int, height: int) -> np.ndarray:
-    """(height, width, 3) float32, top row first: percent of error against seconds, both on logarithms."""
+    """A picture of the error in percent against seconds, both on logarithmic axes.
+
+    Args:
+        points: (seconds, relative error), a fraction. Points whose error is not known are left out.
+
+    Returns:
+        (height, width, 3) float32, top row first.
+    """
     from PIL import Image, ImageDraw
 
     colours = [tuple(round(255 * c) for c in colour) for colour in (BACKGROUND, GRID, LINE, TEXT)]
@@ -35,10 +44,11 @@ def draw_curve(points: list[tuple[float, float]], width: int, height: int) -> np
             x, _ = place(10.0**k, 10.0**y0)
             pen.line((x, TOP, x, height - BOTTOM), fill=grid)
             label = f"{10.0**k:g}"
-            pen.text((min(x - 6, width - pen.textlength(label) - 2), height - BOTTOM + 3), label, fill=text)
+            farthest = width - pen.textlength(label) - GAP
+            pen.text((min(x - DIGIT, farthest), height - BOTTOM + GAP), label, fill=text)
         for k in range(y0, y1 + 1):
             _, y = place(10.0**x0, 10.0**k)
             pen.line((LEFT, y, width - RIGHT, y), fill=grid)
-            pen.text((3, y - 6), f"{10.0**k:g}", fill=text)
+            pen.text((GAP, y - DIGIT), f"{10.0**k:g}", fill=text)
         pen.line([place(*p) for p in known], fill=line, width=2)
     return np.asarray(picture, np.float32) / 255

@@ -37,19 +37,23 @@ class FastIntersector(RayIntersector):
     def try_primitive(self, ray, bounds, primitive_id, v0, v1, v2, t_min):
         """(t, u, v) on the triangle with the given vertices, or on the sphere with this number; t is −∞ for a miss."""
         t, u, v = -tm.inf, 0.0, 0.0
-        if ti.static(self.is_plain_geometry):
-            t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+        if ti.static(not self.geometry.effects.spheres):
+            t, u, v = self.try_corners(ray, bounds, primitive_id, v0, v1, v2)
         else:
-            index = primitive_id
-            if ti.static(self.geometry.effects.spheres):
-                index = self.geometry.primitives[primitive_id]
+            index = self.geometry.primitives[primitive_id]
             if index < 0:
                 t = self.sphere_candidate(ray, bounds, -1 - index, t_min)
             else:
-                t, u, v = self.candidate(ray, bounds, v0, v1, v2)
-                if ti.static(self.geometry.effects.culling):
-                    if self.geometry.culls[index] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
-                        t = -tm.inf
+                t, u, v = self.try_corners(ray, bounds, index, v0, v1, v2)
+        return t, u, v
+
+    @ti.func
+    def try_corners(self, ray, bounds, triangle_id, v0, v1, v2):
+        """``candidate``, where a ray that comes from the back of a culled triangle misses."""
+        t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+        if ti.static(self.geometry.effects.culling):
+            if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
+                t = -tm.inf
         return t, u, v
 
     @ti.func

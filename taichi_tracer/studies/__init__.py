@@ -34,8 +34,8 @@ def accuracy(
         budget: seconds in all, compilation included.
         seeds: renderings of every variant.
         report: a folder that exists, for ``accuracy.html`` and the numbers as files; None writes nothing.
-        knobs: what is compared: estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales;
-            a tuple each. See ``variants.plan``.
+        knobs: what is compared: estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales,
+            intersectors, forms; a tuple each. See ``variants.plan``.
     """
     from pathlib import Path
 

@@ -10,15 +10,15 @@ COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8e5ea2", "#e08e0b", "#5d6d7e")
 
 
 def draw(study: Study):
-    """A ``matplotlib`` figure of two parts."""
+    """A ``matplotlib`` figure: the curves of error against seconds, and beside them a bar of compile seconds each."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10, 5.6), layout="constrained")
     axes, bars = figure.subplots(1, 2, width_ratios=(3.2, 1))
     estimators = list(dict.fromkeys(c.variant.estimator for c in study.curves))
     usual = study.curves[0].variant
-    plain = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
-    for curve in plain:
+    main = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
+    for curve in main:
         colour = COLOURS[estimators.index(curve.variant.estimator) % len(COLOURS)]
         is_first = curve.variant.sampler == usual.sampler
         seconds, known = curve.mean_seconds, curve.mean_errors > 0
@@ -44,7 +44,7 @@ def draw(study: Study):
 
 
 def draw_guide(axes) -> None:
-    """A dotted line of slope −1/2: what independent samples follow."""
+    """Add a dotted line of slope −1/2, which independent samples follow."""
     low, high = axes.get_xlim()
     bottom, top = axes.get_ylim()
     x = np.array([low, high])

@@ -17,10 +17,12 @@ from taichi_tracer.studies.convergence import TARGETS, Curve, Study, without_gla
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.json", "accuracy.png")
 SHOWN = 240  # pixels, width of a picture in the page
 CROP = 0.25  # side of the crop, as a share of the picture's
+CROP_STEP = 4  # pixels between two places where the crop may lie: to look at every pixel would take seconds
+WHITE = 0.99  # quantile of all errors that is shown as white: a few pixels would leave the rest black
 
 
 def write(study: Study, folder: Path) -> list[Path]:
-    """Write ``FILES`` into an existing folder; returns their paths."""
+    """Write ``FILES`` into a folder that exists; returns their paths."""
     figure = draw(study)
     contents = (as_html(study, figure).encode(), as_csv(study).encode(), as_json(study).encode(), png_of(figure))
     paths = [folder / name for name in FILES]
@@ -48,7 +50,7 @@ def as_html(study: Study, figure) -> str:
 
 
 def table_of_costs(study: Study) -> str:
-    """Seconds to each error, and what they follow from."""
+    """A table of the seconds to each error, and of the numbers that they follow from."""
     rows = []
     for curve, numbers in zip(study.curves, efficiency_table(study), strict=True):
         row = {"variant": numbers["variant"]}
@@ -58,20 +60,24 @@ def table_of_costs(study: Study) -> str:
             row[name] = show(numbers[name])
         rows.append(row)
     note = (
-        "“About”: beyond what was measured, along the slope. Bias z beyond ±3 would mean that one of the two is biased."
+        "“About” stands where no picture was so good: the slope was continued. A bias z beyond ±3 would mean that the "
+        "variant or the reference is biased."
     )
     return page.table(rows, list(rows[0])) + page.paragraph(note, "note")
 
 
 def table_of_knobs(study: Study) -> str:
-    """One knob turned, all others left."""
+    """A table of what turning one knob alone changes."""
     rows = [
         {name: show(value) if isinstance(value, float) else value for name, value in r.items()}
         for r in knob_table(study)
     ]
     if not rows:
         return page.paragraph("Only one setting of every knob was measured.")
-    note = "Error at equal samples and time per sample, as multiples. Error² × time below 1: the change pays."
+    note = (
+        "Error at equal samples, and time per sample, are multiples of those before the change. "
+        "Where error² × time is below 1, the change pays."
+    )
     return page.table(rows, list(rows[0])) + page.paragraph(note, "note")
 
 
@@ -81,7 +87,7 @@ def pictures(study: Study) -> list[str]:
     if not shown:
         return []
     maps = [np.abs(c.image - study.references[c.variant.lookup]).mean(axis=2) for c in shown]
-    largest = float(np.quantile(np.concatenate([m.ravel() for m in maps]), 0.99))
+    largest = float(np.quantile(np.concatenate([m.ravel() for m in maps]), WHITE))
     y, x = noisiest(np.where(without_glare(study.reference), maps[-1], 0))
     parts = [page.picture(study.reference, "reference", SHOWN, srgb=True), "<br>"]
     for curve, errors in zip(shown, maps, strict=True):
@@ -97,9 +103,10 @@ def pictures(study: Study) -> list[str]:
 def noisiest(errors: np.ndarray) -> tuple[int, int]:
     """The middle of the crop with the largest error."""
     rows, columns = (max(1, int(CROP * n)) for n in errors.shape)
-    sums = np.lib.stride_tricks.sliding_window_view(errors, (rows, columns))[::4, ::4].mean(axis=(2, 3))
-    y, x = np.unravel_index(int(sums.argmax()), sums.shape)
-    return 4 * int(y) + rows // 2, 4 * int(x) + columns // 2
+    windows = np.lib.stride_tricks.sliding_window_view(errors, (rows, columns))[::CROP_STEP, ::CROP_STEP]
+    means = windows.mean(axis=(2, 3))
+    y, x = np.unravel_index(int(means.argmax()), means.shape)
+    return CROP_STEP * int(y) + rows // 2, CROP_STEP * int(x) + columns // 2
 
 
 def crop_of(shape: tuple[int, int], y: int, x: int) -> tuple[slice, slice]:
@@ -123,7 +130,7 @@ def table_rows(study: Study) -> list[dict]:
 
 
 def rows_of(curve: Curve) -> list[dict]:
-    """Those of one variant."""
+    """The rows of one variant."""
     settings = {f: getattr(curve.variant, f) for f in curve.variant.__dataclass_fields__}
     return [
         {
@@ -140,7 +147,7 @@ def rows_of(curve: Curve) -> list[dict]:
 
 
 def as_csv(study: Study) -> str:
-    """``table_rows``, with a line of names."""
+    """``table_rows`` as CSV; the first line names the columns."""
     buffer, rows = io.StringIO(), table_rows(study)
     writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
     writer.writeheader()
@@ -149,7 +156,7 @@ def as_csv(study: Study) -> str:
 
 
 def as_json(study: Study) -> str:
-    """Everything but the pictures; what cannot be told is null."""
+    """Everything but the pictures, as JSON; a number that is not known is null."""
     content = {
         "scene": study.scene,
         "size": list(study.size),
@@ -165,7 +172,7 @@ def as_json(study: Study) -> str:
 
 
 def without_nan(value):
-    """JSON has no NaN."""
+    """A value in which None stands for every number that is not finite: JSON has no NaN."""
     if isinstance(value, dict):
         return {k: without_nan(v) for k, v in value.items()}
     if isinstance(value, list):

@@ -9,7 +9,7 @@ from taichi_tracer.studies.convergence import GLARE, TARGETS, Curve, Study, with
 
 
 def efficiency_table(study: Study) -> list[dict]:
-    """A row per variant: what it costs to reach an error, and whether it is biased."""
+    """A row for each variant: what it costs to reach an error, and whether it is biased."""
     rows, middle = [], TARGETS[2]
     whole = [c.seconds_to(middle)[0] for c in study.curves if c.variant.scale == 1]
     best = min((seconds for seconds in whole if seconds > 0), default=math.nan)
@@ -65,8 +65,8 @@ def error_ratio(base: Curve, other: Curve) -> float:
 def summary(study: Study, target: float = TARGETS[2]) -> list[str]:
     """A few sentences on what the study found."""
     usual = study.curves[0].variant
-    plain = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
-    told = sorted((c for c in plain if c.seconds_to(target)[0] > 0), key=lambda c: c.seconds_to(target)[0])
+    main = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
+    told = sorted((c for c in main if c.seconds_to(target)[0] > 0), key=lambda c: c.seconds_to(target)[0])
     if not told:
         advice = f"No variant came near enough to {target:.0%} for its time to be told: give a larger budget."
         return [advice, where_the_error_is(study)]
@@ -81,19 +81,19 @@ def summary(study: Study, target: float = TARGETS[2]) -> list[str]:
     if samplers:
         gain = statistics.median(max(r, 1 / r) for r in samplers)
         sentences.append(
-            f"At equal samples, the other sampler has {gain:.1f} times the error (median over estimators)."
+            f"At equal samples, one sampler has {gain:.1f} times the error of the other (median over estimators)."
         )
-    knobs = [r for r in rows if r["knob"] in ("precision", "triangle test", "fast math")]
+    knobs = [r for r in rows if r["knob"] in ("precision", "triangle test", "fast math", "plain")]
     if knobs:
         times = ", ".join(
             f"{r['to']} {r['time']:.2f} times the time at {r['error']:.3g} times the error" for r in knobs
         )
-        sentences.append(f"How exactly single rays are computed: {times}.")
+        sentences.append(f"How single rays are computed: {times}.")
     return [*sentences, where_the_error_is(study)]
 
 
 def where_the_error_is(study: Study) -> str:
-    """How many pixels hold half of the squared error of the picture that is nearest to the reference."""
+    """A sentence on how many pixels hold half of the squared error of the best picture at equal time."""
     best = min((c for c in study.curves if c.image is not None), key=lambda c: c.image_error)
     reference = study.references[best.variant.lookup]
     squares = np.sort(((best.image - reference) ** 2).sum(axis=2)[without_glare(reference)])[::-1]

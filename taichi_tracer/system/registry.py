@@ -121,14 +121,18 @@ class Registry:
         return chosen() if HOMES[kind][1] and isinstance(chosen, type) else chosen
 
     def _load(self, kind: str) -> None:
-        """Import the modules of a kind's home."""
+        """Import the modules of a kind's home, and put their parts in the order of the files, not of their imports."""
         if kind in self._loaded:
             return
         self._loaded.add(kind)
+        modules = []
         for name in HOMES[kind][0]:
             module = importlib.import_module(f"taichi_tracer.{name}")
-            for found in sorted(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", []))):
-                importlib.import_module(f"taichi_tracer.{name}.{found}")
+            found = sorted(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", [])))
+            modules += [module, *(importlib.import_module(f"taichi_tracer.{name}.{part}") for part in found)]
+        place = {str(Path(module.__file__).resolve()): i for i, module in enumerate(modules)}
+        by_file = sorted(self._parts[kind], key=lambda name: place.get(self._files[kind, name], len(place)))
+        self._parts[kind] = {name: self._parts[kind][name] for name in by_file}
 
 
 def class_name(part) -> str:

@@ -21,6 +21,9 @@ from taichi_tracer.studies.hard.meshes import sphere
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import PARTS
 
+LENGTH_ERROR = 16  # ε: what the length of a direction, or the weight of a white surface, may be off by
+MOST_ENERGY = 1.01  # of what a white surface receives: as much may be reflected, and the rounding of many sums is less
+
 
 @ti.data_oriented
 class _Brdfs:
@@ -79,31 +82,39 @@ class Brdfs(RendererCase):
         """Those that come with the package; each is asked for the materials that it describes."""
         return [brdf for brdf in brdfs_of(()) if PARTS.comes_with_package(brdf)]
 
-    def judge(self, epsilon):
-        """Numbers; w_i of unit length; weights in [0, 1]; densities of at least 0."""
+    def answers(self, heights, xis) -> np.ndarray:
+        """(materials, heights, ξ, ξ, 10) what ``_Brdfs.ask`` finds for every combination of them."""
         dtype, materials = runtime.dtype(), self.materials()
-        rows = np.array(list(itertools.product(range(len(materials)), self.heights, self.xis, self.xis)))
+        shape = len(materials), len(heights), len(xis), len(xis)
+        rows = np.array(list(itertools.product(range(len(materials)), heights, xis, xis)))
         ids = rows[:, 0].astype(np.int32)
         sine = np.sqrt(1 - rows[:, 1] ** 2)
         w_o = np.stack([sine * 0.6, sine * 0.8, rows[:, 1]], axis=1)
         found = np.empty((len(rows), 10), dtype)
         _Brdfs(materials, self.brdfs()).ask(ids, w_o.astype(dtype), rows[:, 2:].astype(dtype), found)
-        values = found.astype(np.float64)
-        length = np.abs(np.linalg.norm(values[:, :3], axis=1) - 1) > 16 * epsilon
-        weight = (values[:, 3] < 0) | (values[:, 3] > self.most_weight * (1 + 16 * epsilon))
+        return found.astype(np.float64).reshape(*shape, 10)
+
+    def judge(self, epsilon):
+        """Numbers; w_i of unit length; weights in [0, 1]; densities of at least 0."""
+        values = self.answers(self.heights, self.xis).reshape(-1, 10)
+        length = np.abs(np.linalg.norm(values[:, :3], axis=1) - 1) > LENGTH_ERROR * epsilon
+        weight = (values[:, 3] < 0) | (values[:, 3] > self.most_weight * (1 + LENGTH_ERROR * epsilon))
         negative = (values[:, 4:] < 0).any(axis=1)
         nan = ~np.isfinite(values).all(axis=1)
-        return {"tried": len(rows), "wrong": int(((length | weight | negative) & ~nan).sum()), "nan": int(nan.sum())}
+        return {"tried": len(values), "wrong": int(((length | weight | negative) & ~nan).sum()), "nan": int(nan.sum())}
 
 
 class OwnBrdf(Brdfs):
     """A BRDF that somebody registered, with the materials that it describes, or with all where it describes none.
 
     0/0 where the lobe and its density underflow together, the root of a negative number along the surface, a frame
-    about a fixed axis: pictures show these as dots that come and go.
+    about a fixed axis: pictures show these as dots that come and go. A white surface that reflects more than it
+    receives makes energy out of nothing.
     """
 
-    most_weight = math.inf  # directions need not be drawn in proportion to the BRDF: the furnace tells the energy
+    most_weight = math.inf  # of one sample: directions need not be drawn in proportion to the BRDF
+    views_from_above = (1.0, 0.5, 0.05)
+    grid = (np.arange(64) + 0.5) / 64  # ξ, in both dimensions
 
     def __init__(self, brdf: Brdf) -> None:
         self.brdf, self.name = brdf, f"BRDF {brdf.name}: {self.what}"
@@ -118,6 +129,17 @@ class OwnBrdf(Brdfs):
         alone = copy.copy(self.brdf)
         alone.describes = lambda material, dtype: True
         return [alone]
+
+    def judge(self, epsilon):
+        """As for the package's own; and the mean weight is at most ``MOST_ENERGY``, four deviations granted."""
+        findings = super().judge(epsilon)
+        weights = self.answers(self.views_from_above, self.grid)[..., 3]
+        mean = weights.mean(axis=(2, 3))
+        deviation = weights.std(axis=(2, 3)) / len(self.grid)
+        findings["tried"] += mean.size
+        findings["nan"] += int((~np.isfinite(weights)).sum())
+        findings["wrong"] += int((mean > MOST_ENERGY + 4 * deviation).sum())
+        return findings | {"energy": float(mean.max())}
 
 
 class OppositeNormals(RendererCase):
@@ -224,7 +246,7 @@ class Furnace(RendererCase):
             columns = slice(32 * third, 32 * (third + 1))
             mean = image[:, columns].mean()
             deviation = math.sqrt(variance[:, columns].sum()) / variance[:, columns].size
-            wrong += not mean <= 1.01 + 4 * deviation
+            wrong += not mean <= MOST_ENERGY + 4 * deviation
         nan = int(renderer.non_finite + np.isnan(image).any(axis=2).sum())
         scene.destroy()
         return {"tried": tried, "wrong": wrong, "nan": nan, "energy": float(image.mean())}
