@@ -22,7 +22,7 @@ from taichi_tracer.rt3.world import World
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
-MOST_PIXELS = 8192**2  # of a film; a film of this size already takes about 10 GB of memory
+MOST_PIXELS = 8192**2  # of a film; the fields of so many pixels already take several gigabytes
 MOST_NOTES = 200  # after so many notes, the others are left out
 STRETCH_TOLD = 1e-3  # relative; nobody sees whether a circle is stretched by less
 IMAGE_TYPES = {"png": ".png", "ppm": ".ppm", "ppm3": ".ppm", "ppm6": ".ppm", "exr": ".exr"}
