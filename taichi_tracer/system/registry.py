@@ -13,6 +13,7 @@ part of the kind is looked up for the first time.
 """
 
 import importlib
+import os
 import pkgutil
 import runpy
 import sys
@@ -36,7 +37,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
 }
 
 
-PACKAGE = str(Path(__file__).resolve().parents[1])
+PACKAGE = f"{Path(__file__).resolve().parents[1]}{os.sep}"  # how the names of the package's own files begin
 
 
 class Registry:
