@@ -46,7 +46,7 @@ class Background:
         self._memory.free()
 
     def check_alive(self) -> None:
-        """Raise StaleSceneError when Taichi was initialised again after the background was made."""
+        """Raise a StaleSceneError if Taichi was initialised again after the background was made."""
         self._memory.check("background")
 
     @ti.kernel
@@ -91,7 +91,7 @@ def _checked(texels, what: str) -> np.ndarray:
     if wrong.any():
         row, column, channel = np.argwhere(wrong)[0]
         raise InputError(
-            f"{what}: a colour is finite and at least 0, not {pixels[row, column, channel]:g} "
+            f"{what}: a colour must be finite and at least 0, not {pixels[row, column, channel]:g} "
             f"(row {row}, column {column})"
         )
     return np.ascontiguousarray(pixels.astype(runtime.dtype()))

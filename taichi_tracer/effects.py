@@ -23,7 +23,7 @@ class Effects:
         lights: the names of the other lights.
         emitters: whether a material emits.
         interpolated_normals: whether a triangle has vertex normals.
-        spheres: whether there are spheres beside the triangles.
+        spheres: whether there are spheres.
         culling: whether rays pass through the backs of some triangles.
         background: whether there is a picture behind the scene.
         reasons: (effect, whether it is simulated, why) for each line of the receipt.

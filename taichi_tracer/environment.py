@@ -110,7 +110,7 @@ class Environment:
 
     @ti.func
     def texel_of(self, u, v):
-        """Row and column of (u, v) in [0, 1]: u wraps, v clamps."""
+        """Row and column of (u, v) in [0, 1]. u wraps around, and v is clamped."""
         column = ti.cast(u * self.width, ti.i32)
         row = ti.cast((1 - v) * self.height, ti.i32)
         return ti.min(row, self.height - 1), ti.select(column < self.width, column, 0)

@@ -61,7 +61,7 @@ class EyeRays:
 
 
 def camera_of(chosen, width: int, height: int, view: dict) -> ProjectiveCamera:
-    """The camera that a slot was given, or one of the chosen kind that shows a view."""
+    """The given camera object, or a new camera of the given kind that shows ``view``; None takes its own kind."""
     if chosen is None:
         return make_camera(width, height, **view)
     found = PARTS.find("camera", chosen)
@@ -484,33 +484,33 @@ class A2Renderer(ProgressiveRenderer):
         return self.use("uniform")
 
     def set_sample_hemisphere(self):
-        """Sample directions uniform on the hemisphere about the normal."""
+        """Sample directions uniform on the hemisphere around the normal."""
         return self.use("hemisphere")
 
     def set_sample_uniform_hemisphere(self):
-        """Sample directions uniform on the hemisphere about the normal."""
+        """Sample directions uniform on the hemisphere around the normal."""
         return self.use("hemisphere")
 
     def set_sample_brdf(self):
-        """Sample directions in proportion to the BRDF."""
+        """Sample directions from the density of the BRDF."""
         return self.use("brdf")
 
     def set_sample_environment(self):
-        """Sample directions in proportion to the environment's light."""
+        """Sample directions in proportion to the light of the environment."""
         return self.use("environment")
 
     def set_sample_light(self):
-        """Sample directions in proportion to the environment's light."""
+        """Sample directions in proportion to the light of the environment."""
         return self.use("environment")
 
     def set_sample_mis(self):
-        """Multiple importance sampling by the power heuristic."""
+        """Use multiple importance sampling with the power heuristic."""
         return self.use("mis")
 
     def set_sample_mis_power(self):
-        """Multiple importance sampling by the power heuristic."""
+        """Use multiple importance sampling with the power heuristic."""
         return self.use("mis")
 
     def set_sample_mis_balance(self):
-        """Multiple importance sampling by the balance heuristic."""
+        """Use multiple importance sampling with the balance heuristic."""
         return self.use("mis_balance")

@@ -100,7 +100,7 @@ class Sampler:
 @ti.data_oriented
 @seams("point")
 class SobolSampler(Sampler):
-    """Owen-scrambled Sobol' points: every use takes the same pair of dimensions in another order (Burley 2020).
+    """Owen-scrambled Sobol' points: every use takes the first two dimensions in another order (Burley 2020).
 
     Samples with even and with odd index belong to two sequences that are scrambled independently. The difference of
     these sequences shows the error. In every pair of dimensions, the first 2^m samples of a sequence are a
@@ -118,7 +118,7 @@ class SobolSampler(Sampler):
 
     @ti.func
     def point(self, seed, pixel, index, dimension):
-        """The two numbers one by one; also of vectors of keys."""
+        """The two numbers separately; the keys may also be vectors."""
         replica, place = index & ti.u32(1), index >> 1
         shuffle, seed_x, seed_y, _ = pcg4d(pixel, dimension, seed, replica)
         shuffled = reverse_bits(scramble_reversed(reverse_bits(place), shuffle))
@@ -143,7 +143,7 @@ class IndependentSampler(Sampler):
 
     @ti.func
     def point(self, seed, pixel, index, dimension):
-        """The two numbers one by one; also of vectors of keys."""
+        """The two numbers separately; the keys may also be vectors."""
         a, b, _, _ = pcg4d(pixel, index, dimension, seed)
         return as_fraction(a), as_fraction(b)
 
@@ -217,7 +217,7 @@ class BRDF(Brdf):
     @staticmethod
     @ti.func
     def sample_direction(material, w_o, normal, xi: ti.template() = None):
-        """w_i, drawn in proportion to the lobe about the normal (diffuse) or about ω_r (Phong) (A2-7)."""
+        """w_i, drawn in proportion to the lobe around the normal (diffuse) or around ω_r (Phong) (A2-7)."""
         pair = given_or_drawn(xi)
         w_i = DIFFUSE.sample(material, w_o, normal, pair)
         if material.Ns > 1:

@@ -49,7 +49,7 @@ class FastIntersector(RayIntersector):
 
     @ti.func
     def try_corners(self, ray, bounds, triangle_id, v0, v1, v2):
-        """``candidate``, where a ray that comes from the back of a culled triangle misses."""
+        """``candidate``; but a ray that comes from the back misses a triangle with backface culling."""
         t, u, v = self.candidate(ray, bounds, v0, v1, v2)
         if ti.static(self.geometry.effects.culling):
             if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:

@@ -223,5 +223,5 @@ def kept_hits_form(scene_data, camera: ProjectiveCamera, sampler: Sampler, fast:
         return Form("eye rays", plain, why_replaced(sampler))
     if not isinstance(scene_data.ray_intersector, FastIntersector):
         return Form("eye rays", plain, f"{type(scene_data.ray_intersector).__name__} is a plain form")
-    why = "camera and intersector are the package's"
-    return Form("eye rays", "hits are kept, in packets where that pays", why, True)
+    why = "camera and intersector belong to the package"
+    return Form("eye rays", "hits are kept; large pictures use packets", why, True)

@@ -36,4 +36,4 @@ def intersector_class(chosen: type, fast: bool) -> tuple[type, Form]:
     if why := why_replaced(chosen):
         return chosen, Form("rays", f"{chosen.__name__}, the plain form", why)
     stand_in = STAND_INS[chosen]
-    return stand_in, Form("rays", stand_in.form, f"nothing of {chosen.__name__} is replaced", True)
+    return stand_in, Form("rays", stand_in.form, f"no method of {chosen.__name__} is replaced", True)

@@ -7,7 +7,7 @@ from taichi_tracer.system import runtime
 
 @ti.func
 def pcg4d(a, b, c, d):
-    """Four well-mixed words from four (Jarzynski & Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020)."""
+    """Four well-mixed words of four words (Jarzynski & Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020)."""
     a, b, c, d = _advance(a), _advance(b), _advance(c), _advance(d)
     a, b, c, d = _mix(a, b, c, d)
     a, b, c, d = a ^ (a >> 16), b ^ (b >> 16), c ^ (c >> 16), d ^ (d >> 16)

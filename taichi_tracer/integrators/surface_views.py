@@ -7,8 +7,8 @@ from taichi_tracer.integrators.base import View
 from taichi_tracer.system.registry import register
 
 MAX_DISTANCE = 10.0  # shown as white (A1-15)
-# The colour of an id has the fractional parts of its products with π, with the digits of Planck's constant and with e
-# (A1-15).
+# The red, green and blue of an id are the fractional parts of its products with π, with the digits of Planck's
+# constant, and with e (A1-15).
 ID_COLOR_UNIT = 100_000_000
 ID_COLOR = (314159265, 662607015, 271828182)  # in ID_COLOR_UNITs
 

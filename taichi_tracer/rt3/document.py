@@ -22,8 +22,8 @@ from taichi_tracer.rt3.world import World
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
-MOST_PIXELS = 8192**2  # of a film; the fields of so many pixels already take several gigabytes
-MOST_NOTES = 200  # after so many notes, the others are left out
+MOST_PIXELS = 8192**2  # of a film; the fields of this number of pixels already take several gigabytes
+MOST_NOTES = 200  # further notes are left out
 STRETCH_TOLD = 1e-3  # relative; nobody sees whether a circle is stretched by less
 IMAGE_TYPES = {"png": ".png", "ppm": ".ppm", "ppm3": ".ppm", "ppm6": ".ppm", "exr": ".exr"}
 INTEGRATORS = {"flat": "flat", "normal_map": "normal_map", "normal": "normal_map", "depth_map": "depth_map"}
@@ -144,7 +144,7 @@ class _Reader:
         if len(self.notes) < MOST_NOTES:
             self.notes.append(line if isinstance(line, str) else line())
         elif len(self.notes) == MOST_NOTES:
-            self.notes.append(f"{self.path}: and more of the kind")
+            self.notes.append(f"{self.path}: further notes are left out")
 
     def take(self, element: Element) -> None:
         """Handle one element according to its tag."""
@@ -351,7 +351,7 @@ class _Reader:
         if not self.ended_at:
             raise InputError(f"{self.path}: the world that began at {self.began_at} has no <world_end/>")
         if self.said_since:
-            self.note(f"{self.path}: what follows the last <render_again/> is in no picture")
+            self.note(f"{self.path}: no picture uses the elements after the last <render_again/>")
         self.result.mesh = self.world.mesh()
         self.result.mesh.notes = [*self.notes, *self.world.notes]
         return self.result

@@ -12,7 +12,7 @@ from taichi_tracer.files.text import read_bytes
 from taichi_tracer.rt3.values import LONGEST_SHOWN, Element
 from taichi_tracer.system.errors import InputError
 
-# The size of a document with everything that it includes, in bytes. Larger meshes belong into files of their own.
+# The size of a document with everything that it includes, in bytes. Larger meshes belong in their own files.
 MOST_BYTES = 1 << 26
 MOST_ELEMENTS = 200_000
 # The equals signs in one file, which bound its attributes: the parser keeps all attributes of an element in memory.

@@ -38,8 +38,8 @@ def as_rt3(document: Document, path: Path) -> str:
     text = "\n".join([*lines, "</RT3>", ""])
     if len(text.encode()) > MOST_BYTES or len(lines) > MOST_ELEMENTS:
         raise InputError(
-            f"{path}: the scene takes {len(text.encode()) >> 20} MB and {len(lines):,} elements as RT3, of which "
-            f"{MOST_BYTES >> 20} MB and {MOST_ELEMENTS:,} are read: name its mesh by filename instead"
+            f"{path}: the scene takes {len(text.encode()) >> 20} MB and {len(lines):,} elements as RT3, and "
+            f"at most {MOST_BYTES >> 20} MB and {MOST_ELEMENTS:,} can be read: name its mesh by filename instead"
         )
     return text
 
@@ -141,7 +141,7 @@ def _triangles(mesh: Mesh, part: slice, material: str, culls: bool, has_normals:
     faces = faces.reshape(-1, 3)
     lists = {"vertices": mesh.vertices[used].astype(np.float64), "indices": faces}
     if not np.isfinite(lists["vertices"]).all():
-        raise InputError(f"{mesh.source}: a vertex is not finite, which RT3 cannot say")
+        raise InputError(f"{mesh.source}: a vertex is not finite, which an RT3 document cannot express")
     if has_normals:
         ids = mesh.face_normals[part]
         used, inverse = np.unique(ids[ids >= 0], return_inverse=True)
