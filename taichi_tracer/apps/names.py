@@ -44,10 +44,9 @@ def find_views(text: str) -> tuple[View, ...]:
     Raises:
         InputError: a name that none of them offers.
     """
-    known: dict[str, View] = {}
-    for renderer_class in renderers():
-        for integrator in renderer_class.offered():
-            known |= dict.fromkeys((integrator.name, *integrator.aliases), (renderer_class, integrator))
+    offered = [(renderer_class, one) for renderer_class in renderers() for one in renderer_class.offered()]
+    known: dict[str, View] = {alias: (cls, one) for cls, one in offered for alias in one.aliases}
+    known |= {one.name: (cls, one) for cls, one in offered}
     if text == ALL:
         renderer_class, _ = known[VIEW]
         return tuple((renderer_class, integrator) for integrator in renderer_class.offered())

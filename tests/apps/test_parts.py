@@ -201,6 +201,17 @@ def test_a_view_and_a_camera_of_ones_own_are_rendered(parts):
     assert (wide != heat).any()
 
 
+def test_a_renderer_derived_from_the_courses_shows_its_own_method(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(
+        "import taichi as ti\nimport taichi.math as tm\nimport taichi_tracer as tt\n\n\n@tt.register\n"
+        "class Mine(tt.A1Renderer):\n    name = 'mine'\n\n    @ti.func\n    def shade_normal(self, hit_data):\n"
+        "        return tm.vec3(0.25, 0.5, 1)\n"
+    )
+    image = render("a", "cube", "--parts", "mine.py", "--view", "normal", "--size", "8")
+    assert (image == np.float32([0.25, 0.5, 1])).all()
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     "words",
