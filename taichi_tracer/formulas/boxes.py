@@ -21,8 +21,8 @@ class RayBounds:
 def box_interval(bounds, low, high, t_near, t_far):
     """The part of [t_near, t_far] in which the ray is inside the box. It is empty if t_near > t_far in the result.
 
-    The sign of 1/d decides which plane of a slab is near. The sign of d would not work, because 0 and −0 are equal. A NaN
-    (0 · ∞, for a ray in the plane of a face) leaves the interval unchanged. Every operation is monotonic, also with
+    The sign of 1/d decides which plane of a slab is near. The sign of d would not work, because 0 and −0 are equal. A
+    NaN (0 · ∞, for a ray in the plane of a face) leaves the interval unchanged. Every operation is monotonic, also with
     rounding: the interval of a box lies within the interval of every box that contains it.
     """
     for k in ti.static(range(3)):

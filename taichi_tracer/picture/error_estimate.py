@@ -12,8 +12,8 @@ k = 2 groups, and v = (mean_even − mean_odd)² / 4 (replicated randomised quas
 methods and examples"). For one pixel, this estimate is rough. For a whole picture, it is precise.
 
 **The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The true mean square error of this
-picture is random, and so is M. The variance of their difference is 2 v² k / (k − 1) per pixel. It does not depend on the
-kurtosis of the samples, because the kurtosis affects both in the same way and cancels. Only an estimate v̂ of v is
+picture is random, and so is M. The variance of their difference is 2 v² k / (k − 1) per pixel. It does not depend on
+the kurtosis of the samples, because the kurtosis affects both in the same way and cancels. Only an estimate v̂ of v is
 known. There are two ways to estimate v² from it:
 
 - v̂² is too large: for normal errors, by the factor (k + 1) / (k − 1). Therefore it is divided by this factor. It is too
