@@ -201,7 +201,7 @@ class ProgressiveRenderer:
         """Whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14)."""
         return self.active.srgb
 
-    # ── the heart ──
+    # ── the central kernel ──
 
     @ti.kernel
     def _take_sample(
