@@ -6,6 +6,7 @@ object, so that it always says what was compiled.
 
 from dataclasses import dataclass, field
 
+from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.seams import replaced
 
@@ -84,7 +85,7 @@ def derive(
         "culling": mesh.has_culling,
         "background": background is not None,
     }
-    reasons = [_about_brdf(brdf, has.count(i), len(has)) for i, brdf in enumerate(brdfs)]
+    reasons = [_about_brdf(b, has.count(i), [mesh.materials[k] for k in used]) for i, b in enumerate(brdfs)]
     reasons += _about_light(sky, environment, lights, found["emitters"])
     normals = "a triangle has them" if found["interpolated_normals"] else "no triangle has them"
     reasons.append(("vertex normals", found["interpolated_normals"], normals))
@@ -120,9 +121,11 @@ def _kind_of(environment) -> str:
     return "image" if environment.constant is None else "constant"
 
 
-def _about_brdf(brdf, count: int, materials: int) -> tuple[str, bool, str]:
-    why = f"{count} of {materials} materials" if count > 0 else f"no triangle has {brdf.needs}"
-    return brdf.name, count > 0, why
+def _about_brdf(brdf, count: int, materials: list) -> tuple[str, bool, str]:
+    if count > 0:
+        return brdf.name, True, f"{count} of {len(materials)} materials"
+    described = any(brdf.describes(material, runtime.dtype()) for material in materials)
+    return brdf.name, False, "another BRDF takes its materials" if described else f"no triangle has {brdf.needs}"
 
 
 def _about_light(sky: str, environment, lights, emits: bool) -> list[tuple[str, bool, str]]:

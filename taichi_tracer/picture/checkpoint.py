@@ -7,6 +7,8 @@ from taichi_tracer.files.checkpoint import check_same, read_checkpoint, show_ran
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
+PACKAGE = "taichi_tracer."
+
 
 def facts_of(renderer) -> dict:
     """Everything that the bits of a picture depend on. Samples with different facts must not be added up."""
@@ -28,7 +30,22 @@ def facts_of(renderer) -> dict:
         "precision": settings.precision,
         "fast math": settings.fast_math,
         **own,
+        **own_parts(renderer.scene_data),
     }
+
+
+def own_parts(scene_data) -> dict:
+    """The parts of a scene that do not come with the package: what they compute is theirs to say."""
+    library = scene_data.material_library
+    parts = {"intersector": [scene_data.ray_intersector]}
+    parts["BRDFs"] = [library.brdfs[i] for i in scene_data.effects.brdfs]
+    names = {what: [full_name(one) for one in those] for what, those in parts.items()}
+    return {what: those for what, those in names.items() if any(not name.startswith(PACKAGE) for name in those)}
+
+
+def full_name(part) -> str:
+    """The dotted name of a part's class."""
+    return f"{type(part).__module__}.{type(part).__qualname__}"
 
 
 def save(renderer, path: str | Path) -> None:

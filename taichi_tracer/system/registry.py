@@ -18,7 +18,6 @@ import pkgutil
 import runpy
 import sys
 import traceback
-from collections.abc import Callable
 from pathlib import Path
 
 from taichi_tracer.system.errors import InputError, one_of
@@ -113,7 +112,9 @@ class Registry:
             InputError: the name is unknown, or the class or object is not a part of this kind.
         """
         if isinstance(chosen, str):
-            known = {name: part for part in self.all(kind) for name in (part.name, *getattr(part, "aliases", ()))}
+            parts = self.all(kind)
+            known = {alias: part for part in parts for alias in getattr(part, "aliases", ())}
+            known |= {part.name: part for part in parts}
             if chosen not in known:
                 raise one_of(kind, chosen, self.names(kind))
             return known[chosen]
@@ -193,8 +194,3 @@ def where_in(error: BaseException, file: Path, path: str) -> str:
         return f"{path if Path(error.filename) == file else error.filename}:{error.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
     return f"{path}:{lines[-1]}" if lines else path
-
-
-def choose(kind: str) -> Callable:
-    """``PARTS.find`` for one kind, as a function of the name, class or object."""
-    return lambda chosen: PARTS.find(kind, chosen)
