@@ -35,7 +35,7 @@ def facts_of(renderer) -> dict:
 
 
 def own_parts(scene_data) -> dict:
-    """The parts of a scene that do not come with the package: what they compute is theirs to say."""
+    """The names of the scene's parts that do not belong to the package, because a picture depends on them."""
     library = scene_data.material_library
     parts = {"intersector": [scene_data.ray_intersector]}
     parts["BRDFs"] = [library.brdfs[i] for i in scene_data.effects.brdfs]
@@ -44,7 +44,7 @@ def own_parts(scene_data) -> dict:
 
 
 def full_name(part) -> str:
-    """The dotted name of a part's class."""
+    """The full name of a part's class, with its module."""
     return f"{type(part).__module__}.{type(part).__qualname__}"
 
 
