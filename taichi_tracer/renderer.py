@@ -78,8 +78,8 @@ class ProgressiveRenderer:
     Args:
         scene_data: the scene.
         width, height: size of the picture in pixels.
-        camera: a camera object, whose size is the size of the picture; or the name or the class of a camera, which is
-            made so that it shows the scene; None takes the camera of the scene.
+        camera: a camera object; then its size is the size of the picture. Or the name or the class of a camera: the
+            renderer makes one that shows the scene. None takes the camera of the scene.
         jitter: whether eye rays pass through a random point of their pixel (A2-1); None takes the default of the class.
         sampler: the name of a registered sampler, or a ``Sampler``. If it is a ``UniformSampler``, the estimator
             ``uniform`` takes its directions from it.
