@@ -1,1 +1,1 @@
-"""Side-by-side measurements with the renderers that a user could pick instead; never part of the tests."""
+"""Measurements that compare the package with other renderers. They are not part of the tests."""

@@ -1,4 +1,4 @@
-"""Building the hierarchy beside Embree and Mitsuba 3: seconds, and bytes per triangle.
+"""The build of the hierarchy, compared with Embree and Mitsuba 3: time, and bytes per triangle.
 
 python -m benchmarks.build [TRIANGLES | FILE ...]
 """
@@ -11,6 +11,8 @@ from benchmarks.meshes import from_arguments
 from benchmarks.peers import MitsubaScene, embree_scene
 from taichi_tracer.fast.wide_bvh import BVHRayIntersector
 
+RUNS = 5  # builds of each candidate
+
 
 def measure(name: str, vertices, faces) -> str:
     """A markdown table for one mesh."""
@@ -22,16 +24,16 @@ def measure(name: str, vertices, faces) -> str:
 
     def embree() -> None:
         one = vertices[:1].astype("f4")
-        embree_scene(vertices, faces).run(one, one)  # it builds on first use
+        embree_scene(vertices, faces).run(one, one)  # Embree builds its tree when it is first used
 
     candidates = {"embreex": embree, "Mitsuba llvm": lambda: MitsubaScene(vertices, faces), "taichi_tracer": ours}
-    table = ratio_table(f"{name}: build", interleaved(candidates, 5), "embreex", "ms")
+    table = ratio_table(f"{name}: build", interleaved(candidates, RUNS), "embreex", "ms")
     tree = trees[0]
     return table + f"\nmemory: {tree.bytes / tree.num_leaf_triangles:.0f} bytes per triangle, depth {tree.depth}\n"
 
 
 def report(arguments: list[str]) -> str:
-    """Tables for every mesh that was asked for."""
+    """The tables for every requested mesh."""
     tt.init(arch="auto")
     return "".join(measure(name, *mesh) for name, mesh in from_arguments(arguments).items())
 

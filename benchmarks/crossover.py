@@ -1,4 +1,4 @@
-"""Milliseconds per frame against triangles, by brute force and by the hierarchy; draws docs/images/frame_time.svg.
+"""Milliseconds per frame against triangles, with brute force and with the hierarchy. Draws docs/images/frame_time.svg.
 
 python -m benchmarks.crossover
 """
@@ -20,33 +20,35 @@ CHART = Path(__file__).parents[1] / "docs" / "images" / "frame_time.svg"
 FEW = (2, 12, 50, 200, 1_000, 4_000)
 SIZES = {"brute_force": FEW, "bvh": (*FEW, 20_000, 82_000, 512_000, 1_300_000)}
 RESOLUTION, RUNS = 256, 5
+WARM_UP = 2  # frames before the measurement, which compile the kernels of single rays and of packets
+SMALLEST_SPHERE = 50  # triangles
 
 
 def mesh_of(triangles: int) -> tuple[np.ndarray, np.ndarray]:
-    """A displaced sphere; the smallest ones are the first triangles of one."""
-    if triangles >= 50:
+    """A displaced sphere. Meshes with fewer than ``SMALLEST_SPHERE`` triangles are the first triangles of one."""
+    if triangles >= SMALLEST_SPHERE:
         return displaced_sphere(triangles)
-    vertices, faces = displaced_sphere(50)
+    vertices, faces = displaced_sphere(SMALLEST_SPHERE)
     return vertices, faces[:triangles]
 
 
 def frame_milliseconds(intersector: str, triangles: int, use_packets: bool) -> float:
-    """Median time of a normal view after the camera has moved; the first frames compile."""
+    """The median time of a normal view after a move of the camera, in milliseconds."""
     scene = tt.scene_from_mesh(*mesh_of(triangles), intersector=intersector, view={**VIEW, "up": (0, 1, 0)})
     renderer = tt.A1Renderer(scene, RESOLUTION, RESOLUTION).use("normal")
     renderer.eye_rays.use_packets = use_packets
     seconds = []
-    for _ in range(RUNS + 2):
+    for _ in range(RUNS + WARM_UP):
         renderer.camera.version += 1
         start = time.perf_counter()
         renderer.render()
         ti.sync()
         seconds.append(time.perf_counter() - start)
-    return 1e3 * statistics.median(seconds[2:])
+    return 1e3 * statistics.median(seconds[WARM_UP:])
 
 
 def crossover(curves: dict[str, dict[int, float]]) -> float:
-    """The number of triangles at which the hierarchy becomes faster, on straight lines in log-log."""
+    """The number of triangles at which the hierarchy becomes faster; interpolated linearly between the logarithms."""
     counts = np.array(list(curves["brute force"]))
     gain = np.log([curves["brute force"][n] / curves["hierarchy, single rays"][n] for n in counts])
     if (gain > 0).all():
@@ -55,7 +57,7 @@ def crossover(curves: dict[str, dict[int, float]]) -> float:
 
 
 def report(_arguments: list[str]) -> str:
-    """A markdown table; the chart is written beside it."""
+    """A markdown table. The chart is written too."""
     tt.init(arch="auto")
     curves = {
         "brute force": {n: frame_milliseconds("brute_force", n, False) for n in SIZES["brute_force"]},
@@ -73,7 +75,7 @@ def report(_arguments: list[str]) -> str:
 
 
 def draw(curves: dict[str, dict[int, float]], meeting: float) -> None:
-    """The log-log chart."""
+    """Draw the chart with logarithmic axes."""
     import matplotlib
 
     matplotlib.use("svg")

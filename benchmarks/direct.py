@@ -1,4 +1,4 @@
-"""Direct illumination beside Mitsuba 3: time per sample, time to an error.
+"""Direct illumination, compared with Mitsuba 3: time per sample, and time to a given error.
 
 python -m benchmarks.direct [sample | error ...]
 """
@@ -10,7 +10,7 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks import peers  # noqa: F401 (says where libLLVM is)
+from benchmarks import peers  # noqa: F401 (its import sets the path of libLLVM)
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.renderer import A2Renderer
@@ -18,10 +18,13 @@ from taichi_tracer.scene_data_loader import COURSE_VIEW
 
 SIZE = 512
 SPP_PER_CALL = 16
+SCALAR_SPP = 4  # samples per call of Mitsuba's scalar variant, which is slower
+RUNS = 5
+MIRROR_FROM = 1e6  # Ns; the material "phong" of the scene has 50, and "mirror" has 1e21
 
 
 class MitsubaDirect:
-    """The three spheres under an environment in Mitsuba 3, by its ``direct`` integrator."""
+    """The three spheres under an environment in Mitsuba 3, with its ``direct`` integrator."""
 
     def __init__(self, environment: str, variant: str, size: int, sampler: str = "independent", mis: bool = False):
         import drjit
@@ -41,11 +44,11 @@ class MitsubaDirect:
 
     @staticmethod
     def integrator(mis: bool) -> dict:
-        """BRDF sampling alone, or both."""
+        """BRDF sampling only; with ``mis``, multiple importance sampling with the light."""
         return {"type": "direct", "emitter_samples": 1 if mis else 0, "bsdf_samples": 1}
 
     def sensor(self, sampler: str) -> dict:
-        """The course's view."""
+        """A camera with the view of the course."""
         to_world = self.mi.ScalarTransform4f().look_at(*(COURSE_VIEW[k] for k in ("eye", "at", "up")))
         film = {"type": "hdrfilm", "width": self.size, "height": self.size, "rfilter": {"type": "box"}}
         film |= {"pixel_format": "rgb", "component_format": "float32"}
@@ -59,7 +62,7 @@ class MitsubaDirect:
         }
 
     def light(self, environment: str) -> dict:
-        """The same radiance; Mitsuba's map begins elsewhere, which matters to nobody's time."""
+        """The same radiance. Mitsuba rotates the map differently, but this does not change the time."""
         pixels = np.load(shipped_environments()[environment]).astype(np.float32)
         return {"type": "envmap", "bitmap": self.mi.Bitmap(pixels)}
 
@@ -69,9 +72,9 @@ class MitsubaDirect:
         normal_ids = mesh.face_normals[mesh.face_materials == i]
         vertices, normals = mesh.vertices[ids.ravel()], mesh.normals[normal_ids.ravel()]
         bsdf = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(material.Kd)}}
-        if material.Ns > 1:  # Mitsuba 3 has no Phong: a microfacet lobe of the same width
+        if material.Ns > 1:  # Mitsuba 3 has no Phong BRDF; this is a microfacet lobe of the same width
             bsdf = {"type": "roughconductor", "material": "none", "alpha": (2 / (material.Ns + 2)) ** 0.5}
-        if material.Ns > 1e6:
+        if material.Ns > MIRROR_FROM:
             bsdf = {"type": "conductor", "material": "none"}
         shape = self.mi.Mesh(f"part{i}", len(vertices), len(ids), has_vertex_normals=True, props=self.properties(bsdf))
         parameters = self.mi.traverse(shape)
@@ -82,23 +85,23 @@ class MitsubaDirect:
         return shape
 
     def properties(self, bsdf: dict):
-        """A mesh takes its BSDF when it is made."""
+        """The properties of a mesh with its BSDF, which cannot be set later."""
         properties = self.mi.Properties()
         properties["mesh_bsdf"] = self.mi.load_dict(bsdf)
         return properties
 
     def render(self, spp: int = 1, seed: int = 0) -> np.ndarray:
-        """(h, w, 3)."""
+        """The picture, (h, w, 3)."""
         image = self.mi.render(self.scene, spp=spp, seed=seed)
         return np.array(image)
 
 
 def per_sample() -> str:
-    """ms per sample and pixel, 512², three spheres under studio, BRDF sampling."""
+    """Tables: milliseconds for one sample of every pixel; 512², three spheres under studio, BRDF sampling."""
     scene = tt.load_scene_data("specular_spheres", environment="studio")
     renderer = tt.A2Renderer(scene, SIZE, SIZE, sampler="independent").use("brdf")
     sobol = tt.A2Renderer(scene, SIZE, SIZE).use("brdf")
-    scalar = {"Mitsuba scalar_rgb": (MitsubaDirect("studio", "scalar_rgb", SIZE), 4)}
+    scalar = {"Mitsuba scalar_rgb": (MitsubaDirect("studio", "scalar_rgb", SIZE), SCALAR_SPP)}
     calls = {name: lambda p=p, n=n: p.render(n) for name, (p, n) in scalar.items()}
     report = []
 
@@ -110,8 +113,8 @@ def per_sample() -> str:
         "taichi_tracer, independent": lambda: ours(renderer),
         "taichi_tracer, sobol": lambda: ours(sobol),
     }
-    medians = interleaved(candidates, 5)
-    medians = {name: s / (4 if "scalar" in name else SPP_PER_CALL) for name, s in medians.items()}
+    medians = interleaved(candidates, RUNS)
+    medians = {name: s / (SCALAR_SPP if "scalar" in name else SPP_PER_CALL) for name, s in medians.items()}
     report.append(
         ratio_table(f"direct illumination, {SIZE}², BRDF sampling", medians, "Mitsuba scalar_rgb", "ms per sample")
     )
@@ -122,7 +125,7 @@ def per_sample() -> str:
             "taichi_tracer, independent": lambda: ours(renderer),
             "taichi_tracer, sobol": lambda: ours(sobol),
         },
-        5,
+        RUNS,
     )
     medians = {name: s / SPP_PER_CALL for name, s in medians.items()}
     report.append(
@@ -135,19 +138,20 @@ ERROR_SIZE = 256
 TARGETS = (0.02, 0.01)
 OURS = [(e, s) for e in ("environment", "mis") for s in ("sobol", "independent")]
 THEIRS = ("multijitter", "ldsampler", "orthogonal")
-
-
-SUN = 50  # times the mean: pixels above it see the sun in the mirror, and alone would decide the error of the picture
+REFERENCE_SPP, REFERENCE_SEED = 8192, 1000  # of the picture that errors are measured against
+MOST_SECONDS, MOST_SPP = 30, 4096  # the measurement of a curve ends at the first of these
+# Times the mean of the picture. Pixels above it show the sun in the mirror; they alone would determine the error.
+SUN = 50
 
 
 def relative_rmse(image: np.ndarray, truth: np.ndarray) -> float:
-    """RMSE over the channels of all pixels but those that mirror the sun, relative to the mean of the reference."""
+    """RMSE relative to the mean of the reference, over all pixels except those that mirror the sun."""
     others = truth.max(axis=2) < SUN * truth.mean()
     return float(np.sqrt(((image.astype(np.float64) - truth)[others] ** 2).mean()) / truth[others].mean())
 
 
 def time_to(error_and_seconds: list[tuple[float, float]], target: float) -> float:
-    """Seconds at which the error reaches the target, on straight lines between the measured points, log-log."""
+    """The time at which the error reaches the target, interpolated linearly between the logarithms of the points."""
     errors, seconds = np.log(np.array(error_and_seconds)).T
     order = np.argsort(errors)
     if not errors.min() <= np.log(target) <= errors.max():
@@ -156,16 +160,17 @@ def time_to(error_and_seconds: list[tuple[float, float]], target: float) -> floa
 
 
 def to_error() -> str:
-    """Seconds of rendering to 2 % and 1 % relative RMSE, 256², three spheres under sunny."""
+    """A table: seconds of rendering until 2 % and 1 % relative RMSE; 256², three spheres under sunny."""
     curves = {}
     scene = tt.load_scene_data("specular_spheres", environment="sunny")
-    truth = A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, seed=1000).use("mis").render(8192).image().astype(np.float64)
+    reference = A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, seed=REFERENCE_SEED).use("mis").render(REFERENCE_SPP)
+    truth = reference.image().astype(np.float64)
     for estimator, sampler in OURS:
         renderer = A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, sampler=sampler).use(estimator)
         renderer.render(3)
         renderer.reset()
         points, seconds, wanted = [], 0.0, 4
-        while seconds < 30 and wanted <= 4096:
+        while seconds < MOST_SECONDS and wanted <= MOST_SPP:
             start = time.perf_counter()
             renderer.render(wanted - renderer.samples)
             ti.sync()
@@ -174,7 +179,8 @@ def to_error() -> str:
             wanted *= 2
         curves[f"taichi_tracer, {estimator}, {sampler}"] = points
     for variant in ("llvm_ad_rgb",):
-        reference = MitsubaDirect("sunny", variant, ERROR_SIZE, mis=True).render(8192, seed=1000).astype(np.float64)
+        theirs = MitsubaDirect("sunny", variant, ERROR_SIZE, mis=True).render(REFERENCE_SPP, seed=REFERENCE_SEED)
+        their_truth = theirs.astype(np.float64)
         for sampler in THEIRS:
             peer = MitsubaDirect("sunny", variant, ERROR_SIZE, sampler, mis=True)
             points = []
@@ -182,7 +188,7 @@ def to_error() -> str:
                 peer.render(spp)
                 start = time.perf_counter()
                 image = peer.render(spp, seed=1)
-                points.append((relative_rmse(image, reference), time.perf_counter() - start))
+                points.append((relative_rmse(image, their_truth), time.perf_counter() - start))
             curves[f"Mitsuba {variant}, {sampler}"] = points
     lines = ["\n**time to an error, 256², three spheres under sunny, rendering only**\n"]
     lines += [f"Pixels above {SUN} times the mean, which mirror the sun itself, are left out on both sides.\n"]
@@ -200,7 +206,7 @@ PARTS = {"sample": per_sample, "error": to_error}
 
 
 def report(names: list[str]) -> str:
-    """Tables for what was asked for."""
+    """The requested tables."""
     tt.init(arch="auto")
     return "".join(PARTS[name]() for name in names or PARTS)
 

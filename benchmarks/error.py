@@ -1,4 +1,4 @@
-"""Is the error that a picture tells of itself true, is the predicted time, and what does knowing it cost?
+"""Is the estimated error of a picture true? Is the predicted number of samples right? What do the estimates cost?
 
 python -m benchmarks.error [calibration | prediction | bookkeeping ...]
 """
@@ -16,16 +16,18 @@ from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.studies.metrics import relative_rmse
 
 RENDERS, SIZE, SPP = 200, 64, 16
+REFERENCE_SPP, REFERENCE_SEED = 8192, 10**6  # of the picture that errors are measured against
+PREDICTION_SIZE, MOST_SPP = 192, 20_000
 TARGETS = {"cornell_box": 0.08, "specular_spheres": 0.03, "sphere": 0.02, "torus_knot": 0.05, "cube": 0.02}
 
 
 def calibration() -> str:
-    """How often the interval contains the true error, over short renders of each shipped mesh."""
+    """A table: how often the interval contains the true error, over many short renders of each shipped mesh."""
     lines = [f"\n**the 95 % interval, over {RENDERS} renders of {SIZE}², {SPP} samples, MIS, studio**\n"]
     lines += ["| scene | sampler | true error inside | told / true | reference's error |", "|---|---|--:|--:|--:|"]
     for name in [n for n in scene_names() if "/" not in n]:
         scene = tt.load_scene_data(name, environment="studio")
-        truth = tt.A2Renderer(scene, SIZE, SIZE, seed=10**6).use("mis").render(8192)
+        truth = tt.A2Renderer(scene, SIZE, SIZE, seed=REFERENCE_SEED).use("mis").render(REFERENCE_SPP)
         image = truth.image().astype(np.float64)
         for sampler in ("sobol", "independent"):
             renderer = tt.A2Renderer(scene, SIZE, SIZE, sampler=sampler).use("mis")
@@ -43,16 +45,16 @@ def calibration() -> str:
 
 
 def prediction() -> str:
-    """Predicted over actual samples to an error, at a tenth of the way."""
+    """A table: predicted / actual number of samples until an error, predicted after a tenth of the samples."""
     lines = ["\n**samples to an error as predicted at a tenth of them, over what it took, 192², MIS**\n"]
     lines += ["| scene | sampler | error | samples | predicted / actual |", "|---|---|--:|--:|--:|"]
     for name, target in TARGETS.items():
         scene = tt.load_scene_data(name, environment="studio")
         for sampler, factor in (("sobol", 1), ("independent", 3)):
-            renderer = tt.A2Renderer(scene, 192, 192, sampler=sampler).use("mis")
+            renderer = tt.A2Renderer(scene, PREDICTION_SIZE, PREDICTION_SIZE, sampler=sampler).use("mis")
             seen = []
             renderer.render(
-                error=target * factor, spp=20_000, watch=lambda p, s=seen: s.append((p.samples, p.samples_left))
+                error=target * factor, spp=MOST_SPP, watch=lambda p, s=seen: s.append((p.samples, p.samples_left))
             )
             end = seen[-1][0]
             n, left = next((n, left) for n, left in seen if n >= end / 10)
@@ -62,11 +64,11 @@ def prediction() -> str:
 
 @ti.data_oriented
 class PlainFilm(Film):
-    """A film that only adds up: one compensated sum, and no idea of the error."""
+    """A film that only adds up the samples in one compensated sum, without anything for the error."""
 
     @ti.func
     def add(self, x, y, value, sample):
-        """One more sample of a pixel."""
+        """Add one sample to a pixel."""
         total, rest = add_to_pair(self.total[x, y, 0], self.rest[x, y, 0], value, ti.math.vec3(0))
         self.total[x, y, 0], self.rest[x, y, 0] = total, rest
         n = self.count[x, y] + 1
@@ -75,7 +77,7 @@ class PlainFilm(Film):
 
 
 def bookkeeping() -> str:
-    """Time of a sample with and without what tells the error."""
+    """Tables: the time of a sample, with and without the sums for the error."""
     report = ""
     for name, size in (("specular_spheres", 512), ("cornell_box", 256)):
         scene = tt.load_scene_data(name, environment="studio")

@@ -1,4 +1,4 @@
-"""Medians of runs that take turns, so that a noisy machine is as noisy for all."""
+"""Medians of runs that take turns, so that the noise of the machine affects all candidates equally."""
 
 import datetime
 import importlib.metadata
@@ -10,11 +10,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 RUNS = 7
-REST = 0.05  # seconds before each call: threads of some libraries keep a core busy for a while after their work
+REST = 0.05  # seconds before each call, because threads of some libraries stay busy for a while after their work
 
 
 def interleaved(candidates: dict[str, Callable[[], object]], runs: int = RUNS) -> dict[str, float]:
-    """Name → median seconds of calling each candidate, in turn, after two calls that compile and warm up."""
+    """Name → median time of a call in seconds. The candidates take turns, after two calls that compile and warm up."""
     for call in candidates.values():
         call()
         call()
@@ -29,10 +29,11 @@ def interleaved(candidates: dict[str, Callable[[], object]], runs: int = RUNS) -
 
 
 def ratio_table(title: str, medians: dict[str, float], base: str, unit: str, per_second: float | None = None) -> str:
-    """A markdown table: each candidate's median and its speed relative to ``base``.
+    """A markdown table: for each candidate, its median and its speed relative to ``base``.
 
     Args:
-        unit: of the figure shown: "ms", or the thing counted when ``per_second`` says how many there are in a call.
+        unit: the unit of the figures: "ms", or for example "million rays/s".
+        per_second: the number of rays, for example, in one call; None shows the time of a call.
     """
     lines = [f"\n**{title}**\n", f"| | {unit} | speed relative to {base} |", "|---|--:|--:|"]
     for name, seconds in medians.items():
@@ -42,7 +43,7 @@ def ratio_table(title: str, medians: dict[str, float], base: str, unit: str, per
 
 
 def describe_machine() -> str:
-    """Date, processor, threads and versions."""
+    """The date, the processor, the number of threads, and the versions of the libraries."""
     model = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():

@@ -1,4 +1,4 @@
-"""Meshes of any size: a displaced sphere, closed, with detail at three scales."""
+"""Meshes of any size: a closed, displaced sphere with details at three scales."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ SIZES = (20_000, 82_000, 512_000, 1_300_000)
 
 
 def displaced_sphere(triangles: int) -> tuple[np.ndarray, np.ndarray]:
-    """(V, 3) float64 vertices and (F, 3) int32 faces of about ``triangles`` triangles; radius 1 ± 0.2."""
+    """(V, 3) float64 vertices and (F, 3) int32 faces, about ``triangles`` of them; the radius is 1 ± 0.2."""
     columns = round(np.sqrt(triangles))
     rows = columns // 2 + 1
     theta, phi = np.meshgrid(
@@ -25,7 +25,7 @@ def displaced_sphere(triangles: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def from_arguments(arguments: list[str]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Name → mesh for every argument, a number of triangles or a file; the usual sizes when there is none."""
+    """Name → mesh for every argument: a number of triangles, or a file. Without arguments, the usual sizes."""
     meshes = {}
     for argument in arguments or [str(size) for size in SIZES]:
         if argument.replace("_", "").isdigit():

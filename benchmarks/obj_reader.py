@@ -20,7 +20,7 @@ CORNERS = {
 
 
 def write_obj(path: Path, points: np.ndarray, triangles: np.ndarray, corner: str) -> None:
-    """An OBJ file with as many normals and texture coordinates as vertices, where ``corner`` has them."""
+    """Write an OBJ file. If ``corner`` has normals or texture coordinates, there are as many of them as vertices."""
     face = "f " + " ".join(corner.replace("{0}", f"{{{k}}}") for k in range(3)) + "\n"
     with open(path, "w") as file:
         file.writelines("v {:.6f} {:.6f} {:.6f}\n".format(*p) for p in points.tolist())
@@ -32,6 +32,7 @@ def write_obj(path: Path, points: np.ndarray, triangles: np.ndarray, corner: str
 
 
 def seconds_to_read(path: Path) -> float:
+    """The time that one reading of a file takes."""
     start = time.perf_counter()
     read_obj(path)
     return time.perf_counter() - start
@@ -39,8 +40,8 @@ def seconds_to_read(path: Path) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--triangles", type=int, default=1_000_000, help="how many, about (default: %(default)s)")
-    parser.add_argument("--repeats", type=int, default=5, help="readings of each file (default: %(default)s)")
+    parser.add_argument("--triangles", type=int, default=1_000_000, help="about how many (default: %(default)s)")
+    parser.add_argument("--repeats", type=int, default=5, help="how often each file is read (default: %(default)s)")
     arguments = parser.parse_args()
 
     points, triangles = displaced_sphere(arguments.triangles)

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-# Mitsuba's LLVM variants take the first libLLVM they find; the older ones cannot compile them all.
+# Mitsuba's LLVM variants take the first libLLVM that they find. An old libLLVM cannot compile all variants; therefore
+# the newest one is chosen here.
 NEW_ENOUGH = [
     p
     for v in range(29, 15, -1)
@@ -17,7 +18,7 @@ if NEW_ENOUGH:
 
 
 class MitsubaScene:
-    """A mesh in Mitsuba 3; rays stay in its memory between calls."""
+    """A mesh in Mitsuba 3. Its rays stay in Mitsuba's memory between calls."""
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray, variant: str = "llvm_ad_rgb") -> None:
         import drjit
@@ -40,7 +41,7 @@ class MitsubaScene:
         return o, d
 
     def nearest(self, rays, coherent: bool = False) -> Callable[[], None]:
-        """A call that finds t, triangle and barycentrics of every ray."""
+        """A function that finds t, triangle and barycentric coordinates for every ray."""
 
         def call() -> None:
             hit = self.scene.ray_intersect_preliminary(self.mi.Ray3f(*rays), coherent=coherent)
@@ -50,7 +51,7 @@ class MitsubaScene:
         return call
 
     def normals(self, rays) -> Callable[[], None]:
-        """A call that finds the shading normal of every coherent ray."""
+        """A function that finds the shading normal for every ray; the rays are coherent."""
 
         def call() -> None:
             flags = self.mi.RayFlags.Minimal | self.mi.RayFlags.ShadingFrame
@@ -62,7 +63,7 @@ class MitsubaScene:
         return call
 
     def occluded(self, rays) -> Callable[[], None]:
-        """A call that finds whether anything lies on every ray."""
+        """A function that finds for every ray whether it hits anything."""
 
         def call() -> None:
             self.dr.eval(self.scene.ray_test(self.mi.Ray3f(*rays)))
@@ -72,7 +73,7 @@ class MitsubaScene:
 
 
 def embree_scene(vertices: np.ndarray, faces: np.ndarray):
-    """A mesh in Embree, by embreex."""
+    """A mesh in Embree, through the package embreex."""
     from embreex import rtcore_scene
     from embreex.mesh_construction import TriangleMesh
 

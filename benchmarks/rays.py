@@ -1,4 +1,6 @@
-"""Rays per second beside Mitsuba 3 and Embree: primary, incoherent, occlusion, whole frames, numpy in and out.
+"""Rays per second, compared with Mitsuba 3 and Embree.
+
+The tables show primary rays, incoherent rays, occlusion rays, whole frames, and rays that come from and go to numpy.
 
 python -m benchmarks.rays [TRIANGLES | FILE ...]
 """
@@ -24,7 +26,7 @@ VIEW = {"eye": (0.0, 0.5, 2.8), "at": (0.0, 0.0, 0.0), "fov": 60.0}
 
 @ti.data_oriented
 class RayKernels:
-    """Kernels over rays that wait in Taichi fields."""
+    """Kernels for rays that are stored in Taichi fields."""
 
     def __init__(self, scene: tt.SceneData, origins: np.ndarray, directions: np.ndarray) -> None:
         self.intersector = scene.ray_intersector
@@ -49,12 +51,12 @@ class RayKernels:
             self.triangle_id[i] = self.intersector.is_blocked(ray, 0.0, tm.inf)
 
     def nearest(self) -> None:
-        """t, id, u, v of every ray."""
+        """Find t, id, u and v for every ray."""
         self._nearest()
         ti.sync()
 
     def occluded(self) -> None:
-        """Whether anything lies on every ray."""
+        """Find for every ray whether it hits anything."""
         self._occluded()
         ti.sync()
 
@@ -68,7 +70,7 @@ def incoherent_rays(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def primary_rays(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
-    """The camera's rays, tile by tile as the packets take them: the order that suits Mitsuba best, too."""
+    """The camera's rays in the order of the packets, tile by tile. This order is also the fastest for Mitsuba."""
     size, tile = camera.width, 4
     index = np.arange(size * size)
     block, lane = index // tile**2, index % tile**2
@@ -82,12 +84,12 @@ def primary_rays(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
 
 
 def frame(scene: tt.SceneData, size: int):
-    """A call that renders the normal view after the camera has moved."""
+    """A function that renders the normal view as after a move of the camera."""
     renderer = tt.A1Renderer(scene, size, size).use("normal")
     renderer.camera.set_camera_parameters(**VIEW)
 
     def call() -> None:
-        renderer.camera.version += 1  # as a move would, without the cost of the same matrix again
+        renderer.camera.version += 1  # like a move, but without the cost of a new matrix
         renderer.render()
         ti.sync()
 
@@ -95,7 +97,7 @@ def frame(scene: tt.SceneData, size: int):
 
 
 def measure(name: str, vertices: np.ndarray, faces: np.ndarray) -> str:
-    """Markdown tables for one mesh."""
+    """The markdown tables for one mesh."""
     scenes = {
         test: tt.scene_from_mesh(vertices, faces, triangle_test=test) for test in ("watertight", "moller_trumbore")
     }
@@ -143,7 +145,7 @@ def measure(name: str, vertices: np.ndarray, faces: np.ndarray) -> str:
 
 
 def report(arguments: list[str]) -> str:
-    """Tables for every mesh that was asked for."""
+    """The tables for every requested mesh."""
     tt.init(arch="auto")
     return "".join(measure(name, *mesh) for name, mesh in from_arguments(arguments).items())
 

@@ -1,6 +1,6 @@
 """Run every benchmark, each in a process of its own, and write benchmarks/RESULTS.md.
 
-python -m benchmarks.results [NAME ...]     the named ones alone are measured anew, the others stay
+python -m benchmarks.results [NAME ...]     only the named ones are measured again; the other results stay
 """
 
 import re
@@ -28,7 +28,7 @@ of runs that took turns in one process; only ratios within one section are worth
 
 
 def main(names: list[str]) -> None:
-    """Measure and write."""
+    """Run the benchmarks, and write the results."""
     old = RESULTS.read_text(encoding="utf-8") if RESULTS.exists() else ""
     parts = dict(re.findall(r"^## `python -m benchmarks\.(\w+).*?`\n(.*?)(?=^## |\Z)", old, re.MULTILINE | re.DOTALL))
     for name in names or BENCHMARKS:
@@ -44,7 +44,7 @@ def main(names: list[str]) -> None:
 
 
 def write(parts: dict[str, str]) -> None:
-    """Name → output of the benchmarks, in the order of ``BENCHMARKS``."""
+    """Write the outputs (name → text) into RESULTS.md, in the order of ``BENCHMARKS``."""
     titles = {name: " ".join([f"python -m benchmarks.{name}", *BENCHMARKS[name]]) for name in BENCHMARKS}
     text = "\n".join(f"## `{titles[name]}`\n\n{parts[name].strip()}\n" for name in BENCHMARKS if name in parts)
     RESULTS.write_text(HEAD + text, encoding="utf-8")

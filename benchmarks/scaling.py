@@ -1,4 +1,4 @@
-"""How the time per frame grows with the triangles, and what a second thread is worth.
+"""How the time per frame grows with the number of triangles, and how much a second thread gains.
 
 python -m benchmarks.scaling [TRIANGLES | FILE ...]
 """
@@ -14,24 +14,25 @@ from benchmarks.rays import frame
 
 RESOLUTION = 1024
 ROUNDS = 3
-THREADS_MESH = "82000"
+WARM_UP = 3  # frames before the measurement, which compile
+THREADS_MESH = "82000"  # triangles
 
 
 def frame_milliseconds(scene: tt.SceneData) -> float:
-    """Median of the normal view, whole frame, after those that compile."""
+    """The median time of a whole frame of the normal view, in milliseconds."""
     call = frame(scene, RESOLUTION)
     seconds = []
-    for i in range(RUNS + 3):
+    for i in range(RUNS + WARM_UP):
         time.sleep(REST)
         start = time.perf_counter()
         call()
-        if i >= 3:
+        if i >= WARM_UP:
             seconds.append(time.perf_counter() - start)
     return statistics.median(seconds) * 1e3
 
 
 def by_triangles(meshes: dict) -> str:
-    """A markdown table: the same picture of more and more triangles."""
+    """A markdown table: the same picture with more and more triangles."""
     lines = [f"\n**normal view, {RESOLUTION}²**\n", "| | ms per frame | relative to the first |", "|---|--:|--:|"]
     medians = {name: frame_milliseconds(tt.scene_from_mesh(*mesh)) for name, mesh in meshes.items()}
     first = next(iter(medians.values()))
@@ -40,7 +41,7 @@ def by_triangles(meshes: dict) -> str:
 
 
 def by_threads(name: str, mesh: tuple) -> str:
-    """A markdown table: one thread and two, in turns; each time Taichi starts anew."""
+    """A markdown table: one thread and two threads, in turns. Taichi starts again for each measurement."""
     medians: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(ROUNDS):
         for threads, values in medians.items():

@@ -1,4 +1,6 @@
-"""A new process to a written 512×512 normal view of the Cornell box, with and without Taichi's cache, beside Mitsuba 3.
+"""The time from the start of a process to a written picture, with and without Taichi's cache, compared with Mitsuba 3.
+
+The picture is the normal view of the Cornell box, 512×512.
 
 python -m benchmarks.startup
 """
@@ -51,7 +53,7 @@ mi.util.write_bitmap(sys.argv[1], image[:, :, :3])
 
 
 def seconds(command: list[str], **environment: str) -> float:
-    """Wall clock of a process that must end well."""
+    """The wall-clock time of a process; the program ends if the process fails."""
     start = time.perf_counter()
     done = subprocess.run([sys.executable, *command], env=os.environ | environment, capture_output=True, text=True)
     if done.returncode != 0:
@@ -60,7 +62,7 @@ def seconds(command: list[str], **environment: str) -> float:
 
 
 def report(_arguments: list[str]) -> str:
-    """A markdown table, and where the time goes."""
+    """A markdown table, and the time of each step."""
     times = {name: [] for name in ("taichi_tracer, no cache", "taichi_tracer, cache", "Mitsuba scalar_rgb")}
     with tempfile.TemporaryDirectory() as folder:
         picture, programs = str(Path(folder) / "x.png"), {}

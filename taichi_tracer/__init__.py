@@ -6,17 +6,17 @@
     renderer.use("normal").render()
     tt.save_image("normal.png", renderer.image())
 
-Names are loaded when they are first used: importing the package starts nothing.
+A name is loaded when it is first used. Importing the package does not start Taichi.
 """
 
 import importlib
 import os
 
-# Taichi reads both when it is imported: no call home, no banner.
+# Taichi reads both variables when it is imported. They switch off its search for a new version and its banner.
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
-# Taichi ends the process on import where no home is known; ``expanduser`` asks the system for the user's.
+# If the variable HOME is missing, Taichi ends the process on import. ``expanduser`` asks the system for the folder.
 if os.name == "posix":
     os.environ.setdefault("HOME", os.path.expanduser("~"))
 

@@ -1,4 +1,4 @@
-"""``python -m taichi_tracer`` is the command line."""
+"""``python -m taichi_tracer`` runs the command line."""
 
 from taichi_tracer.apps.cli import main
 

@@ -1,7 +1,7 @@
 """What stands behind everything in a picture: one colour, four corners, or an image over the whole frame (RT-7).
 
-It belongs to the picture, not to the world: it is looked up by pixel, at pixel centres of the full frame, and lights
-nothing. What surrounds a scene on all sides is an ``Environment``.
+A background belongs to the picture and not to the world. It is looked up by pixel, at the pixel centres of the full
+frame, and it does not light the scene. Light that surrounds the scene on all sides is an ``Environment``.
 """
 
 from pathlib import Path
@@ -12,21 +12,22 @@ import taichi as ti
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
 
-CORNERS = ("bl", "tl", "tr", "br")  # bottom left, top left, top right, bottom right: the order of the scene files
+CORNERS = ("bl", "tl", "tr", "br")  # bottom left, top left, top right, bottom right: the order in the scene files
 
 
 @ti.data_oriented
 class Background:
-    """Texels that are stretched over the frame, bilinear between their centres; four corners are its own corners.
+    """Texels that are stretched over the frame and interpolated bilinearly between their centres.
 
     Args:
-        texels: (rows, columns, 3) linear colours, top row first: (1, 1, 3) is one colour, (2, 2, 3) are four corners
-            or the smallest image, as ``corners`` says.
-        corners: the texels of the border lie on the frame's border, and not half a texel inside it.
-        what: for messages.
+        texels: (rows, columns, 3) linear colours, top row first. (1, 1, 3) is one colour. (2, 2, 3) are four corners
+            if ``corners`` is True, otherwise an image.
+        corners: whether the outermost texels lie on the border of the frame, instead of half a texel inside it.
+        what: the name of the background in messages.
 
     Raises:
-        InputError: a shape that is no image; a colour that is not finite or negative, with its place.
+        InputError: the shape is not that of an image, or a colour is negative or not finite; the message names its
+            row and column.
     """
 
     def __init__(self, texels: np.ndarray, corners: bool = False, what: str = "background") -> None:
@@ -45,7 +46,7 @@ class Background:
         self._memory.free()
 
     def check_alive(self) -> None:
-        """Raise StaleSceneError when Taichi was initialised again after the background was made."""
+        """Raise a StaleSceneError if Taichi was initialised again after the background was made."""
         self._memory.check("background")
 
     @ti.kernel
@@ -56,11 +57,11 @@ class Background:
 
     @ti.func
     def between(self, pixel, pixels, texels: ti.template()):
-        """(first texel, second texel, how far towards the second) of a pixel's centre along one axis.
+        """(first texel, second texel, fraction of the way to the second) for the centre of a pixel, along one axis.
 
-        The place is a fraction of whole numbers, so that an image of the frame's size is shown texel by texel.
+        The place is a quotient of two whole numbers, so that an image of the frame's size is shown texel by texel.
         """
-        twice = 2 * ti.cast(pixel, ti.i64) + 1  # over 2·pixels: the centre, as a fraction of the frame
+        twice = 2 * ti.cast(pixel, ti.i64) + 1  # divided by 2·pixels, this is the place of the centre in the frame
         place = twice * (texels - 1)
         if ti.static(not self.corners):
             place = ti.max(twice * texels - pixels, 0)
@@ -71,7 +72,7 @@ class Background:
 
     @ti.func
     def color(self, x, y, width, height):
-        """The colour behind pixel (x, y), from the bottom left; a + f (b − a) keeps equal colours as they are."""
+        """The colour behind pixel (x, y), counted from the bottom left; a + f (b − a) keeps equal colours exact."""
         left, right, fx = self.between(x, width, self.columns)
         top, bottom, fy = self.between(height - 1 - y, height, self.rows)
         above = self.texels[top, left] + fx * (self.texels[top, right] - self.texels[top, left])
@@ -90,24 +91,24 @@ def _checked(texels, what: str) -> np.ndarray:
     if wrong.any():
         row, column, channel = np.argwhere(wrong)[0]
         raise InputError(
-            f"{what}: a colour is finite and at least 0, not {pixels[row, column, channel]:g} "
+            f"{what}: a colour must be finite and at least 0, not {pixels[row, column, channel]:g} "
             f"(row {row}, column {column})"
         )
     return np.ascontiguousarray(pixels.astype(runtime.dtype()))
 
 
 def corner_background(bl, tl, tr, br) -> Background:
-    """Four colours at the corners of the frame, bilinear between them (RT-7)."""
+    """Four colours at the corners of the frame, interpolated bilinearly (RT-7)."""
     return Background([[tl, tr], [bl, br]], corners=True, what="four corners")
 
 
 def load_background(value) -> Background | None:
-    """A background from one colour, four (``CORNERS``), an image, the path of one, a ``Background``, or None.
+    """A background from one colour, four colours (``CORNERS``), an image, a path, a ``Background``, or None.
 
-    PNG and JPEG are decoded from sRGB; the other formats hold linear values.
+    PNG and JPEG files are decoded from sRGB; files of the other formats hold linear values.
 
     Raises:
-        InputError: a file that cannot be used, or colours that are none.
+        InputError: the file cannot be used, or the values are not colours.
     """
     if value is None or isinstance(value, Background):
         return value

@@ -1,8 +1,8 @@
-"""Where rays come from: a pixel of the image plane, in three coordinate systems (A1-3 … A1-9, RT-1 … RT-5).
+"""Cameras: from a pixel to a ray, in three coordinate systems (A1-3 … A1-9, RT-1 … RT-5).
 
-Two cameras have one interface. Both map a pixel to a point (u, v) of their screen window; the perspective camera takes
-it for the goal of a ray from the eye, the orthographic one for the start of a ray along the gaze. A camera of your own
-derives from one of them and replaces ``generate_ray``, or one of the steps that it is made of.
+Two cameras share one interface. Both map a pixel to a point (u, v) of their screen window. The ray of the perspective
+camera goes from the eye through this point. The ray of the orthographic camera starts at this point and goes along the
+gaze. Your own camera derives from one of the two and replaces ``generate_ray`` or one of its steps.
 """
 
 import math
@@ -23,31 +23,32 @@ from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, runs_in_kernels, seams, takes, takes_whole_numbers
 
 HANDEDNESS = ("left", "right")
-DEFAULT_WINDOW = "default"  # asks for RT-3's where nothing would mean an angle
+# Asks for the default window of RT-3. A perspective camera without any window would take its default angle instead.
+DEFAULT_WINDOW = "default"
 
 
 @ti.data_oriented
 @seams("generate_ray", "generate_ndc_coords", "generate_camera_coords", "compute_matrix")
 class ProjectiveCamera(ABC):
-    """A frame, a screen window and an image of pixels, (0, 0) at the bottom left; a subclass says what its rays are.
+    """A frame, a screen window and an image whose pixel (0, 0) is at the bottom left. A subclass defines the rays.
 
     Args:
-        width, height: pixels.
-        eye, at, up: 3 numbers each, world space.
-        fov: vertical field of view in degrees, between 0 and 180; of a perspective camera only.
+        width, height: size of the image in pixels.
+        eye, at, up: 3 numbers each, in world space.
+        fov: vertical field of view in degrees, between 0 and 180; only a perspective camera has one.
         handedness: "left" as in the courses, or "right" (C-5).
-        screen_window: (l, r, b, t) of the image plane at the focal distance; it wins over ``fov`` (C-9).
+        screen_window: (l, r, b, t) of the image plane at the focal distance. If it is given, ``fov`` is ignored (C-9).
             "default" is [−1, 1] along the shorter axis of the image (RT-3).
-        frame_aspect: width / height of the window, where that is not to be the image's (RT-4).
-        focal_distance: where the window stands, along the gaze (RT-5).
+        frame_aspect: width / height of the window, if it differs from that of the image (RT-4).
+        focal_distance: the distance from the eye to the window, along the gaze (RT-5).
 
     Raises:
-        InputError: parameters for which no camera exists, with the name and value (C-6).
+        InputError: no camera exists for these parameters; the message has the name and the value (C-6).
     """
 
     kind, name = "camera", ""
-    is_parallel = False  # whether the rays are parallel: then there is no angle between them
-    default_fov: float | None = None  # where neither an angle nor a window is given
+    is_parallel = False  # whether all rays are parallel; then there is no angle between them
+    default_fov: float | None = None  # the angle if neither an angle nor a window is given
 
     def __init__(
         self,
@@ -66,7 +67,7 @@ class ProjectiveCamera(ABC):
             if int(size) != size or size < 1:
                 raise InputError(f"camera: {name} must be a whole number of at least 1, not {size!r}")
         self.width, self.height = int(width), int(height)
-        self.version = 0  # counts changes, so that a renderer knows when its samples are of another picture
+        self.version = 0  # counts changes, so that a renderer knows when its samples belong to an older picture
         if isinstance(screen_window, str) and screen_window != DEFAULT_WINDOW:
             raise one_of("screen_window", screen_window, [DEFAULT_WINDOW, "or four numbers"])
         values = {"eye": eye, "at": at, "up": up, "handedness": handedness}
@@ -77,17 +78,17 @@ class ProjectiveCamera(ABC):
         self.camera_to_world = ti.Matrix.field(4, 4, float)
         self.half_size = ti.Vector.field(2, float)
         self.centre = ti.Vector.field(2, float)
-        self._parameters = ti.field(float)  # eye, at, up and fov, for methods that read them in a kernel
+        self._parameters = ti.field(float)  # eye, at, up (3 each) and fov, for methods that read them in a kernel
         self._memory.fields.place(self.camera_to_world, self.half_size, self.centre)
         self._memory.fields.dense(ti.i, 10).place(self._parameters)
         self._memory.allocate()
         self._update()
 
     def set_camera_parameters(self, eye=None, at=None, up=None, fov=None, handedness=None, **window) -> None:
-        """Move the camera; what is not given stays. On an InputError nothing has changed.
+        """Move the camera. Parameters that are not given stay as they are. After an InputError, nothing has changed.
 
         Args:
-            window: ``screen_window``, ``frame_aspect``, ``focal_distance``. A new ``fov`` replaces a window.
+            window: ``screen_window``, ``frame_aspect`` or ``focal_distance``. A new ``fov`` replaces a window.
         """
         self._memory.check("camera")
         given = {"eye": eye, "at": at, "up": up, "fov": fov, "handedness": handedness, **window}
@@ -101,7 +102,7 @@ class ProjectiveCamera(ABC):
 
     @classmethod
     def check(cls, values: dict) -> dict:
-        """``values`` as float64 arrays and floats; InputError where they are no camera."""
+        """``values`` as float64 arrays and floats; an InputError if no camera exists for them."""
         checked = dict(values)
         if values["handedness"] not in HANDEDNESS:
             raise one_of("handedness", values["handedness"], HANDEDNESS)
@@ -123,21 +124,21 @@ class ProjectiveCamera(ABC):
     @classmethod
     @abstractmethod
     def check_fov(cls, fov, screen_window) -> float | None:
-        """The angle that counts, or None for that of the window; InputError where it cannot be."""
+        """The angle that the camera uses, or None if the window determines it; an InputError if it is impossible."""
 
     @property
     def eye(self):
-        """Position in world space: (3,) float64, in a kernel a vec3."""
+        """The position in world space: (3,) float64; in a kernel, a vec3."""
         return self._vector("eye", 0)
 
     @property
     def at(self):
-        """The point looked at, in world space: (3,) float64, in a kernel a vec3."""
+        """The point that the camera looks at, in world space: (3,) float64; in a kernel, a vec3."""
         return self._vector("at", 3)
 
     @property
     def up(self):
-        """Which way is up, in world space: (3,) float64, in a kernel a vec3."""
+        """The upward direction, in world space: (3,) float64; in a kernel, a vec3."""
         return self._vector("up", 6)
 
     def _vector(self, name: str, first: int):
@@ -146,49 +147,49 @@ class ProjectiveCamera(ABC):
         return self._values[name].copy()
 
     handedness = property(lambda self: self._values["handedness"], doc='"left" or "right" (C-5).')
-    focal_distance = property(lambda self: self._values["focal_distance"], doc="Of the screen window (RT-5).")
+    focal_distance = property(lambda self: self._values["focal_distance"], doc="The distance to the window (RT-5).")
 
     @property
     def frame_aspect(self) -> float:
-        """Width / height that the window has where it is not given: the image's, unless set (RT-4)."""
+        """Width / height of a window that is not given itself: that of the image, unless it was set (RT-4)."""
         given = self._values["frame_aspect"]
         return self.width / self.height if given is None else given
 
     @property
     def screen_window(self) -> tuple[float, float, float, float]:
-        """(l, r, b, t) at the focal distance: as given, that of the angle, or the default (RT-3, RT-4)."""
+        """(l, r, b, t) at the focal distance: the given window, or that of the angle, or the default (RT-3, RT-4)."""
         values = self._values
         return window_of(self.frame_aspect, values["fov"], values["screen_window"], self.focal_distance)
 
     @property
     def has_window(self) -> bool:
-        """Whether the window was given, or is the default: not that of an angle."""
+        """Whether the window was given, or is the default; False if an angle determines it."""
         return self._values["fov"] is None or self._values["screen_window"] is not None
 
     @property
     def stretch(self) -> float:
-        """How many times as wide as high a square is in the picture; 1 where nothing is distorted."""
+        """The ratio width / height with which the picture shows a square; 1 without distortion."""
         return stretch_of(self.screen_window, self.width, self.height)
 
     def parameters(self) -> dict:
-        """What ``make_camera`` needs, beside the size, to make this camera again."""
+        """The arguments with which ``make_camera`` makes this camera again, except for its size."""
         values = {"projection": self.name, **{k: v for k, v in self._values.items() if v is not None}}
         return values if "fov" in values else {"screen_window": DEFAULT_WINDOW, **values}
 
     @in_kernels
     def compute_matrix(self):
-        """The camera-to-world matrix (A1-8): (4, 4) float64, in a kernel a mat4."""
+        """The camera-to-world matrix (A1-8): (4, 4) float64; in a kernel, a mat4."""
         if impl.inside_kernel():
             return _read(self.camera_to_world, None)
         return camera_frame(self.eye, self.at, self.up, self.handedness)
 
     def compute_half_size(self) -> tuple[float, float]:
-        """Half the width and height of the image plane, at distance 1 where the projection is perspective."""
+        """Half the width and half the height of the image plane; a perspective camera measures them at distance 1."""
         l, r, b, t = self.screen_window
         return (r - l) / 2, (t - b) / 2
 
     def compute_centre(self) -> tuple[float, float]:
-        """The middle of the image plane, in the same units."""
+        """The middle of the image plane, in the units of ``compute_half_size``."""
         l, r, b, t = self.screen_window
         return (l + r) / 2, (b + t) / 2
 
@@ -205,7 +206,7 @@ class ProjectiveCamera(ABC):
         return 0.0
 
     def to_array(self, compute_matrix) -> np.ndarray:
-        """(4, 4) in the running precision: what a ``compute_matrix`` of Python returns, otherwise our own matrix."""
+        """(4, 4) in the running precision: ``compute_matrix`` if Python can call it, otherwise ``camera_frame``."""
         matrix = None if runs_in_kernels(compute_matrix) else compute_matrix()
         if matrix is None:
             matrix = camera_frame(self.eye, self.at, self.up, self.handedness)
@@ -234,34 +235,34 @@ class ProjectiveCamera(ABC):
 
     @ti.func
     def generate_ray(self, pixel_x, pixel_y, jitter: ti.template() = False, xi: ti.template() = None):
-        """The eye ray through the centre of a pixel, or with ``jitter`` through a random point of it (A1-9, A2-1).
+        """The eye ray through the centre of a pixel; with ``jitter``, through a random point of the pixel (A1-9, A2-1).
 
         ``pixel_x`` and ``pixel_y`` may be fractions of a pixel (RT-1). The direction has unit length.
 
         Args:
             jitter: True or False.
-            xi: the random point, in [0, 1)²; None draws it.
+            xi: the random point within the pixel, in [0, 1)²; if it is None, the method draws it.
         """
         return self.ray_through(through_pixel(self.generate_ndc_coords, pixel_x, pixel_y, jitter, xi))
 
     @ti.func
     def generate_ndc_coords(self, pixel_x, pixel_y, jitter: ti.template() = False, xi: ti.template() = None):
-        """The point of the image plane, whose corners are (±1, ±1), x right, y up (A1-4); arguments as above."""
+        """The point of the image plane in NDC: corners (±1, ±1), x right, y up (A1-4). Arguments as above."""
         within = point_within(jitter, xi)
         return tm.vec2(2 * (pixel_x + within.x) / self.width - 1, 2 * (pixel_y + within.y) / self.height - 1)
 
     @ti.func
     def generate_camera_coords(self, ndc_coords):
-        """The point of the image plane in the camera's frame: a direction, w = 0 (A1-7, RT-5)."""
+        """The point of the image plane in camera coordinates, as a direction: w = 0 (A1-7, RT-5)."""
         half, centre = self.half_size[None], self.centre[None]
         return tm.vec4(ndc_coords.x * half.x + centre.x, ndc_coords.y * half.y + centre.y, 1, 0)
 
 
 @in_kernels
 def point_within(jitter, xi):
-    """The point of a pixel that its ray passes through, in [0, 1]²: its centre, or with jitter a random one.
+    """The point of a pixel through which its ray passes, in [0, 1]²: the centre, or with jitter a random point.
 
-    ``jitter`` is True or False, or a number of the kernel where somebody's method passes its own argument on.
+    ``jitter`` is True or False. If a student's method passes its own argument on, ``jitter`` is a number in the kernel.
     """
     if isinstance(jitter, (bool, int)):
         return given_or_drawn(xi) if jitter else tm.vec2(0.5)
@@ -275,10 +276,11 @@ def _centre_or(jitter, point):
 
 @in_kernels
 def through_pixel(method, pixel_x, pixel_y, jitter, xi):
-    """``generate_ray`` or ``generate_ndc_coords`` of one pixel, whatever its signature has of the jitter.
+    """Call ``generate_ray`` or ``generate_ndc_coords`` for one pixel, with the jitter that its signature allows.
 
-    Ours takes the random point ξ. The handout's second assignment draws the point itself where ``jitter`` is True. That
-    of the first assignment knows only pixels: it is asked for the fraction of a pixel, unless it takes whole numbers.
+    The methods of this package take the random point ξ. Those of the handout's second assignment draw the point
+    themselves if ``jitter`` is True. Those of the first assignment take only a pixel: they are called with a fraction
+    of a pixel, unless their arguments are annotated as whole numbers. Then there is no jitter.
     """
     if jitter is False:
         return called(method, pixel_x, pixel_y)
@@ -292,12 +294,12 @@ def through_pixel(method, pixel_x, pixel_y, jitter, xi):
 
 @ti.func
 def moved_within(pixel, within, axis: ti.template()):
-    """The coordinate of a point of a pixel, in pixels from the first pixel's centre."""
+    """A coordinate of a point within a pixel, in pixels from the centre of the first pixel."""
     return pixel + within[axis] - 0.5
 
 
 def _read(field, index):
-    """An element of a field, for a property that a kernel reads."""
+    """An element of a field, inside a kernel; for properties that Python and kernels can read."""
     return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), field, index)
 
 
@@ -305,9 +307,9 @@ def _read(field, index):
 @ti.data_oriented
 @seams("ray_through")
 class Camera(ProjectiveCamera):
-    """The pinhole camera of the courses: perspective, image plane at the focal distance, one unit where not given.
+    """The pinhole camera of the courses: a perspective projection, with the image plane at the focal distance.
 
-    Arguments as for ``ProjectiveCamera``. Without an angle and a window the angle is 60°.
+    Arguments as for ``ProjectiveCamera``. If neither an angle nor a window is given, the angle is 60°.
     """
 
     name = "perspective"
@@ -315,7 +317,7 @@ class Camera(ProjectiveCamera):
 
     @classmethod
     def check_fov(cls, fov, screen_window) -> float | None:
-        """Between 0 and 180 degrees; beside a window it does not count, and a warning says so (C-9)."""
+        """Between 0 and 180 degrees. If there is a window too, the angle is ignored, and a warning says so (C-9)."""
         if fov is None:
             return None
         fov = float(fov)
@@ -341,7 +343,7 @@ class Camera(ProjectiveCamera):
         return math.degrees(math.atan(t / self.focal_distance) - math.atan(b / self.focal_distance))
 
     def compute_half_size(self) -> tuple[float, float]:
-        """Half the width and height of the image plane at distance 1: tan(fov/2) · width/height, and tan(fov/2)."""
+        """Half of the image plane's width and height, at distance 1: tan(fov/2) · width/height and tan(fov/2)."""
         if not self.has_window:
             tan_half_fov = math.tan(math.radians(self.fov) / 2)
             if self._values["frame_aspect"] is not None:
@@ -357,7 +359,7 @@ class Camera(ProjectiveCamera):
 
     @ti.func
     def ray_through(self, ndc):
-        """From the eye through a point of the image plane (RT-5)."""
+        """The ray from the eye through a point of the image plane (RT-5)."""
         camera_to_world = self.camera_to_world[None]
         eye = tm.vec3(camera_to_world[0, 3], camera_to_world[1, 3], camera_to_world[2, 3])
         direction = (camera_to_world @ self.generate_camera_coords(ndc)).xyz
@@ -368,23 +370,23 @@ class Camera(ProjectiveCamera):
 @ti.data_oriented
 @seams("ray_through")
 class OrthographicCamera(ProjectiveCamera):
-    """Parallel rays along the gaze, from every point of a window about the eye: nothing is smaller far away (RT-5).
+    """Parallel rays along the gaze, from every point of a window around the eye (RT-5).
 
-    Arguments as for ``ProjectiveCamera``, lengths in world units. There is no ``fov``, and the focal distance is of no
-    consequence.
+    Objects that are far away do not look smaller. Arguments as for ``ProjectiveCamera``, with lengths in world units.
+    There is no ``fov``, and the focal distance has no effect.
     """
 
     name, is_parallel = "orthographic", True
 
     @classmethod
     def check_fov(cls, fov, screen_window) -> float | None:
-        """None: parallel rays have no angle between them."""
+        """None, because there is no angle between parallel rays."""
         if fov is not None:
             raise InputError(f"camera: an orthographic camera has no fov ({fov:g}): give it a screen_window")
 
     @ti.func
     def ray_through(self, ndc):
-        """From e + u û + v v̂ along ŵ."""
+        """The ray from e + u û + v v̂ along ŵ."""
         p, m = self.generate_camera_coords(ndc), self.camera_to_world[None]
         x, y = p.x, p.y
         origin = tm.vec3(0)
@@ -393,11 +395,11 @@ class OrthographicCamera(ProjectiveCamera):
         return Ray(origin=origin, direction=tm.vec3(m[0, 2], m[1, 2], m[2, 2]))
 
 
-PerspectiveCamera = Camera  # as RT3 calls it (RT-1)
+PerspectiveCamera = Camera  # the name that RT3 uses (RT-1)
 
 
 def make_camera(width: int, height: int, projection: str = "perspective", **parameters) -> ProjectiveCamera:
-    """A camera of a registered kind; an orthographic one with an angle shows what that angle shows at ``at``.
+    """A camera of a registered kind. For an orthographic camera, an angle means the window that it shows at ``at``.
 
     Args:
         parameters: as for ``ProjectiveCamera``.
@@ -409,7 +411,11 @@ def make_camera(width: int, height: int, projection: str = "perspective", **para
 
 
 def without_angle(view: dict, aspect: float) -> dict:
-    """``view`` with the window that its angle shows where the camera looks, for parallel rays; width / height of it."""
+    """``view`` for parallel rays: its angle is replaced by the window that the angle shows at ``at``.
+
+    Args:
+        aspect: width / height of the window, unless ``view`` has a ``frame_aspect``.
+    """
     changed = dict(view)
     fov = changed.pop("fov", None)
     if fov is not None and changed.get("screen_window") is None:
@@ -420,7 +426,7 @@ def without_angle(view: dict, aspect: float) -> dict:
 
 
 def change_projection(view: dict, projection: str) -> dict:
-    """The parameters of the other kind of camera, which shows the same where it looks."""
+    """``view`` for another kind of camera, which shows the same at the point that the camera looks at."""
     former, camera = (PARTS.find("camera", one) for one in (view.get("projection", "perspective"), projection))
     changed = {**view, "projection": projection}
     window = view.get("screen_window")
@@ -432,7 +438,7 @@ def change_projection(view: dict, projection: str) -> dict:
 
 
 def check_view(width: int, height: int, projection: str = "perspective", **parameters) -> float:
-    """The ``stretch`` of the camera that ``make_camera`` would make; InputError where it would make none."""
+    """The ``stretch`` of the camera that ``make_camera`` would make; an InputError if it would raise one."""
     named = dict.fromkeys(("fov", "screen_window", "frame_aspect")) | {"handedness": "left", "focal_distance": 1.0}
     values = {**named, **parameters}
     if isinstance(values["screen_window"], str):

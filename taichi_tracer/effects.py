@@ -1,7 +1,7 @@
-"""Which effects a scene calls for: derived from it, never set by hand, and what is left out is not compiled.
+"""Which effects a scene calls for. They are derived from the scene, and an effect that is left out is not compiled.
 
-Kernels ask the one ``Effects`` object of their scene (``if ti.static(effects.spheres)``), and the receipt prints the
-same object: the two cannot disagree.
+Kernels read the one ``Effects`` object of their scene (``if ti.static(effects.spheres)``). The receipt prints the same
+object, so that it always says what was compiled.
 """
 
 from dataclasses import dataclass, field
@@ -18,15 +18,16 @@ class Effects:
     """What the kernels of one scene are compiled for.
 
     Attributes:
-        brdfs: which of the scene's BRDFs occur; with one there is no choice to be made at a hit.
-        environment: "none" or "black": no light from the environment; "constant": no look-up; "image".
+        brdfs: which of the scene's BRDFs occur. If there is only one, no choice is compiled.
+        environment: "none" or "black": the environment gives no light; "constant": light without a look-up; "image":
+            light with a look-up.
         lights: the names of the other lights.
         emitters: whether a material emits.
         interpolated_normals: whether a triangle has vertex normals.
-        spheres: whether there are spheres beside the triangles.
+        spheres: whether there are spheres.
         culling: whether rays pass through the backs of some triangles.
         background: whether there is a picture behind the scene.
-        reasons: (effect, is simulated, why), for the receipt.
+        reasons: (effect, whether it is simulated, why) for each line of the receipt.
     """
 
     brdfs: tuple[int, ...]
@@ -41,7 +42,7 @@ class Effects:
 
     @property
     def is_lit(self) -> bool:
-        """Whether surfaces reflect light of the environment or of another light."""
+        """Whether there is light to reflect, from the environment or from another light."""
         return self.environment in ("constant", "image") or len(self.lights) > 0
 
     @property
@@ -50,7 +51,7 @@ class Effects:
         return not self.is_lit and not self.emitters
 
     def receipt(self) -> list[str]:
-        """A line for each effect: simulated or not, and why."""
+        """One line per effect: whether it is simulated, and why."""
         width = max(len(name) for name, _, _ in self.reasons)
         return [
             f"{name:<{width}}  {'simulated' if is_on else 'not simulated'}, {why}" for name, is_on, why in self.reasons
@@ -63,11 +64,11 @@ def derive(
     """The effects of a scene.
 
     Args:
-        mesh: a ``geometry.Mesh``; a material that no primitive has calls for nothing.
+        mesh: a ``geometry.Mesh``. A material that no primitive has does not call for any effect.
         brdfs: the BRDFs that the scene knows.
-        brdf_of: for each material of the mesh, which of them it has.
-        environment, background, lights: as ``SceneData`` has them.
-        mode: "all" has every effect, for comparison.
+        brdf_of: for each material of the mesh, the index of its BRDF in ``brdfs``.
+        environment, background, lights: the attributes of ``SceneData`` with these names.
+        mode: "scene" derives the effects; "all" has every effect, for comparison.
     """
     if mode not in MODES:
         raise one_of("effects", mode, MODES)
@@ -86,7 +87,7 @@ def derive(
     }
     reasons = [_about_brdf(b, has.count(i), [mesh.materials[k] for k in used]) for i, b in enumerate(brdfs)]
     reasons += _about_light(sky, environment, lights, found["emitters"])
-    normals = "a triangle has them" if found["interpolated_normals"] else "the face's normal is that of every point"
+    normals = "a triangle has them" if found["interpolated_normals"] else "no triangle has them"
     reasons.append(("vertex normals", found["interpolated_normals"], normals))
     count = f"{len(mesh.spheres):,} of them" if found["spheres"] else "the scene has none"
     reasons.append(("spheres", found["spheres"], count))
@@ -102,12 +103,12 @@ def derive(
 
 
 def _with_all(name: str, is_on: bool, why: str, has_environment: bool) -> tuple[str, bool, str]:
-    """A reason of the receipt where everything is compiled in that the scene could have."""
+    """A line of the receipt in the mode "all"."""
     depends_on_scene = name in ("background", "backface cull") or name.startswith("light ")
     needs_environment = name in ("environment", "look-up", "shadow rays")
     if depends_on_scene or (needs_environment and not has_environment):
         return name, is_on, why
-    return name, True, "everything is compiled in"
+    return name, True, "everything is compiled"
 
 
 def _kind_of(environment) -> str:
@@ -137,7 +138,7 @@ def _about_light(sky: str, environment, lights, emits: bool) -> list[tuple[str, 
         "image": f"{name}",
     }[sky]
     look_up = "its radiance is the same in every direction" if sky == "constant" else why
-    shadow = "where the light would be more than 0" if is_lit or lights else "no light comes from far away"
+    shadow = "sent where light could be reflected" if is_lit or lights else "no light comes from far away"
     emitted = "a material has Ke > 0; seen, not sampled" if emits else "no triangle has a material with Ke > 0"
     return [
         ("environment", is_lit, why),

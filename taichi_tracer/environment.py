@@ -1,4 +1,4 @@
-"""What surrounds a scene: an equirectangular image of radiance (A2-5); ``lights.environment_light`` samples it."""
+"""The environment of a scene: an equirectangular image of radiance (A2-5). ``lights.environment_light`` samples it."""
 
 import math
 import warnings
@@ -22,19 +22,20 @@ class Environment:
     """Radiance from every direction (A2-5).
 
     Args:
-        image: (h, w, 3) or (h, w) linear radiance, ≥ 0, top row first; twice as wide as high in the usual case.
-        intensity: a factor.
+        image: (h, w, 3) or (h, w) linear radiance, ≥ 0, top row first; usually twice as wide as high.
+        intensity: a factor by which all radiance is multiplied.
         rotation: degrees about +y.
-        lookup: "nearest" texel as in the course, or "bilinear".
-        name: for messages.
+        lookup: "nearest" takes the nearest texel, as in the course; "bilinear" interpolates.
+        name: the name of the environment in messages.
 
     Attributes:
-        is_black, constant: what the scene's effects are derived from; ``constant`` is the colour that all texels have,
-            or None.
-        version: counts changes, so that a renderer knows when its samples are of another picture.
+        is_black: whether all texels are 0. constant: the colour that all texels have, or None. The scene's effects are
+            derived from these two.
+        version: counts changes, so that a renderer knows when its samples belong to an older picture.
 
     Raises:
-        InputError: a shape that is no image; a NaN, infinite or negative texel, named with its place.
+        InputError: the shape is not that of an image, or a texel is NaN, infinite or negative; the message names its
+            row and column.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class Environment:
         self.height, self.width = self.pixels.shape[:2]
         if self.width != 2 * self.height and (self.width, self.height) != (1, 1):
             warnings.warn(
-                f"{name}: {self.width}×{self.height} is not twice as wide as high: it is stretched over the sphere",
+                f"{name}: {self.width}×{self.height} is not twice as wide as high, so it is stretched over the sphere",
                 stacklevel=2,
             )
         first = self.pixels[0, 0]
@@ -66,7 +67,7 @@ class Environment:
         self.texels = ti.Vector.field(3, float)
         self.settings = ti.field(float)
         builder.dense(ti.ij, (self.height, self.width)).place(self.texels)
-        builder.dense(ti.i, 2).place(self.settings)  # intensity, and rotation as a fraction of a turn
+        builder.dense(ti.i, 2).place(self.settings)  # the intensity, and the rotation as a fraction of a full turn
         self._memory.allocate()
         self._load(self.pixels)
         self.set_intensity(intensity)
@@ -77,7 +78,7 @@ class Environment:
         self._memory.free()
 
     def set_intensity(self, intensity: float) -> None:
-        """Multiply all radiance by a finite number of at least 0."""
+        """Multiply all radiance by a finite number that is at least 0."""
         self._memory.check("environment")
         if not 0 <= float(intensity) < math.inf:
             raise InputError(f"environment: intensity must be a finite number of at least 0, not {intensity!r}")
@@ -109,14 +110,14 @@ class Environment:
 
     @ti.func
     def texel_of(self, u, v):
-        """Row and column of (u, v) in [0, 1]: u wraps, v clamps."""
+        """Row and column of (u, v) in [0, 1]. u wraps around, and v is clamped."""
         column = ti.cast(u * self.width, ti.i32)
         row = ti.cast((1 - v) * self.height, ti.i32)
         return ti.min(row, self.height - 1), ti.select(column < self.width, column, 0)
 
     @ti.func
     def radiance(self, direction):
-        """Radiance arriving from a unit direction."""
+        """The radiance that arrives from a unit direction."""
         u, v = self.coords(direction)
         value = tm.vec3(0)
         if ti.static(self.lookup == "nearest"):
@@ -128,7 +129,7 @@ class Environment:
 
     @ti.func
     def bilinear(self, u, v):
-        """Between the four nearest texel centres; a + f (b − a) keeps a constant image constant to the last bit."""
+        """Interpolation of the four nearest texel centres; a + f (b − a) leaves a constant image exactly constant."""
         x, y = u * self.width - 0.5, (1 - v) * self.height - 0.5
         column, row = ti.cast(ti.floor(x), ti.i32), ti.cast(ti.floor(y), ti.i32)
         fx, fy = x - ti.floor(x), y - ti.floor(y)
@@ -140,20 +141,21 @@ class Environment:
 
     @ti.func
     def constant_radiance(self):
-        """``radiance`` where every direction has the same."""
+        """``radiance`` of an environment that is the same in every direction."""
         return self.settings[0] * self.texels[0, 0]
 
     @ti.func
     def query_ray(self, ray):
-        """Radiance arriving along a ray that meets nothing (A2-5)."""
+        """The radiance that arrives along a ray that hits nothing (A2-5)."""
         return self.radiance(ray.direction.normalized())
 
 
 @ti.func
 def azimuth(y, x):
-    """atan2(y, x): in f32 within 3e-7, at half the time, which every pixel that sees the environment takes.
+    """atan2(y, x); in f32 with an error below 3e-7.
 
-    The polynomial is Abramowitz & Stegun 4.4.49, for atan on [0, 1], with its terms in pairs.
+    In f32 it takes half the time of ``ti.atan2``, and every pixel that sees the environment needs it. The polynomial is
+    Abramowitz & Stegun 4.4.49, for atan on [0, 1], with its terms added in pairs.
     """
     angle = ti.cast(0.0, float)
     if ti.static(runtime.current().precision == "f64"):
@@ -174,7 +176,7 @@ def azimuth(y, x):
 
 
 def checked(image, name: str) -> np.ndarray:
-    """``image`` as a contiguous (h, w, 3) array in the running precision; InputError where it is no radiance."""
+    """``image`` as a contiguous (h, w, 3) array in the running precision; an InputError if it is not radiance."""
     try:
         pixels = np.asarray(image, dtype=np.float64)
     except (TypeError, ValueError):
@@ -199,13 +201,13 @@ def checked(image, name: str) -> np.ndarray:
 def load_environment(value, **options) -> Environment | None:
     """An environment from a shipped name, the path of an image, an array, an ``Environment``, or None.
 
-    PNG and JPEG are decoded from sRGB; the other formats hold linear values.
+    PNG and JPEG files are decoded from sRGB; files of the other formats hold linear values.
 
     Args:
-        options: as for ``Environment``.
+        options: the other arguments of ``Environment``.
 
     Raises:
-        InputError: an unknown name, a file that cannot be used, a radiance that is none.
+        InputError: the name is unknown, the file cannot be used, or the values are not radiance.
     """
     if value is None or isinstance(value, Environment):
         return value

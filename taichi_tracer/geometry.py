@@ -1,4 +1,4 @@
-"""Triangles and spheres: numpy arrays (``Mesh``, what files hold) and Taichi fields (``Geometry``, what rays meet)."""
+"""Triangles and spheres: as numpy arrays (``Mesh``, the content of a file) and as Taichi fields (``Geometry``)."""
 
 from dataclasses import dataclass, field, replace
 
@@ -13,26 +13,27 @@ from taichi_tracer.system.errors import InputError
 
 @dataclass
 class Mesh:
-    """Indexed triangles with materials, and spheres: plain numpy, ids 0-based, −1 = none (C-16).
+    """Indexed triangles with materials, and spheres, in numpy arrays. Ids count from 0; −1 means none (C-16).
 
-    Triangles and spheres are primitives. They have one numbering, that of the file's order: without spheres it is the
-    row of ``faces``; with spheres ``sphere_ids`` says which numbers the spheres have, and the triangles have the rest.
+    Triangles and spheres are primitives, and they are numbered together, in the order of the file. Without spheres, the
+    number of a triangle is its row in ``faces``. With spheres, ``sphere_ids`` has the numbers of the spheres, and the
+    triangles have the other numbers.
 
     Attributes:
         vertices: (V, 3) float64 positions.
-        faces: (F, 3) int32 vertex ids, counter-clockwise seen from the front.
-        normals: (N, 3) float64 vertex normals, not necessarily unit length; (0, 3) when there are none.
-        face_normals: (F, 3) int32 ids into ``normals`` for each corner, −1 where a corner has none; (0, 3) int32 when
-            there are no vertex normals at all.
+        faces: (F, 3) int32 vertex ids, counter-clockwise when seen from the front.
+        normals: (N, 3) float64 vertex normals, not necessarily of unit length; (0, 3) if there are none.
+        face_normals: (F, 3) int32 ids into ``normals`` for each corner, −1 for a corner without a normal; (0, 3) int32
+            if there are no vertex normals at all.
         face_materials: (F,) int32 ids into ``materials``.
-        materials: in order of first use.
-        source: where the mesh came from, for messages.
-        notes: one line per thing that the user should know, such as triangles that were dropped.
-        dropped: how many primitives no ray can meet, after ``clean``.
+        materials: the materials in the order of their first use.
+        source: the origin of the mesh, for messages, such as the path of the file.
+        notes: what the user should know, such as how many triangles were dropped; one line each.
+        dropped: the number of primitives that no ray can hit; ``clean`` sets it.
         spheres: (S, 4) float64 centre and radius.
-        sphere_ids: (S,) int32, the number of each sphere among all primitives, ascending.
+        sphere_ids: (S,) int32, the number of each sphere among all primitives, in ascending order.
         sphere_materials: (S,) int32 ids into ``materials``.
-        face_culls: (F,) bool, whether rays pass through the back of a triangle; None when they pass through none.
+        face_culls: (F,) bool, whether rays pass through the back of a triangle; None if they pass through no back.
     """
 
     vertices: np.ndarray
@@ -60,20 +61,20 @@ class Mesh:
 
     @property
     def has_vertex_normals(self) -> bool:
-        """Whether a corner of a triangle has a normal."""
+        """Whether at least one corner of a triangle has a normal."""
         return bool((self.face_normals >= 0).any())
 
     @property
     def has_culling(self) -> bool:
-        """Whether rays pass through the back of a triangle."""
+        """Whether rays pass through the back of at least one triangle."""
         return self.face_culls is not None and bool(self.face_culls.any())
 
     def used_materials(self) -> np.ndarray:
-        """The ids of the materials that a primitive has, ascending."""
+        """The ids of the materials that at least one primitive has, in ascending order."""
         return np.unique(np.concatenate([self.face_materials, self.sphere_materials]))
 
     def primitives(self) -> np.ndarray:
-        """(P,) int32: what has each number, a triangle by its row, a sphere as −1 − its row."""
+        """(P,) int32: for each primitive, its row if it is a triangle, and −1 − its row if it is a sphere."""
         table = np.zeros(self.num_primitives, np.int32)
         is_sphere = np.zeros(self.num_primitives, bool)
         is_sphere[self.sphere_ids] = True
@@ -83,7 +84,7 @@ class Mesh:
 
 
 def check(mesh: Mesh) -> None:
-    """Raise InputError where the arrays of ``mesh`` do not fit together, naming the triangle and the value."""
+    """Raise an InputError if the arrays of ``mesh`` do not fit together; it names the triangle and the value."""
     for name, array, width in (("vertices", mesh.vertices, 3), ("faces", mesh.faces, 3), ("normals", mesh.normals, 3)):
         if array.ndim != 2 or array.shape[1] != width:
             raise InputError(f"{mesh.source}: {name} must have the shape (n, {width}), not {array.shape}")
@@ -99,9 +100,10 @@ def check(mesh: Mesh) -> None:
 
 
 def unhittable(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles that no ray can meet: (F,) bool with a NaN or infinite vertex, and (F,) bool with no area.
+    """Triangles that no ray can hit: (F,) bool with a NaN or infinite vertex, and (F,) bool without area.
 
-    A NaN poisons every box above it, and a triangle without area has no plane. The cross product is taken in float64.
+    A NaN vertex would make every box that contains it NaN, and a triangle without area has no plane. The cross product
+    is computed in float64.
     """
     with np.errstate(all="ignore"):
         v0, v1, v2 = (vertices[faces[:, k]].astype(np.float64) for k in range(3))
@@ -111,10 +113,10 @@ def unhittable(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def clean(mesh: Mesh, dtype: type) -> Mesh:
-    """``mesh`` with every coordinate in ``dtype``; the primitives that no ray can meet are collapsed into a point.
+    """``mesh`` with every coordinate in ``dtype``; primitives that no ray can hit are collapsed into a point.
 
-    They are collapsed, not removed, and noted: ids stay those of the file (C-16). The zero normal of such a triangle,
-    and the radius −∞ of such a sphere, keep every ray out.
+    They are collapsed and not removed, so that the ids stay those of the file (C-16); a note reports their number. No
+    ray can hit such a triangle, because its normal is 0, or such a sphere, because its radius is −∞.
     """
     with np.errstate(over="ignore"):
         vertices, spheres = mesh.vertices.astype(dtype), mesh.spheres.astype(dtype)
@@ -142,26 +144,27 @@ def clean(mesh: Mesh, dtype: type) -> Mesh:
 
 @ti.data_oriented
 class Geometry:
-    """The primitives of one scene in Taichi fields, under the handout's names, ids 0-based.
+    """The primitives of one scene in Taichi fields, under the handout's names. Ids count from 0.
 
     Attributes:
-        n_triangles, n_spheres, n_primitives: how many, those included that no ray can hit.
+        n_triangles, n_spheres, n_primitives: their numbers, including the primitives that no ray can hit.
         vertices: (V,) vec3.
         triangle_vertex_ids: (F,) ivec3. triangle_material_ids: (F,) int.
-        normals, triangle_normal_ids: (N,) vec3 and (F,) ivec3, where triangles have vertex normals or a student's
-            method asks for them: then a corner without one has the normal of its triangle's plane.
+        normals, triangle_normal_ids: (N,) vec3 and (F,) ivec3. They exist only if triangles have vertex normals, or if
+            ``completes_normals`` is True.
         unit_normals: (F,) vec3, (v1 − v0) × (v2 − v0) normalised.
         thinness: (F,) see ``formulas.triangles``.
-        culls: (F,) int, whether rays pass through the back; only where the scene has such triangles.
-        spheres, sphere_material_ids: (S,) vec4 centre and radius, and int; only where the scene has spheres.
-        primitives: (P,) int, a triangle's id or −1 − a sphere's; only where the scene has spheres.
+        culls: (F,) int, whether rays pass through the back; only if the scene has such triangles.
+        spheres, sphere_material_ids: (S,) vec4 centre and radius, and (S,) int; only if the scene has spheres.
+        primitives: (P,) int, the id of a triangle, or −1 − the id of a sphere; only if the scene has spheres.
         low, high: corners of the bounding box, numpy float64 (3,).
-        mesh: the same as numpy arrays, for builders of accelerators.
+        mesh: the same primitives as numpy arrays, for the builders of hierarchies.
 
     Args:
         mesh: a mesh that ``clean`` returned.
-        effects: which of the above a scene calls for, see ``effects.Effects``.
-        completes_normals: give every corner of every triangle a normal.
+        effects: which of the optional fields the scene calls for, see ``effects.Effects``.
+        completes_normals: whether every corner of every triangle gets a normal, because a student's method may read it.
+            A corner that has none in the file gets the normal of its triangle's plane.
     """
 
     def __init__(self, mesh: Mesh, effects, fields: ti.FieldsBuilder, completes_normals: bool = False) -> None:
@@ -175,7 +178,7 @@ class Geometry:
         self.vertices = ti.Vector.field(3, float)
         self.triangle_vertex_ids = ti.Vector.field(3, ti.i32)
         self.triangle_material_ids = ti.field(ti.i32)
-        # The normal and the thinness are kept per triangle, since every point that is shaded asks for them.
+        # The normal and the thinness are kept per triangle, because every point that is shaded needs them.
         self.unit_normals, self.thinness = ti.Vector.field(3, float), ti.field(float)
         fields.dense(ti.i, max(1, len(mesh.vertices))).place(self.vertices)
         per_face = fields.dense(ti.i, max(1, self.n_triangles))
@@ -204,7 +207,7 @@ class Geometry:
         return used.min(axis=0).astype(np.float64), used.max(axis=0).astype(np.float64)
 
     def sphere_boxes(self) -> np.ndarray:
-        """(n, 6) low and high corner of every sphere that a ray can meet, in the running precision."""
+        """(n, 6) low and high corner of the box of every sphere that a ray can hit, in the running precision."""
         spheres = self.mesh.spheres[self.mesh.spheres[:, 3] > 0]
         return np.concatenate([spheres[:, :3] - spheres[:, 3:], spheres[:, :3] + spheres[:, 3:]], axis=1)
 
@@ -214,7 +217,7 @@ class Geometry:
         return np.flatnonzero((faces[:, 0] != faces[:, 1]) | (faces[:, 1] != faces[:, 2]))
 
     def hittable(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) numbers of the primitives that a ray can meet, and their (n, 6) boxes."""
+        """(n,) numbers of the primitives that a ray can hit, and their (n, 6) boxes."""
         rows = self.hittable_triangles()
         corners = self.mesh.vertices[self.mesh.faces[rows]]
         boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
@@ -226,7 +229,7 @@ class Geometry:
         return ids, boxes
 
     def load(self) -> None:
-        """Copy the arrays into the fields, once the fields are allocated."""
+        """Copy the arrays into the fields; call it after the fields were allocated."""
         mesh, dtype = self.mesh, runtime.dtype()
         if self.n_triangles > 0:
             self._load_triangles(mesh.vertices, mesh.faces, np.ascontiguousarray(mesh.face_materials, np.int32))
@@ -304,11 +307,12 @@ class Geometry:
 
     @ti.func
     def position(self, triangle_id, u, v):
-        """(1 − u − v) v0 + u v1 + v v2, and a bound of its rounding error by component, for ``offset_origin``.
+        """(1 − u − v) v0 + u v1 + v v2, and a bound of its rounding error for each component, for ``offset_origin``.
 
-        From barycentrics the point lies on the triangle but for rounding, however far the ray came from. The bound is
-        γ(7) of PBR, 4th edition, section 6.8.5, and what the next triangle test adds: it rounds v0 as seen from here,
-        and the normal, by more the thinner the triangle.
+        A point that is computed from barycentric coordinates lies on the triangle, except for rounding, at any distance
+        from the origin of the ray. The bound is γ(7) of PBR, 4th edition, section 6.8.5, plus the error of the next
+        triangle test. That test rounds v0 as seen from this point, and the normal; the thinner the triangle is, the
+        larger is the error of the normal.
         """
         v0, v1, v2 = self.triangle(triangle_id)
         w = 1 - u - v
@@ -318,7 +322,7 @@ class Geometry:
 
     @ti.func
     def shading_normal(self, triangle_id, u, v, geometric_normal):
-        """normalize(w n0 + u n1 + v n2) (A1-13); the geometric normal where a corner has none, or where they cancel."""
+        """normalize(w n0 + u n1 + v n2) (A1-13); the geometric normal if a corner has no normal, or if the sum is 0."""
         normal = geometric_normal
         if ti.static(self.effects.interpolated_normals):
             ids = self.triangle_normal_ids[triangle_id]

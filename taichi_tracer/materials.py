@@ -1,4 +1,4 @@
-"""What a surface is made of, as Wavefront MTL files say it (A1-17)."""
+"""What a surface is made of: the values of Wavefront MTL files (A1-17)."""
 
 from dataclasses import dataclass, field, fields
 
@@ -15,18 +15,20 @@ from taichi_tracer.system.seams import in_kernels
 
 @dataclass(frozen=True)
 class Material:
-    """One material, on the host. Colours are linear RGB; unset values are those of the MTL format.
+    """One material, as a Python object. Colours are linear RGB; values that are not set are the defaults of MTL.
 
     Attributes:
-        name: as in the file.
+        name: the name in the file.
         Kd: reflectance of the diffuse or the Phong lobe (A2-4).
-        Ka, Ks: ambient and specular colour; kept, not used by the two BRDFs of the course.
+        Ka, Ks: ambient and specular colour. They are kept, but the two BRDFs of the course do not use them.
         Ke: emitted radiance.
-        Ns: Phong exponent; 1 or less is diffuse (C-4).
+        Ns: Phong exponent; a value of 1 or less means a diffuse material (C-4).
         Ni: index of refraction.
-        d: opacity, 1 is opaque.
-        alpha_x, alpha_y, F0: microfacet roughness and normal-incidence reflectance (extensions of the course).
-        extra: key in lower case → numbers, of every other key of the file: what a BRDF's ``parameters`` are found in.
+        d: opacity; 1 is opaque.
+        alpha_x, alpha_y, F0: roughness and reflectance at normal incidence of a microfacet surface; they are
+            extensions of the course.
+        extra: key in lower case → numbers, for every other key of the file. The ``parameters`` of a BRDF are looked up
+            here.
     """
 
     name: str = "default"
@@ -43,10 +45,10 @@ class Material:
     extra: dict[str, tuple[float, ...]] = field(default_factory=dict, hash=False)
 
     def value(self, name: str, default):
-        """A parameter of a BRDF: a number or three as the default is, from the file or the default itself.
+        """A parameter of a BRDF, from the file, or the default: one number or three numbers, like the default.
 
         Raises:
-            InputError: the file has another count of numbers.
+            InputError: the file has a different count of numbers.
         """
         numbers = self.extra.get(name.lower())
         if numbers is None:
@@ -59,12 +61,12 @@ class Material:
         return numbers[0] if count == 1 else tuple(numbers)
 
 
-# The members of a material that kernels know: all but the name and the keys that only some BRDFs read.
+# The members of a material that all kernels know: not the name, and not the keys that only some BRDFs read.
 BUILT_IN = {f.name: f.default for f in fields(Material) if f.name not in ("name", "extra")}
 
 
 class Materials(list):
-    """The ``Material`` of every id; a kernel that asks ``materials[material_id]`` gets its numbers."""
+    """The ``Material`` of every id. In a kernel, ``materials[material_id]`` is the struct of its numbers."""
 
     library: "MaterialLibrary"
 
@@ -80,12 +82,13 @@ class MaterialLibrary:
 
     Args:
         materials: in the order of their ids.
-        brdfs: the BRDFs that the scene knows; the last one that describes a material is its own.
-        fields: where the library's fields are placed.
+        brdfs: the BRDFs that the scene knows. A material gets the last one of them that describes it.
+        fields: the builder in which the fields of the library are placed.
 
     Attributes:
-        brdf_ids: (M,) for each material, which of ``brdfs`` it has.
-        members: name → default of what a material has in kernels: the usual MTL keys, and the parameters of ``brdfs``.
+        brdf_ids: (M,) for each material, the index of its BRDF in ``brdfs``.
+        members: name → default of each member that a material has in kernels: the MTL keys, and the parameters of
+            ``brdfs``.
     """
 
     def __init__(self, materials: list[Material], brdfs: list, fields: ti.FieldsBuilder) -> None:
@@ -109,7 +112,7 @@ class MaterialLibrary:
         raise InputError(f"material {material.name!r}: none of {', '.join(b.name for b in self.brdfs)} describes it")
 
     def as_table(self, materials: list[Material]) -> np.ndarray:
-        """(M, n) float64: the numbers of every material, in the order of ``members``."""
+        """(M, n) float64: one row per material, with its numbers in the order of ``members``."""
         rows = [
             np.hstack([getattr(m, n) if n in BUILT_IN else m.value(n, default) for n, default in self.members.items()])
             for m in materials
@@ -117,7 +120,7 @@ class MaterialLibrary:
         return np.array(rows, dtype=np.float64).reshape(len(rows), -1)
 
     def load(self) -> None:
-        """Copy the materials into the fields, once the fields are allocated."""
+        """Copy the materials into the fields; call it after the fields were allocated."""
         if len(self.materials) > 0:
             table = self.as_table(self.materials).astype(runtime.dtype())
             self._load(table, np.array(self.brdf_of, np.int32))
@@ -131,7 +134,7 @@ class MaterialLibrary:
 
     @in_kernels
     def get(self, material_id):
-        """The numbers of one material, as a struct. Only those that are used are read: the compiler drops the rest."""
+        """The numbers of one material, as a struct. The compiler removes the reads of numbers that are not used."""
         values, column = {}, 0
         for name, default in self.members.items():
             if np.size(default) == 3:

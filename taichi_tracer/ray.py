@@ -1,17 +1,18 @@
-"""Rays and what they hit, inside kernels."""
+"""Rays, and what they hit, inside kernels."""
 
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.system import runtime
 
-# The scalar type of tm.vec3, which follows the running precision; ``float`` in a dataclass stays what it was on import.
+# tm.vec3 follows the precision that Taichi runs with. ``float`` in a ti.dataclass does not: it keeps the type that it
+# had when this file was imported. Therefore the members take their scalar type from tm.vec3.
 real = tm.vec3.dtype
 
 
 @ti.dataclass
 class Ray:
-    """r(t) = origin + t direction (A1-10). A direction of any non-zero length is legal; t counts in units of it."""
+    """r(t) = origin + t direction (A1-10). The direction may have any length except 0; t is in units of that length."""
 
     origin: tm.vec3
     direction: tm.vec3
@@ -24,16 +25,16 @@ class Ray:
 
 @ti.dataclass
 class HitData:
-    """What a ray met (A1-12). Where ``is_hit`` is 0: distance infinite, ids −1, vectors 0.
+    """What a ray hit (A1-12). If ``is_hit`` is 0, the distance is infinite, the ids are −1 and the vectors are 0.
 
-    ``distance`` is t, in units of the direction's length. ``barycentric_coords`` = (u, v) weigh v1 and v2, 1 − u − v
-    weighs v0. ``normal`` is interpolated from the vertex normals, ``geometric_normal`` is that of the triangle's plane
-    (C-17); both have unit length and face the ray's origin. ``position`` is the point on the surface, and
-    ``position_error`` a bound of its rounding error by component, for ``offset_origin``.
+    ``distance`` is t, in units of the direction's length. ``barycentric_coords`` = (u, v) are the weights of v1 and v2;
+    the weight of v0 is 1 − u − v. ``normal`` is interpolated from the vertex normals, and ``geometric_normal`` is the
+    normal of the triangle's plane (C-17). Both have unit length and face the ray's origin. ``position`` is the point on
+    the surface. ``position_error`` bounds the rounding error of each of its components; ``offset_origin`` needs it.
 
-    The first seven members are the handout's. A method of your own may begin with
-    ``hit = HitData()`` and fill in the handout's members one by one: what it leaves out is added.
-    ``triangle_id`` is the number of the primitive in the file's order; spheres are counted with the triangles.
+    The first seven members are those of the handout. Your own method may begin with ``hit = HitData()`` and then set
+    the handout's members one by one; the package adds the members that are missing. ``triangle_id`` is the number of
+    the primitive in the order of the file. Spheres are counted together with the triangles.
     """
 
     is_hit: ti.i32
@@ -50,7 +51,7 @@ class HitData:
 
 @ti.func
 def no_hit():
-    """HitData of a ray that met nothing."""
+    """The HitData of a ray that hits nothing."""
     return HitData(
         is_hit=0,
         is_backfacing=0,
@@ -67,10 +68,10 @@ def no_hit():
 
 @ti.func
 def offset_origin(p, error, n):
-    """``p`` moved along the unit vector n until it lies off its surface for certain (PBR, 4th edition, section 6.8.6).
+    """``p``, moved along the unit vector n until it certainly lies off its surface (PBR, 4th edition, section 6.8.6).
 
-    The step is the error bound's extent along n, so it is as small as the point's own rounding, at any scale; then each
-    component is rounded outwards.
+    The step is the extent of the error bound along n. It is as small as the rounding error of the point, at any scale.
+    Then each component is rounded outwards.
     """
     step = tm.dot(abs(n), error)
     moved = p + step * n

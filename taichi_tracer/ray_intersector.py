@@ -1,9 +1,9 @@
-"""What does the ray meet? One triangle at a time, and the nearest hit by trying every one of them.
+"""What does the ray hit? A test of one triangle, and a search for the nearest hit that tries every triangle.
 
-This is the plain form, which a student reads and replaces. ``intersect_triangle`` decides what a hit is, ``query_ray``
-finds the nearest, and everything else follows from these two: whoever replaces one of them replaces what every picture
-and every answer of the scene is made of. A hierarchy (``intersectors``) overrides ``search`` alone: it decides in which
-order the primitives are tried, and which need not be tried at all.
+This is the plain form, which a student reads and replaces. ``intersect_triangle`` decides what a hit is, and
+``query_ray`` finds the nearest hit. All other methods follow from these two. If you replace one of the two, you change
+every picture and every answer of the scene. A hierarchy (``intersectors``) overrides only ``search``: it decides in
+which order the primitives are tried, and which primitives need not be tried at all.
 """
 
 import taichi as ti
@@ -22,16 +22,16 @@ from taichi_tracer.system.seams import replaced, seams
 @ti.data_oriented
 @seams("intersect_triangle", "query_ray", "is_occluded", "search", "query_segment", "is_blocked", "triangle_hit")
 class RayIntersector:
-    """Finds what a ray meets in a geometry.
+    """Finds what a ray hits in a geometry.
 
     Args:
-        geometry: the triangles and spheres. None leaves the intersector without a scene; the scene that it is given to
-            calls ``bind``.
+        geometry: the triangles and spheres. With None, the intersector has no geometry yet, and the scene that gets the
+            intersector calls ``bind``.
         triangle_test: a name in the registry, or a ``TriangleTest``.
 
     Attributes:
-        EPSILON: the handout's fixed tolerance for the determinant and for t. The package's own tests do not use it: a
-            fixed ε misses small triangles and does not protect large ones (C-8).
+        EPSILON: the handout's fixed tolerance for the determinant and for t. The package's own tests do not use it,
+            because a fixed ε misses small triangles and is too small for large triangles (C-8).
     """
 
     kind = "intersector"
@@ -44,25 +44,26 @@ class RayIntersector:
             self.bind(geometry, triangle_test)
 
     def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
-        """Make this the intersector of a geometry. A subclass that prepares something, such as a grid, extends it."""
+        """Make this the intersector of a geometry. A subclass that builds a grid or a hierarchy extends this method."""
         test = PARTS.find("triangle test", triangle_test)
         self.geometry, self.triangle_test, self.solve = geometry, test.name, test.solve
-        # A triangle test computes with vertex − origin, so its rounding error is a few ε of the largest such number.
+        # A triangle test computes with the difference vertex − origin. Its rounding error is a few ε times the largest
+        # component of such a difference.
         self.pad_factor = 8 * runtime.epsilon()
         self.replaced = replaced(self)
 
     def facts(self) -> dict[str, str]:
-        """Name → text of what ``taichi-tracer info`` tells of this intersector beside its name."""
+        """Name → text: what ``taichi-tracer info`` prints about this intersector, in addition to its name."""
         return {}
 
     def destroy(self) -> None:
-        """Free what the intersector allocated beside the geometry: nothing, unless a subclass allocates something."""
+        """Free the memory that the intersector itself allocated. Only subclasses allocate some."""
 
     # ── what a student writes ──
 
     @ti.func
     def intersect_triangle(self, ray, triangle_id):
-        """HitData of the ray on one triangle, whatever lies before it (A1-14); t > 0."""
+        """HitData of the ray on one triangle, with t > 0. Other triangles are not considered (A1-14)."""
         return self.triangle_hit(ray, triangle_id, 0.0)
 
     @ti.func
@@ -79,9 +80,9 @@ class RayIntersector:
 
     @ti.func
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
-        """HitData of the nearest hit with t_min < t < t_max, of equal ones the lowest id; or of any with ``any_hit``.
+        """HitData of the nearest hit with t_min < t < t_max; of any such hit, if ``any_hit`` is True.
 
-        This form tries every primitive.
+        If several hits have the same t, the lowest id counts. This form tries every primitive.
         """
         nearest, best = no_hit(), t_max
         for primitive_id in range(self.geometry.n_primitives):
@@ -96,7 +97,7 @@ class RayIntersector:
     def query_segment(self, ray, t_min, t_max):
         """HitData of the nearest hit with t_min < t < t_max.
 
-        A replaced ``query_ray`` is asked from the point r(t_min) on, since it knows no t_min.
+        A replaced ``query_ray`` has no argument t_min. Therefore it gets a ray that starts at the point r(t_min).
         """
         hit = no_hit()
         if ti.static("query_ray" in self.replaced):
@@ -128,7 +129,7 @@ class RayIntersector:
 
     @ti.func
     def intersect_primitive(self, ray, primitive_id, t_min):
-        """HitData of one primitive, a triangle or a sphere: the one place where the two kinds part."""
+        """HitData of one primitive. Only here does the plain form distinguish triangles from spheres."""
         hit = no_hit()
         if ti.static(not self.geometry.effects.spheres):
             hit = self.try_triangle(ray, primitive_id, t_min)
@@ -143,7 +144,7 @@ class RayIntersector:
 
     @ti.func
     def try_triangle(self, ray, triangle_id, t_min):
-        """``intersect_triangle``, and where that is the package's own, with the given t_min."""
+        """A replaced ``intersect_triangle``; otherwise ``triangle_hit`` with the given t_min."""
         hit = no_hit()
         if ti.static("intersect_triangle" in self.replaced):
             hit = self.intersect_triangle(ray, triangle_id)
@@ -153,10 +154,11 @@ class RayIntersector:
 
     @ti.func
     def completed(self, ray, hit, t_min, t_max):
-        """``hit`` with what only the nearest hit needs.
+        """``hit``, completed with what only the nearest hit needs.
 
-        There is time to compute its t once more, as exactly as it can be said. The hit of a student's method is left
-        as it is; only what it did not fill in is added: the triangle's plane and the point on it.
+        The t of the nearest hit is computed again, as exactly as possible; for one hit, this costs little time. A hit
+        that a student's method returns keeps its values. Only the members that the method did not set are added: the
+        normal of the triangle's plane, the position and its error.
         """
         if hit.is_hit:
             if ti.static("intersect_triangle" in self.replaced or "query_ray" in self.replaced):
@@ -190,7 +192,7 @@ class RayIntersector:
 
     @ti.func
     def sphere_hit(self, ray, sphere_id, t_min):
-        """HitData of one sphere: where the ray enters it, or leaves it when the entry is not beyond t_min."""
+        """HitData of one sphere, where the ray enters it; where it leaves it, if the entry is not beyond t_min."""
         t = self.sphere_candidate(ray, self.ray_bounds(ray), sphere_id, t_min)
         hit = no_hit()
         if self.is_legal(ray) and t_min < t:
@@ -199,7 +201,7 @@ class RayIntersector:
 
     @ti.func
     def is_legal(self, ray):
-        """Whether the ray has a direction and all its numbers are finite; any other misses everything."""
+        """Whether the direction is not 0 and all numbers are finite. Every other ray misses everything."""
         total = abs(ray.origin).sum() + abs(ray.direction).sum()
         return total < tm.inf and abs(ray.direction).sum() > 0
 
@@ -208,17 +210,17 @@ class RayIntersector:
         """``ray`` prepared for ``box_interval``."""
         o, d = ray.origin, ray.direction
         reach = ti.max(abs(tm.vec3(self.geometry.low) - o), abs(tm.vec3(self.geometry.high) - o)).max()
-        pad = self.pad_factor * (reach + abs(o) / 4)  # the second part outweighs the rounding of o ± pad
+        pad = self.pad_factor * (reach + abs(o) / 4)  # abs(o) / 4 covers the rounding of o ± pad
         inverse = 1 / d
         towards = ti.select(inverse >= 0, pad, -pad)
         return RayBounds(inverse=inverse, near_origin=o + towards, far_origin=o - towards)
 
     @ti.func
     def candidate(self, ray, bounds, v0, v1, v2):
-        """(t, u, v) of the ray on one triangle; t is −∞ when it misses.
+        """(t, u, v) of the ray on one triangle; t is −∞ if the ray misses it.
 
-        t is kept within the triangle's own box: where the plane is almost parallel to the ray the quotient is noise.
-        The same boxes, by the same arithmetic, guide the accelerators, which therefore never skip a hit.
+        t is clamped to the box of the triangle: if the plane is almost parallel to the ray, the quotient t is only
+        rounding noise. The hierarchies use the same boxes and the same arithmetic. Therefore they never skip a hit.
         """
         is_inside, t, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
         distance = -tm.inf
@@ -231,9 +233,9 @@ class RayIntersector:
 
     @ti.func
     def sphere_candidate(self, ray, bounds, sphere_id, t_min):
-        """t where the ray enters a sphere, or leaves it when the entry is not beyond t_min; −∞ when it misses.
+        """t where the ray enters a sphere; where it leaves it, if the entry is not beyond t_min; −∞ if it misses it.
 
-        t is kept within the sphere's own box, for the reason that ``candidate`` gives.
+        t is clamped to the box of the sphere, for the reason that ``candidate`` gives.
         """
         centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         t = -tm.inf
@@ -249,7 +251,7 @@ class RayIntersector:
 
     @ti.func
     def describe_triangle(self, ray, t, triangle_id, u, v):
-        """HitData from t and barycentrics; both normals face the origin of the ray (A1-13, C-17)."""
+        """HitData from t and barycentric coordinates. Both normals face the origin of the ray (A1-13, C-17)."""
         geometric_normal = self.geometry.unit_normals[triangle_id]
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
         position, position_error = self.geometry.position(triangle_id, u, v)
@@ -270,9 +272,10 @@ class RayIntersector:
 
     @ti.func
     def describe_sphere(self, ray, t, sphere_id):
-        """HitData of a sphere; its (u, v) are longitude and latitude, from 0 to 1.
+        """HitData of a sphere; its (u, v) are longitude and latitude, each from 0 to 1.
 
-        Its point is c + r n, which lies on the sphere however far the ray came from.
+        The position is c + r n. This point lies on the sphere at any distance from the origin of the ray. Its rounding
+        error is a few ε of |c| + r.
         """
         centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         o, d, c, r = widened(ray.origin), widened(ray.direction), widened(centre), widened(radius)
@@ -295,10 +298,10 @@ class RayIntersector:
 
     @ti.func
     def exact_distance(self, ray, hit, t_min, t_max):
-        """t of a hit on a triangle, computed again in f64 where kernels can; that of a sphere is exact already.
+        """t of a hit on a triangle, computed again in f64 if the backend has f64; the t of a sphere is exact already.
 
-        A hit that was accepted between t_min and t_max stays there, or a march from hit to hit would find the same one
-        for ever.
+        The new t must lie between t_min and t_max, otherwise the old one is kept. Without this rule, a loop that
+        searches from each hit to the next could find the same hit for ever.
         """
         distance = hit.distance
         if ti.static(runtime.can_widen()):
@@ -319,6 +322,6 @@ class RayIntersector:
 @ti.data_oriented
 @seams()
 class BruteForceRayIntersector(RayIntersector):
-    """Tries every triangle: what a student writes first, and what every accelerator must equal (A1-14)."""
+    """Tries every triangle. A student writes this form first; every hierarchy must give the same answers (A1-14)."""
 
     name = "brute_force"

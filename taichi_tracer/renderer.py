@@ -1,7 +1,7 @@
-"""Progressive rendering: every call adds samples to every pixel, and any change starts over (A2-2).
+"""Progressive rendering: every call adds samples to every pixel, and any change starts the picture again (A2-2).
 
-The heart is ``ProgressiveRenderer._take_sample``: pixel → ray → radiance → film. The assignments' renderers say which
-integrators they offer, and have the handouts' methods.
+The central kernel is ``ProgressiveRenderer._take_sample``: pixel → ray → radiance → film. The renderers of the
+assignments define which integrators they offer, and have the methods of the handouts.
 """
 
 import copy
@@ -30,16 +30,16 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
 
-# What a pixel takes at most: numbers of the running precision on the film and among the kept hits, and other bytes.
+# The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 23, 52
 
 
 @ti.data_oriented
 class EyeRays:
-    """The plain form of what every pixel's ray meets: ``generate_ray``, then ``query_ray``.
+    """The ray of every pixel and its hit, in the plain form: ``generate_ray``, then ``query_ray``.
 
     Args:
-        traces: False where somebody's ``shade_ray`` asks what the ray meets: then it is not asked here.
+        traces: whether the ray is traced here. It is False if a replaced ``shade_ray`` traces the ray itself.
     """
 
     def __init__(self, scene_data: SceneData, camera: ProjectiveCamera, jitter: bool, traces: bool = True) -> None:
@@ -48,11 +48,11 @@ class EyeRays:
         self.forms, self.can_use_packets, self.use_packets = frozenset({"plain"}), False, False
 
     def bring_up_to_date(self, seed: int, index: int) -> None:
-        """Nothing is kept, so nothing is out of date."""
+        """Do nothing: the plain form keeps no hits that could be out of date."""
 
     @ti.func
     def hit_of(self, x, y, rng):
-        """(ray, HitData) of a pixel; the first pair of random numbers is the point within it (A2-1)."""
+        """(ray, HitData) of a pixel; the first pair of random numbers is the point within the pixel (A2-1)."""
         ray = through_pixel(self.camera.generate_ray, x, y, self.jitter, rng.next_2d())
         hit = no_hit()
         if ti.static(self.traces):
@@ -61,7 +61,7 @@ class EyeRays:
 
 
 def camera_of(chosen, width: int, height: int, view: dict) -> ProjectiveCamera:
-    """The camera that a slot was given, or one of the chosen kind that shows a view."""
+    """The given camera object, or a new camera of the given kind that shows ``view``; None takes its own kind."""
     if chosen is None:
         return make_camera(width, height, **view)
     found = PARTS.find("camera", chosen)
@@ -73,27 +73,28 @@ def camera_of(chosen, width: int, height: int, view: dict) -> ProjectiveCamera:
 @ti.data_oriented
 @seams("shade_ray")
 class ProgressiveRenderer:
-    """A camera, a film, and an integrator among those that the subclass offers.
+    """A camera, a film, and one of the integrators that the subclass offers.
 
     Args:
         scene_data: the scene.
-        width, height: pixels.
-        camera: an object, whose size counts; or the name or the class of one that is to show the scene; None is the
-            camera of the scene.
-        jitter: whether eye rays pass through a random point of their pixel (A2-1); None is what the subclass does.
-        sampler: the name of a registered sampler, or a ``Sampler``; a ``UniformSampler`` is what the estimator
-            ``uniform`` takes its directions from.
-        seed: of the random numbers; the same seed gives the same picture.
-        first_sample: index of the first sample, so that disjoint ranges can be rendered apart and merged.
-        crop: pixels that take samples, see ``Film``.
-        adaptive: whether pixels take samples in proportion to their deviation, see ``picture.adaptive``.
-        integrator: what to render, by name or as an object; None is the first that the subclass offers.
-        fast: False runs only the plain forms; None does as the scene does.
+        width, height: size of the picture in pixels.
+        camera: a camera object; then its size is the size of the picture. Or the name or the class of a camera: the
+            renderer makes one that shows the scene. None takes the camera of the scene.
+        jitter: whether eye rays pass through a random point of their pixel (A2-1); None takes the default of the class.
+        sampler: the name of a registered sampler, or a ``Sampler``. If it is a ``UniformSampler``, the estimator
+            ``uniform`` takes its directions from it.
+        seed: the seed of the random numbers; the same seed gives the same picture.
+        first_sample: the index of the first sample, so that disjoint ranges of samples can be rendered separately and
+            then merged.
+        crop: the pixels that take samples, see ``Film``.
+        adaptive: whether pixels take samples in proportion to their standard deviation, see ``picture.adaptive``.
+        integrator: what to render, by name or as an object; None is the first integrator that the class offers.
+        fast: False runs only the plain forms; None takes the setting of the scene.
     """
 
     kind, name = "renderer", ""
-    what = "view"  # which integrators it offers, and what one of them is called in messages
-    jitters = False  # whether its pictures are random without being asked to
+    what = "view"  # the kind of integrators that it offers; messages use this word too
+    jitters = False  # whether its pictures consist of random samples by default
 
     def __init__(
         self,
@@ -140,12 +141,12 @@ class ProgressiveRenderer:
         self._integrators: dict[str, Integrator] = {}
         if directions is not None:
             self._integrators["uniform"] = UniformSphere(directions)
-        self._shown = None  # what the samples on the film are of
+        self._shown = None  # the ``state`` to which the samples on the film belong
         self.progress = Progress(Target())
         self.use(self.offers[0] if integrator is None else integrator)
 
     def _make_eye_rays(self):
-        """What gives the kernel its rays and hits, and which form that is."""
+        """The object that gives the kernel its rays and hits, and the ``Form`` that describes it."""
         form = kept_hits_form(self.scene_data, self.camera, self.sampler, self.fast)
         if "shade_ray" in self.replaced:
             form = type(form)("eye rays", "one by one, as they are written", why_replaced(self))
@@ -166,18 +167,18 @@ class ProgressiveRenderer:
 
     @property
     def offers(self) -> tuple[Integrator, ...]:
-        """``offered``, and those that were given to this renderer as objects."""
+        """The integrators of ``offered``, and those that were given to this renderer as objects."""
         known = {part.name: part for part in self.offered()}
         return tuple({**known, **self._integrators}.values())
 
     @classmethod
     def names(cls) -> list[str]:
-        """The names that ``use`` knows."""
+        """The names of the integrators in ``offered``."""
         return [part.name for part in cls.offered()]
 
     def use(self, integrator):
-        """Choose what to render, by name or by giving the integrator itself; returns the renderer."""
-        chosen = getattr(integrator, "value", integrator)  # of a SampleMode
+        """Choose what to render: the name of an integrator, or the integrator itself. Returns the renderer."""
+        chosen = getattr(integrator, "value", integrator)  # the name that a SampleMode stands for
         if isinstance(chosen, str):
             known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
             if chosen not in known:
@@ -186,21 +187,21 @@ class ProgressiveRenderer:
         else:
             chosen = PARTS.find("integrator", chosen)
             self._integrators[chosen.name] = chosen
-        # A copy of its own, since what an integrator keeps, such as a range of depths, belongs to one picture.
+        # Each renderer has its own copy: an integrator may keep values of one picture, such as a range of depths.
         self.active = self._integrators.setdefault(chosen.name, copy.copy(chosen))
         return self
 
     @property
     def needs_light(self) -> bool:
-        """Whether what is rendered is light, which the scene has to have."""
+        """Whether the integrator in use shows nothing in a scene without light."""
         return self.active.needs_light
 
     @property
     def srgb(self) -> bool:
-        """Whether the picture is radiance or colour, to be written with the sRGB transfer function (C-14)."""
+        """Whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14)."""
         return self.active.srgb
 
-    # ── the heart ──
+    # ── the central kernel ──
 
     @ti.kernel
     def _take_sample(
@@ -215,7 +216,7 @@ class ProgressiveRenderer:
 
     @ti.func
     def record(self, x, y, value, index):
-        """Bring the value of a pixel to the film: a sample, or what every sample would be."""
+        """Give the value of a pixel to the film: as one sample, or as the final value if samples are not random."""
         if ti.static(self.is_random):
             self.film.add(x, y, value, index)
         else:
@@ -223,14 +224,14 @@ class ProgressiveRenderer:
 
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):
-        """One sample of what arrives along the ray: the integrator's, or that of a replaced ``shade_ray``."""
+        """One sample of the radiance along the ray, from the integrator or from a replaced ``shade_ray``."""
         if "shade_ray" in self.replaced:
             return called(self.shade_ray, ray)
         return integrator.radiance(scene, ray, hit, rng)
 
     @ti.func
     def shade_ray(self, ray):
-        """What a ray shows, by the integrator in use: the handout's form, which traces the ray itself (A2-9)."""
+        """One sample of the integrator in use, in the handout's form: this method traces the ray itself (A2-9)."""
         hit = self.scene_data.ray_intersector.query_segment(ray, 0.0, tm.inf)
         return self._shade_hit(ray, hit)
 
@@ -240,11 +241,11 @@ class ProgressiveRenderer:
         return self.active.radiance(self.scene_data.in_kernels(), ray, hit, rng)
 
     def kernel_scene(self) -> SceneInKernels:
-        """What the kernels know of the scene."""
+        """The part of the scene that kernels use."""
         return self.scene_data.in_kernels()
 
     def add_sample(self, index: int) -> None:
-        """One sample for every pixel."""
+        """Take one sample for every pixel."""
         scene = self.kernel_scene()
         if self.active.samples_lights:
             scene.lights.prepare()
@@ -252,103 +253,104 @@ class ProgressiveRenderer:
         self._take_sample(scene, self.active, self.eye_rays, self.seed, index)
 
     def render(self, spp: int | None = None, time: float | None = None, error: float | None = None, watch=None):
-        """Add samples to every pixel until the first of the targets is reached; returns the renderer.
+        """Add samples to every pixel until the first of the targets is reached. Returns the renderer.
 
         Args:
-            spp: samples per pixel to add; 1 when no target is given.
-            time: seconds of rendering. Compilation does not count: ``progress`` tells both.
-            error: relative RMSE as estimated (``error()``), a fraction: 0.02 is 2 %. Only what takes random samples
-                has one; where every sample is the picture itself, it and the time are reached at once.
-            watch: called with ``progress`` after every sample of every pixel.
+            spp: samples per pixel to add; 1 if no target is given.
+            time: seconds of rendering. Compilation does not count; ``progress`` has the times of both.
+            error: the estimated relative RMSE (``error()``) as a fraction: 0.02 is 2 %. If every sample is the picture
+                itself, as in a view without jitter, one sample reaches this target and the time.
+            watch: a function that is called with ``progress`` after each pass over all pixels.
         """
         self.scene_data.check_alive()
         render_until(self, Target(1 if spp is None and time is None and error is None else spp, time, error), watch)
         return self
 
-    # ── whether the samples are of what would be shown now ──
+    # ── whether the samples belong to the present state ──
 
     def state(self) -> tuple:
-        """Everything that the picture depends on; samples of one state do not belong with those of another."""
+        """Everything that the picture depends on. Samples of different states must not be added up."""
         scene = self.scene_data
         sky = 0 if scene.environment is None else scene.environment.version
         return id(self.active), self.camera.version, scene.version, sky, *(light.version for light in scene.lights)
 
     def is_current(self) -> bool:
-        """Whether the samples on the film are of what would be shown now."""
+        """Whether the samples on the film belong to the present ``state``."""
         return self._shown == self.state()
 
     def reset(self) -> None:
-        """Start over with the next ``render``."""
+        """Forget the samples, so that the next ``render`` starts the picture again."""
         self.film.reset()
 
     def begin(self) -> None:
-        """Start over, with the picture that is asked for now."""
+        """Start the picture again, in the present ``state``."""
         self.reset()
         if hasattr(self.active, "prepare"):
             self.active.prepare(self.scene_data, self.camera)
         self._shown = self.state()
 
     def begin_anew(self) -> None:
-        """Start over with the next ``render``, with a new pilot where there is one: for another seed."""
+        """Let the next ``render`` start again after a change of the seed; adaptive sampling takes a new pilot."""
         self.reset()
         self._shown = None
 
-    # ── the picture, and what is known of it ──
+    # ── the picture, and what is known about it ──
 
     @property
     def samples(self) -> int:
-        """Samples per pixel on the film; of adaptive sampling, their mean."""
+        """Samples per pixel on the film; with adaptive sampling, the mean over all pixels."""
         return round(self.film.samples * self.shares.mean)
 
     @property
     def canvas(self):
-        """The Taichi field [x, y] of RGB vectors, y up: what ``ti.ui`` shows."""
+        """The Taichi field [x, y] of RGB vectors, with y up, that ``ti.ui`` shows."""
         self.film.check_alive()
         return self.film.canvas
 
     @property
     def non_finite(self) -> int:
-        """How many samples were not finite, and so not added; ``film.non_finite_samples`` says where."""
+        """How many samples were not finite and therefore not added; ``film.non_finite_samples`` lists them."""
         return self.film.non_finite
 
     def error(self) -> RelativeError:
-        """Relative RMSE of the picture as its own samples tell, with its 95 % interval: see ``error_estimate``."""
+        """Relative RMSE of the picture, estimated from its samples, with its 95 % interval; see ``error_estimate``."""
         return self.film.error()
 
     def error_image(self) -> np.ndarray:
-        """(height, width, 3) float32, top row first: the standard error of every pixel; NaN where it is not known.
+        """(height, width, 3) float32, top row first: the standard error of every pixel; NaN if it is unknown.
 
-        With the low-discrepancy sampler, one pixel's is told by a single difference: look at regions.
+        With the low-discrepancy sampler, the value of a pixel comes from a single difference and is rough. Means over
+        regions of many pixels are reliable.
         """
         return np.sqrt(self.film.variance_of_mean())
 
     def image(self) -> np.ndarray:
-        """(height, width, 3) float32, linear, top row first; rendered first if no sample of it was taken."""
+        """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered."""
         self.scene_data.check_alive()
         if self.samples == 0 or not self.is_current():
             self.render()
         return self.film.image()
 
     def receipt(self) -> list[str]:
-        """A line for each effect and each form: what is simulated, what runs, and why."""
+        """One line per effect and per form: what is simulated, which form runs, and why."""
         lines = [*self.scene_data.receipt(), str(self._form)]
         if self.replaced:
             lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
         return lines
 
     def facts(self) -> dict:
-        """What the bits of a picture depend on, for checkpoints: see ``picture.checkpoint``."""
+        """Everything that the bits of the picture depend on, for checkpoints; see ``picture.checkpoint``."""
         return checkpoint.facts_of(self)
 
     def save_checkpoint(self, path: str | Path) -> None:
-        """Write the samples so far, so that ``load_checkpoint`` can go on from there."""
+        """Write the samples into a file, so that ``load_checkpoint`` can continue the picture later."""
         checkpoint.save(self, path)
 
     def load_checkpoint(self, path: str | Path) -> None:
-        """Go on from a checkpoint: ``render`` then adds the samples that it would have added there.
+        """Continue from a checkpoint: ``render`` then adds the samples that come next.
 
         Raises:
-            InputError: the file is damaged, or its samples are of something else; nothing has changed then.
+            InputError: the file is damaged, or its samples belong to another picture. The renderer has not changed.
         """
         checkpoint.load(self, path)
 
@@ -366,13 +368,13 @@ class ProgressiveRenderer:
 @ti.data_oriented
 @seams("shade_hit", "shade_triangle_id", "shade_distance", "shade_barycentric", "shade_normal", "shade_material_id")
 class A1Renderer(ProgressiveRenderer):
-    """Assignment 1: what did the primary ray hit? Six views of it (A1-15)."""
+    """Assignment 1: what did the eye ray hit? Six views of the hit (A1-15)."""
 
     name, what = "A1Renderer", "view"
 
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):
-        """A replaced ``shade_ray``, a replaced method of the view in use, or the view itself."""
+        """The colour from a replaced ``shade_ray``, a replaced method of the view in use, or the view itself."""
         own = f"shade_{integrator.name}"
         if "shade_ray" not in self.replaced and own in self.replaced:
             return called(getattr(self, own), hit)
@@ -385,7 +387,7 @@ class A1Renderer(ProgressiveRenderer):
 
     @ti.func
     def shade_hit(self, hit_data):
-        """White in front, dark red behind, black where nothing is hit."""
+        """White for front faces, dark red for back faces, black for no hit."""
         return self._view("hit", hit_data)
 
     @ti.func
@@ -414,43 +416,43 @@ class A1Renderer(ProgressiveRenderer):
         return self._view("material_id", hit_data)
 
     def set_shade_hit(self):
-        """Show hits: the same as use("hit")."""
+        """Show the view "Hit"; the same as use("hit")."""
         return self.use("hit")
 
     def set_shade_triangle_id(self):
-        """Show triangle ids."""
+        """Show the view "Triangle ID"."""
         return self.use("triangle_id")
 
     def set_shade_triangle_ID(self):  # noqa: N802 (the handout's spelling)
-        """Show triangle ids."""
+        """Show the view "Triangle ID"."""
         return self.use("triangle_id")
 
     def set_shade_distance(self):
-        """Show distances."""
+        """Show the view "Distance"."""
         return self.use("distance")
 
     def set_shade_barycentric(self):
-        """Show barycentric coordinates."""
+        """Show the view "Barycentric"."""
         return self.use("barycentric")
 
     def set_shade_barycentrics(self):
-        """Show barycentric coordinates."""
+        """Show the view "Barycentric"."""
         return self.use("barycentric")
 
     def set_shade_normal(self):
-        """Show normals."""
+        """Show the view "Normal"."""
         return self.use("normal")
 
     def set_shade_normals(self):
-        """Show normals."""
+        """Show the view "Normal"."""
         return self.use("normal")
 
     def set_shade_material_id(self):
-        """Show material ids."""
+        """Show the view "Material ID"."""
         return self.use("material_id")
 
     def set_shade_material_ID(self):  # noqa: N802 (the handout's spelling)
-        """Show material ids."""
+        """Show the view "Material ID"."""
         return self.use("material_id")
 
 
@@ -458,7 +460,7 @@ class A1Renderer(ProgressiveRenderer):
 @ti.data_oriented
 @seams()
 class A2Renderer(ProgressiveRenderer):
-    """Assignment 2: direct illumination by the environment, by Monte Carlo (A2-3, A2-9)."""
+    """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
 
     name, what, jitters = "A2Renderer", "estimator", True
     SampleMode = Enum(
@@ -467,7 +469,7 @@ class A2Renderer(ProgressiveRenderer):
     SamplingMode = SampleMode
 
     def begin(self) -> None:
-        """Start over; warns where there is no light to be rendered."""
+        """Start the picture again; warn if nothing in the scene emits light."""
         super().begin()
         if self.scene_data.effects.is_dark:
             advice = "give it an environment, such as 'studio', or a material with Ke > 0"
@@ -482,33 +484,33 @@ class A2Renderer(ProgressiveRenderer):
         return self.use("uniform")
 
     def set_sample_hemisphere(self):
-        """Sample directions uniform on the hemisphere about the normal."""
+        """Sample directions uniform on the hemisphere around the normal."""
         return self.use("hemisphere")
 
     def set_sample_uniform_hemisphere(self):
-        """Sample directions uniform on the hemisphere about the normal."""
+        """Sample directions uniform on the hemisphere around the normal."""
         return self.use("hemisphere")
 
     def set_sample_brdf(self):
-        """Sample directions in proportion to the BRDF."""
+        """Sample directions from the density of the BRDF."""
         return self.use("brdf")
 
     def set_sample_environment(self):
-        """Sample directions in proportion to the environment's light."""
+        """Sample directions in proportion to the light of the environment."""
         return self.use("environment")
 
     def set_sample_light(self):
-        """Sample directions in proportion to the environment's light."""
+        """Sample directions in proportion to the light of the environment."""
         return self.use("environment")
 
     def set_sample_mis(self):
-        """Multiple importance sampling by the power heuristic."""
+        """Use multiple importance sampling with the power heuristic."""
         return self.use("mis")
 
     def set_sample_mis_power(self):
-        """Multiple importance sampling by the power heuristic."""
+        """Use multiple importance sampling with the power heuristic."""
         return self.use("mis")
 
     def set_sample_mis_balance(self):
-        """Multiple importance sampling by the balance heuristic."""
+        """Use multiple importance sampling with the balance heuristic."""
         return self.use("mis_balance")

@@ -1,10 +1,10 @@
-"""Random numbers that depend on nothing but their key, and the two samplers of directions that the handouts name.
+"""Random numbers that depend only on their key, and the two samplers of directions that the handouts name.
 
-A number is a hash of (seed, pixel, sample index, dimension): the same on every run, thread count and backend, and any
-range of samples can be rendered anywhere. In a kernel, ``rng = sampler.start(seed, x, y, index)`` begins the numbers of
-one sample, and each ``rng.next_2d()`` or ``rng.next_1d()`` takes those of the next dimension. There are as many
-dimensions as anybody asks for. The first pair of every sample belongs to the pixel (A2-1); then every surface takes one
-pair for its BRDF and one for the light.
+A number is a hash of (seed, pixel, sample index, dimension). It is the same on every run, with every number of threads
+and on every backend, and any range of samples can be rendered on any machine. In a kernel,
+``rng = sampler.start(seed, x, y, index)`` begins the numbers of one sample. Each ``rng.next_2d()`` or ``rng.next_1d()``
+takes the numbers of the next dimension. The number of dimensions has no limit. The first pair of every sample belongs
+to the pixel (A2-1); then every surface takes one pair for its BRDF and one pair for the light.
 """
 
 import copy
@@ -23,15 +23,15 @@ from taichi_tracer.system.seams import called, in_kernels, replaced, seams
 
 
 class RandomNumbers:
-    """The numbers of one sample of one pixel, inside a kernel: what ``Sampler.start`` returns.
+    """The numbers of one sample of one pixel, inside a kernel; ``Sampler.start`` returns them.
 
     Attributes:
-        x, y, index: which pixel, and which of its samples.
-        dimension: how many were taken.
+        x, y: the pixel. index: the index of the sample.
+        dimension: how many dimensions were taken so far.
     """
 
-    _data_oriented = True  # lets a kernel hold it in a variable, and pass it on
-    _begun_last: tuple | None = None  # (the kernel that is compiled, its numbers)
+    _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
+    _begun_last: tuple | None = None  # (the kernel that is being compiled, its numbers)
 
     def __init__(self, sampler: "Sampler", seed, x, y, index) -> None:
         self.sampler, self.seed, self.x, self.y, self.index = sampler, seed, x, y, index
@@ -41,7 +41,7 @@ class RandomNumbers:
 
     @classmethod
     def of_this_kernel(cls) -> "RandomNumbers | None":
-        """The numbers that the kernel which is compiled now has begun; None when it has not."""
+        """The numbers that were begun in the kernel that is being compiled now; None if there are none."""
         begun = cls._begun_last
         return begun[1] if begun is not None and begun[0] is impl.get_runtime().compiling_callable else None
 
@@ -59,21 +59,21 @@ class RandomNumbers:
 
     @ti.func
     def skip_2d(self):
-        """Leave out a pair that was taken elsewhere."""
+        """Skip the pair of the next dimension, because other code has taken it already."""
         self.dimension += 1
 
 
 @ti.data_oriented
 @seams("start", "get_2d")
 class Sampler:
-    """Where random numbers come from. A subclass says what ``get_2d`` is.
+    """The source of random numbers. A subclass defines ``get_2d``.
 
     Attributes:
-        replicated: whether samples of even and of odd index belong to two sequences that are independent of each other,
-            and are not independent within one; see ``picture.error_estimate``.
-        is_net: whether the first 2^m samples, of each sequence where it is replicated, lie one in each box of volume
-            2^−m, in every dimension: the contract tests hold it to that.
-        width, height: pixels of the picture, which the renderer sets.
+        replicated: whether the samples with even and with odd index belong to two sequences. The two sequences are
+            independent of each other, but the samples within one sequence are not; see ``picture.error_estimate``.
+        is_net: whether every box of volume 2^−m contains exactly one of the first 2^m samples, in every dimension. If
+            the sampler is replicated, this holds for each of its two sequences. The contract tests check it.
+        width, height: the size of the picture in pixels; the renderer sets it.
     """
 
     kind, name, replicated, is_net = "sampler", "", False, False
@@ -81,17 +81,17 @@ class Sampler:
 
     @in_kernels
     def start(self, seed, x, y, index) -> RandomNumbers:
-        """Begin the numbers of one sample of one pixel; called in a kernel."""
+        """Begin the numbers of one sample of one pixel; kernels call it."""
         return RandomNumbers(self, seed, x, y, index)
 
     @ti.func
     def pixel_number(self, x, y):
-        """The key of a pixel."""
+        """The number of a pixel, which is part of the key."""
         return ti.cast(y * self.width + x, ti.u32)
 
     @ti.func
     def get_2d(self, seed, pixel, index, dimension):
-        """vec2 in [0, 1)² of four u32: for one use (dimension) in one sample (index) of one pixel."""
+        """vec2 in [0, 1)², made of four u32: the pair for one use (dimension) in one sample (index) of one pixel."""
         ti.static_assert(False, "a sampler must say what get_2d(self, seed, pixel, index, dimension) is")
         return tm.vec2(0)
 
@@ -100,11 +100,12 @@ class Sampler:
 @ti.data_oriented
 @seams("point")
 class SobolSampler(Sampler):
-    """Owen-scrambled Sobol' points, one pair of dimensions for each use, shuffled against each other (Burley 2020).
+    """Owen-scrambled Sobol' points: every use takes the first two dimensions in another order (Burley 2020).
 
-    Samples of even and of odd index belong to two sequences, scrambled independently, whose difference tells the error.
-    The first 2^m samples of each are a (0, m, 2)-net in every pair: one in each box of volume 2^−m. The error falls
-    towards n^(−3/2) where the integrand is smooth, and hardly ever lies above that of independent numbers.
+    Samples with even and with odd index belong to two sequences that are scrambled independently. The difference of
+    these sequences shows the error. In every pair of dimensions, the first 2^m samples of a sequence are a
+    (0, m, 2)-net: every box of volume 2^−m contains exactly one of them. For n samples, the error decreases almost as
+    fast as n^(−3/2) if the integrand is smooth. It is hardly ever larger than that of independent numbers.
     """
 
     name, replicated, is_net = "sobol", True, True
@@ -117,7 +118,7 @@ class SobolSampler(Sampler):
 
     @ti.func
     def point(self, seed, pixel, index, dimension):
-        """The two numbers one by one; also of vectors of keys."""
+        """The two numbers separately; the keys may also be vectors."""
         replica, place = index & ti.u32(1), index >> 1
         shuffle, seed_x, seed_y, _ = pcg4d(pixel, dimension, seed, replica)
         shuffled = reverse_bits(scramble_reversed(reverse_bits(place), shuffle))
@@ -130,7 +131,7 @@ class SobolSampler(Sampler):
 @ti.data_oriented
 @seams("point")
 class IndependentSampler(Sampler):
-    """Independent uniform numbers: the error falls with n^(−1/2), whatever the integrand."""
+    """Independent uniform numbers: for n samples, the error decreases as n^(−1/2) for every integrand."""
 
     name = "independent"
 
@@ -142,13 +143,13 @@ class IndependentSampler(Sampler):
 
     @ti.func
     def point(self, seed, pixel, index, dimension):
-        """The two numbers one by one; also of vectors of keys."""
+        """The two numbers separately; the keys may also be vectors."""
         a, b, _, _ = pcg4d(pixel, index, dimension, seed)
         return as_fraction(a), as_fraction(b)
 
 
 def sampler_of(chosen: Sampler, camera) -> Sampler:
-    """A copy of a sampler for the pictures of a camera."""
+    """A copy of a sampler that knows the size of a camera's pictures."""
     sampler = copy.copy(chosen)
     sampler.width, sampler.height = camera.width, camera.height
     return sampler
@@ -156,10 +157,10 @@ def sampler_of(chosen: Sampler, camera) -> Sampler:
 
 @in_kernels
 def given_or_drawn(xi):
-    """``xi``, or where it is None two random numbers, since the handout's functions draw theirs themselves.
+    """``xi``; or two random numbers if it is None, because the handout's functions draw their numbers themselves.
 
-    In a picture they are the next ones of the sample. A kernel of your own has no sample, and gets Taichi's numbers,
-    which differ from run to run.
+    In a picture, these are the next two numbers of the sample. A kernel of your own has no sample: it gets the numbers
+    of Taichi's own generator, which differ from run to run.
     """
     if xi is not None:
         return xi
@@ -176,10 +177,10 @@ def taichi_pair():
 @ti.data_oriented
 @seams("sample_direction", "evaluate_probability")
 class UniformSampler:
-    """Directions uniform on the sphere (A2-6): what the estimator ``uniform`` takes its samples from.
+    """Directions uniform on the sphere (A2-6); the estimator ``uniform`` takes its directions from it.
 
-    In a kernel, ``UniformSampler.sample_direction()``. A class of your own is given to the slot of the sampler, or
-    registered and named there; its methods may have ``self`` or not.
+    Kernels call ``UniformSampler.sample_direction()``. Your own class can be passed as ``sampler=``, or it can be
+    registered and passed by its name. Its methods may have the argument ``self``, but need not.
     """
 
     kind, name = "sampler", ""
@@ -187,23 +188,23 @@ class UniformSampler:
     @staticmethod
     @ti.func
     def sample_direction(xi: ti.template() = None):
-        """A unit direction; from ``xi`` in [0, 1)², or from numbers of its own."""
+        """A unit direction, made of ``xi`` in [0, 1)², or of two random numbers if ``xi`` is None."""
         return uniform_sphere(given_or_drawn(xi))
 
     @staticmethod
     @ti.func
     def evaluate_probability():
-        """1/(4π) per solid angle, whatever the direction."""
+        """1/(4π) per solid angle, for every direction."""
         return 1 / (4 * tm.pi)
 
 
 @ti.data_oriented
 @seams("sample_direction", "evaluate_probability", "evaluate_brdf", "evaluate_brdf_factor")
 class BRDF(Brdf):
-    """The handout's reflection: diffuse where Ns is 1 or less, Phong above (A2-4, A2-7, A2-8).
+    """The handout's BRDF: diffuse if Ns is 1 or less, otherwise Phong (A2-4, A2-7, A2-8).
 
-    The scene's own BRDFs (``brdfs``) compute the same. This class takes their place as soon as one of its methods is
-    replaced: by ``brdfs=[MyBRDF()]``, or by assigning to ``BRDF``.
+    The BRDFs in the folder ``brdfs`` compute the same values. This class takes their place as soon as one of its
+    methods is replaced, either in a subclass (``brdfs=[MyBRDF()]``) or by an assignment to ``BRDF``.
     """
 
     name = "handout"
@@ -216,7 +217,7 @@ class BRDF(Brdf):
     @staticmethod
     @ti.func
     def sample_direction(material, w_o, normal, xi: ti.template() = None):
-        """w_i in proportion to the lobe about the normal, or about ω_r (A2-7)."""
+        """w_i, drawn in proportion to the lobe around the normal (diffuse) or around ω_r (Phong) (A2-7)."""
         pair = given_or_drawn(xi)
         w_i = DIFFUSE.sample(material, w_o, normal, pair)
         if material.Ns > 1:
@@ -267,7 +268,7 @@ class BRDF(Brdf):
 
     @ti.func
     def weight(self, material, w_o, w_i, n):
-        """``evaluate_brdf_factor``, or where only what it is made of was replaced, f_r cos θ_i / pdf."""
+        """``evaluate_brdf_factor``; or f_r cos θ_i / pdf, if only f_r or the pdf was replaced."""
         value = tm.vec3(0)
         if ti.static(self.has_own_factor()):
             value = called(self.evaluate_brdf_factor, material, w_o, w_i, n)
@@ -276,7 +277,7 @@ class BRDF(Brdf):
         return value
 
     def has_own_factor(self) -> bool:
-        """Whether ``evaluate_brdf_factor`` says what a sample is worth."""
+        """Whether the weight of a sample is ``evaluate_brdf_factor``, and not the quotient f_r cos θ_i / pdf."""
         names = replaced(self)
         return "evaluate_brdf_factor" in names or not {"evaluate_brdf", "evaluate_probability"} & set(names)
 

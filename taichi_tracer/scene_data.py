@@ -1,4 +1,4 @@
-"""A scene: geometry, materials and an intersector, and the questions that can be asked of it from Python."""
+"""A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
 import hashlib
 from dataclasses import dataclass, fields
@@ -25,10 +25,14 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import replaced
 
+# Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
+FINGERPRINT_DIGITS = 32
+ROWS_SHOWN = 20  # of a table of hits in a notebook
+
 
 @dataclass
 class RayHits:
-    """The answers to ``SceneData.intersect``: arrays with one row per ray, as in ``HitData``."""
+    """The result of ``SceneData.intersect``: arrays with one row per ray. The members are those of ``HitData``."""
 
     is_hit: np.ndarray
     distance: np.ndarray
@@ -42,7 +46,7 @@ class RayHits:
     def __len__(self) -> int:
         return len(self.is_hit)
 
-    def _repr_html_(self, most: int = 20) -> str:
+    def _repr_html_(self, most: int = ROWS_SHOWN) -> str:
         """The first rows as an HTML table, for notebooks."""
         names = [f.name for f in fields(self)]
         head = "".join(f"<th>{name}</th>" for name in ["ray", *names])
@@ -65,10 +69,10 @@ def _cell(value: np.ndarray) -> str:
 
 @ti.data_oriented
 class SceneInKernels:
-    """What kernels know of a scene, compiled for its effects; made anew whenever something of it changes.
+    """The part of a scene that kernels use, compiled for its effects. After a change of the scene, a new one is made.
 
     Attributes:
-        geometry, ray_intersector, material_library, environment, background: as of ``SceneData``.
+        geometry, ray_intersector, material_library, environment, background: those of ``SceneData``.
         lights: all lights, see ``lights.scene_lights``.
         effects: what is compiled, see ``effects.Effects``.
     """
@@ -86,7 +90,7 @@ class SceneInKernels:
 
     @ti.func
     def emitted(self, ray, hit, rng):
-        """Radiance that a ray sees without any reflection: that of an emitting surface, or of what lies behind all."""
+        """Radiance along a ray without any reflection: from an emitting surface, or from behind the scene."""
         L = tm.vec3(0)
         if hit.is_hit:
             if ti.static(self.effects.emitters):
@@ -97,7 +101,7 @@ class SceneInKernels:
 
     @ti.func
     def behind(self, ray, hit, rng):
-        """What a ray shows that meets nothing: the background of the picture, or the light from far away."""
+        """What a ray shows if it hits nothing: the background of the picture, or the light from far away."""
         value = tm.vec3(0)
         if ti.static(self.effects.background):
             value = self.background.color(rng.x, rng.y, rng.sampler.width, rng.sampler.height)
@@ -107,39 +111,40 @@ class SceneInKernels:
 
     @ti.func
     def visible_radiance(self, surface, w_i, factor):
-        """Radiance that arrives at a surface from w_i: 0 where something is in the way.
+        """Radiance that arrives at a surface from w_i; 0 if something blocks it.
 
-        Where ``factor``, which the caller multiplies with, is 0, nothing is asked.
+        The caller multiplies the result by ``factor``. If ``factor`` is 0, no light is looked up and no ray is sent.
         """
         return self.lights.visible_far(self.ray_intersector, surface, w_i, factor)
 
 
 @ti.data_oriented
 class SceneData:
-    """Everything that rays can meet. Its memory is freed with it, or by ``destroy``.
+    """Everything that rays can hit. The memory is freed together with the object, or by ``destroy``.
 
     Args:
         mesh: triangles, spheres and materials.
-        intersector: the name of a registered intersector, a class derived from ``RayIntersector``, or an object of one
-            that has no geometry yet.
+        intersector: the name of a registered intersector, a class that derives from ``RayIntersector``, or an object of
+            such a class that has no geometry yet.
         triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
-        view: camera parameters that show the scene, as for ``camera.make_camera``; computed from its box when None.
+        view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed from
+            the bounding box of the scene.
         environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an
             ``Environment``, or None.
-        effects: "scene" compiles what the scene calls for, "all" everything, to compare.
+        effects: "scene" compiles the effects that the scene calls for; "all" compiles every effect, for comparison.
         background: what stands behind everything in a picture: a ``Background``, a colour, or None.
-        brdfs: BRDFs, by name or as objects, that are asked before the registered ones which materials they describe.
-        lights: other lights than the environment, by name or as objects.
-        fast: False runs only the plain forms, which a student reads: slower, with the same bits.
+        brdfs: BRDFs, by name or as objects. They take precedence over the registered BRDFs.
+        lights: lights other than the environment, by name or as objects.
+        fast: False runs only the plain forms, which a student reads. They are slower and give the same bits.
 
     Attributes:
-        effects: what rendering is compiled for, see ``effects.Effects``.
-        version: counts changes, so that a renderer knows when its samples are of another scene.
+        effects: the effects for which rendering is compiled, see ``effects.Effects``.
+        version: counts changes, so that a renderer knows when its samples belong to an older scene.
         geometry, material_library, ray_intersector: see their classes.
         view: camera parameters that show the scene.
-        shots: the pictures that its file asks for, see ``rt3.document``; of a mesh none.
-        notes: what the user should know about the input, a line each.
-        forms: which form of the intersector runs, and why, see ``fast.stand_ins``.
+        shots: the pictures that the scene's file asks for, see ``rt3.document``; a mesh has none.
+        notes: what the user should know about the input, one line each.
+        forms: which form of the intersector runs, and why; see ``fast.stand_ins``.
     """
 
     def __init__(
@@ -180,12 +185,12 @@ class SceneData:
         self._in_kernels = None
 
     def set_environment(self, environment) -> None:
-        """Replace the light from far away; what can be given is as for the constructor."""
+        """Replace the light from far away. The argument may be anything that the constructor takes."""
         self.environment = load_environment(environment)
         self._changed()
 
     def set_background(self, background) -> None:
-        """Replace the picture behind the scene; what can be given is as for the constructor."""
+        """Replace the picture behind the scene. The argument may be anything that the constructor takes."""
         self.background = load_background(background)
         self._changed()
 
@@ -200,10 +205,10 @@ class SceneData:
         self.version += 1
 
     def in_kernels(self, effects: Effects | None = None) -> SceneInKernels:
-        """What kernels know of the scene.
+        """The part of the scene that kernels use.
 
         Args:
-            effects: compiled instead of what the scene calls for, to compare.
+            effects: the effects to compile, for comparison; None takes those that the scene calls for.
         """
         if effects is not None:
             return SceneInKernels(self, effects)
@@ -212,11 +217,11 @@ class SceneData:
         return self._in_kernels
 
     def receipt(self) -> list[str]:
-        """A line for each effect and each form: what is simulated, what runs, and why."""
+        """One line per effect and per form: what is simulated, which form runs, and why."""
         return [*self.effects.receipt(), *(str(form) for form in self.forms)]
 
     def fingerprint(self) -> str:
-        """A hash of everything in the scene that a picture depends on."""
+        """A hash of everything in the scene on which a picture depends."""
         mesh, sky = self.mesh, self.environment
         digest = hashlib.sha256(repr(mesh.materials).encode())
         arrays = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
@@ -233,16 +238,16 @@ class SceneData:
         for array in arrays:
             digest.update(f"{array.shape} {array.dtype}".encode())
             digest.update(np.ascontiguousarray(array))
-        return digest.hexdigest()[:32]
+        return digest.hexdigest()[:FINGERPRINT_DIGITS]
 
     @property
     def num_triangles(self) -> int:
-        """How many triangles there are, those included that no ray can hit."""
+        """The number of triangles, including those that no ray can hit."""
         return self.geometry.n_triangles
 
     @property
     def num_spheres(self) -> int:
-        """How many spheres there are beside them."""
+        """The number of spheres."""
         return self.geometry.n_spheres
 
     @property
@@ -251,7 +256,7 @@ class SceneData:
         return self.material_library.materials
 
     def check_alive(self) -> None:
-        """Raise StaleSceneError when Taichi was initialised again after the scene was made."""
+        """Raise a StaleSceneError if Taichi was initialised again after the scene was made."""
         self._memory.check("scene")
 
     def destroy(self) -> None:
@@ -263,9 +268,9 @@ class SceneData:
         """The nearest hit of every ray with t_min < t < t_max.
 
         Args:
-            origins, directions: (N, 3) or (3,) arrays. A direction of any non-zero length is legal and ``distance``
-                counts in units of it; rays with NaN, infinity or a zero direction miss.
-            t_min, t_max: a number, or (N,) for one per ray.
+            origins, directions: (N, 3) or (3,) arrays. A direction may have any length except 0; ``distance`` is in
+                units of this length. Rays with NaN, with infinity or with a zero direction miss everything.
+            t_min, t_max: one number for all rays, or an (N,) array with one number per ray.
         """
         rays = self._as_rays(origins, directions, t_min, t_max)
         n, dtype = len(rays[0]), runtime.dtype()
@@ -286,7 +291,7 @@ class SceneData:
         return hits
 
     def occluded(self, origins, directions, t_min=0.0, t_max=np.inf) -> np.ndarray:
-        """(N,) bool: whether anything lies on the ray with t_min < t < t_max. Arguments as for ``intersect``."""
+        """(N,) bool: whether the ray hits anything with t_min < t < t_max. Arguments as for ``intersect``."""
         rays = self._as_rays(origins, directions, t_min, t_max)
         blocked = np.empty(len(rays[0]), np.int32)
         if len(blocked) > 0:
@@ -294,7 +299,7 @@ class SceneData:
         return blocked.astype(bool)
 
     def _as_rays(self, origins, directions, t_min, t_max) -> tuple[np.ndarray, ...]:
-        """Contiguous (N, 3), (N, 3), (N,), (N,) arrays in the running precision; one ray may meet many of the other."""
+        """Contiguous (N, 3), (N, 3), (N,), (N,) arrays in the running precision; single values are repeated N times."""
         self.check_alive()
         dtype = runtime.dtype()
         arrays = []
@@ -366,10 +371,10 @@ class SceneData:
 
 
 def brdfs_of(chosen) -> list:
-    """The BRDFs that a scene knows; of those that describe a material, the last one in this list is taken.
+    """The BRDFs that a scene knows. If several of them describe a material, the last one in this list is used.
 
-    They are those that are registered, in their order; then the handout's, where one of its methods was replaced; then
-    those that were chosen for this scene, the first of them last.
+    The order is: the registered BRDFs in the order of their registration; then the ``BRDF`` of the handout, if one of
+    its methods was replaced; then the BRDFs that were chosen for this scene, in reverse order.
     """
     own = [PARTS.find("BRDF", one) for one in chosen]
     handouts = [BRDF()] if replaced(BRDF) else []
@@ -377,10 +382,10 @@ def brdfs_of(chosen) -> list:
 
 
 def make_intersector(chosen, geometry: Geometry, triangle_test, fast: bool) -> tuple[RayIntersector, Form]:
-    """The intersector of a geometry, from a class or an object without one, and which form it is."""
+    """The intersector of a geometry, made from a class or from an object without a geometry, and its ``Form``."""
     if not isinstance(chosen, type):
         if chosen.geometry is not None:
-            raise InputError(f"intersector: this {type(chosen).__name__} belongs to another scene: make it anew")
+            raise InputError(f"intersector: this {type(chosen).__name__} belongs to another scene: make a new one")
         chosen.bind(geometry, triangle_test)
         return chosen, Form("rays", f"{type(chosen).__name__}, as it is written", "it was given as an object")
     runs, form = intersector_class(chosen, fast)
@@ -401,8 +406,8 @@ def scene_from_mesh(vertices, faces=None, **options) -> SceneData:
 
     Args:
         vertices: (V, 3) float positions, or the trimesh object.
-        faces: (F, 3) int vertex ids, 0-based, counter-clockwise seen from the front.
-        options: as for ``SceneData``.
+        faces: (F, 3) int vertex ids, counted from 0, counter-clockwise when seen from the front.
+        options: arguments of ``SceneData``.
     """
     if faces is None:
         from taichi_tracer.files.meshes import from_trimesh

@@ -1,4 +1,4 @@
-"""From a name or a path to a scene."""
+"""Load a scene by its name or by the path of its file."""
 
 from pathlib import Path
 
@@ -9,24 +9,24 @@ from taichi_tracer.rt3.document import Document, read_rt3
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
-# The course's camera (A1-16); every shipped scene is made for it.
+# The camera of the course (A1-16). Every shipped scene is made for this camera.
 COURSE_VIEW = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """Name → file of every shipped scene; those of RT3 are called ``rt3/…``."""
+    """Name → file of every shipped scene. The names of RT3 scenes begin with ``rt3/``."""
     files = sorted(p for p in scene_data_dir().iterdir() if p.suffix.lower() in EXTENSIONS)
     documents = sorted((scene_data_dir() / "rt3").glob("*.xml"))
     return {p.stem: p for p in files} | {f"rt3/{p.stem}": p for p in documents}
 
 
 def scene_names() -> list[str]:
-    """The names that ``load_scene_data`` knows."""
+    """The names of the shipped scenes, for ``load_scene_data``."""
     return list(shipped_scenes())
 
 
 def find_scene(name: str | Path) -> Path:
-    """The file of a shipped name or of a path."""
+    """The file that belongs to the name of a shipped scene or to a path."""
     shipped = shipped_scenes()
     if str(name) in shipped:
         return shipped[str(name)]
@@ -43,11 +43,11 @@ def load_scene_data(name_or_path: str | Path, **options) -> SceneData:
 
     Args:
         name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml).
-        options: as for ``SceneData``: intersector, triangle_test, view, environment, effects, background, brdfs,
+        options: arguments of ``SceneData``: intersector, triangle_test, view, environment, effects, background, brdfs,
             lights, fast.
 
     Raises:
-        InputError: the file cannot be used, with its name, the line and the value where there is one.
+        InputError: the file cannot be used; the message has its name and, if there is one, the line and the value.
     """
     path = find_scene(name_or_path)
     if is_document(path):
@@ -61,15 +61,15 @@ def load_scene_data(name_or_path: str | Path, **options) -> SceneData:
 
 
 def is_document(path: str | Path) -> bool:
-    """Whether a file is a scene of RT3, and not a mesh."""
+    """Whether a file is a scene of RT3, and not a mesh; its extension decides."""
     return Path(path).suffix.lower() == ".xml"
 
 
 def scene_of_document(document: Document, **options) -> SceneData:
-    """The scene of an RT3 document, with its background, its surroundings and its ``shots``; an empty world is one too.
+    """The scene of an RT3 document, with its background, its environment and its ``shots``. Its world may be empty.
 
     Args:
-        options: as for ``SceneData``; what is given counts instead of what the document says.
+        options: arguments of ``SceneData``; they replace the settings of the document.
     """
     options.setdefault("view", document.shots[0].view)
     options.setdefault("background", document.background)

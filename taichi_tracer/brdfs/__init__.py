@@ -1,1 +1,1 @@
-"""How surfaces reflect: one BRDF a file. ``base`` states the interface."""
+"""How surfaces reflect light: one BRDF per file. ``base`` states the interface."""

@@ -1,4 +1,4 @@
-"""The diffuse BRDF: a surface that looks equally bright from everywhere (Lambert; A2-4)."""
+"""The diffuse BRDF: a surface that looks equally bright from all directions (Lambert; A2-4)."""
 
 import taichi as ti
 import taichi.math as tm
@@ -19,7 +19,7 @@ class Diffuse(Brdf):
     needs = "a material with Ns of 1 or less"
 
     def describes(self, material, dtype: type) -> bool:
-        """Ns of 1 or less, or none (C-4)."""
+        """Ns of 1 or less, or no Ns in the file (C-4)."""
         return material.Ns <= 1
 
     @ti.func
@@ -34,7 +34,7 @@ class Diffuse(Brdf):
 
     @ti.func
     def sample(self, material, w_o, n, xi):
-        """w_i, cosine-distributed about n (A2-7 with α = 1)."""
+        """w_i, cosine-distributed around n (A2-7 with α = 1)."""
         return cosine_hemisphere(n, xi)
 
     @ti.func

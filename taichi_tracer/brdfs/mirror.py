@@ -1,4 +1,4 @@
-"""Phong in the limit Ns → ∞: a reflection into the one direction ω_r, with the weight of Phong (C-3)."""
+"""The limit of Phong's lobe for Ns → ∞: a reflection into the single direction ω_r, with Phong's weight (C-3)."""
 
 import taichi as ti
 import taichi.math as tm
@@ -21,17 +21,17 @@ class Mirror(Brdf):
     needs = "a material with an Ns too large for the precision"
 
     def describes(self, material, dtype: type) -> bool:
-        """Ns so large that the lobe is narrower than the rounding of a direction."""
+        """Ns so large that the lobe is narrower than the rounding error of a direction."""
         return material.Ns >= mirror_from(dtype)
 
     @ti.func
     def eval(self, material, w_o, w_i, n):
-        """0: no direction that was not made by ``sample`` is ω_r."""
+        """0, because a direction from any other source than ``sample`` is never exactly ω_r."""
         return tm.vec3(0)
 
     @ti.func
     def pdf(self, material, w_o, w_i, n):
-        """0, as for ``eval``."""
+        """0, for the same reason as ``eval``."""
         return 0.0
 
     @ti.func

@@ -1,4 +1,4 @@
-"""Phong's lobe about the mirrored direction (Lafortune & Willems 1994, its specular part; A2-4)."""
+"""Phong's lobe around the mirrored direction: the specular part of Lafortune & Willems 1994 (A2-4)."""
 
 import numpy as np
 import taichi as ti
@@ -17,19 +17,19 @@ from taichi_tracer.system.seams import seams
 class Phong(Brdf):
     """f_r = Kd (Ns+1)/(2π) max(0, ω_r·ω_i)^Ns.
 
-    With the cosine it is not normalised in energy: at normal incidence the albedo is Kd (Ns+1)/(Ns+2) (C-19).
+    With the cosine, it is not normalised in energy: at normal incidence, the albedo is Kd (Ns+1)/(Ns+2) (C-19).
     """
 
     name = "phong"
     needs = "a material with Ns > 1"
 
     def describes(self, material, dtype: type) -> bool:
-        """Ns > 1, and a lobe wider than the rounding of a direction."""
+        """Ns > 1, and a lobe that is wider than the rounding error of a direction."""
         return 1 < material.Ns < mirror_from(dtype)
 
     @ti.func
     def eval(self, material, w_o, w_i, n):
-        """f_r, as Kd times the density of the lobe."""
+        """f_r: Kd times the density of the lobe."""
         return material.Kd * self.lobe(material, w_o, w_i, n)
 
     @ti.func
@@ -39,7 +39,7 @@ class Phong(Brdf):
 
     @ti.func
     def lobe(self, material, w_o, w_i, n):
-        """(α+1)/(2π) max(0, ω_r·ω_i)^α, with cos^α = exp(α/2 log(1 − sin²)): cos itself rounds to 1 (C-2)."""
+        """(α+1)/(2π) max(0, ω_r·ω_i)^α, with cos^α = exp(α/2 log(1 − sin²)), because cos may round to 1 (C-2)."""
         w_r = mirrored(w_o, n)
         sine_squared = tm.cross(w_r, w_i).norm_sqr()
         lobe = 0.0
@@ -49,7 +49,7 @@ class Phong(Brdf):
 
     @ti.func
     def sample(self, material, w_o, n, xi):
-        """w_i about ω_r (A2-7)."""
+        """w_i, drawn from the lobe around ω_r (A2-7)."""
         return power_cosine(mirrored(w_o, n), material.Ns, xi)
 
     @ti.func
@@ -59,12 +59,12 @@ class Phong(Brdf):
 
 
 def mirror_from(dtype: type) -> float:
-    """The exponent whose lobe, about 1/√Ns wide, is as narrow as ε of the precision."""
+    """The exponent Ns at which the width of the lobe, about 1/√Ns, is the ε of the precision."""
     return float(np.finfo(dtype).eps) ** -2
 
 
 @ti.func
 def log1p_of_negative(x):
-    """log(1 − x) for 0 ≤ x < 1, also where 1 − x rounds to 1 (Kahan; Goldberg 1991, theorem 4)."""
+    """log(1 − x) for 0 ≤ x < 1, accurate even if 1 − x rounds to 1 (Kahan; Goldberg 1991, theorem 4)."""
     y = 1 - x
     return ti.select(y == 1, -x, ti.log(y) * -x / ti.select(y == 1, -1.0, y - 1))

@@ -1,4 +1,4 @@
-"""A point of a surface that reflects light, with the BRDF of its material: what integrators work with."""
+"""A point of a surface, with the BRDF of its material. Integrators work with it."""
 
 import taichi as ti
 import taichi.math as tm
@@ -9,19 +9,19 @@ from taichi_tracer.system.seams import in_kernels
 
 
 class Surface:
-    """Where a ray met something, inside a kernel; ``scene.surface_at(ray, hit)`` makes one.
+    """The point where a ray hit something, inside a kernel; ``scene.surface_at(ray, hit)`` makes one.
 
-    It asks the BRDF of the material. Which one that is, is decided in the kernel where the scene has several; a scene
-    with one BRDF compiles no decision.
+    Its methods call the BRDF of the material. If the scene has several BRDFs, the kernel chooses among them. If the
+    scene has only one, no choice is compiled.
 
     Attributes:
-        origin: where rays start that leave the surface: off it, by as little as rounding allows.
-        normal, geometric_normal: unit vectors on the viewer's side; interpolated, and that of the plane.
+        origin: the start of rays that leave the surface. It lies off the surface, as close as rounding allows.
+        normal, geometric_normal: the interpolated normal and the plane's normal: unit vectors on the viewer's side.
         w_o: the unit direction to the viewer.
         material: the numbers of the material, as a struct.
     """
 
-    _data_oriented = True  # lets a kernel hold it in a variable, and pass it on
+    _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
 
     def __init__(self, brdfs: dict, brdf_id, material, origin, normal, geometric_normal, w_o) -> None:
         self.numbers, self.brdfs = tuple(brdfs), tuple(brdfs.values())
@@ -30,12 +30,12 @@ class Surface:
 
     @property
     def may_be_delta(self) -> bool:
-        """Whether a BRDF of the scene reflects into a single direction."""
+        """Whether any BRDF of the scene reflects into a single direction."""
         return any(brdf.is_delta for brdf in self.brdfs)
 
     @in_kernels
     def scattering(self) -> "Surface":
-        """The same surface where it is known not to be a delta BRDF's."""
+        """The same surface without the delta BRDFs, for code that runs only where the surface has none of them."""
         others = {i: b for i, b in zip(self.numbers, self.brdfs, strict=True) if not b.is_delta}
         return Surface(others, self.brdf_id, self.material, self.origin, self.normal, self.geometric_normal, self.w_o)
 
@@ -50,7 +50,7 @@ class Surface:
 
     @ti.func
     def has(self, i: ti.template()):
-        """Whether the material has BRDF i of those that the scene has."""
+        """Whether the material has the i-th BRDF of the scene."""
         return ti.static(len(self.brdfs) == 1) or self.brdf_id == self.numbers[i]
 
     @ti.func
@@ -78,7 +78,7 @@ class Surface:
 
     @ti.func
     def sample(self, xi):
-        """w_i in proportion to the BRDF."""
+        """w_i, drawn from the density of the BRDF."""
         w_i = tm.vec3(0)
         for i in ti.static(range(len(self.brdfs))):
             if self.has(i):
@@ -97,7 +97,7 @@ class Surface:
 
 @in_kernels
 def surface_at(scene, ray, hit) -> Surface:
-    """The surface that a ray met; ``scene`` is a ``scene_data.SceneInKernels``."""
+    """The surface that a ray hit; ``scene`` is a ``scene_data.SceneInKernels``."""
     library = scene.material_library
     brdfs = {i: library.brdfs[i] for i in scene.effects.brdfs}
     material = impl.expr_init(library.get(hit.material_id))

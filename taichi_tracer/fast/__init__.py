@@ -1,6 +1,5 @@
-"""Fast forms of what the rest of the package says plainly, with the same bits. Nobody needs to read them to use, to
-change or to understand the ray tracer.
+"""Fast forms of the plain classes, with the same bits. You can use, change and understand the ray tracer without them.
 
-Each one says which plain class it stands in for, and runs only while neither that class nor one of the handout's
-methods was replaced (``stand_ins``).
+Each fast form names the plain class for which it stands in. It runs only as long as neither this class nor one of the
+handout's methods was replaced (``stand_ins``).
 """

@@ -1,7 +1,7 @@
 """A binary tree of boxes by the surface-area heuristic (Wald, "On fast construction of SAH-based BVHs", RT 2007).
 
-Two levels, as in HLBVH (Pantaleoni & Luebke 2010): the triangles are grouped by the cell of a coarse grid, each group
-is built on its own (in parallel), then a tree over the groups is built by the same kernel.
+The tree has two levels, as in HLBVH (Pantaleoni & Luebke 2010). The triangles are grouped by the cells of a coarse
+grid. One kernel builds a tree for each group, in parallel, and then a tree over the groups.
 """
 
 from collections.abc import Iterator
@@ -11,13 +11,18 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-NUM_BINS = 16
-MAX_LEAF = 8  # the most triangles of a leaf; the heuristic stops earlier
-COST_OF_BOX = 1.2  # of visiting a node, in units of one triangle test
-GROUP_FROM = 8192  # triangles from which grouping pays
-BATCH = 1 << 18  # triangles after which the progress of a long build is shown
+NUM_BINS = 16  # per axis; the planes between them are the candidates for a split
+# The number of bins, reduced by a relative 1e-6: rounding then cannot move the largest centre behind the last bin.
+BIN_SCALE = NUM_BINS * (1 - 1e-6)
+MAX_LEAF = 8  # the largest number of triangles in a leaf; the heuristic usually makes smaller leaves
+COST_OF_BOX = 1.2  # the cost of visiting a node, in units of the cost of one triangle test
+GROUP_FROM = 8192  # from this number of triangles on, the grouping saves time
+BATCH = 1 << 18  # triangles between two updates of the progress bar of a long build
 SHOW_PROGRESS_AFTER = 2.0  # seconds
-CELLS_PER_AXIS = 32  # 15 bits of Morton code, which numpy sorts by radix
+BITS_PER_AXIS = 5  # of a grid cell: three axes need 15 bits, and numpy sorts 16-bit codes fast, by radix sort
+CELLS_PER_AXIS = 1 << BITS_PER_AXIS
+# Nodes that wait on the stack of one task. The larger half always waits, so that 33 entries suffice for 2^32 items.
+STACK_SIZE = 64
 
 
 @dataclass
@@ -26,9 +31,10 @@ class BinaryTree:
 
     Attributes:
         box: (N, 6) low and high corner of every node.
-        child: (N,) the left child, the right one follows it; −1 in a leaf.
-        begin, end: (N,) the range of ``order`` below a node; above the groups it is of no use and longer than any leaf.
-        order: (F,) item ids, those of a leaf next to each other.
+        child: (N,) the left child, which is followed by the right one; −1 in a leaf.
+        begin, end: (N,) the range of ``order`` below a node. Nodes above the groups have a range without meaning, which
+            is longer than any leaf.
+        order: (F,) ids of the items; the items of a leaf are neighbours.
     """
 
     box: np.ndarray
@@ -57,7 +63,7 @@ def build(box: np.ndarray) -> BinaryTree:
 
 
 def _batches(starts: np.ndarray, n: int) -> Iterator[slice]:
-    """Slices of the groups, some ``BATCH`` triangles each; on a terminal, long builds show how far they are."""
+    """Slices of the groups with about ``BATCH`` triangles each. On a terminal, a long build shows a progress bar."""
     if n <= BATCH:
         yield slice(None)
         return
@@ -72,7 +78,7 @@ def _batches(starts: np.ndarray, n: int) -> Iterator[slice]:
 
 
 class Nodes:
-    """Box and links (child, begin, end) of nodes while the tree grows."""
+    """Boxes and links (child, begin, end) of the nodes while the tree is built."""
 
     def __init__(self, count: int, dtype: np.dtype) -> None:
         self.box = np.zeros((count, 6), dtype)
@@ -80,7 +86,7 @@ class Nodes:
 
 
 def _join(nodes: Nodes, starts: np.ndarray, order: np.ndarray) -> BinaryTree:
-    """Build the tree over the groups' roots behind the groups' nodes, and put its root first."""
+    """Build the tree over the roots of the groups behind the nodes of the groups, and make its root node 0."""
     n, base = len(order), 2 * len(order)
     roots = 2 * starts
     group_order = np.arange(len(starts), dtype=np.int32)
@@ -97,7 +103,7 @@ def _join(nodes: Nodes, starts: np.ndarray, order: np.ndarray) -> BinaryTree:
         top.links,
         *_scratch(1, nodes.box.dtype),
     )
-    # A leaf over one group becomes that group's root; an inner node has no range of triangles of its own.
+    # A leaf over one group becomes the root of this group. An inner node gets the range of all triangles.
     is_leaf = (top.links[:, 0] < 0) & (top.links[:, 1] >= 0)
     top.links[~is_leaf, 1:] = 0, n
     top.links[is_leaf] = nodes.links[roots[group_order[top.links[is_leaf, 1]]]]
@@ -115,7 +121,7 @@ def grid_groups(box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for axis in range(3):
         cell = ((centre[:, axis] - low[axis]) * (CELLS_PER_AXIS / size[axis])).astype(np.uint16)
         np.minimum(cell, CELLS_PER_AXIS - 1, out=cell)
-        for bit in range(5):
+        for bit in range(BITS_PER_AXIS):
             code |= ((cell >> bit) & 1) << (3 * bit + axis)
     order = np.argsort(code, kind="stable").astype(np.int32)
     sorted_code = code[order]
@@ -124,10 +130,10 @@ def grid_groups(box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _scratch(tasks: int, dtype: np.dtype) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Per task: bins (3 axes × NUM_BINS boxes and counts), areas to the right of every bin, and a stack of nodes."""
+    """For each task: bins (3 axes × NUM_BINS boxes and counts), area × count right of every bin, a stack of nodes."""
     bins = np.empty((tasks, 3 * NUM_BINS, 7), dtype)
     areas = np.empty((tasks, NUM_BINS), dtype)
-    stack = np.empty((tasks, 64), np.int32)  # the larger half waits on it, so that 32 entries serve 2^32 items
+    stack = np.empty((tasks, STACK_SIZE), np.int32)
     return bins, areas, stack
 
 
@@ -145,10 +151,10 @@ def _build_ranges(
     areas: ti.types.ndarray(ndim=2),
     stack: ti.types.ndarray(dtype=ti.i32, ndim=2),
 ):
-    """One tree per range [starts, ends) of ``order``, its root at 2·start.
+    """One tree for each range [starts, ends) of ``order``, with its root at node 2·start.
 
-    A split at position m of ``order`` happens once, so its children are the nodes 2m and 2m + 1: no counter is shared.
-    Children are written as ``base`` + their index.
+    At most one split happens at each position m of ``order``. Its children are the nodes 2m and 2m + 1, so that the
+    tasks need no shared counter. A link to a child is ``base`` + the index of the child.
     """
     for task in range(starts.shape[0]):
         root = 2 * starts[task]
@@ -186,14 +192,14 @@ def corners(box: ti.template(), i):
 
 @ti.func
 def half_area(low, high):
-    """Half the surface of a box."""
+    """Half the surface area of a box."""
     size = high - low
     return size.x * size.y + size.y * size.z + size.z * size.x
 
 
 @ti.func
 def bound(box: ti.template(), order: ti.template(), begin, end):
-    """The box of a range of items, and the box of their (doubled) centres."""
+    """The box of a range of items, and the box of their centres; all centres are multiplied by 2."""
     low, high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
     c_low, c_high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
     for i in range(begin, end):
@@ -205,7 +211,7 @@ def bound(box: ti.template(), order: ti.template(), begin, end):
 
 @ti.func
 def bin_of(centre, c_low, bins_per_unit):
-    """The bin of a (doubled) centre along each axis."""
+    """The bin of a centre (multiplied by 2) along each axis."""
     return tm.clamp(ti.cast((centre - c_low) * bins_per_unit, ti.i32), 0, NUM_BINS - 1)
 
 
@@ -224,12 +230,12 @@ def split(
     bins: ti.template(),
     areas: ti.template(),
 ):
-    """Reorder a range so that [begin, middle) and [middle, end) are its halves; −1 when a leaf is cheaper."""
+    """Reorder a range so that it splits into [begin, middle) and [middle, end); returns −1 if a leaf is cheaper."""
     size = c_high - c_low
     bins_per_unit = tm.vec3(0)
     for k in ti.static(range(3)):
         if size[k] > 0:
-            bins_per_unit[k] = NUM_BINS * (1 - 1e-6) / size[k]
+            bins_per_unit[k] = BIN_SCALE / size[k]
             if not bins_per_unit[k] < tm.inf:
                 bins_per_unit[k] = 0
     fill_bins(task, box, order, begin, end, c_low, bins_per_unit, bins)
@@ -244,17 +250,17 @@ def split(
     middle = -1
     leaf_is_cheaper = best_cost + COST_OF_BOX * half_area(low, high) >= n * half_area(low, high)
     if n > max_leaf or not leaf_is_cheaper:
-        middle = (begin + end) // 2  # one centroid, or areas beyond the precision: any halves will do
+        middle = (begin + end) // 2  # if all centres are equal, or if the areas overflow
         if best_axis >= 0:
             middle = partition(box, order, begin, end, best_axis, best_bin, c_low, bins_per_unit)
-            if middle <= begin or middle >= end:  # fast_math does not know the infinite cost of such a plane
+            if middle <= begin or middle >= end:  # with fast_math, an infinite cost may be compared wrongly
                 middle = (begin + end) // 2
     return middle
 
 
 @ti.func
 def fill_bins(task, box: ti.template(), order: ti.template(), begin, end, c_low, bins_per_unit, bins: ti.template()):
-    """Box and count of the items in every bin of every axis."""
+    """Compute the box and the number of the items in every bin of every axis."""
     for j in range(3 * NUM_BINS):
         for k in ti.static(range(3)):
             bins[task, j, k] = tm.inf
@@ -280,7 +286,7 @@ def bin_corners(bins: ti.template(), task, j):
 
 @ti.func
 def cheapest_plane(task, axis, bins: ti.template(), areas: ti.template()):
-    """min over the planes between bins of area(left)·count(left) + area(right)·count(right), and the last left bin."""
+    """The minimum of area(left)·count(left) + area(right)·count(right) over the planes, and its last left bin."""
     low, high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
     count = 0.0
     for step in range(NUM_BINS - 1):
@@ -306,7 +312,7 @@ def cheapest_plane(task, axis, bins: ti.template(), areas: ti.template()):
 
 @ti.func
 def partition(box: ti.template(), order: ti.template(), begin, end, axis, last_left, c_low, bins_per_unit):
-    """Swap the items of the bins up to ``last_left`` to the front; returns where the others begin."""
+    """Move the items of the bins up to ``last_left`` to the front; returns the position where the others begin."""
     i, j = begin, end - 1
     while i <= j:
         a, b = corners(box, order[i])

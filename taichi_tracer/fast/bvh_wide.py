@@ -1,7 +1,7 @@
-"""From a binary tree to nodes of eight children, at the least expected cost.
+"""From a binary tree to a tree whose nodes have eight children, with the smallest expected cost.
 
-Which descendants a node adopts is decided for the whole tree at once by dynamic programming (Ylitie, Karras & Laine,
-"Efficient incoherent ray traversal on GPUs through compressed wide BVHs", HPG 2017, section 3.1), level by level.
+Dynamic programming decides for the whole tree, level by level, which descendants become the children of a node (Ylitie,
+Karras & Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", HPG 2017, section 3.1).
 """
 
 from dataclasses import dataclass
@@ -11,21 +11,24 @@ import numpy as np
 from taichi_tracer.fast.bvh_build import MAX_LEAF, BinaryTree
 
 WIDTH = 8
-LEAF_BITS = 4  # a leaf is written as −1 − (first·2^LEAF_BITS + count)
-ABSENT = 0  # in place of a child: the root is nobody's
-COST_OF_NODE = 1.0  # of testing the eight boxes of a node …
-COST_OF_TRIANGLE = 0.7  # … and of testing one triangle: their ratio is what counts
+LEAF_BITS = 4  # a reference to a leaf is the number −1 − (first·2^LEAF_BITS + count)
+ABSENT = 0  # marks an absent child; 0 is free, because the root is the child of no node
+COST_OF_NODE = 1.0  # the cost of testing the eight boxes of a node
+COST_OF_TRIANGLE = 0.7  # the cost of testing one triangle; only the ratio of the two costs matters
+SMALLEST_AREA = 1e-300  # replaces the area 0 of a tree that is only a point or a line: no division by 0
 
 
 @dataclass
 class Grid:
-    """Boxes in steps from a corner of their node: a quarter of the memory, and never smaller than they were.
+    """Boxes on the grid of their node. They take a quarter of the memory, and are never smaller than the exact boxes.
 
-    A plane is corner + number · step. Steps are powers of two, so that this is rounded once, whoever computes it.
+    A plane is at corner + number · step. Steps are powers of two, so that number · step is exact and only the sum is
+    rounded. Therefore all forms of the code compute the same plane.
 
     Attributes:
         corner, step: (W, 3) in the running precision.
-        numbers: (W, 6, 8) uint8, in the order of ``WideTree.planes``; an absent child's box is inside out.
+        numbers: (W, 6, 8) uint8, in the order of ``WideTree.planes``. The box of an absent child is inside out (low >
+            high).
     """
 
     corner: np.ndarray
@@ -33,11 +36,12 @@ class Grid:
     numbers: np.ndarray
 
 
-MOST_STEPS = 253  # of 255: the rest is for rounding
+LAST_STEP = 255  # the largest number in a byte
+MOST_STEPS = 253  # the size of a node in steps, at most; two steps are left for rounding outwards
 
 
 def quantise(planes: np.ndarray) -> Grid:
-    """``WideTree.planes`` on a grid of each node (Ylitie, Karras & Laine, section 3.2)."""
+    """``WideTree.planes``, rounded outwards to the grid of each node (Ylitie, Karras & Laine, section 3.2)."""
     dtype = planes.dtype.type
     low, high = planes[:, :3], planes[:, 3:]
     corner = low.min(axis=2)
@@ -55,20 +59,21 @@ def quantise(planes: np.ndarray) -> Grid:
             first -= inside
         while (inside := from_corner + last * by < high).any():
             last += inside
-    numbers = np.concatenate([np.where(is_absent, 255, first), np.where(is_absent, 0, last)], axis=1)
+    numbers = np.concatenate([np.where(is_absent, LAST_STEP, first), np.where(is_absent, 0, last)], axis=1)
     return Grid(corner, step, numbers.astype(np.uint8))
 
 
 @dataclass
 class WideTree:
-    """Nodes of ``WIDTH`` children; ``root`` refers to node 0, or is a leaf when that is all there is.
+    """Nodes with ``WIDTH`` children. ``root`` refers to node 0; if the tree is a single leaf, it refers to this leaf.
 
     Attributes:
-        planes: (W, 6, 8) low x y z, high x y z of the children's boxes; an absent child's box is inside out.
-        children: (W, 8) int32, the index of a node, a leaf (see ``leaf_reference``), or ``ABSENT``.
-        depth: nodes on the longest way down.
-        stack_size: the most references that wait while a ray is on its way.
-        cost: expected cost of a ray that meets the root's box, in triangle tests (the surface-area heuristic).
+        planes: (W, 6, 8) low x y z, high x y z of the children's boxes. The box of an absent child is inside out (low >
+            high).
+        children: (W, 8) int32, each the index of a node, a leaf (see ``leaf_reference``), or ``ABSENT``.
+        depth: the number of nodes on the longest path from the root.
+        stack_size: the largest number of references that wait at once during a traversal.
+        cost: the expected cost of a ray that meets the root's box, in triangle tests (the surface-area heuristic).
     """
 
     planes: np.ndarray
@@ -80,12 +85,12 @@ class WideTree:
 
 
 def leaf_reference(begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """How a leaf over the range [begin, end) of the ordered triangles is written: a negative number."""
+    """The reference to a leaf over the range [begin, end) of the ordered triangles: a negative number."""
     return -1 - ((begin << LEAF_BITS) + (end - begin))
 
 
 def empty_tree(dtype: type) -> WideTree:
-    """A tree without triangles: a leaf over none."""
+    """A tree without triangles: one empty leaf."""
     return _single_leaf(0, 0, dtype)
 
 
@@ -95,7 +100,7 @@ def _single_leaf(begin: int, end: int, dtype: type) -> WideTree:
 
 
 def collapse(tree: BinaryTree) -> WideTree:
-    """The wide tree of least cost over a binary one."""
+    """The wide tree of the smallest cost that can be made from a binary tree."""
     plan = _Plan(tree)
     if plan.is_leaf[0]:
         return _single_leaf(tree.begin[0], tree.end[0], tree.box.dtype)
@@ -121,17 +126,18 @@ def collapse(tree: BinaryTree) -> WideTree:
         root=0,
         depth=len(members_of),
         stack_size=_stack_size(members_of, inner_of),
-        cost=float(plan.cost[0, 1] / max(plan.area[0], 1e-300) / COST_OF_TRIANGLE),
+        cost=float(plan.cost[0, 1] / max(plan.area[0], SMALLEST_AREA) / COST_OF_TRIANGLE),
     )
 
 
 class _Plan:
-    """What is cheapest for every binary node: to be a leaf, to be a wide node, or to pass its children on.
+    """The cheapest choice for every binary node: to become a leaf, a wide node, or to give its slots to its children.
 
     Attributes:
-        cost: (N, 9) of a subtree when it may take up to i slots of the wide node above it.
-        slots: (N, 9) how many of i slots it is best to use. to_left: (N, 9) how many of them go to the left child.
-        is_leaf: (N,) whether the node is a leaf when it takes one slot.
+        cost: (N, 9) the cost of a subtree that may take up to i slots of the wide node above it.
+        slots: (N, 9) how many of the i slots the cheapest choice uses.
+        to_left: (N, 9) how many of these slots go to the left child.
+        is_leaf: (N,) whether a node that takes one slot becomes a leaf.
     """
 
     def __init__(self, tree: BinaryTree) -> None:
@@ -151,7 +157,7 @@ class _Plan:
             self._decide(level[tree.child[level] >= 0], as_leaf)
 
     def _decide(self, nodes: np.ndarray, as_leaf: np.ndarray) -> None:
-        """C(n, i) of the paper for inner nodes whose children are done."""
+        """C(n, i) of the paper, for inner nodes whose children are already decided."""
         left, right = self.cost[self.child[nodes]], self.cost[self.child[nodes] + 1]
         shared = {}
         for i in range(2, WIDTH + 1):
@@ -170,7 +176,7 @@ class _Plan:
             self.slots[nodes, i] = np.where(is_better, i, self.slots[nodes, i - 1])
 
     def members(self, level: np.ndarray) -> np.ndarray:
-        """(K, 8) binary nodes that become the children of K wide ones, −1 where there are fewer."""
+        """(K, 8) the binary nodes that become the children of K wide nodes; −1 for absent children."""
         rows = np.arange(len(level))
         to_left = self.to_left[level, WIDTH].astype(np.int64)
         owner = np.concatenate([rows, rows])
@@ -197,7 +203,7 @@ class _Plan:
 
 
 def _levels(child: np.ndarray) -> list[np.ndarray]:
-    """The nodes of every depth, the root first."""
+    """The nodes of each depth, beginning with the root."""
     levels, level = [], np.array([0])
     while len(level) > 0:
         levels.append(level)
@@ -207,7 +213,7 @@ def _levels(child: np.ndarray) -> list[np.ndarray]:
 
 
 def _stack_size(members_of: list[np.ndarray], inner_of: list[np.ndarray]) -> int:
-    """The most references that wait at once: all children of a node lie on the stack before the first is taken."""
+    """The largest number of references that wait at once, if all children of a node wait before one is taken."""
     need = np.zeros(0, np.int64)
     for members, is_inner in zip(reversed(members_of), reversed(inner_of), strict=True):
         below = np.zeros(members.shape, np.int64)

@@ -1,4 +1,4 @@
-"""The rays of the package's cameras for sixteen pixels at once, with the bits of ``generate_ray``."""
+"""Rays of the package's cameras for sixteen pixels at once, with the same bits as ``generate_ray``."""
 
 import taichi as ti
 
@@ -7,14 +7,14 @@ from taichi_tracer.system.seams import replaced
 
 
 class PerspectiveLanes:
-    """Rays of ``Camera``; they all start at the eye."""
+    """Rays of ``Camera``; all of them start at the eye."""
 
     share_origin = True
 
     @staticmethod
     @ti.func
     def rays_through(camera: ti.template(), x, y):
-        """Components of the origin and of the directions through points of the image plane."""
+        """Components of the common origin and of the directions, for several points of the image plane."""
         m = camera.camera_to_world[None]
         dx = m[0, 0] * x + m[0, 1] * y + m[0, 2]
         dy = m[1, 0] * x + m[1, 1] * y + m[1, 2]
@@ -24,14 +24,14 @@ class PerspectiveLanes:
 
 
 class OrthographicLanes:
-    """Rays of ``OrthographicCamera``; they all have one direction."""
+    """Rays of ``OrthographicCamera``; all of them have the same direction."""
 
     share_origin = False
 
     @staticmethod
     @ti.func
     def rays_through(camera: ti.template(), x, y):
-        """Components of the origins and of the direction through points of the image plane."""
+        """Components of the origins and of the common direction, for several points of the image plane."""
         m = camera.camera_to_world[None]
         ox = m[0, 0] * x + m[0, 1] * y + m[0, 3]
         oy = m[1, 0] * x + m[1, 1] * y + m[1, 3]
@@ -43,7 +43,7 @@ STAND_INS = {Camera: PerspectiveLanes, OrthographicCamera: OrthographicLanes}
 
 
 def lanes_of(camera):
-    """The lanes of a camera; None where one of its methods is its own."""
+    """The class with the rays of a camera; None if one of the camera's methods was replaced."""
     if replaced(camera):
         return None
     return next((STAND_INS[cls] for cls in type(camera).__mro__ if cls in STAND_INS), None)
@@ -51,7 +51,7 @@ def lanes_of(camera):
 
 @ti.func
 def generate_rays(form: ti.template(), camera: ti.template(), pixel_x, pixel_y, xi_x, xi_y):
-    """``generate_ray`` through points ξ of several pixels: six components, each a vector or a number for all."""
+    """``generate_ray`` through the points ξ of several pixels: six components, each a vector or one common number."""
     half, centre = camera.half_size[None], camera.centre[None]
     x = (2 * (pixel_x + xi_x) / camera.width - 1) * half.x + centre.x
     y = (2 * (pixel_y + xi_y) / camera.height - 1) * half.y + centre.y

@@ -1,4 +1,4 @@
-"""Intersectors that look for t, id and barycentrics, and describe only the nearest hit."""
+"""Intersectors that search for t, id and barycentric coordinates, and make a HitData only of the nearest hit."""
 
 import taichi as ti
 import taichi.math as tm
@@ -10,11 +10,11 @@ from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersect
 
 @ti.data_oriented
 class FastIntersector(RayIntersector):
-    """A ``RayIntersector`` made of ``nearest`` and ``is_blocked``.
+    """A ``RayIntersector`` whose subclasses define ``nearest`` and ``is_blocked``.
 
     Attributes:
-        stands_in_for: the plain class whose answers this one gives, to the last bit.
-        is_plain_geometry: whether there are only triangles, and rays meet both sides of all of them.
+        stands_in_for: the plain class for which it stands in; both give the same answers, to the last bit.
+        is_plain_geometry: whether there are only triangles, and rays hit both sides of all triangles.
     """
 
     stands_in_for: type = RayIntersector
@@ -35,7 +35,7 @@ class FastIntersector(RayIntersector):
 
     @ti.func
     def try_primitive(self, ray, bounds, primitive_id, v0, v1, v2, t_min):
-        """(t, u, v) on a triangle whose corners are known, or on the sphere with this number; t is −∞ for a miss."""
+        """(t, u, v) on the triangle with the given vertices, or on the sphere with this number; t is −∞ for a miss."""
         t, u, v = -tm.inf, 0.0, 0.0
         if ti.static(not self.geometry.effects.spheres):
             t, u, v = self.try_corners(ray, bounds, primitive_id, v0, v1, v2)
@@ -49,7 +49,7 @@ class FastIntersector(RayIntersector):
 
     @ti.func
     def try_corners(self, ray, bounds, triangle_id, v0, v1, v2):
-        """``candidate``, where a ray that comes from the back of a culled triangle misses."""
+        """``candidate``; but a ray that comes from the back misses a triangle with backface culling."""
         t, u, v = self.candidate(ray, bounds, v0, v1, v2)
         if ti.static(self.geometry.effects.culling):
             if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
@@ -58,7 +58,7 @@ class FastIntersector(RayIntersector):
 
     @ti.func
     def is_special(self, primitive_id):
-        """Whether a primitive is anything but a triangle with two sides."""
+        """Whether a primitive is a sphere, or a triangle that rays pass through from the back."""
         special = False
         index = primitive_id
         if ti.static(self.geometry.effects.spheres):
@@ -70,7 +70,7 @@ class FastIntersector(RayIntersector):
 
     @ti.func
     def describe(self, ray, t, primitive_id, u, v, t_min=0.0, t_max=tm.inf):
-        """HitData from t, number and barycentrics, as the plain form has it."""
+        """HitData from t, number and barycentric coordinates; the same as in the plain form."""
         hit = no_hit()
         if ti.static(not self.geometry.effects.spheres):
             hit = self.describe_triangle(ray, t, primitive_id, u, v)
@@ -87,13 +87,13 @@ class FastIntersector(RayIntersector):
 
 @ti.data_oriented
 class FastBruteForce(FastIntersector):
-    """Every primitive, without describing those that are not the nearest."""
+    """Tries every primitive, and makes a HitData only of the nearest hit."""
 
     name, form, stands_in_for = "brute_force", "every primitive, the nearest described once", BruteForceRayIntersector
 
     @ti.func
     def nearest(self, ray, t_min, t_max):
-        """(t, id, u, v) of the nearest hit with t_min < t < t_max, of equals the lowest id; else (t_max, −1, 0, 0)."""
+        """(t, id, u, v) of the nearest hit with t_min < t < t_max, lowest id if equal; else (t_max, −1, 0, 0)."""
         bounds = self.ray_bounds(ray)
         best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
         if self.is_legal(ray):

@@ -1,4 +1,4 @@
-"""The triangle tests of ``ray_intersector`` for sixteen rays at once, with the same bits."""
+"""The triangle tests of ``formulas.triangles`` for sixteen rays at once, with the same bits."""
 
 import taichi as ti
 
@@ -9,9 +9,9 @@ from taichi_tracer.system import runtime
 
 @ti.func
 def packet_watertight(p: ti.template(), c, g, common, corners: ti.template(), i):
-    """``watertight`` of sixteen rays on one triangle: (is_inside, is_undecided, t, u, v), each of sixteen lanes.
+    """``watertight`` of sixteen rays on one triangle: (is_inside, is_undecided, t, u, v), each with sixteen lanes.
 
-    Undecided are the lanes with an edge function of exactly 0, which the plain form computes in f64.
+    A lane is undecided if one of its edge functions is exactly 0. The plain form computes such lanes in f64.
     """
     p.x0[c, g], p.y0[c, g] = p.project(c, g, common, corners, i, 0)
     p.x1[c, g], p.y1[c, g] = p.project(c, g, common, corners, i, 1)
@@ -23,7 +23,7 @@ def packet_watertight(p: ti.template(), c, g, common, corners: ti.template(), i)
     w_edge = bx * ay - by * ax
     lowest, highest = smaller(u_edge, smaller(v_edge, w_edge)), larger(u_edge, larger(v_edge, w_edge))
     is_inside = (lowest >= 0) | (highest <= 0)
-    is_undecided = lowest > highest  # in no lane
+    is_undecided = lowest > highest  # a vector that is False in every lane
     t, u, v = lanes(0.0), lanes(0.0), lanes(0.0)
     if any_lane(is_inside):
         v0, v1, v2 = corners[i, 0], corners[i, 1], corners[i, 2]
@@ -42,7 +42,7 @@ def packet_watertight(p: ti.template(), c, g, common, corners: ti.template(), i)
 
 @ti.func
 def packet_moller_trumbore(p: ti.template(), c, g, common, corners: ti.template(), i):
-    """``moller_trumbore`` of sixteen rays on one triangle; what it returns is as for ``packet_watertight``."""
+    """``moller_trumbore`` of sixteen rays on one triangle; it returns the same as ``packet_watertight``."""
     v0, v1, v2 = corners[i, 0], corners[i, 1], corners[i, 2]
     e1 = v1 - v0
     e2 = v2 - v0
@@ -66,5 +66,5 @@ PACKET_TESTS = {watertight: packet_watertight, moller_trumbore: packet_moller_tr
 
 
 def packet_test(solve):
-    """The packet form of a triangle test; None where it has none."""
+    """The packet form of a triangle test; None if it has none."""
     return PACKET_TESTS.get(solve)

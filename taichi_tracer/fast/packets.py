@@ -1,14 +1,16 @@
-"""Sixty-four rays at once: the plain form's arithmetic, lane by lane, for rays that go almost the same way.
+"""Packets: sixty-four rays at once that go in almost the same direction, with the arithmetic of the plain form.
 
-A packet is four groups of sixteen rays. It goes down the tree as one, asking only what all its rays together can meet;
-a triangle's box says which groups try the triangle. There the formulas are those of ``ray_intersector`` with sixteen
-lanes in place of one number and the same order of operations, so that both forms give the same bits. Conditions become
-``select``, and results are stored in memory as sixteen neighbours: that is how a CPU's compiler sees that one vector
-instruction will do (Wald et al., "Interactive rendering with coherent ray tracing", 2001).
+A packet consists of four groups of sixteen rays. All of its rays go down the tree together, into every box that at
+least one of them may meet. The box of a triangle decides which groups try the triangle. There, the formulas are those
+of ``ray_intersector``. They work on vectors of sixteen lanes instead of single numbers, in the same order of
+operations, so that both forms give the same bits. Conditions are written with ``select``, and results are stored as
+sixteen neighbours in memory, because then the compiler uses vector instructions (Wald et al., "Interactive rendering
+with coherent ray tracing", 2001).
 
-What the rays have in common is taken out of the lanes (Boulos et al., "Interactive distribution ray tracing", 2006): a
-packet works on the lanes of one *heading* at a time, which have the same signs and the same largest component of their
-directions, and most packets have one heading. Where all rays start at one point, what depends on it is one number.
+What the rays have in common is computed once, and not in every lane (Boulos et al., "Interactive distribution ray
+tracing", 2006). A *heading* is the set of rays whose directions have the same signs and the same largest component. A
+packet works on the lanes of one heading at a time; most packets have only one heading. If all rays start at one point,
+everything that depends only on this point is a single number.
 """
 
 import taichi as ti
@@ -19,10 +21,10 @@ from taichi_tracer.ray import Ray, real
 from taichi_tracer.system import memory, runtime
 
 TILE_BITS = 2
-TILE = 1 << TILE_BITS  # TILE × TILE pixels are a group …
+TILE = 1 << TILE_BITS  # TILE × TILE pixels form a group
 LANES = TILE * TILE
 SIDE_BITS = 1
-SIDE = 1 << SIDE_BITS  # … and SIDE × SIDE groups a packet
+SIDE = 1 << SIDE_BITS  # SIDE × SIDE groups form a packet
 GROUP_BITS = 2 * SIDE_BITS
 GROUPS = 1 << GROUP_BITS
 
@@ -32,19 +34,19 @@ flags = ti.types.vector(LANES, ti.i32)
 
 @ti.func
 def larger(a, b):
-    """max, in the form that stays packed."""
+    """max, written so that the compiler uses vector instructions."""
     return ti.select(a > b, a, b)
 
 
 @ti.func
 def smaller(a, b):
-    """min, in the form that stays packed."""
+    """min, written so that the compiler uses vector instructions."""
     return ti.select(a < b, a, b)
 
 
 @ti.func
 def any_lane(condition):
-    """Whether a condition holds in any lane: a chain of ``|``, which becomes one test of a mask register."""
+    """Whether a condition holds in any lane. The compiler turns the chain of ``|`` into one test of a mask register."""
     found = condition[0]
     for k in ti.static(range(1, LANES)):
         found = found | condition[k]
@@ -53,7 +55,7 @@ def any_lane(condition):
 
 @ti.func
 def least(values):
-    """The smallest of all lanes, by halves."""
+    """The smallest value of all lanes; each step halves their number."""
     eight = ti.Vector([smaller(values[k], values[k + 8]) for k in range(8)])
     four = ti.Vector([smaller(eight[k], eight[k + 4]) for k in range(4)])
     return smaller(smaller(four[0], four[2]), smaller(four[1], four[3]))
@@ -61,16 +63,17 @@ def least(values):
 
 @ti.func
 def greatest(values):
-    """The largest of all lanes."""
+    """The largest value of all lanes."""
     return -least(-values)
 
 
 @ti.func
 def slab(to_near, to_far, low, high, t_near, t_far):
-    """One axis of ``box_interval`` for all rays with 1/d between ``low`` and ``high``: never later in, nor earlier out.
+    """One axis of ``box_interval`` for all rays with 1/d between ``low`` and ``high``.
 
-    The first two, the planes as seen from the moved origins, or the second two may be vectors: several boxes, or
-    several groups of rays.
+    The result contains the interval of each of these rays. ``to_near`` and ``to_far`` are the planes as seen from the
+    moved origins. They may be vectors, for several boxes; or ``low`` and ``high`` may be vectors, for several groups of
+    rays.
     """
     near, far = smaller(to_near * low, to_near * high), larger(to_far * low, to_far * high)
     return larger(near, t_near), smaller(far, t_far)
@@ -78,14 +81,14 @@ def slab(to_near, to_far, low, high, t_near, t_far):
 
 @ti.func
 def smaller_axes(heading):
-    """The axes x, y, z of the sheared coordinates: the two smaller ones of the directions, and the largest."""
+    """The axes x, y, z of the sheared coordinates: the two smaller axes of the directions, and the largest axis."""
     z = heading >> 3
     return ti.select(z == 2, 0, z + 1), ti.select(z == 0, 2, z - 1), z
 
 
 @ti.func
 def heading_signs(heading):
-    """1 or −1 by axis."""
+    """The sign of the direction along each axis, 1 or −1."""
     signs = tm.vec3(1)
     for k in ti.static(range(3)):
         signs[k] = ti.select((heading >> k) & 1, -1.0, 1.0)
@@ -96,9 +99,11 @@ def heading_signs(heading):
 class Common:
     """What the rays of one heading have in common.
 
-    heading: the signs of 1/d (bits 0 to 2) and the largest axis (from bit 3). low, high: the smallest and largest 1/d
-    by axis. near_origin, far_origin: of the origins in ``RayBounds``, those of the rays that come first to a plane and
-    that leave it last. origin, sheared_origin: where all start, also in the order of ``smaller_axes``.
+    heading: the signs of 1/d (bits 0 to 2), and the number of the largest axis (from bit 3 on).
+    low, high: for each axis, the smallest and the largest 1/d.
+    near_origin, far_origin: for each axis, the extremes of the moved origins of ``RayBounds``: the one that reaches a
+    plane first, and the one that reaches it last.
+    origin: the common origin, if there is one. sheared_origin: the same in the order of ``smaller_axes``.
     """
 
     heading: ti.i32
@@ -112,23 +117,25 @@ class Common:
 
 @ti.data_oriented
 class Packets:
-    """Places for packets at work: their rays, and the nearest hits so far.
+    """Memory for the packets that are being traced: their rays, and the nearest hits so far. A place holds one packet.
 
     Fields of a group in a place, sixteen lanes each:
-        o, n, f: by axis, origin, and the origin moved towards and away from the goal (``RayBounds``); only where the
-            rays do not share it.
-        d, i: by axis, direction and 1/d. heading: see ``Common``; −1 when its turn is over.
-        shear_x, shear_y: what the two smaller axes lose per unit of the largest, see ``ray_intersector.shear_axes``.
-        x0 … y2: a triangle's corners in sheared coordinates.
-        t, triangle_id, u, v: the nearest hit. reach: t in the lanes of the heading at work, −∞ in the others.
-        is_undecided: lanes that a triangle test in this precision cannot decide.
+        o, n, f: for each axis, the origin, and the origin moved forwards and backwards (``RayBounds``). They exist only
+            if the rays do not share their origin.
+        d, i: for each axis, the direction and 1/d.
+        heading: see ``Common``; −1 after its rays were traced.
+        shear_x, shear_y: the shear of the two smaller axes per unit of the largest, see ``triangles.shear_axes``.
+        x0 … y2: the vertices of a triangle in sheared coordinates.
+        t, triangle_id, u, v: the nearest hit so far.
+        reach: t in the lanes of the present heading, −∞ in the other lanes.
+        is_undecided: the lanes that a triangle test cannot decide in this precision.
     Fields of a place:
-        group_low, group_high: by axis, the smallest and largest 1/d of each group.
-        near_corner, far_corner: of the boxes of a leaf's triangles, where rays come in and go out.
-        met: which triangles of a leaf are to be tried with which groups.
+        group_low, group_high: for each axis, the smallest and the largest 1/d of each group.
+        near_corner, far_corner: for the box of each triangle of a leaf, the corners where rays enter and leave.
+        met: which triangles of a leaf are tried with which groups.
 
     Args:
-        places: how many packets can be at work at once.
+        places: the number of packets that can be traced at the same time.
         share_origin: whether all rays of a packet start at one point.
     """
 
@@ -143,7 +150,9 @@ class Packets:
         self.group_low, self.group_high = (ti.Vector.field(GROUPS, float) for _ in range(2))
         self.near_corner, self.far_corner = (ti.Vector.field(3, float) for _ in range(2))
         self.met = ti.field(ti.i32)
-        self.lanes, self.groups = (ti.field(ti.i32) for _ in range(2))  # in memory: what it can count, LLVM copies out
+        # LLVM unrolls a loop whose length is a constant, which makes the code much longer. Therefore the lengths are
+        # read from memory.
+        self.lanes, self.groups = (ti.field(ti.i32) for _ in range(2))
         self._memory.fields.place(self.lanes, self.groups)
 
         place = self._memory.fields.dense(ti.i, places)
@@ -157,7 +166,8 @@ class Packets:
             by_axis += [self.o, self.n, self.f]
         for field in by_axis:
             group.dense(ti.k, 3).place(field)
-        # Stores to neighbours would be packed across the borders of the vectors: corners do not lie side by side.
+        # The compiler may combine stores to neighbouring vectors into one that crosses their border, which is slower.
+        # Therefore vectors that are stored together do not lie side by side.
         group.place(self.x0, self.shear_x, self.x1, self.shear_y, self.x2, self.t)
         group.place(self.y0, self.u, self.y1, self.v, self.y2, self.reach)
         group.place(self.triangle_id, self.heading, self.is_undecided)
@@ -166,7 +176,7 @@ class Packets:
 
     @ti.func
     def put_rays(self, c, g, ox, oy, oz, dx, dy, dz):
-        """Sixteen rays without a hit so far; what they have in common may be one number."""
+        """Put sixteen rays, without hits so far, into a group. A component that all rays share may be one number."""
         if ti.static(not self.share_origin):
             self.o[c, g, 0], self.o[c, g, 1], self.o[c, g, 2] = lanes(ox), lanes(oy), lanes(oz)
         self.d[c, g, 0], self.d[c, g, 1], self.d[c, g, 2] = lanes(dx), lanes(dy), lanes(dz)
@@ -182,7 +192,7 @@ class Packets:
 
     @ti.func
     def next_heading(self, c):
-        """A heading whose turn has not come yet; −1 when there is none."""
+        """A heading whose rays were not traced yet; −1 if there is none."""
         heading = self.heading[c, 0]
         for g in ti.static(range(1, GROUPS)):
             heading = larger(heading, self.heading[c, g])
@@ -190,9 +200,9 @@ class Packets:
 
     @ti.func
     def take_heading(self, c, heading, origin, intersector: ti.template()):
-        """Let the lanes of one heading work and the others wait; returns what they have in common.
+        """Make the lanes of one heading active and the others inactive. Returns what the active lanes have in common.
 
-        What is computed here for lanes that wait is of no consequence: their reach keeps every hit out.
+        The inactive lanes are computed too, but their reach of −∞ keeps every hit out.
         """
         x, y, z = smaller_axes(heading)
         common = Common(heading=heading, low=tm.vec3(tm.inf), high=tm.vec3(-tm.inf))
@@ -217,13 +227,13 @@ class Packets:
 
     @ti.func
     def move_origin(self, common: ti.template(), intersector: ti.template()):
-        """What ``ray_bounds`` computes of an origin that all rays share."""
+        """The moved origins of ``ray_bounds``, for an origin that all rays share."""
         bounds = intersector.ray_bounds(Ray(origin=common.origin, direction=heading_signs(common.heading)))
         common.near_origin, common.far_origin = bounds.near_origin, bounds.far_origin
 
     @ti.func
     def move_origins(self, c, common: ti.template(), intersector: ti.template()):
-        """What ``ray_bounds`` computes of the origins, and their extremes."""
+        """The moved origins of ``ray_bounds`` for each ray, and their extremes."""
         low, high = tm.vec3(intersector.geometry.low), tm.vec3(intersector.geometry.high)
         signs = heading_signs(common.heading)
         first, last = tm.vec3(-tm.inf), tm.vec3(tm.inf)
@@ -244,28 +254,28 @@ class Packets:
 
     @ti.func
     def origin(self, c, g, common, axis):
-        """A component of the origins: a number when they are shared, else sixteen lanes."""
+        """A component of the origins: one number if the rays share their origin, otherwise sixteen lanes."""
         if ti.static(self.share_origin):
             return common.origin[axis]
         return self.o[c, g, axis]
 
     @ti.func
     def near_origin(self, c, g, common, axis):
-        """A component of the origins moved towards the goal."""
+        """A component of the origins that were moved forwards."""
         if ti.static(self.share_origin):
             return common.near_origin[axis]
         return self.n[c, g, axis]
 
     @ti.func
     def far_origin(self, c, g, common, axis):
-        """A component of the origins moved away from the goal."""
+        """A component of the origins that were moved backwards."""
         if ti.static(self.share_origin):
             return common.far_origin[axis]
         return self.f[c, g, axis]
 
     @ti.func
     def box_interval(self, c, g, common, near_corner, far_corner, t_near, t_far):
-        """``box_interval`` of sixteen rays, from the corners where rays of this heading come in and go out."""
+        """``box_interval`` of sixteen rays, from the corners where rays of this heading enter and leave the box."""
         for k in ti.static(range(3)):
             to_near = near_corner[k] - self.near_origin(c, g, common, k)
             to_far = far_corner[k] - self.far_origin(c, g, common, k)
@@ -275,7 +285,7 @@ class Packets:
 
     @ti.func
     def farthest(self, c):
-        """The largest t at which a ray at work can still find a nearer hit."""
+        """The largest t at which an active ray can still find a nearer hit."""
         reach = self.reach[c, 0]
         for g in ti.static(range(1, GROUPS)):
             reach = larger(reach, self.reach[c, g])
@@ -283,9 +293,9 @@ class Packets:
 
     @ti.func
     def try_leaf(self, c, common, intersector: ti.template(), first, count, t_min, t_max):
-        """Try the primitives of a leaf, each with the groups that can meet its box before t_max.
+        """Try each primitive of a leaf with the groups that may meet its box before t_max.
 
-        First all boxes, then all triangles: no step of the first loop waits for what the one before it found.
+        All boxes are tested before all triangles, so that the iterations of the first loop do not depend on each other.
         """
         signs = heading_signs(common.heading)
         met = 0
@@ -307,7 +317,7 @@ class Packets:
 
     @ti.func
     def try_primitive(self, c, g, common, intersector: ti.template(), slot, i, t_min):
-        """``try_triangle``; spheres, and triangles with one side, are met by one ray at a time."""
+        """``try_triangle``; but spheres and triangles with backface culling are tried with one ray at a time."""
         if ti.static(intersector.is_plain_geometry):
             self.try_triangle(c, g, common, intersector, slot, i, t_min)
         elif intersector.is_special(intersector.leaf_ids[i]):
@@ -318,7 +328,7 @@ class Packets:
 
     @ti.func
     def try_triangle(self, c, g, common, intersector: ti.template(), slot, i, t_min):
-        """``candidate`` of sixteen rays, and its acceptance: keep it in the lanes where it is the nearest."""
+        """``candidate`` of sixteen rays; the result is kept in the lanes where it is the nearest hit so far."""
         is_inside, is_undecided, t, u, v = intersector.solve_packet(self, c, g, common, intersector.leaf_vertices, i)
         if any_lane(is_inside):
             triangle_id = intersector.leaf_ids[i]
@@ -342,7 +352,7 @@ class Packets:
 
     @ti.func
     def project(self, c, g, common, corners: ti.template(), i, corner: ti.template()):
-        """A corner on the plane of the two smaller axes of the rays, sheared along the largest (Woop et al.)."""
+        """A vertex on the plane of the two smaller axes of the rays, sheared along the largest axis (Woop et al.)."""
         kx, ky, kz = smaller_axes(common.heading)
         x, y, z = corners[i, corner][kx], corners[i, corner][ky], corners[i, corner][kz]
         if ti.static(self.share_origin):
@@ -353,7 +363,7 @@ class Packets:
 
     @ti.func
     def try_one(self, c, g, lane, common, intersector: ti.template(), i, t_min):
-        """One lane by the plain form: for a sphere, and for a ray that passes a vertex or an edge exactly."""
+        """Compute one lane with the plain form: for spheres, and for rays exactly through an edge or a vertex."""
         v0, v1, v2 = intersector.leaf_triangle(i)
         triangle_id = intersector.leaf_ids[i]
         o, d = common.origin, tm.vec3(0)

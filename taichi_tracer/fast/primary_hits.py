@@ -1,4 +1,4 @@
-"""What every pixel's eye ray meets: a kernel of its own, whose result every view and estimator shades from."""
+"""The hits of the eye rays: a kernel finds them once, and every view and every estimator uses them."""
 
 import numpy as np
 import taichi as ti
@@ -16,28 +16,29 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import replaced, why_replaced
 
-PLACES = 256  # packets at work: enough for the threads of any CPU, few enough to stay in its cache
-LARGE_PICTURE = 256 * 256  # pixels
-MANY_RAYS = 1 << 22  # about a second's work for single rays
-CROWD = 8  # triangles per pixel, beyond which neighbouring rays have too little in common
-FIRST_DIMENSION = 0  # of the sampler: the pair that belongs to the pixel
+PLACES = 256  # packets that are traced at the same time: enough for the threads of a CPU, and they fit into its cache
+LARGE_PICTURE = 256 * 256  # pixels; from this size on, the second picture already uses packets
+MANY_RAYS = 1 << 22  # about one second of single rays; after so many rays, a smaller picture uses packets too
+CROWD = 8  # triangles per pixel; with more of them, neighbouring rays have too little in common for packets
+FIRST_DIMENSION = 0  # the dimension of the sampler that belongs to the pixel
 
 
 @ti.data_oriented
 class PrimaryHits:
-    """t, triangle id and barycentrics (u, v) of the nearest hit of every pixel; id −1 where there is none.
+    """t, triangle id and barycentric coordinates (u, v) of the nearest hit of every pixel; id −1 if there is no hit.
 
-    Pixels are kept by tiles of 4 × 4, one lane each. Two forms fill them with the same bits: one ray per thread, and on
-    a CPU, where the intersector can, a packet per tile. Packets are several times as fast and take longer to compile.
+    The pixels are stored in tiles of 4 × 4, one lane for each pixel. There are two forms with the same bits: single
+    rays; and packets, on a CPU, if camera, sampler and intersector have a form for them. Packets are several times as
+    fast and take longer to compile.
 
     Args:
-        scene_data: the ``SceneData`` that is hit.
-        camera: where the rays come from.
+        scene_data: the ``SceneData``.
+        camera: the camera that makes the rays.
         jitter: whether rays pass through a random point of their pixel instead of its centre (A2-1).
-        samples: the sampler that the random point comes from; Sobol' points when None.
-        use_packets: None takes packets where they can be had and are worth their compilation.
+        samples: the sampler that gives the random point; None takes Sobol' points.
+        use_packets: whether to use packets; None uses them if they exist and are worth their compilation.
         shares: how often each pixel takes a sample, see ``picture.adaptive``.
-        ranges: ((x0, x1), (y0, y1)), the pixels that are traced, and with packets those of their tiles; None is all.
+        ranges: ((x0, x1), (y0, y1)), the pixels that are traced; packets trace whole tiles. None traces all pixels.
     """
 
     def __init__(
@@ -65,7 +66,7 @@ class PrimaryHits:
         )
         self.use_packets = use_packets
         self.packets = None
-        self.traces, self.forms = 0, frozenset()  # how often, and in which forms, rays were traced
+        self.traces, self.forms = 0, frozenset()  # how often rays were traced, and in which forms
         side = SIDE * TILE  # of a packet, in pixels
         self.tiles_x, self.tiles_y = -(-self.width // side) * SIDE, -(-self.height // side) * SIDE
         self.ranges = ((0, self.width), (0, self.height)) if ranges is None else ranges
@@ -79,22 +80,22 @@ class PrimaryHits:
         self.triangle_id = ti.Vector.field(LANES, ti.i32)
         for field in (self.distance, self.triangle_id, self.u, self.v):
             self._memory.fields.dense(ti.i, shape).place(field)
-        if jitter:  # kept, since making the points again costs more than reading them
+        if jitter:  # the points are kept, because computing them again costs more than reading them
             self.xi_x, self.xi_y = (ti.Vector.field(LANES, float) for _ in range(2))
             for field in (self.xi_x, self.xi_y):
                 self._memory.fields.dense(ti.i, shape).place(field)
         self._memory.allocate()
-        self._traced = None  # what the hits belong to
+        self._traced = None  # the camera, and with jitter the sample, to which the hits belong
 
     def bring_up_to_date(self, seed: int, index: int) -> None:
-        """Trace, unless the hits are those of this sample; without jitter they stay until the camera moves."""
+        """Trace, unless the hits belong to this sample. Without jitter, hits are valid until the camera moves."""
         wanted = (self.camera.version, *((seed, index, self.shares.version) if self.jitter else ()))
         if self._traced != wanted:
             self.trace(seed, index)
             self._traced = wanted
 
     def trace(self, seed: int = 0, index: int = 0) -> None:
-        """Send one eye ray through every pixel: with jitter, that of one sample."""
+        """Send one eye ray through every pixel; with jitter, the ray of one sample."""
         use_packets = self.can_use_packets and self.is_much_work() if self.use_packets is None else self.use_packets
         self.traces += 1
         self.forms |= {use_packets}
@@ -106,7 +107,7 @@ class PrimaryHits:
         self._trace_packets(seed, index)
 
     def is_much_work(self) -> bool:
-        """Whether packets, which take seconds to compile, are worth it: for large pictures from the second one on."""
+        """Whether packets are worth the seconds of their compilation, as for large pictures from the second one on."""
         if self.scene_data.geometry.n_primitives > CROWD * self.width * self.height:
             return False
         return self.traces > 0 and (self.pixels >= LARGE_PICTURE or self.pixels * self.traces >= MANY_RAYS)
@@ -119,7 +120,7 @@ class PrimaryHits:
 
     @ti.func
     def tile_and_lane(self, x, y):
-        """Where a pixel is kept."""
+        """The tile and the lane of a pixel."""
         return (x >> TILE_BITS) * self.tiles_y + (y >> TILE_BITS), (x & (TILE - 1)) * TILE + (y & (TILE - 1))
 
     @ti.func
@@ -133,7 +134,7 @@ class PrimaryHits:
 
     @ti.func
     def hit_of(self, x, y, rng):
-        """(ray, HitData) of a pixel, from what was traced; the pixel's pair of random numbers was taken then."""
+        """(ray, HitData) of a pixel, from the kept hits. The pixel's pair of random numbers was already used there."""
         rng.skip_2d()
         ray = self.eye_ray(x, y)
         return ray, self.hit_data(x, y, ray)
@@ -157,7 +158,7 @@ class PrimaryHits:
         share = (packets + PLACES - 1) // PLACES
         for i in range(PLACES * runtime.CPU_BLOCK):
             c = i // runtime.CPU_BLOCK
-            # All packets of a place, one after the other, in the first iteration of the block that has the place.
+            # A block of iterations belongs to one place. Its first iteration traces all packets of the place in turn.
             k = c * share if i % runtime.CPU_BLOCK == 0 else packets
             while k < ti.min((c + 1) * share, packets):
                 first_x, first_y = self.first[0] + k // self.upwards, self.first[1] + k % self.upwards
@@ -177,14 +178,14 @@ class PrimaryHits:
 
     @ti.func
     def put_rays(self, c, g, tile_x, tile_y, seed, index):
-        """Put the eye rays of a tile into a group of a packet; returns their origin where they share it."""
+        """Put the eye rays of a tile into a group of a packet. Returns their origin, if they share it."""
         tile = tile_x * self.tiles_y + tile_y
         x = ti.Vector([ti.min(tile_x * TILE + lane // TILE, self.width - 1) for lane in range(LANES)])
         y = ti.Vector([ti.min(tile_y * TILE + lane % TILE, self.height - 1) for lane in range(LANES)])
         xi_x, xi_y = lanes(0.5), lanes(0.5)
         if ti.static(self.jitter):
             pixel = ti.cast(y * self.width + x, ti.u32)
-            zero = ti.u32(0) * pixel  # makes vectors of the numbers that all lanes have in common
+            zero = ti.u32(0) * pixel  # added to a number that all lanes share, it makes a vector
             sample = index + zero
             if ti.static(self.shares.are_kept):
                 share = ti.Vector([self.shares.share[x[lane], y[lane]] for lane in range(LANES)])
@@ -200,7 +201,7 @@ class PrimaryHits:
 
     @ti.func
     def hit_data(self, x, y, ray):
-        """HitData of a pixel's eye ray."""
+        """The HitData of a pixel's eye ray."""
         tile, lane = self.tile_and_lane(x, y)
         data = no_hit()
         triangle_id = self.triangle_id[tile][lane]
@@ -222,5 +223,5 @@ def kept_hits_form(scene_data, camera: ProjectiveCamera, sampler: Sampler, fast:
         return Form("eye rays", plain, why_replaced(sampler))
     if not isinstance(scene_data.ray_intersector, FastIntersector):
         return Form("eye rays", plain, f"{type(scene_data.ray_intersector).__name__} is a plain form")
-    why = "camera and intersector are the package's"
-    return Form("eye rays", "hits are kept, in packets where that pays", why, True)
+    why = "camera and intersector belong to the package"
+    return Form("eye rays", "hits are kept; large pictures use packets", why, True)

@@ -1,4 +1,4 @@
-"""Which fast form runs, and why: the only place where the two wings of the house meet."""
+"""Which fast form runs, and why. Only this file connects the plain classes with their fast forms."""
 
 from dataclasses import dataclass
 
@@ -11,11 +11,11 @@ STAND_INS = {cls.stands_in_for: cls for cls in (WideBVH, FastBruteForce)}
 
 @dataclass(frozen=True)
 class Form:
-    """Which form of something runs, for receipts.
+    """Which form of a part runs, for receipts.
 
     Attributes:
-        what: "rays", "eye rays", …
-        runs: the form. why: the reason. is_fast: whether it stands in for a plain one.
+        what: "rays" or "eye rays".
+        runs: the form. why: the reason. is_fast: whether it stands in for a plain form.
     """
 
     what: str
@@ -28,7 +28,7 @@ class Form:
 
 
 def intersector_class(chosen: type, fast: bool) -> tuple[type, Form]:
-    """The class that answers for the one that was chosen, and why it is that one."""
+    """The class that runs in place of the chosen class (it may be the same), and the reason."""
     if chosen not in STAND_INS:
         return chosen, Form("rays", f"{chosen.__name__}, as it is written", "it has no fast form")
     if not fast:
@@ -36,4 +36,4 @@ def intersector_class(chosen: type, fast: bool) -> tuple[type, Form]:
     if why := why_replaced(chosen):
         return chosen, Form("rays", f"{chosen.__name__}, the plain form", why)
     stand_in = STAND_INS[chosen]
-    return stand_in, Form("rays", stand_in.form, f"nothing of {chosen.__name__} is replaced", True)
+    return stand_in, Form("rays", stand_in.form, f"no method of {chosen.__name__} is replaced", True)

@@ -1,7 +1,8 @@
-"""A bounding volume hierarchy, and the way of one ray through it.
+"""A bounding volume hierarchy with eight children per node, and its traversal by single rays and by packets.
 
-The nodes have eight children (Wald, Benthin & Boulos, "Getting rid of packets", RT 2008): each of the six planes of all
-eight boxes lies next to its like, so that a CPU tests the boxes at once. A plane is a byte, see ``bvh_wide.Grid``.
+In memory, the first planes of all eight boxes are neighbours, then the second planes, and so on. Therefore a CPU tests
+the eight boxes at once (Wald, Benthin & Boulos, "Getting rid of packets", RT 2008). A plane is stored as a byte, see
+``bvh_wide.Grid``.
 """
 
 import time
@@ -19,11 +20,11 @@ from taichi_tracer.geometry import Geometry
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.system import memory, runtime
 
-NOTHING = -(1 << 31)  # in place of a reference to a node or a leaf
+NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 
 
 def leaf_corners(geometry: Geometry, boxes: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) corners of the hittable triangles; in place of a sphere's stand two corners of its box."""
+    """(n, 3, 3) vertices of the triangles that rays can hit; for a sphere, the low and high corner of its box."""
     mesh = geometry.mesh
     corners = mesh.vertices[mesh.faces[geometry.hittable_triangles()]]
     low, high = boxes[len(corners) :, :3], boxes[len(corners) :, 3:]
@@ -32,13 +33,13 @@ def leaf_corners(geometry: Geometry, boxes: np.ndarray) -> np.ndarray:
 
 @ti.func
 def leaf_range(reference):
-    """First triangle and count of a leaf, see ``leaf_reference``."""
+    """The first triangle and the number of triangles of a leaf, see ``leaf_reference``."""
     return (-1 - reference) >> LEAF_BITS, (-1 - reference) & ((1 << LEAF_BITS) - 1)
 
 
 @ti.func
 def entries(t_near, t_far):
-    """Where eight boxes are entered, ∞ for those that are not, and a bit for each that is."""
+    """t where the ray enters each of eight boxes, ∞ for a miss; and a mask with one bit for each box that it meets."""
     entry = ti.select(t_near <= t_far, t_near, ti.Vector([tm.inf] * WIDTH))
     mask = 0
     for k in ti.static(range(WIDTH)):
@@ -48,12 +49,12 @@ def entries(t_near, t_far):
 
 @ti.data_oriented
 class WideBVH(FastIntersector):
-    """Tries only triangles whose boxes the ray meets, nearest box first; answers exactly as brute force does."""
+    """Tries only triangles whose boxes the ray meets, nearest box first. The answers equal those of brute force."""
 
     name, form, stands_in_for = "bvh", "hierarchy of eight boxes a node", BVHRayIntersector
 
     def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
-        """Build the tree over the primitives that a ray can meet."""
+        """Build the tree over the primitives that a ray can hit."""
         super().bind(geometry, triangle_test)
         self.solve_packet = packet_test(self.solve)
         start = time.perf_counter()
@@ -73,7 +74,7 @@ class WideBVH(FastIntersector):
         self.children = ti.field(ti.i32)
         self.leaf_vertices = ti.Vector.field(3, float)
         self.leaf_ids = ti.field(ti.i32)
-        # Nested, so that all of a node, and all of a triangle, lies in one piece of memory.
+        # The fields are nested, so that the memory of a node is contiguous, and so is the memory of a triangle.
         node = self._memory.fields.dense(ti.i, self.num_nodes)
         node.place(self.corner, self.step)
         node.dense(ti.j, 6).place(self.numbers)
@@ -89,12 +90,12 @@ class WideBVH(FastIntersector):
 
     @property
     def bytes(self) -> int:
-        """Memory of the nodes and of the triangles in the leaves' order."""
+        """The memory of the nodes and of the triangles in the order of the leaves."""
         scalar, number = np.dtype(runtime.dtype()).itemsize, 1 if self.number_type == ti.u8 else 4
         return self.num_nodes * (6 * scalar + WIDTH * (6 * number + 4)) + self.num_leaf_triangles * (9 * scalar + 4)
 
     def facts(self) -> dict[str, str]:
-        """What ``taichi-tracer info`` tells of the tree."""
+        """What ``taichi-tracer info`` prints about the tree."""
         per_triangle = self.bytes / max(1, self.num_leaf_triangles)
         return {
             "nodes": f"{self.num_nodes:,}",
@@ -134,7 +135,7 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def nearest(self, ray, t_min, t_max):
-        """(t, id, u, v) of the nearest hit with t_min < t < t_max, of equals the lowest id; else (t_max, −1, 0, 0)."""
+        """(t, id, u, v) of the nearest hit with t_min < t < t_max, lowest id if equal; else (t_max, −1, 0, 0)."""
         return self.traverse(ray, t_min, t_max, False)
 
     @ti.func
@@ -145,7 +146,7 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def traverse(self, ray, t_min, t_max, any_hit: ti.template()):
-        """(t, id, u, v) of the nearest hit, or of the first one found with ``any_hit``; t_max, −1 for none."""
+        """(t, id, u, v) of the nearest hit; with ``any_hit``, of the first hit found; (t_max, −1, 0, 0) for none."""
         bounds = self.ray_bounds(ray)
         best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
@@ -178,9 +179,10 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def enter(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
-        """The nearest of the children that were met, or ``NOTHING``; the others wait. Also returns the new top.
+        """(the nearest child that the ray meets, or ``NOTHING``; the new top of the stack). The other children wait.
 
-        An absent child has a box that is inside out, but in a node smaller than the padding of a ray it may be met.
+        The box of an absent child is inside out. A ray can still meet it, if the node is smaller than the padding of
+        the ray; therefore absent children are skipped here.
         """
         nearest, nearest_t = NOTHING, tm.inf
         while mask != 0:
@@ -199,7 +201,7 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def wake(self, waiting: ti.template(), waiting_t: ti.template(), top, best):
-        """The last reference that waits and is met before ``best``, or ``NOTHING``, and the new top."""
+        """(the last waiting reference that is met before ``best``, or ``NOTHING``; the new top of the stack)."""
         following = NOTHING
         while following == NOTHING and top > 0:
             top -= 1
@@ -209,7 +211,7 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def near_and_far_plane(self, node, axis, is_forward):
-        """Where rays come into and go out of the eight boxes of a node along an axis."""
+        """The planes of the eight boxes of a node, along an axis, through which rays enter and leave."""
         near = self.numbers[node, ti.select(is_forward, axis, axis + 3)]
         far = self.numbers[node, ti.select(is_forward, axis + 3, axis)]
         corner, step = self.corner[node][axis], self.step[node][axis]
@@ -217,7 +219,7 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def met_children(self, bounds, node, t_min, t_max):
-        """Where the ray enters each of the eight boxes, and a bit for each that it meets: ``box_interval`` by lanes."""
+        """``box_interval`` for the eight boxes of a node; the result is that of ``entries``."""
         t_near = ti.Vector([t_min] * WIDTH)
         t_far = ti.Vector([t_max] * WIDTH)
         for k in ti.static(range(3)):
@@ -230,18 +232,18 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def leaf_triangle(self, i):
-        """The vertices of the triangle in place i of the leaves' order."""
+        """The vertices of triangle i in the order of the leaves."""
         return self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
 
     @ti.func
     def leaf_box(self, i):
-        """The box of the primitive in place i of the leaves' order."""
+        """The box of primitive i in the order of the leaves."""
         v0, v1, v2 = self.leaf_triangle(i)
         return smaller(v0, smaller(v1, v2)), larger(v0, larger(v1, v2))
 
     @ti.func
     def trace_packet(self, packets: ti.template(), c, origin, t_min):
-        """``nearest`` of the rays of a packet, one heading after the other; the answers are in the packet."""
+        """``nearest`` for the rays of a packet, one heading after the other. The hits are stored in the packet."""
         heading = packets.next_heading(c)
         while heading >= 0:
             common = packets.take_heading(c, heading, origin, self)
@@ -250,7 +252,7 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def trace_heading(self, packets: ti.template(), c, common, t_min):
-        """``traverse`` of all rays of a heading: into every box that one of them can meet."""
+        """``traverse`` for all rays of a heading together: into every box that at least one of them may meet."""
         best = packets.farthest(c)
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
         waiting_t = ti.Vector([0.0] * self.stack_size, float)

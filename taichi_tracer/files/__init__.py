@@ -1,4 +1,4 @@
-"""Readers and writers: every quirk of a file format ends in this folder."""
+"""Readers and writers of files. Only this folder knows the peculiarities of file formats."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ EXTENSIONS = (".obj", *meshes.EXTENSIONS)
 
 
 def read(path: str | Path) -> Mesh:
-    """Read a mesh by the file's extension.
+    """Read a mesh; the extension of the file decides how.
 
     Raises:
         InputError: the extension is not known, or the file cannot be used.

@@ -1,7 +1,7 @@
-"""Checkpoints: what a film holds, and of what, so that a rendering can go on later or elsewhere.
+"""Checkpoints: the content of a film and a description of it, so that a rendering can continue later or elsewhere.
 
-A file holds a line that says what it is, the SHA-256 of the rest, a line of JSON, and the arrays in numpy's own format.
-An older file is replaced only when the new one is complete.
+A file contains a line that identifies the format, the SHA-256 hash of the rest, a line of JSON, and the arrays in the
+format of numpy. An older file is replaced only when the new file is complete.
 """
 
 import hashlib
@@ -20,10 +20,10 @@ HASH_LENGTH = 64  # characters
 
 
 def write_checkpoint(path: str | Path, facts: dict, arrays: dict[str, np.ndarray]) -> None:
-    """Write a checkpoint, whole or not at all.
+    """Write a checkpoint, either completely or not at all.
 
     Args:
-        facts: what can be JSON: what the samples are of, and which.
+        facts: which samples these are, and the picture to which they belong; values that JSON can represent.
         arrays: name → array.
     """
     buffer = io.BytesIO()
@@ -36,7 +36,7 @@ def read_checkpoint(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
     """The facts and the arrays of a checkpoint.
 
     Raises:
-        InputError: the file is no checkpoint, is cut short, or is not as it was written.
+        InputError: the file is not a checkpoint, is truncated, or has been changed.
     """
     raw = read_bytes(path)
     if not raw.startswith(MAGIC):
@@ -50,11 +50,11 @@ def read_checkpoint(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
 
 
 def check_same(path: str | Path, facts: dict, other: str, theirs: dict) -> None:
-    """Raise InputError where two checkpoints, or one and a picture, are not of the same.
+    """Raise an InputError if a checkpoint and another one, or a picture, do not belong together.
 
     Args:
-        path, facts: the one.
-        other, theirs: what the other is called, and its facts.
+        path, facts: the checkpoint.
+        other, theirs: the name of the other checkpoint or picture in messages, and its facts.
     """
     for name in [*theirs, *(name for name in facts if name not in theirs)]:
         mine, wanted = facts.get(name), theirs.get(name)
@@ -64,15 +64,15 @@ def check_same(path: str | Path, facts: dict, other: str, theirs: dict) -> None:
 
 
 def show_ranges(ranges: list[list[int]]) -> str:
-    """Sample indices in words: "0 to 63"."""
+    """The text for ranges of sample indices: "0 to 63"."""
     return ", ".join(f"{first} to {end - 1}" for first, end in ranges)
 
 
 def joined(first: list[list[int]], second: list[list[int]]) -> list[list[int]]:
-    """The ranges of both, in order, those that touch made one.
+    """All ranges of both lists in ascending order; ranges that touch are joined.
 
     Raises:
-        InputError: a sample is in both.
+        InputError: a sample is in both lists.
     """
     ranges: list[list[int]] = []
     for start, end in sorted([*first, *second]):

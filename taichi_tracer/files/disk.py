@@ -1,4 +1,4 @@
-"""Files as a whole: read with an error that says what is in the way, written so that there is always a complete one."""
+"""Reading and writing of whole files, with clear errors; a file is replaced only by a complete new file."""
 
 import os
 import tempfile
@@ -8,7 +8,7 @@ from taichi_tracer.system.errors import InputError, MissingFileError
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The content of a file; an InputError names what is in the way."""
+    """The content of a file. An InputError says why it cannot be read."""
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
@@ -18,7 +18,7 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def check_place(path: str | Path) -> None:
-    """Raise an InputError now if ``replace_file`` could not write there later."""
+    """Raise an InputError if ``replace_file`` could not write there later."""
     path = Path(path)
     if path.is_dir():
         raise InputError(f"{path}: this is a folder: give a file name in it")
@@ -30,7 +30,7 @@ def check_place(path: str | Path) -> None:
 
 
 def replace_file(path: str | Path, content: bytes) -> None:
-    """Put ``content`` where ``path`` is, all of it or nothing; an InputError says why it could not be."""
+    """Write ``content`` into a file, either completely or not at all. An InputError says why it cannot be written."""
     path = Path(path)
     try:
         handle, part = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
@@ -39,7 +39,7 @@ def replace_file(path: str | Path, content: bytes) -> None:
                 file.write(content)
             umask = os.umask(0)
             os.umask(umask)
-            os.chmod(part, 0o666 & ~umask)  # mkstemp makes private files
+            os.chmod(part, 0o666 & ~umask)  # mkstemp makes files that only their owner may read
             os.replace(part, path)
         finally:
             Path(part).unlink(missing_ok=True)
@@ -48,7 +48,7 @@ def replace_file(path: str | Path, content: bytes) -> None:
 
 
 def make_folder(folder: str | Path, why: str) -> None:
-    """The folder, and those that it lies in; an InputError that begins with ``why`` where it cannot be."""
+    """Make a folder and its parents. If this fails, raise an InputError that begins with ``why``."""
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:

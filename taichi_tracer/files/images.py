@@ -1,8 +1,9 @@
-"""Images in and out: linear floating point, (height, width, 3), top row first (C-15).
+"""Reading and writing of images: linear floating point, (height, width, 3), top row first (C-15).
 
-PNG and JPEG go through Pillow; EXR, HDR and 16-bit PNG through OpenImageIO, the extra ``exr``. It alone reads and
-writes all three, with wheels for every supported Python on Linux, Windows and macOS under Apache-2.0: OpenCV's wheels
-have EXR switched off, and the package OpenEXR knows neither HDR nor PNG. PFM, PPM and NPY are written here.
+Pillow handles PNG and JPEG. OpenImageIO (the extra ``exr``) handles EXR, HDR and 16-bit PNG. It is the only library
+that reads and writes all three and has wheels for every supported Python on Linux, Windows and macOS, under Apache-2.0:
+OpenCV's wheels have EXR switched off, and the package OpenEXR supports neither HDR nor PNG. This file itself handles
+PFM, PPM and NPY.
 """
 
 import io
@@ -17,17 +18,21 @@ import numpy as np
 from taichi_tracer.files.disk import check_place, read_bytes, replace_file
 from taichi_tracer.system.errors import InputError
 
-MAX_PIXELS = 1 << 27  # 16384 x 8192, the largest environments there are: a larger header is damage or an attack
-MAX_JPEG_SIDE = 65_500  # libjpeg's
-LARGEST_RGBE = 255 * 2.0**119
+# 16384 x 8192, the size of the largest usual environments. A header with more pixels is damaged, or an attack.
+MAX_PIXELS = 1 << 27
+MAX_JPEG_SIDE = 65_500  # the limit of libjpeg
+JPEG_QUALITY = 95  # the highest value that Pillow's documentation recommends
+LARGEST_RGBE = 255 * 2.0**119  # the largest value that the HDR format can store
+LONGEST_REASON = 200  # characters of a library's own message that are shown
 
 
 def to_bytes(image: np.ndarray, srgb: bool = False) -> np.ndarray:
-    """(h, w, 3) uint8: values clipped to [0, 1] and rounded to the nearest of 255 steps; NaN becomes 0.
+    """(h, w, 3) uint8: values are clipped to [0, 1] and rounded to the nearest of 255 steps; NaN becomes 0.
 
     Args:
         image: (h, w, 3) float, linear.
-        srgb: apply the sRGB transfer function first, for radiance; data such as normals is written as it is (C-14).
+        srgb: whether to apply the sRGB transfer function first. It is meant for radiance; data such as normals is
+            written unchanged (C-14).
     """
     values = np.clip(np.nan_to_num(np.asarray(image, np.float64), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
     if srgb:
@@ -56,7 +61,7 @@ def _encode_pillow(image: np.ndarray, srgb: bool, kind: str) -> bytes:
     buffer = io.BytesIO()
     if kind == "JPEG" and max(image.shape) > MAX_JPEG_SIDE:
         raise InputError(f"a JPEG has at most {MAX_JPEG_SIDE} pixels on a side, not {max(image.shape)}: use .png")
-    options = {"quality": 95, "subsampling": 0} if kind == "JPEG" else {}
+    options = {"quality": JPEG_QUALITY, "subsampling": 0} if kind == "JPEG" else {}
     Image.fromarray(to_bytes(image, srgb)).save(buffer, kind, **options)
     return buffer.getvalue()
 
@@ -96,15 +101,15 @@ def _encode_openimageio(image: np.ndarray, extension: str) -> bytes:
 
 
 def to_rgbe(image: np.ndarray) -> np.ndarray:
-    """(h, w, 3) float32: the nearest values that HDR files hold, 8 bits each with a common exponent (Ward 1991).
+    """(h, w, 3) float32: the nearest values that an HDR file can store, 8 bits each with a common exponent (Ward 1991).
 
-    Encoders cut off what they cannot hold, which darkens a picture by half a step; from these values they cut nothing.
-    Negative values and NaN become 0.
+    Encoders cut off the remaining bits, which darkens a picture by half a step on average. From the values of this
+    function, they cut off nothing. Negative values and NaN become 0.
     """
     values = np.clip(np.nan_to_num(np.asarray(image, np.float64), nan=0.0), 0.0, LARGEST_RGBE)
     largest = values.max(axis=-1, keepdims=True)
     step = np.exp2(np.frexp(largest)[1] - 8.0)
-    step = np.exp2(np.frexp(np.floor(largest / step + 0.5) * step)[1] - 8.0)  # 255.7 steps round into the next exponent
+    step = np.exp2(np.frexp(np.floor(largest / step + 0.5) * step)[1] - 8.0)  # 255.7 rounds to the next exponent
     return (np.floor(values / step + 0.5) * step).astype(np.float32)
 
 
@@ -132,7 +137,7 @@ NEED_OPENIMAGEIO = (".exr", ".hdr")
 
 
 def check_writable(path: str | Path) -> None:
-    """Raise an InputError now if ``save_image`` could not write there later."""
+    """Raise an InputError if ``save_image`` could not write there later."""
     path = Path(path)
     extension = path.suffix.lower()
     if extension not in ENCODERS:
@@ -143,15 +148,16 @@ def check_writable(path: str | Path) -> None:
 
 
 def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
-    """Write an image; the extension says how. An older file is replaced only when the new one is complete.
+    """Write an image in the format of its extension. An older file is replaced only when the new file is complete.
 
     Args:
         path: .png .jpg .jpeg .ppm (8 bits), or .exr .hdr .pfm .npy (floating point, always linear).
-        image: (h, w, 3) float, top row first; (h, w) and (h, w, 1) are grey, a fourth channel is left out.
-        srgb: for 8 bits, apply the sRGB transfer function (radiance); data such as normals is written as it is.
+        image: (h, w, 3) float, top row first; (h, w) and (h, w, 1) are grey, and a fourth channel is ignored.
+        srgb: whether to apply the sRGB transfer function, for radiance in 8-bit formats; data such as normals is
+            written unchanged.
 
     Raises:
-        InputError: the extension is unknown, its library is missing, or the place cannot be written.
+        InputError: the extension is unknown, its library is missing, or the file cannot be written.
     """
     path = Path(path)
     check_writable(path)
@@ -164,7 +170,7 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
 
 
 def _as_rgb(image: np.ndarray, source: str) -> np.ndarray:
-    """(h, w, 3) of grey, RGB or RGBA."""
+    """(h, w, 3) from a grey, RGB or RGBA image."""
     if image.ndim == 2:
         image = image[..., None]
     if image.ndim != 3 or image.shape[2] not in (1, 3, 4) or 0 in image.shape:
@@ -176,8 +182,9 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
     """(h, w, 3) float32, top row first.
 
     Args:
-        path: .png .jpg .jpeg .exr .hdr .pfm .npy; grey images become RGB, a fourth channel is left out.
-        srgb: PNG and JPEG hold sRGB values: make them linear. Without it they are divided by 255, or 65535 (16 bits).
+        path: .png .jpg .jpeg .exr .hdr .pfm .npy; grey images become RGB, and a fourth channel is ignored.
+        srgb: whether to convert PNG and JPEG files from sRGB to linear values. With False, their values are only
+            divided by 255, or by 65535 (16 bits).
 
     Raises:
         InputError: the file is missing, damaged, too large, or of an unknown type.
@@ -191,14 +198,19 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
         image = DECODERS[extension](path, raw)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except Exception as error:  # damaged files make decoders raise anything
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"{path}: cannot be read as {extension[1:].upper()} ({reason[:200]})") from None
+    except Exception as error:  # decoders raise all kinds of errors for damaged files
+        reason = _one_line(str(error)) or type(error).__name__
+        raise InputError(f"{path}: cannot be read as {extension[1:].upper()} ({reason})") from None
     if image.dtype.kind not in "fiu":
         raise InputError(f"{path}: an image must hold numbers, not {image.dtype}")
     if srgb and extension in (".png", ".jpg", ".jpeg"):
         image = linear_from_srgb(image)
     return np.ascontiguousarray(_as_rgb(image, str(path)), np.float32)
+
+
+def _one_line(message: str) -> str:
+    """The message of a library as one line of limited length."""
+    return " ".join(message.split())[:LONGEST_REASON]
 
 
 def _check_size(width: int, height: int) -> None:
@@ -213,20 +225,20 @@ def _decode_pillow(path: Path, raw: bytes) -> np.ndarray:
         _check_size(image.width, image.height)
         if image.mode.startswith("I"):  # 16-bit grey
             return np.asarray(image).astype(np.float32) / 65535
-        if image.format == "PNG" and raw[24] == 16:  # Pillow would cut 16-bit colour to 8 bits without a word
+        if image.format == "PNG" and raw[24] == 16:  # Pillow would reduce 16-bit colour to 8 bits without a warning
             return _decode_openimageio(path, raw)
         return np.asarray(image.convert("RGB"), np.float32) / 255
 
 
 def _decode_npy(path: Path, raw: bytes) -> np.ndarray:
-    image = np.load(path, mmap_mode="r", allow_pickle=False)  # mapped: the header cannot ask for more than the file has
+    image = np.load(path, mmap_mode="r", allow_pickle=False)  # mapped: a wrong header cannot allocate memory
     if not isinstance(image, np.ndarray):
         raise InputError("this is an archive of arrays: give one array (.npy)")
     return image
 
 
 def _decode_pfm(path: Path, raw: bytes) -> np.ndarray:
-    """Portable float map: "PF" or "Pf", width height, scale (negative: little endian), rows from the bottom."""
+    """Portable float map: "PF" or "Pf", width, height, scale (negative: little endian); the bottom row first."""
     header = PFM_HEADER.match(raw)
     if header is None:
         raise InputError("this is no PFM file: it must begin with PF or Pf, width, height and scale")
@@ -244,15 +256,15 @@ def _decode_openimageio(path: Path, raw: bytes) -> np.ndarray:
     extension = path.suffix.lower()
     oiio = _openimageio("16-bit colour .png" if extension == ".png" else extension)
     settings = oiio.ImageSpec()
-    settings.attribute("oiio:UnassociatedAlpha", 1)  # colours as they stand in the file, not multiplied by alpha
+    settings.attribute("oiio:UnassociatedAlpha", 1)  # colours as in the file, not multiplied by alpha
     file = oiio.ImageInput.open(str(path), settings)
     if file is None:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({' '.join(oiio.geterror().split())[:200]})")
+        raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(oiio.geterror())})")
     spec = file.spec()
     _check_size(spec.width, spec.height)
     pixels = file.read_image("float")
     if pixels is None:
-        raise InputError(f"cannot be read as {extension[1:].upper()} ({' '.join(file.geterror().split())[:200]})")
+        raise InputError(f"cannot be read as {extension[1:].upper()} ({_one_line(file.geterror())})")
     names = list(spec.channelnames)
     if {"R", "G", "B"} <= set(names):
         return np.asarray(pixels)[..., [names.index(c) for c in "RGB"]]

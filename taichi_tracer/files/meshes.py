@@ -1,4 +1,4 @@
-"""Meshes that trimesh reads (PLY, STL, glTF, OFF), and trimesh's own objects."""
+"""Meshes that the library trimesh reads (PLY, STL, glTF, OFF), and trimesh's own objects."""
 
 import io
 import json
@@ -16,16 +16,19 @@ from taichi_tracer.system.errors import InputError
 
 EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
+OFF_HEADER = 4096  # bytes after the first line of an OFF file in which the counts must stand, after any comments
 GLB_HEADER = struct.Struct("<4sIIII")  # magic, version, length of the file, length and type of the JSON chunk
-# Extensions that a file may require and that leave the triangles as they are; others hide them from trimesh.
+GLB_JSON = 0x4E4F534A  # the type of a JSON chunk: the letters JSON as a little-endian number
+LONGEST_REASON = 200  # characters of trimesh's own message that are shown
+# Extensions that a file may require, because they do not change the triangles. With others, trimesh finds no triangles.
 HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
 
 
 def read_mesh(path: str | Path) -> Mesh:
-    """Read a PLY, STL, GLB, glTF or OFF file. Vertex normals are those of the file; none are made up.
+    """Read a PLY, STL, GLB, glTF or OFF file. Vertex normals are read from the file and never computed.
 
     Raises:
-        InputError: the file is damaged, or holds no triangles that trimesh understands.
+        InputError: the file is damaged, or trimesh finds no triangles in it.
     """
     path = Path(path)
     raw = read_bytes(path)
@@ -39,11 +42,11 @@ def read_mesh(path: str | Path) -> Mesh:
             raw, materials = _number_materials(raw, notes)
         announced = ANNOUNCED[kind](raw) if kind in ANNOUNCED else 0
         parts = [_Part(*part) for part in _placed(_load(raw, path))]
-    except Exception as error:  # trimesh lets whatever its readers meet escape
+    except Exception as error:  # trimesh passes on all kinds of errors
         reason = " ".join(str(error).split()) or type(error).__name__
-        if "unexpected length" in reason:  # trimesh takes all polygons of a binary PLY for as large as the first
+        if "unexpected length" in reason:  # in a binary PLY, trimesh gives all polygons the size of the first
             reason = "it is cut short, or mixes triangles with larger polygons: export it with triangles only"
-        raise InputError(f"{path}: cannot be read as {kind.upper()} ({reason[:200]})") from None
+        raise InputError(f"{path}: cannot be read as {kind.upper()} ({reason[:LONGEST_REASON]})") from None
     mesh = _assemble(parts, str(path), materials, [f"{path}: {note}" for note in notes])
     if len(mesh.faces) < announced:
         raise InputError(f"{path}: the file is cut short: it announces {announced} faces and has {len(mesh.faces)}")
@@ -53,7 +56,7 @@ def read_mesh(path: str | Path) -> Mesh:
 
 
 def _announced_by_stl(raw: bytes) -> int:
-    """Triangles that a binary STL says it has, 0 for a text; trimesh guesses at the rest of a file that was cut."""
+    """The number of triangles in the header of a binary STL, 0 for a text; trimesh would guess missing triangles."""
     is_text = raw.lstrip()[:5].lower() == b"solid"
     if len(raw) >= STL_HEADER + 4:
         (count,) = struct.unpack_from("<I", raw, STL_HEADER)
@@ -69,7 +72,7 @@ def _announced_by_stl(raw: bytes) -> int:
 
 
 def _announced_by_ply(raw: bytes) -> int:
-    """Triangles of an ASCII PLY by its polygons' sizes; polygons of a binary one, whose length trimesh checks."""
+    """The number of triangles of an ASCII PLY; of a binary PLY, whose length trimesh checks, the number of polygons."""
     header, _, body = raw.partition(b"end_header")
     counts = {name: int(count) for name, count in re.findall(rb"^element\s+(\S+)\s+(\d+)", header, re.MULTILINE)}
     faces = counts.get(b"face", 0)
@@ -85,8 +88,8 @@ def _announced_by_ply(raw: bytes) -> int:
 
 
 def _announced_by_off(raw: bytes) -> int:
-    """Polygons that an OFF says it has: the second number after the keyword and comments."""
-    words = re.sub(rb"#[^\n]*", b"", raw[: raw.find(b"\n") + 4096]).split()
+    """The number of polygons in the header of an OFF: the second number after the keyword and the comments."""
+    words = re.sub(rb"#[^\n]*", b"", raw[: raw.find(b"\n") + OFF_HEADER]).split()
     return int(words[2]) if words[0].upper().endswith(b"OFF") else 0
 
 
@@ -94,10 +97,10 @@ ANNOUNCED = {"stl": _announced_by_stl, "ply": _announced_by_ply, "off": _announc
 
 
 def from_trimesh(mesh_or_scene) -> Mesh:
-    """The triangles of a ``trimesh.Trimesh`` or of every node of a ``trimesh.Scene``, transforms applied.
+    """The triangles of a ``trimesh.Trimesh``, or of every node of a ``trimesh.Scene`` with its transform applied.
 
-    Vertex normals are taken where they were set. Those that trimesh computes when they are asked for are not: a mesh
-    should not become smooth because somebody looked at it.
+    Vertex normals are used if the user has set them. trimesh also computes normals when a program reads them. Those are
+    not used, because reading the normals of a mesh should not make it smooth.
     """
     if not hasattr(mesh_or_scene, "geometry") and not hasattr(mesh_or_scene, "faces"):
         raise InputError(f"mesh: a trimesh.Trimesh or a trimesh.Scene is needed, not {type(mesh_or_scene).__name__}")
@@ -106,14 +109,14 @@ def from_trimesh(mesh_or_scene) -> Mesh:
 
 
 def _load(raw: bytes, path: Path):
-    import trimesh  # half a second where scipy is installed
+    import trimesh  # takes half a second if scipy is installed
 
     resolver = trimesh.resolvers.FilePathResolver(str(path))
     return trimesh.load(io.BytesIO(raw), path.suffix[1:].lower(), resolver=resolver, process=False, maintain_order=True)
 
 
 def _placed(mesh_or_scene) -> list[tuple]:
-    """(Trimesh, 4×4 transform) of everything with triangles, in the order of the scene's nodes."""
+    """(Trimesh, 4×4 transform) for everything that has triangles, in the order of the scene's nodes."""
     if not hasattr(mesh_or_scene, "geometry"):
         placed = [(mesh_or_scene, np.eye(4))]
     else:
@@ -124,7 +127,7 @@ def _placed(mesh_or_scene) -> list[tuple]:
 
 
 def _normals_were_set(mesh) -> bool:
-    """Whether vertex normals that a mesh has are others than trimesh computes."""
+    """Whether the vertex normals of a mesh differ from those that trimesh computes."""
     if "vertex_normals" not in mesh._cache:
         return False
     computed = mesh.copy(include_cache=False).vertex_normals
@@ -133,11 +136,12 @@ def _normals_were_set(mesh) -> bool:
 
 @dataclass(frozen=True)
 class _Part:
-    """One mesh and where it stands.
+    """One mesh and its place.
 
     Attributes:
-        mesh: trimesh.Trimesh. transform: (4, 4) to world space.
-        takes_normals: whether vertex normals in the cache of ``mesh`` are wanted; trimesh has no other mark for them.
+        mesh: a trimesh.Trimesh. transform: (4, 4), from the mesh to world space.
+        takes_normals: whether to use the vertex normals in the cache of ``mesh``. trimesh does not mark in any other
+            way that a mesh has normals.
     """
 
     mesh: object
@@ -149,12 +153,12 @@ class _Part:
         return np.asarray(self.mesh.vertices, np.float64) @ self.transform[:3, :3].T + self.transform[:3, 3]
 
     def faces(self) -> np.ndarray:
-        """(F, 3); a mirror turns fronts into backs, so it turns the winding too."""
+        """(F, 3). If the transform mirrors the mesh, the order of the vertices is reversed: fronts stay fronts."""
         faces = np.asarray(self.mesh.faces, np.int64)
         return faces[:, [0, 2, 1]] if np.linalg.det(self.transform[:3, :3]) < 0 else faces
 
     def normals(self) -> np.ndarray:
-        """(V, 3) by the inverse transpose, or (0, 3) where there are none."""
+        """(V, 3), transformed by the inverse transpose; (0, 3) if there are none."""
         linear = self.transform[:3, :3]
         if not self.takes_normals or "vertex_normals" not in self.mesh._cache or np.linalg.det(linear) == 0:
             return np.zeros((0, 3))
@@ -164,7 +168,11 @@ class _Part:
 
 
 def _assemble(parts: list[_Part], source: str, materials: list[Material] | None, notes: list[str]) -> Mesh:
-    """One mesh of all parts, in their order. ``materials``: of the file, by number; None where trimesh's count."""
+    """One mesh made of all parts, in their order.
+
+    Args:
+        materials: the materials of the file, by number; None takes those of trimesh.
+    """
     vertices, faces, normals, face_normals, face_materials = [], [], [], [], []
     used: list[Material] = []
     num_vertices = num_normals = 0
@@ -195,7 +203,7 @@ def _assemble(parts: list[_Part], source: str, materials: list[Material] | None,
 
 
 def _material(visual, materials: list[Material] | None) -> Material:
-    """A diffuse ``Material`` of what trimesh says about a mesh."""
+    """A diffuse ``Material``, made of the material that trimesh found for a mesh."""
     look = getattr(visual, "material", None)
     if look is None or materials == []:
         return Material()
@@ -209,7 +217,7 @@ def _material(visual, materials: list[Material] | None) -> Material:
 
 
 def _color(value, default: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Three numbers from what may be None, bytes or floats, with or without alpha."""
+    """Three numbers in [0, 1] from None, bytes or floats, with or without alpha."""
     if value is None:
         return default
     color = np.asarray(value)
@@ -218,9 +226,10 @@ def _color(value, default: tuple[float, float, float]) -> tuple[float, float, fl
 
 
 def _number_materials(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material]]:
-    """A glTF file whose materials are named 0, 1, 2 …, and the materials themselves.
+    """The content of a glTF file with its materials renamed to 0, 1, 2 …, and the materials themselves.
 
-    trimesh rounds base colours to 8 bits and drops KHR_materials_emissive_strength; names in a file may repeat.
+    The materials are read here, because trimesh rounds base colours to 8 bits and ignores
+    KHR_materials_emissive_strength. They are renamed, because several materials of a file may have the same name.
     """
     is_binary = raw[:4] == b"glTF"
     start, rest = 0, b""
@@ -242,11 +251,11 @@ def _number_materials(raw: bytes, notes: list[str]) -> tuple[bytes, list[Materia
         return text, materials
     text += b" " * (-len(text) % 4)
     total = GLB_HEADER.size + len(text) + len(rest)
-    return GLB_HEADER.pack(b"glTF", version, total, len(text), 0x4E4F534A) + text + rest, materials
+    return GLB_HEADER.pack(b"glTF", version, total, len(text), GLB_JSON) + text + rest, materials
 
 
 def _gltf_material(look: dict) -> Material:
-    """Kd is the base colour, Ke the emission times its strength, both linear (glTF 2.0, 3.9)."""
+    """Kd is the base colour, and Ke is the emission times its strength; both are linear (glTF 2.0, section 3.9)."""
     base = look.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0))
     strength = look.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
     return Material(

@@ -14,14 +14,14 @@ MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 
 
 def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Material]:
-    """Name → material of every ``newmtl``; of two with one name the last counts.
+    """Name → material for every ``newmtl``. If two have the same name, the last one is used.
 
     Args:
         path: the file.
-        notes: gets one line when the file names texture maps, which are not used.
+        notes: a list to which one line is added if the file names texture maps, which are not used.
 
     Raises:
-        InputError: a value that is no number, with file and line.
+        InputError: a value is not a number; the message has the file and the line.
     """
     materials: dict[str, Material] = {}
     maps: dict[str, None] = {}
@@ -56,7 +56,7 @@ def _name(line: str, where: str) -> str:
 
 
 def _values(keyword: str, words: list[str], where: str) -> dict:
-    """The field of ``Material`` that a line sets."""
+    """The field of ``Material`` that a line sets, with its value."""
     if keyword in COLORS and len(words) > 1 and words[1].lower() in ("spectral", "xyz"):
         raise InputError(f"{where}: {words[0]} {words[1]} is not supported: give three numbers r g b")
     if keyword == "d" and words[1:2] == ["-halo"]:
@@ -74,7 +74,7 @@ def _values(keyword: str, words: list[str], where: str) -> dict:
 
 
 def _numbers_of(words: list[str]) -> tuple[float, ...]:
-    """The values of a key that this reader does not know but a BRDF may: all of them numbers, or none."""
+    """The numbers of an unknown key, which a BRDF may need; empty if a value is not a finite number."""
     try:
         values = tuple(float(word) for word in words)
     except ValueError:
@@ -90,7 +90,7 @@ def _finite(word: str, where: str) -> float:
 
 
 def find_library(statement: str, beside: Path, where: str) -> list[Path]:
-    """The files that an ``mtllib`` line names: one whose name may have blanks, or several."""
+    """The files that an ``mtllib`` line names: one file, whose name may contain blanks, or several files."""
     folder = beside.parent
     attempts = [[statement], [name_in(statement)], name_in(statement).split()]
     for names in attempts:

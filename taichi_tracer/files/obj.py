@@ -1,8 +1,9 @@
 """Wavefront OBJ: triangles in the file's order, exact floats, materials by first use (A1-17, C-16, C-18).
 
-The lines of one keyword are parsed in one go. First their shapes are compared (``f 12//7 3//7 40//7`` has the shape
-``0//0 0//0 0//0``): a shape says which number means what, and whether the line is well formed. Where any line is not,
-every line of its keyword is parsed by itself: the same result, slower, and it knows the line of the error.
+All lines with the same keyword are parsed together. First, their shapes are compared: ``f 12//7 3//7 40//7`` has the
+shape ``0//0 0//0 0//0``. The shape determines the meaning of each number, and whether the line is well formed. If any
+line is not well formed, all lines with its keyword are parsed one by one. This is slower, but it finds the line of the
+error.
 """
 
 import re
@@ -17,7 +18,8 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
 
-# Classes of characters, see ``shapes``: words of any kind; or runs of digits, and every other character as it is.
+# Two sets of classes of characters, see ``shapes``. WORDS: x for every character of a word. DIGITS: 0 for every digit,
+# and the other characters unchanged.
 WORDS = bytes(c if c == ord("\n") else ord(" ") if c in SPACES else ord("x") for c in range(256))
 DIGITS = bytes(ord(" ") if c in b" \t\r\f\v" else ord("0") if c in b"0123456789" else c for c in range(256))
 
@@ -29,11 +31,13 @@ IGNORED = ["o", "g", "s", "l", "p", "vt", "vp"]
 def read_obj(path: str | Path) -> Mesh:
     """Read an OBJ file and its material libraries.
 
-    Polygons become fans of triangles; negative indices count back from where they stand; faces before the first
-    ``usemtl`` get the material "default". Groups, smoothing groups, texture coordinates, lines and points are ignored.
+    Polygons become fans of triangles. Negative indices count backwards from the line in which they stand. Faces before
+    the first ``usemtl`` get the material "default". Groups, smoothing groups, texture coordinates, lines and points are
+    ignored.
 
     Raises:
-        InputError: with file, line and value, for what cannot be used. A joined line has the number of its first part.
+        InputError: something cannot be used; the message has file, line and value. A joined line has the number of its
+            first part.
     """
     path = Path(path)
     lines = Lines(_read(path))
@@ -61,7 +65,7 @@ def read_obj(path: str | Path) -> Mesh:
 
 
 def _read(path: Path) -> bytes:
-    """The text of a file that looks like OBJ at all."""
+    """The text of a file; an InputError if it does not look like OBJ."""
     text = read_text(path)
     if not text.strip():
         raise InputError(f"{path}: the file is empty")
@@ -75,10 +79,10 @@ def fan(sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangles 0 1 2, 0 2 3, 0 3 4 … of polygons (C-18).
 
     Args:
-        sizes: (P,) corners of each polygon, at least 3.
+        sizes: (P,) the number of corners of each polygon, at least 3.
 
     Returns:
-        (F, 3) positions in the list of all corners, and (F,) the polygon of each triangle.
+        (F, 3) indices into the list of all corners, and (F,) the polygon of each triangle.
     """
     if (sizes == 3).all():
         return np.arange(3 * len(sizes)).reshape(-1, 3), np.arange(len(sizes))
@@ -91,7 +95,7 @@ def fan(sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rows(block: Block, path: Path) -> np.ndarray:
-    """(n, 3) float64 from ``v`` or ``vn`` lines; what follows the third number (w, a colour) is ignored."""
+    """(n, 3) float64 from ``v`` or ``vn`` lines. Everything after the third number (w, a colour) is ignored."""
     if len(block) == 0:
         return np.zeros((0, 3))
     rows = _rows_at_once(block)
@@ -124,11 +128,11 @@ def _rows_one_by_one(block: Block, path: Path) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Polygons:
-    """All corners of all faces in a row, as the file numbers them: from 1, or negative from the end, 0 for absent.
+    """All corners of all faces in one list, with the indices of the file.
 
     Attributes:
-        sizes: (P,) corners of each face.
-        vertex, normal: (sum of sizes,) int64.
+        sizes: (P,) the number of corners of each face.
+        vertex, normal: (sum of sizes,) int64 indices: positive from 1 on, negative from the end, 0 for no normal.
     """
 
     sizes: np.ndarray
@@ -144,9 +148,11 @@ def _polygons(block: Block, path: Path) -> Polygons:
 
 
 def _columns(shape: bytes) -> tuple[np.ndarray, np.ndarray, int] | None:
-    """What the numbers of a face line are: places of vertex and normal of each corner (−1: none), and how many numbers.
+    """The meaning of the numbers of a face line; None for a line that is not a face.
 
-    None for a line that is no face.
+    Returns:
+        The place of each corner's vertex index, the place of its normal index (−1: none), and how many numbers the line
+        has.
     """
     corners = [CORNER.fullmatch(word) for word in shape.decode("latin-1").split()]
     if len(corners) < 3 or None in corners:
@@ -199,7 +205,7 @@ def _polygons_one_by_one(block: Block, path: Path) -> Polygons:
 
 
 def _corner(word: str, where: str) -> tuple[int, int]:
-    """Vertex and normal index of ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``; 0 for no normal."""
+    """The vertex index and the normal index of ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``; 0 for no normal."""
     match = CORNER.fullmatch(word)
     if match is None:
         raise InputError(f"{where}: {word!r} is not a corner: write v, v/vt, v//vn or v/vt/vn")
@@ -210,7 +216,7 @@ def _corner(word: str, where: str) -> tuple[int, int]:
 
 
 def _resolve(ids: np.ndarray, polygons: Polygons, faces: Block, of: Block, what: str, path: Path) -> np.ndarray:
-    """0-based int32 ids from the file's; −1 where there is none."""
+    """int32 ids that count from 0, from the indices of the file; −1 for none."""
     count = len(of)
     if ids.min(initial=0) >= 0 and ids.max(initial=0) <= count:
         return (ids - 1).astype(np.int32)
@@ -229,7 +235,7 @@ def _resolve(ids: np.ndarray, polygons: Polygons, faces: Block, of: Block, what:
 
 
 def _materials(lines: Lines, face_ids: np.ndarray, path: Path, notes: list[str]) -> tuple[np.ndarray, list[Material]]:
-    """(P,) the material of each face, in order of first use, and the materials (C-16)."""
+    """(P,) the material id of each face, and the materials in the order of their first use (C-16)."""
     library: dict[str, Material] = {}
     mtllib = lines.take(b"mtllib")
     for line_number, line in zip(mtllib.numbers, mtllib.lines(), strict=True):

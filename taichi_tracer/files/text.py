@@ -1,4 +1,4 @@
-"""What text files are made of: encodings, line ends, continued lines, comments, and numbers."""
+"""The parts of text files: encodings, line ends, continued lines, comments, and numbers."""
 
 import codecs
 import re
@@ -23,8 +23,8 @@ COMMENT_OR_CONTINUATION = re.compile(rb"(#[^\n]*)|\\[ \t]*\n")
 def read_text(path: Path) -> bytes:
     """The lines of a text file, each with ``\\n`` at its end.
 
-    A line that ends in a backslash is joined to the next; a carriage return marks the place, so that lines can still be
-    counted. A backslash inside a comment continues nothing: ``# made in C:\\scenes\\`` swallows no line.
+    A line that ends in a backslash is joined to the next line. A carriage return marks the place, so that lines can
+    still be counted. A backslash at the end of a comment, as in ``# made in C:\\scenes\\``, does not continue the line.
     """
     text = read_bytes(path)
     if b"\0" in text:
@@ -38,7 +38,7 @@ def read_text(path: Path) -> bytes:
 
 
 def numbered_lines(text: bytes) -> Iterator[tuple[int, str]]:
-    """(line number, line) of every line of ``read_text``; a joined line has the number of its first part."""
+    """(line number, line) for every line of ``read_text``. A joined line has the number of its first part."""
     line_number = 1
     for line in text.split(b"\n")[:-1]:
         yield line_number, decode(line)
@@ -46,7 +46,7 @@ def numbered_lines(text: bytes) -> Iterator[tuple[int, str]]:
 
 
 def decode(line: bytes) -> str:
-    """UTF-8, or Latin-1 where it is not."""
+    """The text of a line: UTF-8, or Latin-1 if it is not valid UTF-8."""
     try:
         return line.decode("utf-8")
     except UnicodeDecodeError:
@@ -54,14 +54,14 @@ def decode(line: bytes) -> str:
 
 
 def name_in(rest: str) -> str:
-    """The name that fills the rest of a line. It may hold blanks and ``Wall #2``; `` # `` begins a comment."""
+    """The name in the rest of a line. It may contain blanks, and a # as in ``Wall #2``; `` # `` begins a comment."""
     return re.split(r"(?:^|\s)#(?:\s|$)", rest, maxsplit=1)[0].strip()
 
 
 def number(word: str, where: str) -> float:
-    """The float64 nearest to a decimal number."""
+    """The float64 that is nearest to a decimal number; an InputError if ``word`` is not a number."""
     try:
-        if "_" in word or not word.isascii():  # Python's own liberties
+        if "_" in word or not word.isascii():  # Python would accept both
             raise ValueError
         return float(word)
     except ValueError:
@@ -69,8 +69,8 @@ def number(word: str, where: str) -> float:
 
 
 def all_numbers(text: bytes, dtype: type) -> np.ndarray | None:
-    """Every number of a text, or None where something is none. ``1.5.3`` is two: the caller counts."""
-    if b"(" in text:  # C reads nan(1) as a number
+    """All numbers of a text; None if it contains anything else. ``1.5.3`` gives two numbers: callers count them."""
+    if b"(" in text:  # numpy's parser would read nan(1) as a number
         return None
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -86,8 +86,8 @@ class Block:
 
     Attributes:
         text: the lines, each with ``\\n`` at its end.
-        ids: (n,) which lines of the file they are, 0-based, a joined line counting once.
-        numbers: (n,) their line numbers for messages.
+        ids: (n,) the indices of the lines in the file, counted from 0; a joined line counts once.
+        numbers: (n,) the line numbers for messages.
     """
 
     text: bytes
@@ -102,14 +102,14 @@ class Block:
         return [decode(line) for line in self.text.split(b"\n")[:-1]]
 
     def without_comments(self) -> "Block":
-        """The same lines up to ``#``."""
+        """The same lines without their comments, which begin with ``#``."""
         if b"#" not in self.text:
             return self
         return Block(COMMENT.sub(b"", self.text), self.ids, self.numbers)
 
 
 class Lines:
-    """The lines of a text, found by their first word."""
+    """The lines of a text, which can be taken by their first word."""
 
     def __init__(self, text: bytes) -> None:
         self.text = bytearray(text)
@@ -122,7 +122,7 @@ class Lines:
         self.joints = np.flatnonzero(self.bytes == ord("\r")) if b"\r" in text else np.zeros(0, np.int64)
 
     def take(self, keyword: bytes) -> Block:
-        """The lines that begin with this word, which is blanked out: no later call finds them."""
+        """The lines that begin with this word. Blanks replace the word, so that no later call finds these lines."""
         ids = np.arange(len(self.starts))
         for k, letter in enumerate(keyword):
             ids = ids[self.bytes[self.starts[ids] + k] == letter]
@@ -133,7 +133,7 @@ class Lines:
         return Block(self._runs(ids), ids, numbers)
 
     def _runs(self, ids: np.ndarray) -> bytes:
-        """The text of some lines; neighbours are copied in one piece."""
+        """The text of some lines. Neighbouring lines are copied together."""
         breaks = np.flatnonzero(np.diff(ids) != 1)
         firsts, lasts = ids[np.r_[0, breaks + 1]] if len(ids) else ids, ids[np.r_[breaks, -1]] if len(ids) else ids
         begin, end = self.starts[firsts].tolist(), (self.ends[lasts] + 1).tolist()
@@ -142,14 +142,14 @@ class Lines:
 
 
 def shapes(text: bytes, classes: bytes) -> tuple[list[bytes], np.ndarray]:
-    """What the lines look like once every run of one class of characters, slashes apart, is a single character.
+    """The shapes of lines: every character is replaced by its class, and runs of one class, except slashes, by one.
 
     Args:
         text: lines, each with ``\\n`` at its end.
-        classes: the character that stands for the class of each of the 256 bytes.
+        classes: for each of the 256 bytes, the character that stands for its class.
 
     Returns:
-        The distinct shapes, and (n,) which of them each line has.
+        The distinct shapes, and (n,) the index of the shape of each line.
     """
     kinds = np.frombuffer(text.translate(classes), np.uint8)
     keep = np.ones(len(kinds), bool)

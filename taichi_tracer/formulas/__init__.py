@@ -1,1 +1,1 @@
-"""Formulas as pure functions over plain values: triangles, boxes, spheres, frames, warps, hashes, camera frames."""
+"""Formulas as pure functions of plain values: triangles, boxes, spheres, frames, warps, hashes, camera frames."""

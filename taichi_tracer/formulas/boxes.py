@@ -1,4 +1,4 @@
-"""Where a ray is inside a box whose sides are parallel to the axes: the slab test, made safe against rounding."""
+"""The part of a ray that lies inside an axis-aligned box: the slab test, made safe against rounding."""
 
 import taichi as ti
 import taichi.math as tm
@@ -6,10 +6,10 @@ import taichi.math as tm
 
 @ti.dataclass
 class RayBounds:
-    """A ray prepared for boxes: reciprocal direction, and the origin moved towards and away from where it goes.
+    """A ray prepared for box tests: 1/d, and the origin moved by ``pad`` forwards (near) and backwards (far).
 
-    Moving it by ``pad`` both ways widens every box by the rounding error of a triangle test on this ray, so that no box
-    is missed whose triangle is hit.
+    The two moved origins widen every box by the rounding error of a triangle test on this ray. Therefore the ray never
+    misses the box of a triangle that it hits.
     """
 
     inverse: tm.vec3
@@ -19,10 +19,11 @@ class RayBounds:
 
 @ti.func
 def box_interval(bounds, low, high, t_near, t_far):
-    """The part of [t_near, t_far] in which the ray is in the box, empty when the first exceeds the second.
+    """The part of [t_near, t_far] in which the ray is inside the box. It is empty if t_near > t_far in the result.
 
-    Slabs by the sign of 1/d, not of d, because of −0; a NaN (0 · ∞, a ray in the plane of a face) changes nothing.
-    Each operation is monotonic: a box within another has an interval within the other's, to the last bit.
+    The sign of 1/d decides which plane of a slab is near. The sign of d would not work, because 0 and −0 are equal. A
+    NaN (0 · ∞, for a ray in the plane of a face) leaves the interval unchanged. Every operation is monotonic, also with
+    rounding: the interval of a box lies within the interval of every box that contains it.
     """
     for k in ti.static(range(3)):
         is_forward = bounds.inverse[k] >= 0

@@ -1,4 +1,4 @@
-"""Frames about a direction, and the mirrored direction. All vectors have unit length."""
+"""Frames around a direction, and the mirrored direction. All vectors have unit length."""
 
 import taichi as ti
 import taichi.math as tm
@@ -6,7 +6,7 @@ import taichi.math as tm
 
 @ti.func
 def frame_about(n):
-    """Two unit vectors that make a right-handed frame with the unit vector n (Duff et al., JCGT 6(1), 2017)."""
+    """Two unit vectors that form a right-handed frame with the unit vector n (Duff et al., JCGT 6(1), 2017)."""
     sign = ti.select(n.z >= 0, 1.0, -1.0)
     a = -1 / (sign + n.z)
     b = n.x * n.y * a
@@ -15,7 +15,7 @@ def frame_about(n):
 
 @ti.func
 def from_frame(n, cosine, sine, phi):
-    """The unit vector at an angle from n, turned by φ about it."""
+    """The unit vector at an angle θ from n, with the azimuth φ around n; the arguments are cos θ and sin θ."""
     x_axis, y_axis = frame_about(n)
     return sine * ti.cos(phi) * x_axis + sine * ti.sin(phi) * y_axis + cosine * n
 

@@ -1,4 +1,4 @@
-"""Words of 32 mixed bits, and the bit operations of Sobol' points: of a number, or of a vector of numbers."""
+"""A hash of 32-bit words, and the bit operations of Sobol' points. All work on numbers and on vectors of numbers."""
 
 import taichi as ti
 
@@ -7,7 +7,7 @@ from taichi_tracer.system import runtime
 
 @ti.func
 def pcg4d(a, b, c, d):
-    """Four well-mixed words from four (Jarzynski & Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020)."""
+    """Four well-mixed words of four words (Jarzynski & Olano, "Hash functions for GPU rendering", JCGT 9(3), 2020)."""
     a, b, c, d = _advance(a), _advance(b), _advance(c), _advance(d)
     a, b, c, d = _mix(a, b, c, d)
     a, b, c, d = a ^ (a >> 16), b ^ (b >> 16), c ^ (c >> 16), d ^ (d >> 16)
@@ -30,7 +30,7 @@ def _mix(a, b, c, d):
 
 @ti.func
 def as_fraction(word):
-    """A word as a number in [0, 1), never 1: its upper 24 bits, or all 32 in f64."""
+    """A number in [0, 1), never 1, made of a word: of its upper 24 bits in f32, of all 32 bits in f64."""
     if ti.static(runtime.current().precision == "f64"):
         return ti.cast(word, ti.f64) * (1.0 / (1 << 16)) * (1.0 / (1 << 16))
     else:  # noqa: RET505 (without it, both would be compiled)
@@ -39,7 +39,7 @@ def as_fraction(word):
 
 @ti.func
 def reverse_bits(word):
-    """The 32 bits in the opposite order."""
+    """The 32 bits in reverse order."""
     word = (word >> 16) | (word << 16)
     word = ((word & ti.u32(0xFF00FF00)) >> 8) | ((word & ti.u32(0x00FF00FF)) << 8)
     word = ((word & ti.u32(0xF0F0F0F0)) >> 4) | ((word & ti.u32(0x0F0F0F0F)) << 4)
@@ -49,10 +49,10 @@ def reverse_bits(word):
 
 @ti.func
 def scramble_reversed(word, seed):
-    """Owen's nested scrambling of a number whose bits are reversed: each bit is flipped depending on those below it.
+    """Owen's nested scrambling of a number whose bits are reversed: a hash of the lower bits decides on each flip.
 
-    Laine & Karras' hash with the constants of Vegdahl, as used by Burley, "Practical hash-based Owen scrambling", JCGT
-    9(4), 2020, section 3.2.
+    This is the hash of Laine & Karras with the constants of Vegdahl, as in Burley, "Practical hash-based Owen
+    scrambling", JCGT 9(4), 2020, section 3.2.
     """
     word = word ^ (word * ti.u32(0x3D20ADEA))
     word = word + seed
@@ -63,7 +63,7 @@ def scramble_reversed(word, seed):
 
 @ti.func
 def pascal_matrix(word):
-    """The second generator matrix of Sobol', C(j, i) mod 2, times the bits of ``word``; the result is reversed."""
+    """The second generator matrix of Sobol', C(j, i) mod 2, times the bits of ``word``; the result is bit-reversed."""
     word = word ^ ((word >> 16) & ti.u32(0x0000FFFF))
     word = word ^ ((word >> 8) & ti.u32(0x00FF00FF))
     word = word ^ ((word >> 4) & ti.u32(0x0F0F0F0F))

@@ -1,4 +1,4 @@
-"""Where a ray meets a sphere: the closed form, in an order of operations that keeps its digits."""
+"""The intersection of a ray and a sphere in closed form, in an order of operations that loses few digits."""
 
 import taichi as ti
 import taichi.math as tm
@@ -8,7 +8,7 @@ from taichi_tracer.system import runtime
 
 @ti.func
 def widened(x):
-    """``x`` in f64 where kernels run in f32 and can: then hits and misses are those of the exact numbers."""
+    """``x`` in f64, if kernels run in f32 and the backend has f64. Then the decision hit or miss is exact."""
     if ti.static(runtime.can_widen()):
         return ti.cast(x, ti.f64)
     else:  # noqa: RET505 (Taichi compiles one of the two)
@@ -17,9 +17,11 @@ def widened(x):
 
 @ti.func
 def nearest_to_centre(o, d, centre):
-    """l = f + (b/a) d and t = b/a, with f = o − c, a = d·d, b = −f·d: the point of the line nearest to the centre, seen
-    from it (Haines, Günther & Akenine-Möller, "Precision improvements for ray/sphere intersection", Ray Tracing Gems,
-    2019, chapter 7)."""
+    """The point of the line that is nearest to the centre: l = f + (b/a) d, seen from the centre, and t = b/a.
+
+    Here f = o − c, a = d·d and b = −f·d (Haines, Günther & Akenine-Möller, "Precision improvements for ray/sphere
+    intersection", Ray Tracing Gems, 2019, chapter 7).
+    """
     f = o - centre
     t = -tm.dot(f, d) / tm.dot(d, d)
     return f + t * d, t
@@ -29,11 +31,11 @@ def nearest_to_centre(o, d, centre):
 def sphere_roots(o, d, centre, radius):
     """Solve  |o + t d − c| = r  (Haines et al. 2019, section 7.3).
 
-    Returns (is_met, t_in, t_out); t_in ≤ t_out. The discriminant is r² − l·l, of two numbers of the sphere's own size:
-    b² − a c would lose a small sphere that is far away. The root with the smaller |t| comes from c/q, where the usual
-    formula cancels.
+    Returns (is_met, t_in, t_out) with t_in ≤ t_out. The discriminant is r² − l·l, a difference of two numbers of the
+    size of the sphere. The usual b² − a c would lose a small sphere that is far away. The root with the smaller |t| is
+    c/q, because the usual formula cancels there.
 
-    d is scaled by its largest component, so that no length of it overflows.
+    d is divided by its largest component, so that nothing overflows for very long or very short directions.
     """
     largest = abs(d).max()
     w = d / largest
@@ -54,9 +56,9 @@ def sphere_roots(o, d, centre, radius):
 
 @ti.func
 def sphere_normal(o, d, centre, radius, t_in, t_out, t):
-    """The outward unit normal where the ray enters or leaves, whichever is nearer to t.
+    """The outward unit normal at the entry or the exit of the ray, whichever is nearer to t.
 
-    (l ∓ d √((r² − l·l)/a)) / r: of numbers of the sphere's size, however far the origin is.
+    The formula (l ∓ d √((r² − l·l)/a)) / r only has numbers of the size of the sphere, at any distance of the origin.
     """
     w = d / abs(d).max()
     l, foot = nearest_to_centre(o, w, centre)
@@ -70,5 +72,5 @@ def sphere_normal(o, d, centre, radius, t_in, t_out, t):
 
 @ti.func
 def longitude_latitude(n):
-    """(u, v) in [0, 1]² of a unit vector: u around +y, v from the bottom, as environments have it (A2-5)."""
+    """(u, v) in [0, 1]² of a unit vector: u around +y, v from the bottom, as in environments (A2-5)."""
     return tm.vec2(0.5 + ti.atan2(n.z, n.x) / (2 * tm.pi), 0.5 + ti.asin(tm.clamp(n.y, -1, 1)) / tm.pi)

@@ -1,8 +1,8 @@
-"""Where a ray meets a triangle: two tests as their papers have them, and the triangle's own normal.
+"""The intersection of a ray and a triangle: two published tests, and the triangle's own normal.
 
-A triangle test is a formula: it solves, and says whether the ray passes inside the edges. Whether that is a hit is
-decided by ``RayIntersector``, in one place for all tests. A test of your own is registered as here, and is then a value
-of ``triangle_test=`` and of ``--triangle-test``.
+A triangle test is a formula. It solves an equation, and it says whether the ray passes inside the edges.
+``RayIntersector`` decides whether this is a hit, in one place for all tests. Your own test is registered in the same
+way as the tests here; after that, ``triangle_test=`` and ``--triangle-test`` accept its name.
 """
 
 from collections.abc import Callable
@@ -20,8 +20,8 @@ class TriangleTest:
     """A named triangle test.
 
     Attributes:
-        name: what ``triangle_test=`` takes.
-        solve: a ``@ti.func`` (o, d, v0, v1, v2) → (is_inside, t, u, v, det), all of them scalars.
+        name: the name that ``triangle_test=`` takes.
+        solve: a ``@ti.func`` (o, d, v0, v1, v2) → (is_inside, t, u, v, det); the results are scalars.
     """
 
     name: str
@@ -33,8 +33,9 @@ class TriangleTest:
 def moller_trumbore(o, d, v0, v1, v2):
     """Solve  o + t d = (1 − u − v) v0 + u v1 + v v2  by Cramer's rule (Möller & Trumbore 1997; A1-11).
 
-    Returns (is_inside, t, u, v, det). det > 0 when the triangle faces the ray; 0 when the two are parallel: then t, u
-    and v are not finite. No ε: det scales with size²·|d|, so a fixed one would delete small triangles (C-8).
+    Returns (is_inside, t, u, v, det). det > 0 if the triangle faces the ray. If the ray is parallel to the triangle,
+    det is 0, and t, u and v are not finite. There is no ε, because det scales with size²·|d|: a fixed ε would delete
+    small triangles (C-8).
     """
     e1 = v1 - v0
     e2 = v2 - v0
@@ -54,10 +55,11 @@ def watertight(o, d, v0, v1, v2):
     """On which side of each projected edge does the ray pass? (Woop, Benthin & Wald, JCGT 2(1), 2013)
 
     Returns (is_inside, t, u, v, det) as ``moller_trumbore`` does. Two triangles that share an edge compute the same
-    number for it, up to its sign, so no ray slips between them.
+    number for this edge, up to its sign. Therefore no ray passes between them.
 
-    Deviations from the paper: t comes from the triangle's plane, since the interpolated one errs in proportion to the
-    triangle's size; the projection is two dot products instead of a permutation of the axes, with the same rounding.
+    There are two deviations from the paper. First, t comes from the plane of the triangle, because the error of an
+    interpolated t is proportional to the size of the triangle. Second, the projection is two dot products instead of a
+    permutation of the axes, with the same rounding.
     """
     x_axis, y_axis = shear_axes(d)
     a = v0 - o
@@ -71,7 +73,7 @@ def watertight(o, d, v0, v1, v2):
     v_edge = ax * cy - ay * cx
     w_edge = bx * ay - by * ax
     if ti.static(runtime.can_widen()):
-        if u_edge == 0 or v_edge == 0 or w_edge == 0:  # products of f32 are exact in f64: these signs are right
+        if u_edge == 0 or v_edge == 0 or w_edge == 0:  # products of f32 are exact in f64, so the signs are right
             u_edge = exact_difference(cx, by, cy, bx)
             v_edge = exact_difference(ax, cy, ay, cx)
             w_edge = exact_difference(bx, ay, by, ax)
@@ -88,7 +90,7 @@ def watertight(o, d, v0, v1, v2):
 
 @ti.func
 def shear_axes(d):
-    """Two axes x, y with x·d = y·d = 0, whose dot products project along d onto the plane of d's two smaller axes."""
+    """Two axes x, y with x·d = y·d = 0. Their dot products project along d onto the plane of d's two smaller axes."""
     is_x = abs(d.x) > abs(d.y) and abs(d.x) > abs(d.z)
     is_y = abs(d.y) > abs(d.z)
     largest = ti.select(is_x, d.x, ti.select(is_y, d.y, d.z))
@@ -100,9 +102,9 @@ def shear_axes(d):
 
 @ti.func
 def exact_difference(p, q, r, s):
-    """p q − r s of f32 numbers with the right sign: computed in f64, where the products are exact.
+    """p q − r s of f32 numbers with the right sign, computed in f64, where the products are exact.
 
-    A result too small for f32 keeps its sign as the smallest normal number.
+    A result that is too small for f32 becomes the smallest normal number with the same sign.
     """
     exact = ti.cast(p, ti.f64) * ti.cast(q, ti.f64) - ti.cast(r, ti.f64) * ti.cast(s, ti.f64)
     rounded = ti.cast(exact, ti.f32)
@@ -114,7 +116,7 @@ def exact_difference(p, q, r, s):
 
 @ti.func
 def plane_distance(o, d, v0, v1, v2):
-    """t where the ray meets the triangle's plane, computed in f64: the nearest f32, also for an origin close to it."""
+    """t where the ray meets the triangle's plane, computed in f64 and rounded to f32; accurate even near the plane."""
     a = ti.cast(v0, ti.f64) - ti.cast(o, ti.f64)
     n = tm.cross(ti.cast(v1, ti.f64) - ti.cast(v0, ti.f64), ti.cast(v2, ti.f64) - ti.cast(v0, ti.f64))
     return ti.cast(tm.dot(a, n) / tm.dot(ti.cast(d, ti.f64), n), ti.f32)
@@ -122,7 +124,7 @@ def plane_distance(o, d, v0, v1, v2):
 
 @ti.func
 def stable_normal(v0, v1, v2):
-    """(v1 − v0) × (v2 − v0), from the two shortest edges, which lose least to rounding on a sliver."""
+    """(v1 − v0) × (v2 − v0), computed from the two shortest edges: for a sliver, they lose the least to rounding."""
     e0 = v1 - v0
     e1 = v2 - v1
     e2 = v0 - v2
@@ -136,14 +138,14 @@ def stable_normal(v0, v1, v2):
 
 @ti.func
 def unit(v):
-    """v / |v|, also where |v|² is beyond the largest or below the smallest number: scaled by its largest component."""
+    """v / |v|. First v is divided by its largest component, so that |v|² neither overflows nor underflows."""
     w = v / abs(v).max()
     return w / w.norm()
 
 
 @ti.func
 def thinness(v0, v1, v2):
-    """1/sin of the angle between the two shortest edges, ≥ 1: how many times its own rounding a normal is off."""
+    """1/sin of the angle between the two shortest edges, ≥ 1: the factor by which rounding errors of a normal grow."""
     a, b, c = (v1 - v0).norm(), (v2 - v1).norm(), (v0 - v2).norm()
     longest = ti.max(a, b, c)
     others = ti.select(longest == a, b * c, ti.select(longest == b, c * a, a * b))

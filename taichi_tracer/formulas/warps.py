@@ -1,12 +1,12 @@
-"""Directions made of two uniform numbers ξ in [0, 1)², each with its density per solid angle."""
+"""Directions made of two uniform random numbers ξ in [0, 1)². Each function states its density per solid angle."""
 
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.formulas.frames import from_frame
 
-SMALLEST_XI = 2.0**-25  # in place of 0, whose logarithm is infinite: half of the next number
-# Below it, three terms of the series of 1 − exp(−a) are exact in f32: the next is a⁴/24.
+SMALLEST_XI = 2.0**-25  # replaces ξ = 0, whose logarithm is infinite; it is half of the smallest ξ above 0 in f32
+# Below this a, three terms of the series of 1 − exp(−a) are exact in f32: the next term is only a⁴/24.
 SERIES_BELOW = 1e-2
 
 
@@ -21,21 +21,22 @@ def uniform_sphere(xi):
 
 @ti.func
 def uniform_hemisphere(n, xi):
-    """A direction uniform on the hemisphere about n; pdf 1/(2π) per solid angle."""
+    """A direction uniform on the hemisphere around n; pdf 1/(2π) per solid angle."""
     return from_frame(n, xi.x, ti.sqrt(ti.max(0.0, 1 - xi.x * xi.x)), 2 * tm.pi * xi.y)
 
 
 @ti.func
 def cosine_hemisphere(n, xi):
-    """A direction about n with pdf max(0, ω·n)/π per solid angle: ω_z = √ξ (A2-7, α = 1)."""
+    """A direction around n with pdf max(0, ω·n)/π per solid angle: ω_z = √ξ (A2-7, α = 1)."""
     return from_frame(n, ti.sqrt(xi.x), ti.sqrt(1 - xi.x), 2 * tm.pi * xi.y)
 
 
 @ti.func
 def power_cosine(axis, exponent, xi):
-    """A direction about ``axis`` with pdf (α+1)/(2π) max(0, ω·axis)^α per solid angle (A2-7, ω_z = ξ^(1/(α+1))).
+    """A direction around ``axis`` with pdf (α+1)/(2π) max(0, ω·axis)^α per solid angle (A2-7, ω_z = ξ^(1/(α+1))).
 
-    sin² comes first, from 1 − exp(2 ln ξ/(α+1)): in f32, ξ^(1/(α+1)) near 1 has only a few hundred values for α = 10⁶.
+    sin² is computed first, as 1 − exp(2 ln ξ/(α+1)). For large α, ξ^(1/(α+1)) is close to 1 and would lose its digits:
+    for α = 10⁶ it has only a few hundred different values in f32.
     """
     a = -2 * ti.log(ti.max(xi.x, SMALLEST_XI)) / (exponent + 1)
     sine_squared = ti.select(a < SERIES_BELOW, a - a * a / 2 + a * a * a / 6, 1 - ti.exp(-a))

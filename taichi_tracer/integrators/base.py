@@ -1,10 +1,10 @@
-"""What an integrator is: one sample of the radiance that arrives along a ray.
+"""The interface of an integrator: it takes one sample of the radiance that arrives along a ray.
 
     L = integrator.radiance(scene, ray, hit, rng)
 
-``scene`` is what kernels know of the scene (``scene_data.SceneInKernels``): its lights, its intersector, its effects,
-and ``surface_at(ray, hit)``. ``hit`` is what the ray met. ``rng`` gives random numbers, ``rng.next_2d()``. The result
-is one sample, a vec3: averaging belongs to the film (A2-9).
+``scene`` is a ``scene_data.SceneInKernels``: it has the lights, the intersector, the effects, and
+``surface_at(ray, hit)``. ``hit`` is what the ray hit. ``rng.next_2d()`` gives two random numbers. The result is one
+sample, a vec3. The film computes the mean of the samples (A2-9).
 """
 
 from collections.abc import Callable
@@ -18,17 +18,17 @@ from taichi_tracer.system.seams import in_kernels, seams
 @ti.data_oriented
 @seams("radiance")
 class Integrator:
-    """The interface. A subclass says ``radiance``.
+    """The interface. A subclass defines ``radiance``.
 
     Attributes:
-        name: what ``use``, ``--view`` and ``--estimator`` take.
-        label: what the window's button says; the name when empty.
-        aliases: other names for the same.
-        what: what one of them is called in messages, and which renderer offers it: "view" ``A1Renderer``, "estimator"
-            ``A2Renderer``, "integrator" ``RT3Renderer``.
-        srgb: whether the picture is radiance or colour, to be written with the sRGB transfer function (C-14).
-        needs_light: whether a scene without any light shows nothing.
-        samples_lights: whether it asks the scene's lights for directions.
+        name: the name that ``use``, ``--view`` and ``--estimator`` take.
+        label: the text of the button in the window; if it is empty, the name is shown.
+        aliases: other names for the same integrator.
+        what: its kind, which decides the renderer that offers it and the word in messages: "view" for ``A1Renderer``,
+            "estimator" for ``A2Renderer``, "integrator" for ``RT3Renderer``.
+        srgb: whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14).
+        needs_light: whether it shows nothing in a scene without light.
+        samples_lights: whether it draws directions from the lights of the scene.
     """
 
     kind, name, label, aliases = "integrator", "", "", ()
@@ -36,7 +36,7 @@ class Integrator:
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):
-        """Radiance arriving along the ray: one sample."""
+        """One sample of the radiance that arrives along the ray."""
         ti.static_assert(False, "an integrator must say what radiance(self, scene, ray, hit, rng) is")
         return tm.vec3(0)
 
@@ -44,11 +44,11 @@ class Integrator:
 @ti.data_oriented
 @seams("radiance", "color")
 class View(Integrator):
-    """A view of the surface: a colour of what the ray hit. A miss is black.
+    """A view of the surface: it turns a hit into a colour. A miss is black.
 
     Args:
-        name, label, aliases: as for ``Integrator``; None leaves those of the class.
-        color: a ``@ti.func`` HitData → RGB in [0, 1]; a subclass may write it as a method instead.
+        name, label, aliases: as for ``Integrator``; with None, the attributes of the class stay.
+        color: a ``@ti.func`` HitData → RGB in [0, 1]. A subclass may define a method ``color`` instead.
     """
 
     what, srgb, needs_light, samples_lights = "view", False, False, False
@@ -67,12 +67,12 @@ class View(Integrator):
 
     @in_kernels
     def color(self, hit):
-        """RGB of a hit."""
+        """The RGB colour of a hit."""
         return self.function(hit)
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):
-        """``color`` of a hit, black for a miss."""
+        """``color`` of a hit; black for a miss."""
         value = tm.vec3(0)
         if hit.is_hit:
             value = self.color(hit)

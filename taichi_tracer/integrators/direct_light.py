@@ -1,10 +1,11 @@
-"""Direct light by Monte Carlo: six ways to take one sample of the integral of A2-3.
+"""Direct light by Monte Carlo: six estimators for the integral of A2-3.
 
     L_o(x, ω_o) = ∫ L(ω_i) V(x, ω_i) f_r(x, ω_o, ω_i) max(n·ω_i, 0) dω_i
 
-An estimator draws ω_i from some density, and says what the light from there is to be multiplied with: f_r cos θ_i over
-the density. All are unbiased. No density but its own meets the lobe of a mirror, so that every estimator samples a
-mirror by its BRDF; and lights that no ray meets by chance, such as a point, are sampled by all estimators alike.
+An estimator draws ω_i from a density, and returns ω_i together with the factor f_r cos θ_i / pdf, by which the light
+from ω_i is multiplied. All estimators are unbiased. There are two special cases. Only a mirror's own density finds its
+direction ω_r; therefore every estimator samples a mirror by its BRDF. Only a sample of the light finds a point light;
+therefore every estimator samples such lights in the same way.
 """
 
 import taichi as ti
@@ -19,17 +20,17 @@ from taichi_tracer.system.seams import called, replaced
 
 @ti.data_oriented
 class DirectLight(Integrator):
-    """Emission, or what lies behind the scene, and one sample of the reflected light. A subclass says ``sample``.
+    """Emitted light (or the background) plus one sample of the reflected light. A subclass defines ``sample``.
 
     Attributes:
-        techniques: how many directions make one sample; the shadow ray of each is sent by the same code.
+        techniques: the number of directions in one sample; the same code sends the shadow ray of each direction.
     """
 
     techniques = 1
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):
-        """Radiance arriving along the ray: one sample (A2-9)."""
+        """One sample of the radiance that arrives along the ray (A2-9)."""
         L = scene.emitted(ray, hit, rng)
         if ti.static(scene.effects.is_lit):
             if hit.is_hit:
@@ -39,7 +40,7 @@ class DirectLight(Integrator):
 
     @ti.func
     def reflected(self, scene, surface, rng):
-        """Light that a surface reflects to the viewer: one sample."""
+        """One sample of the light that a surface reflects to the viewer."""
         L = tm.vec3(0)
         xi_brdf, xi_light = rng.next_2d(), rng.next_2d()
         if ti.static(len(scene.lights.far) > 0):
@@ -52,7 +53,7 @@ class DirectLight(Integrator):
 
     @ti.func
     def direction(self, scene, surface, technique, xi_brdf, xi_light):
-        """``sample``, but for a mirror: only its own direction meets it, once."""
+        """``sample``; but a mirror always gives ω_r, with its weight for technique 0 and with 0 for the others."""
         w_i, f_cos_over_pdf = tm.vec3(0), tm.vec3(0)
         if ti.static(surface.may_be_delta):
             if surface.is_delta():
@@ -67,7 +68,7 @@ class DirectLight(Integrator):
 
     @ti.func
     def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        """(w_i, f_r cos θ_i / pdf) of one direction."""
+        """(w_i, f_r cos θ_i / pdf) for one direction."""
         ti.static_assert(False, "an estimator must say what sample(self, scene, surface, ...) is")
         return surface.normal, tm.vec3(0)
 
@@ -75,10 +76,10 @@ class DirectLight(Integrator):
 @register
 @ti.data_oriented
 class UniformSphere(DirectLight):
-    """ω_i uniform on the sphere: half of the samples lie under the horizon (A2-6).
+    """ω_i uniform on the sphere: half of the samples lie below the horizon (A2-6).
 
     Args:
-        directions: where they come from, the handout's ``UniformSampler`` or one that took its place.
+        directions: the source of the directions: the handout's ``UniformSampler``, or a class that replaces it.
     """
 
     name, label, aliases, samples_lights = "uniform", "Uniform sphere", ("uniform_sphere",), False
@@ -99,7 +100,7 @@ class UniformSphere(DirectLight):
 @register
 @ti.data_oriented
 class UniformHemisphere(DirectLight):
-    """ω_i uniform on the hemisphere about n."""
+    """ω_i uniform on the hemisphere around n."""
 
     name, label, aliases, samples_lights = "hemisphere", "Uniform hemisphere", ("uniform_hemisphere",), False
 
@@ -113,13 +114,13 @@ class UniformHemisphere(DirectLight):
 @register
 @ti.data_oriented
 class BrdfSampling(DirectLight):
-    """ω_i in proportion to the BRDF: best where the light is even or the surface glossy (A2-7, A2-8)."""
+    """ω_i drawn from the density of the BRDF: best if the light is even or the surface is glossy (A2-7, A2-8)."""
 
     name, label, samples_lights = "brdf", "BRDF", False
 
     @ti.func
     def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        """(w_i, f_r cos θ_i / pdf), the quotient cancelled (C-3)."""
+        """(w_i, f_r cos θ_i / pdf), where the quotient is cancelled (C-3)."""
         w_i = surface.sample(xi_brdf)
         return w_i, surface.weight(w_i)
 
@@ -127,7 +128,7 @@ class BrdfSampling(DirectLight):
 @register
 @ti.data_oriented
 class EnvironmentSampling(DirectLight):
-    """ω_i in proportion to the environment's light: best where the light is uneven and the surface matte."""
+    """ω_i in proportion to the environment's light: best if the light is uneven and the surface is matte."""
 
     name, label, aliases = "environment", "Environment", ("light",)
 
@@ -140,12 +141,13 @@ class EnvironmentSampling(DirectLight):
 
 @ti.data_oriented
 class MultipleImportanceSampling(DirectLight):
-    """One sample of the BRDF and one of the environment, each weighted by how likely the other was to find it.
+    """One sample of the BRDF and one of the environment, each weighted by a heuristic of both densities.
 
-    Veach & Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995. Two shadow rays.
+    Veach & Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995. It sends two
+    shadow rays.
 
     Args:
-        exponent: β of the heuristic: 2 is the power heuristic, 1 the balance heuristic.
+        exponent: β of the heuristic: 2 for the power heuristic, 1 for the balance heuristic.
     """
 
     techniques = 2
@@ -155,7 +157,7 @@ class MultipleImportanceSampling(DirectLight):
 
     @ti.func
     def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        """(w_i, heuristic · f_r cos θ_i / pdf) of the BRDF's sample, technique 0, or of the environment's."""
+        """(w_i, heuristic · f_r cos θ_i / pdf): technique 0 samples the BRDF, technique 1 the environment."""
         w_i, f_cos_over_pdf = tm.vec3(0), tm.vec3(0)
         if technique == 0:
             w_i = surface.sample(xi_brdf)
@@ -168,7 +170,7 @@ class MultipleImportanceSampling(DirectLight):
 
     @ti.func
     def heuristic(self, pdf, other):
-        """pdf^β / (pdf^β + other^β), as 1/(1 + r^β), which does not overflow."""
+        """pdf^β / (pdf^β + other^β), computed as 1/(1 + r^β) with r = other/pdf, which does not overflow."""
         ratio = other / pdf
         if ti.static(self.exponent == 2):
             ratio = ratio * ratio

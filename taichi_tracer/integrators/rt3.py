@@ -1,6 +1,6 @@
-"""What RT3's scene files can ask a picture for, beside light: the surface's own colour, its normal, its depth.
+"""The integrators of RT3's scene files, except for light: the surface's own colour, its normal, its depth.
 
-What a ray does not meet is the background's, see ``SceneInKernels.behind``.
+A ray that hits nothing shows the background, see ``SceneInKernels.behind``.
 """
 
 import math
@@ -18,13 +18,13 @@ from taichi_tracer.system.registry import register
 
 @ti.data_oriented
 class RT3Integrator(Integrator):
-    """A colour of what a ray met, before the background. A subclass says ``color``."""
+    """The colour of a hit, in front of the background. A subclass defines ``color``."""
 
     what, needs_light, samples_lights = "integrator", False, False
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):
-        """``color`` of a hit, else what lies behind the scene."""
+        """``color`` of a hit; the background for a miss."""
         value = tm.vec3(0)
         if hit.is_hit:
             value = self.color(scene, ray, hit)
@@ -34,7 +34,7 @@ class RT3Integrator(Integrator):
 
     @ti.func
     def color(self, scene, ray, hit):
-        """RGB of a hit."""
+        """The RGB colour of a hit."""
         ti.static_assert(False, "an integrator of RT3 must say what color(self, scene, ray, hit) is")
         return tm.vec3(0)
 
@@ -42,7 +42,7 @@ class RT3Integrator(Integrator):
 @register
 @ti.data_oriented
 class Flat(RT3Integrator):
-    """The material's colour, whatever the light."""
+    """The material's colour, independent of light."""
 
     name, label, aliases = "flat", "Flat color", ("flat_color",)
 
@@ -55,7 +55,7 @@ class Flat(RT3Integrator):
 @register
 @ti.data_oriented
 class NormalMap(RT3Integrator):
-    """The normal as a colour: the view ``normal``, before a background."""
+    """The normal as a colour: the view ``normal``, in front of the background."""
 
     name, label, srgb = "normal_map", "Normal map", False
 
@@ -68,18 +68,19 @@ class NormalMap(RT3Integrator):
 @register
 @ti.data_oriented
 class DepthMap(RT3Integrator):
-    """``near_color`` at depth ``zmin`` and before, ``far_color`` at ``zmax`` and beyond, linear between them.
+    """``near_color`` up to the depth ``zmin``, ``far_color`` from the depth ``zmax`` on, and linear in between.
 
-    Depth is the distance along the camera's gaze: the t of a perspective ray whose direction is ŵ + u û + v v̂ (RT-5).
+    Depth is the distance along the camera's gaze. For a perspective ray with the direction ŵ + u û + v v̂, it is t
+    (RT-5).
 
     Args:
         near_color, far_color: linear RGB.
-        zmin, zmax: a bound that is None is where the scene's box begins or ends.
+        zmin, zmax: depths; None takes the depth at which the bounding box of the scene begins or ends.
     """
 
     name, label, srgb = "depth_map", "Depth map", False
-    # What the upper bound lies above the lower one at least, relative to it: a few steps of f32, so that the quotient
-    # is finite where the scene is flat.
+    # The smallest distance of zmax above zmin, relative to zmin: a few steps of f32. It keeps the quotient finite if
+    # the scene is flat.
     LEAST_RANGE = 1e-6
 
     def __init__(self, near_color=(0, 0, 0), far_color=(1, 1, 1), zmin=None, zmax=None) -> None:
@@ -89,11 +90,11 @@ class DepthMap(RT3Integrator):
         self._memory = None
 
     def facts(self) -> dict:
-        """What the bits of a picture depend on, for checkpoints."""
+        """Everything that the bits of a picture depend on, for checkpoints."""
         return {"depth map": [np.float32(self.colors).tolist(), self.zmin, self.zmax]}
 
     def prepare(self, scene_data, camera) -> None:
-        """Bring gaze, colours and range into fields: called whenever a picture begins."""
+        """Copy gaze, colours and range into fields; it is called whenever a picture begins."""
         if self._memory is None or self._memory.is_over():
             self._memory = memory.Memory()
             self.depth_colors, self.gaze = ti.Vector.field(3, float), ti.Vector.field(3, float)
@@ -113,7 +114,7 @@ class DepthMap(RT3Integrator):
 
     @ti.func
     def color(self, scene, ray, hit):
-        """near + s (far − near), s = (z − zmin)/(zmax − zmin)."""
+        """near + s (far − near) with s = (z − zmin)/(zmax − zmin), clamped to [0, 1]."""
         z = hit.distance * tm.dot(ray.direction, self.gaze[None])
         zmin, zmax = self.depth_range[None].x, self.depth_range[None].y
         s = tm.clamp((z - zmin) / (zmax - zmin), 0, 1)
@@ -121,7 +122,7 @@ class DepthMap(RT3Integrator):
 
 
 def depth_of(geometry, camera) -> tuple[float, float]:
-    """The least and the greatest depth of the corners of the scene's box, none of them behind the camera."""
+    """The smallest and the largest depth of the corners of the scene's box; negative depths become 0."""
     matrix = camera.compute_matrix()
     corners = np.stack(np.meshgrid(*zip(geometry.low, geometry.high, strict=True)), axis=-1).reshape(-1, 3)
     depth = (corners - matrix[:3, 3]) @ matrix[:3, 2]

@@ -1,4 +1,4 @@
-"""The six views of what a ray hit (A1-15): each is a function of the hit and a line that registers it."""
+"""The six views of what a ray hit (A1-15). Each view is a function of the hit, and one line that registers it."""
 
 import taichi as ti
 import taichi.math as tm
@@ -7,14 +7,15 @@ from taichi_tracer.integrators.base import View
 from taichi_tracer.system.registry import register
 
 MAX_DISTANCE = 10.0  # shown as white (A1-15)
-# Ids become colours by multiplying with π, the digits of Planck's constant and e, and keeping the fraction (A1-15).
+# The red, green and blue of an id are the fractional parts of its products with π, with the digits of Planck's
+# constant, and with e (A1-15).
 ID_COLOR_UNIT = 100_000_000
 ID_COLOR = (314159265, 662607015, 271828182)  # in ID_COLOR_UNITs
 
 
 @ti.func
 def hit(data):
-    """White in front, dark red behind."""
+    """White for front faces, dark red for back faces."""
     return ti.select(data.is_backfacing, tm.vec3(0.5, 0, 0), tm.vec3(1))
 
 
@@ -26,7 +27,7 @@ def triangle_id(data):
 
 @ti.func
 def distance(data):
-    """Black at the eye, white at MAX_DISTANCE and beyond."""
+    """Black at the eye, white at MAX_DISTANCE and farther away."""
     return tm.vec3(tm.clamp(data.distance / MAX_DISTANCE, 0, 1))
 
 
@@ -51,7 +52,7 @@ def material_id(data):
 
 @ti.func
 def id_color(i):
-    """(i + 1)·ID_COLOR mod 1, in integers: a product of floats with a large id would keep no fraction."""
+    """(i + 1)·ID_COLOR mod 1, computed in integers: in floats, the fractional part would be lost for large ids."""
     color = tm.vec3(0)
     for k in ti.static(range(3)):
         product = ti.cast(i + 1, ti.i64) * ID_COLOR[k]

@@ -1,1 +1,1 @@
-"""Which triangles need not be tried: one hierarchy a file. The interface is ``ray_intersector.RayIntersector``."""
+"""Hierarchies, which leave out triangles that a ray cannot hit; one per file. See ``ray_intersector``."""

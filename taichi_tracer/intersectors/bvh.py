@@ -1,8 +1,9 @@
-"""A bounding volume hierarchy to be read: a binary tree of boxes, built by the surface-area heuristic.
+"""A bounding volume hierarchy for readers: a binary tree of boxes, built with the surface-area heuristic.
 
-A ray that misses a box misses everything in it. The tree is built on the host, from the root down: the boxes of a node
-are cut in two where the expected cost of a ray is least (MacDonald & Booth, "Heuristics for ray tracing using space
-subdivision", 1990). A ray goes down the tree with a stack of the nodes that it still has to visit.
+A ray that misses a box misses everything in it. The tree is built in numpy, from the root down. At each node, the
+primitives are divided into two sets, where the expected cost of a ray is smallest (MacDonald & Booth, "Heuristics for
+ray tracing using space subdivision", 1990). A ray goes down the tree with a stack of the nodes that it still has to
+visit.
 """
 
 import numpy as np
@@ -16,15 +17,15 @@ from taichi_tracer.system import memory
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
 
-MOST_IN_A_LEAF = 4
-COST_OF_BOX = 1.0  # of testing a box, in units of testing one triangle
+MOST_IN_A_LEAF = 4  # primitives; a node with more of them is always divided
+COST_OF_BOX = 1.0  # the cost of testing a box, in units of the cost of testing a triangle
 
 
 @register
 @ti.data_oriented
 @seams()
 class BVHRayIntersector(RayIntersector):
-    """Tries only primitives whose boxes the ray meets; answers exactly as ``BruteForceRayIntersector`` does.
+    """Tries only primitives whose boxes the ray meets. Its answers equal those of ``BruteForceRayIntersector`` exactly.
 
     Node i has the box ``low[i]``, ``high[i]``. An inner node has ``count[i]`` = 0 and its children are ``first[i]`` and
     ``first[i]`` + 1; a leaf has the primitives ``order[first[i]]`` … ``order[first[i] + count[i] − 1]``.
@@ -33,7 +34,7 @@ class BVHRayIntersector(RayIntersector):
     name = "bvh"
 
     def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
-        """Build the tree over the primitives that a ray can meet."""
+        """Build the tree over the primitives that a ray can hit."""
         super().bind(geometry, triangle_test)
         ids, boxes = geometry.hittable()
         nodes, order, depth = build(boxes)
@@ -53,7 +54,7 @@ class BVHRayIntersector(RayIntersector):
         self._memory.free()
 
     def facts(self) -> dict[str, str]:
-        """What ``taichi-tracer info`` tells of the tree."""
+        """What ``taichi-tracer info`` prints about the tree."""
         return {"nodes": f"{self.num_nodes:,}", "stack": f"{self.stack_size}"}
 
     @ti.kernel
@@ -67,11 +68,11 @@ class BVHRayIntersector(RayIntersector):
 
     @ti.func
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
-        """As in the base class: the nearest hit, of equal ones the lowest id; or any, with ``any_hit``."""
+        """As in the base class: the nearest hit, with the lowest id among equal ones; or any hit, with ``any_hit``."""
         nearest, best = no_hit(), t_max
         bounds = self.ray_bounds(ray)
         stack = ti.Vector([0] * self.stack_size, ti.i32)
-        waiting = ti.cast(self.is_legal(ray), ti.i32)  # the root, which is node 0
+        waiting = ti.cast(self.is_legal(ray), ti.i32)  # 1: the root, node 0, waits on the stack
         while waiting > 0:
             waiting -= 1
             node = stack[waiting]
@@ -117,10 +118,10 @@ def build(boxes: np.ndarray) -> tuple[list, np.ndarray, int]:
 
 
 def cheapest_cut(boxes: np.ndarray) -> tuple[int, np.ndarray]:
-    """(how many boxes go to the left, their order along the best axis); 0 where a leaf is cheaper than any cut.
+    """(number of boxes on the left side, order of the boxes along the best axis); the number is 0 if a leaf is cheaper.
 
-    The cost of a cut is that of one more box, and of each side's triangles as often as a ray that meets the node meets
-    that side: in proportion to its surface.
+    The cost of a cut is the cost of one more box test, plus the cost of each side's triangles times the probability
+    that a ray through the node also meets that side. This probability is the ratio of the two surface areas.
     """
     best_cost, best = len(boxes) * half_area(boxes.min(axis=0)[:3], boxes.max(axis=0)[3:]), 0
     centre = boxes[:, :3] + boxes[:, 3:]
@@ -138,6 +139,6 @@ def cheapest_cut(boxes: np.ndarray) -> tuple[int, np.ndarray]:
 
 
 def half_area(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Half the surface of boxes, in float64."""
+    """Half the surface area of boxes, in float64."""
     size = (high - low).astype(np.float64)
     return size[..., 0] * size[..., 1] + size[..., 1] * size[..., 2] + size[..., 2] * size[..., 0]

@@ -1,1 +1,1 @@
-"""Where light comes from: one light a file. ``base`` states the interface, ``scene_lights`` joins those of a scene."""
+"""The sources of light: one light per file. ``base`` states the interface, ``scene_lights`` joins a scene's lights."""

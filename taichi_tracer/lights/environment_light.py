@@ -1,7 +1,8 @@
 """An environment as a light: directions are drawn in proportion to the brightness of its texels.
 
-The density is piecewise constant: a row of texels is found by its part of all light, then a texel by its part of the
-row, each by a search in a cumulative distribution (Pharr, Jakob & Humphreys, PBR, 4th edition, section A.4).
+The density is piecewise constant. First a row of texels is chosen in proportion to its light, then a texel in this row.
+Both are found by a binary search in a cumulative distribution (Pharr, Jakob & Humphreys, PBR, 4th edition, section
+A.4).
 """
 
 import numpy as np
@@ -15,8 +16,8 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import replaced
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB (ITU-R BT.709)
-# A colour outside the gamut can have luminance 0 and still be light: a thousandth of its largest component is enough
-# for it to be sampled.
+# A saturated colour can have almost no luminance and still be light. A texel therefore counts with at least this
+# fraction of its largest component, so that every texel with light is sampled.
 LEAST_SHARE = 1e-3
 
 
@@ -26,7 +27,8 @@ class EnvironmentLight(Light):
 
     Args:
         environment: the image.
-        effects: what the scene calls for: "image", "constant" or nothing of it (``effects.Effects.environment``).
+        effects: an ``effects.Effects``; its ``environment`` says whether there is a look-up ("image"), one radiance for
+            all directions ("constant"), or no light.
     """
 
     name, is_far = "environment", True
@@ -37,7 +39,7 @@ class EnvironmentLight(Light):
         self._memory = None
 
     def prepare(self) -> None:
-        """Build the tables of ``sample``."""
+        """Build the tables that ``sample`` reads."""
         if self._memory is not None:
             return
         of = self.environment
@@ -67,7 +69,7 @@ class EnvironmentLight(Light):
 
     @ti.func
     def radiance(self, ray, hit):
-        """What a ray that meets nothing sees: a look-up in the image, or the one colour that all of it has."""
+        """Radiance of the environment along a ray that hits nothing; 0 for a ray that hits something."""
         light = tm.vec3(0)
         if not hit.is_hit:
             light = self.along(ray)
@@ -75,7 +77,7 @@ class EnvironmentLight(Light):
 
     @ti.func
     def along(self, ray):
-        """Radiance from where a ray with a direction of unit length goes."""
+        """Radiance from the direction in which the ray goes; the direction has unit length."""
         light = tm.vec3(0)
         if ti.static("query_ray" in self.replaced):
             light = self.environment.query_ray(ray)
@@ -100,7 +102,7 @@ class EnvironmentLight(Light):
 
     @ti.func
     def sample_direction(self, xi):
-        """(direction, pdf per solid angle): texels in proportion to their light, uniform on the sphere within one."""
+        """(direction, pdf per solid angle): a texel in proportion to its light, uniform in solid angle within it."""
         row, from_row = self.find_row(xi.y)
         column, from_column = self.find_column(row, xi.x)
         u = (column + from_column) / self.environment.width + self.environment.settings[1]
@@ -112,12 +114,12 @@ class EnvironmentLight(Light):
 
     @ti.func
     def height_of_edge(self, row):
-        """y of the directions on the upper edge of a row."""
+        """The y coordinate of the directions on the upper edge of a row."""
         return ti.cos(tm.pi * row / self.environment.height)
 
     @ti.func
     def find_row(self, xi):
-        """The row whose part of the cumulative distribution holds ξ, and how far into it ξ is, in [0, 1)."""
+        """The row whose interval of the cumulative distribution contains ξ, and the place of ξ in it, in [0, 1)."""
         low, high = 0, self.environment.height
         while high - low > 1:
             middle = (low + high) >> 1
@@ -130,7 +132,7 @@ class EnvironmentLight(Light):
 
     @ti.func
     def find_column(self, row, xi):
-        """As ``find_row``, for the columns of one row."""
+        """The same as ``find_row`` for the columns of one row."""
         low, high = 0, self.environment.width
         while high - low > 1:
             middle = (low + high) >> 1
@@ -145,8 +147,9 @@ class EnvironmentLight(Light):
 def sampling_tables(pixels: np.ndarray, lookup: str, dtype: type) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Cumulative distributions of rows (h + 1,) and of columns in each row (h, w + 1), and the density (h, w).
 
-    Built in float64 from luminance × solid angle, then rounded to ``dtype``; the density is that of the rounded tables,
-    so that it says exactly how often a texel is taken. A black image is sampled uniformly.
+    They are built in float64 from luminance × solid angle, and then rounded to ``dtype``. The density is computed from
+    the rounded distributions, so that it is exactly the density with which a texel is sampled. A black image is sampled
+    uniformly.
     """
     h, w = pixels.shape[:2]
     brightness = pixels.astype(np.float64) @ LUMINANCE
@@ -165,7 +168,7 @@ def sampling_tables(pixels: np.ndarray, lookup: str, dtype: type) -> tuple[np.nd
 
 
 def _cumulative(weights: np.ndarray) -> np.ndarray:
-    """(n, m) weights → (n, m + 1) from 0 to 1; uniform where a row has none."""
+    """(n, m) weights → (n, m + 1) cumulative sums from 0 to 1. A row whose weights are all 0 becomes uniform."""
     total = weights.sum(axis=1, keepdims=True)
     weights = np.where(total > 0, weights, 1.0)
     cdf = np.concatenate([np.zeros((len(weights), 1)), np.cumsum(weights, axis=1)], axis=1)
@@ -173,7 +176,10 @@ def _cumulative(weights: np.ndarray) -> np.ndarray:
 
 
 def mean_of_bilinear(texels: np.ndarray) -> np.ndarray:
-    """What a bilinear look-up gives on average over each texel: positive wherever it is positive anywhere in it."""
+    """The mean of a bilinear look-up over each texel: positive if the look-up is positive anywhere in the texel.
+
+    The integral of the linear interpolation over a texel has the weights 1/8, 6/8, 1/8 along each axis.
+    """
     across = (np.roll(texels, 1, axis=1) + 6 * texels + np.roll(texels, -1, axis=1)) / 8
     padded = np.concatenate([across[:1], across, across[-1:]])
     return (padded[:-2] + 6 * across + padded[2:]) / 8

@@ -1,8 +1,8 @@
-"""All lights of a scene together: what a ray sees of them, and a direction in which there may be light.
+"""All lights of a scene together: what a ray sees of them, and how directions to them are sampled.
 
-Lights that are infinitely far away lie over each other: a ray that meets nothing sees their sum, and one of them,
-chosen with equal probability, is asked for a direction. The others are sampled one by one, by every integrator: a delta
-light, because no other way finds it.
+A ray that hits nothing sees the sum of all lights that are infinitely far away. A sample of these lights chooses one of
+them, all with equal probability, and takes its direction. Every integrator samples each of the other lights separately.
+Delta lights are among the others, because no random direction finds them.
 """
 
 import taichi as ti
@@ -18,10 +18,10 @@ class SceneLights:
 
     Args:
         lights: all of them.
-        effects: what the scene calls for.
+        effects: the effects that the scene calls for.
 
     Attributes:
-        far: those that a ray may see where it meets nothing. single: those that are sampled one by one.
+        far: the lights that a ray may see if it hits nothing. single: the lights that are sampled one by one.
     """
 
     def __init__(self, lights: list[Light], effects) -> None:
@@ -30,13 +30,13 @@ class SceneLights:
         self.single = tuple(light for light in lights if not light.is_far or light.is_delta)
 
     def prepare(self) -> None:
-        """Build what sampling the lights needs."""
+        """Build the tables with which the lights are sampled."""
         for light in (*self.far, *self.single):
             light.prepare()
 
     @ti.func
     def seen(self, ray, hit):
-        """Radiance that a ray which meets ``hit`` sees of the lights themselves."""
+        """Radiance that a ray sees directly from the lights; ``hit`` is what the ray hits."""
         light = tm.vec3(0)
         for one in ti.static(self.far):
             light += one.radiance(ray, hit)
@@ -46,7 +46,7 @@ class SceneLights:
 
     @ti.func
     def sample_far(self, x, xi):
-        """(w_i, pdf) of a direction in which there may be a far light; the density is that of all of them."""
+        """(w_i, pdf) of a direction towards a far light; the pdf is the mean of the densities of all far lights."""
         w_i, pdf = tm.vec3(0, 1, 0), 1.0
         if ti.static(len(self.far) == 1):
             w_i, pdf = self.direction_of(0, x, xi)
@@ -61,7 +61,7 @@ class SceneLights:
 
     @ti.func
     def direction_of(self, i: ti.template(), x, xi):
-        """(w_i, pdf) of one far light; its radiance is asked for when it is known whether it matters."""
+        """(w_i, pdf) of one far light. Its radiance is looked up later, and only if it contributes."""
         w_i, pdf = tm.vec3(0, 1, 0), 1.0
         if ti.static(hasattr(self.far[i], "sample_direction")):
             w_i, pdf = self.far[i].sample_direction(xi)
@@ -79,9 +79,9 @@ class SceneLights:
 
     @ti.func
     def visible_far(self, intersector: ti.template(), surface, w_i, factor):
-        """Radiance that arrives at a surface from far away along w_i; 0 where something is in the way.
+        """Radiance that arrives at a surface from far away, from the direction w_i; 0 if something blocks it.
 
-        Where ``factor``, which the caller multiplies with, or the light itself is 0, no shadow ray is sent.
+        The caller multiplies the result by ``factor``. If ``factor`` or the light is 0, no shadow ray is sent.
         """
         light = tm.vec3(0)
         if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
@@ -95,7 +95,7 @@ class SceneLights:
 
     @ti.func
     def reflected_single(self, intersector: ti.template(), surface, rng):
-        """Light of the lights that are sampled one by one, as a surface reflects it: one sample of each."""
+        """Light of the ``single`` lights that a surface reflects to the viewer: one sample of each light."""
         total = tm.vec3(0)
         for k in range(ti.static(len(self.single))):
             xi = rng.next_2d()

@@ -1,1 +1,1 @@
-"""The picture: its samples, its error, when it is done, and how it is kept."""
+"""The picture: its samples, its error, when it is finished, and how it is stored."""

@@ -1,10 +1,11 @@
 """Adaptive sampling: more samples where the picture is noisier.
 
-The error of a picture is smallest, for a number of samples, when every pixel takes them in proportion to the standard
-deviation of one (Neyman 1934). A pilot estimates that deviation, from random numbers of its own, and is thrown away:
-the number of samples of a pixel then depends on nothing that is added up in it, so that its mean is unbiased. Adding
-samples "until the pixel looks good" is not: it stops where the first ones happened to agree (Kirk & Arvo, "Unbiased
-sampling techniques for image synthesis", SIGGRAPH 1991).
+For a given total number of samples, the error of a picture is smallest if every pixel takes samples in proportion to
+the standard deviation of one of its samples (Neyman 1934). A pilot with its own random numbers estimates this
+deviation. The samples of the pilot are then thrown away. Therefore the number of samples of a pixel does not depend on
+the samples that are added up in it, and its mean is unbiased. Sampling each pixel "until it looks good" would be
+biased, because it stops early where the first samples happen to agree (Kirk & Arvo, "Unbiased sampling techniques for
+image synthesis", SIGGRAPH 1991).
 """
 
 import numpy as np
@@ -14,19 +15,22 @@ from taichi_tracer.system import memory
 
 SHARE_BITS = 8
 WHOLE = 1 << SHARE_BITS  # the share of a pixel that takes a sample in every pass
-PILOT = 16  # samples per pixel
-PILOT_SEED = 0x9E3779B9  # other random numbers than those of the picture
-SMALLEST = 1 / 8  # share of the samples of a pixel in which the pilot saw no noise: it may have missed it
-MOST = 0.99  # pixels above this quantile of the deviation take part in every pass: a few would slow down all
+PILOT = 16  # samples per pixel in the pilot
+PILOT_SEED = 0x9E3779B9  # combined with the seed, so that the pilot has other random numbers than the picture
+SMALLEST = 1 / 8  # the smallest share of a pixel: if the pilot saw no noise in it, it may have missed some
+# All pixels above this quantile of the deviation have the share 1. Without it, a few very noisy pixels would determine
+# the largest share, and all other pixels would take samples only rarely.
+MOST = 0.99
 
 
 @ti.data_oriented
 class Shares:
-    """In which share of the passes, in 1/256, each pixel takes a sample.
+    """The share of the passes in which each pixel takes a sample, in units of 1/256.
 
     Args:
-        width, height: pixels.
-        keeps: False when every pixel takes one in every pass: then nothing is kept, and nothing of it compiled.
+        width, height: size of the picture in pixels.
+        keeps: whether there are shares. With False, every pixel takes a sample in every pass; no memory is used, and
+            the code for shares is not compiled.
     """
 
     def __init__(self, width: int, height: int, keeps: bool = False) -> None:
@@ -39,14 +43,14 @@ class Shares:
             self.set(np.full((height, width), WHOLE, np.int32))
 
     def set(self, shares: np.ndarray) -> None:
-        """Take the (height, width) shares of the pixels, top row first, in 1/256."""
+        """Set the (height, width) shares of the pixels, top row first, in units of 1/256."""
         self.share.from_numpy(np.ascontiguousarray(shares[::-1].T, np.uint32))
         self.mean = float(shares.mean()) / WHOLE
         self.version += 1
 
     @ti.func
     def sample_of(self, x, y, index):
-        """(index of the sample that a pixel takes in a pass, whether it takes one in this pass)."""
+        """(the index of the next sample of a pixel, whether the pixel takes it in this pass)."""
         is_taken = True
         if ti.static(self.are_kept):
             share = self.share[x, y]
@@ -56,7 +60,7 @@ class Shares:
 
 
 def adapt(renderer):
-    """Render the pilot, and give every pixel its share of the passes; returns what the pilot took."""
+    """Render the pilot, and set the share of every pixel. Returns the ``Progress`` of the pilot."""
     seed, first = renderer.seed, renderer.first_sample
     everywhere = np.full((renderer.height, renderer.width), WHOLE, np.int32)
     renderer.shares.set(everywhere)
@@ -73,7 +77,7 @@ def adapt(renderer):
 
 
 def shares_of(deviation: np.ndarray) -> np.ndarray:
-    """(h, w) int32 in 1/256 from the (h, w) standard deviation of one sample of every pixel."""
+    """(h, w) int32 shares in units of 1/256, from the (h, w) standard deviation of one sample of every pixel."""
     largest = np.quantile(deviation, MOST)
     share = deviation / largest if largest > 0 else np.ones_like(deviation)
     return np.ceil(np.clip(share, SMALLEST, 1) * WHOLE).astype(np.int32)

@@ -1,4 +1,4 @@
-"""What the samples of a picture belong to, and how they are kept in a file and taken up again."""
+"""The state to which the samples of a picture belong, and how samples are saved and loaded again."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ PACKAGE = "taichi_tracer."
 
 
 def facts_of(renderer) -> dict:
-    """What the bits of a picture depend on: samples of different facts do not belong together."""
+    """Everything that the bits of a picture depend on. Samples with different facts must not be added up."""
     settings, camera = runtime.current(), renderer.camera
     window = camera.compute_half_size(), camera.compute_centre()
     matrix = camera.camera_to_world.to_numpy().tolist()
@@ -35,7 +35,7 @@ def facts_of(renderer) -> dict:
 
 
 def own_parts(scene_data) -> dict:
-    """The parts of a scene that do not come with the package: what they compute is theirs to say."""
+    """The names of the scene's parts that do not belong to the package, because a picture depends on them."""
     library = scene_data.material_library
     parts = {"intersector": [scene_data.ray_intersector]}
     parts["BRDFs"] = [library.brdfs[i] for i in scene_data.effects.brdfs]
@@ -44,12 +44,12 @@ def own_parts(scene_data) -> dict:
 
 
 def full_name(part) -> str:
-    """The dotted name of a part's class."""
+    """The full name of a part's class, with its module."""
     return f"{type(part).__module__}.{type(part).__qualname__}"
 
 
 def save(renderer, path: str | Path) -> None:
-    """Write the samples so far."""
+    """Write the samples of a picture into a file."""
     if renderer.adaptive:
         raise InputError("checkpoint: adaptive sampling cannot go on from a file")
     if not renderer.is_random:
@@ -60,7 +60,7 @@ def save(renderer, path: str | Path) -> None:
 
 
 def load(renderer, path: str | Path) -> None:
-    """Take up the samples of a file; InputError where they are of something else, and then nothing has changed."""
+    """Load the samples of a file. If they belong to something else, raise an InputError and change nothing."""
     facts, arrays = read_checkpoint(path)
     ranges = facts.pop("samples", None)
     check_same(path, facts, "this picture", json.loads(json.dumps(renderer.facts())))

@@ -1,4 +1,4 @@
-"""How far is a picture from the one that infinitely many samples would give? Its own samples tell.
+"""How large is the error of a picture? An estimate from its own samples.
 
 **One pixel.** The error of a pixel is the deviation of its mean from the true value. Let the samples form k independent
 groups, and let s² be the sample variance of the means of these groups. Then the variance of the pixel's mean is about
@@ -9,24 +9,24 @@ Independent samples are groups of one sample each. The samples of a low-discrepa
 avoid each other, so that their mean is better than their variance promises. Therefore the sequence is scrambled twice,
 independently. Samples of even index follow the first scrambling, samples of odd index the second. These two halves are
 k = 2 groups, and v = (mean_even − mean_odd)² / 4 (replicated randomised quasi-Monte Carlo: Owen, "Monte Carlo theory,
-methods and examples"). For one pixel this estimate is rough; over a whole picture it is precise.
+methods and examples"). For one pixel, this estimate is rough. For a whole picture, it is precise.
 
-**The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The error that this picture really has
-is random, and so is M. The variance of their difference is 2 v² k / (k − 1) per pixel. It does not depend on the
-kurtosis of the samples, because the kurtosis acts on both alike and cancels. Of v, only an estimate v̂ is known. There
-are two ways to estimate v² from it:
+**The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The true mean square error of this
+picture is random, and so is M. The variance of their difference is 2 v² k / (k − 1) per pixel. It does not depend on
+the kurtosis of the samples, because the kurtosis affects both in the same way and cancels. Only an estimate v̂ of v is
+known. There are two ways to estimate v² from it:
 
-- v̂² is too large, for normal errors by the factor (k + 1) / (k − 1), by which it is divided. It is too small where a
-  sample can take only a few values, as with a light that is either seen or not.
-- v̂ times the mean v̂ of the neighbouring pixels is right there, but too small where a single pixel stands out.
+- v̂² is too large: for normal errors, by the factor (k + 1) / (k − 1). Therefore it is divided by this factor. It is too
+  small if a sample can take only a few values, as with a light that is either seen or not.
+- v̂ times the mean v̂ of the neighbouring pixels is right in this case, but too small if a single pixel stands out.
 
-With each of them the variances of all pixels are added, and the larger sum is taken:
+For each of the two ways, the variances of all pixels are added, and the larger sum is taken:
 
     V = max(Σ 2 v̂² k / (k + 1), Σ 2 v̂ v̂_neighbours k / (k − 1)) / N²
 
-The 95 % interval is laid around log M, because M cannot be negative: ±1.96 √V / M, which is widened where few pixels
-make up most of the error. It covers the error of the picture in 95 of 100 pictures. An estimate knows nothing of what
-no sample has met yet, such as a small light.
+The 95 % interval is log M ± 1.96 √V / M. It uses the logarithm, because M cannot be negative. It is widened if few
+pixels contain most of the error. In 95 of 100 pictures, it contains the true error. An estimate cannot include light
+that no sample has found yet, such as a small light.
 """
 
 import math
@@ -34,7 +34,7 @@ import math
 import numpy as np
 import taichi as ti
 
-QUANTILE = 1.96  # 95 % of a normal distribution lie within so many standard deviations of its mean
+QUANTILE = 1.96  # 95 % of a normal distribution lie within this number of standard deviations from its mean
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
 
 
@@ -61,7 +61,7 @@ def variance_from_halves(total_even, n_even, total_odd, n_odd):
 
 
 class RelativeError(float):
-    """Relative RMSE of a picture: a fraction of the picture's mean. It is NaN where it cannot be known.
+    """Relative RMSE of a picture: a fraction of the picture's mean. It is NaN if it is unknown.
 
     Attributes:
         low, high: the 95 % interval: in 95 of 100 pictures, the true error lies inside.
@@ -96,41 +96,41 @@ def relative_error(variance: np.ndarray, groups: np.ndarray, image: np.ndarray) 
 
     Args:
         variance: (h, w, 3) the estimated variance v̂ of the mean of every pixel.
-        groups: (h, w) the number k of independent groups of samples that v̂ was estimated from. Where it is below 2,
-            v̂ is not known, and the pixel is left out.
+        groups: (h, w) the number k of independent groups of samples from which v̂ was estimated. If it is below 2, v̂
+            is unknown, and the pixel is left out.
         image: (h, w, 3) the picture.
     """
     known = groups > 1
     mean = float(image[known].mean(dtype=np.float64)) if known.any() else 0.0
     if not mean > 0:
         return RelativeError(math.nan, math.nan, math.nan)
-    # The channels of a pixel err together: a light that a sample misses is missing in all of them. That is why their
-    # variances are added first, and only the sum is squared.
+    # The errors of the channels of a pixel are correlated: a light that a sample misses is missing in all of them.
+    # Therefore the variances of the channels are added first, and only their sum is squared.
     v = np.where(known, np.maximum(variance, 0).sum(axis=2, dtype=np.float64), 0)
     total = v.sum()
     if total == 0:
         return RelativeError(0.0, 0.0, 0.0)
     value = math.sqrt(total / (CHANNELS * known.sum())) / mean
 
-    k = np.maximum(groups, 2).astype(np.float64)  # where it is less, v is 0
+    k = np.maximum(groups, 2).astype(np.float64)  # for fewer groups, v is 0
     own = (2 * v**2 * k / (k + 1)).sum()
     neighbours = (2 * v * mean_of_neighbours(v, known) * k / (k - 1)).sum()
     relative_deviation = math.sqrt(max(own, neighbours)) / total  # √V / M
-    pixels_that_decide = total**2 / (v**2).sum()  # so many pixels of equal variance would be as uncertain
-    widening = 1 + pixels_that_decide**-0.5  # V is an estimate as well: from n pixels, uncertain by about 1/√n
-    factor = math.exp(QUANTILE * widening * relative_deviation / 2)  # half, because the error is the root of M
+    pixels_that_decide = total**2 / (v**2).sum()  # this number of pixels of equal variance has the same uncertainty
+    widening = 1 + pixels_that_decide**-0.5  # V is an estimate too; from n pixels, its error is about 1/√n
+    factor = math.exp(QUANTILE * widening * relative_deviation / 2)  # divided by 2, because the error is the root of M
     return RelativeError(value, value / factor, value * factor)
 
 
 def mean_of_neighbours(values: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """(h, w): for every pixel the mean of its up to eight neighbours that are known; 0 where no neighbour is.
+    """(h, w): for every pixel, the mean of its known neighbours (up to eight); 0 if no neighbour is known.
 
     Args:
-        values: (h, w), 0 where they are not known.
+        values: (h, w), 0 where they are unknown.
         known: (h, w) bool.
     """
     height, width = values.shape
-    sums, counts = np.pad(values, 1), np.pad(known.astype(np.float64), 1)  # a frame of pixels that are not known
+    sums, counts = np.pad(values, 1), np.pad(known.astype(np.float64), 1)  # adds a border of unknown pixels
     around = [(i, j) for i in range(3) for j in range(3) if (i, j) != (1, 1)]  # (1, 1) is the pixel itself
     total = sum(sums[i : i + height, j : j + width] for i, j in around)
     number = sum(counts[i : i + height, j : j + width] for i, j in around)

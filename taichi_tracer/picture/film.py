@@ -13,7 +13,7 @@ from taichi_tracer.picture.error_estimate import (
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 
-MAX_LOCATED = 16  # every non-finite sample is counted; so many places are enough to look for the cause
+MAX_LOCATED = 16  # all non-finite samples are counted; this number of places is enough to find the cause
 
 
 @ti.data_oriented
@@ -23,17 +23,17 @@ class Film:
     Kernels name a pixel [x, y], with y up. Images that leave the film have their top row first.
 
     The low-discrepancy sampler takes its samples from two independent replicas of one sequence: samples of even index
-    from the first, samples of odd index from the second. The film keeps the sums of these two halves apart, because
-    their difference tells the error (see ``error_estimate``). Independent samples need no second half: all of them
-    belong to half 0.
+    from the first, samples of odd index from the second. The film keeps the sums of these two halves separate,
+    because their difference shows the error (see ``error_estimate``). Independent samples need no second half: all of
+    them belong to half 0.
 
     Args:
         width, height: size in pixels.
         crop: (x0, x1, y0, y1) in pixels from the bottom left, x1 and y1 excluded. Only the pixels inside take samples.
             None stands for all pixels.
         replicated: whether the samples of even and of odd index are two independent replicas.
-        keeps_deviation: whether the film adds up squared deviations. None means: if the error is estimated from them.
-        averages: whether pixels take samples. Where every value is ``put``, ``reset`` has no sums to clear.
+        keeps_deviation: whether the film adds up squared deviations; with None, if the error is estimated from them.
+        averages: whether pixels take samples. If all values come from ``put``, ``reset`` has no sums to clear.
 
     Attributes:
         canvas: [x, y] the mean of the samples, which is the picture.
@@ -42,7 +42,7 @@ class Film:
         total, rest: [x, y, half] the sum of the samples of each half is total + rest, which together are exact to twice
             the precision.
         deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
-        samples: how many samples were taken of every pixel; whoever calls ``add`` counts them.
+        samples: the number of samples that every pixel took; the caller of ``add`` counts them.
     """
 
     def __init__(
@@ -71,14 +71,14 @@ class Film:
         fields = self._memory.fields
         shape = (width, height)
         self.canvas = ti.Vector.field(3, float)
-        fields.dense(ti.ij, shape).place(self.canvas)
+        fields.dense(ti.ij, shape).place(self.canvas)  # separate from the sums, because windows read it directly
         self.count, pixel = ti.field(ti.i32), fields.dense(ti.ij, shape)
         pixel.place(self.count)
         if self.keeps_deviation:
             self.deviation = ti.Vector.field(3, float)
             pixel.place(self.deviation)
-        # The numbers of a half lie side by side, but the two halves of the picture lie apart: a sample of every pixel
-        # writes to one half only, and the memory of the other half need not be written back.
+        # In memory, the numbers of a half lie side by side, but the two halves of the picture lie apart. A pass over
+        # all pixels writes to only one half; then the memory of the other half need not be written back.
         self.half_count = ti.field(ti.i32)
         self.total, self.rest = ti.Vector.field(3, float), ti.Vector.field(3, float)
         fields.dense(ti.k, self.halves).dense(ti.ij, shape).place(self.half_count, self.total, self.rest)
@@ -88,7 +88,7 @@ class Film:
         self._memory.allocate()
 
     def check_alive(self) -> None:
-        """Raise StaleSceneError when Taichi was initialised again after the film was made."""
+        """Raise a StaleSceneError if Taichi was initialised again after the film was made."""
         self._memory.check("film")
 
     def reset(self) -> None:
@@ -111,15 +111,15 @@ class Film:
 
     @ti.func
     def put(self, x, y, value):
-        """Set a pixel to a value on which every sample would agree, as in a view without jitter."""
+        """Set a pixel to its value, if every sample would have the same value, as in a view without jitter."""
         self.canvas[x, y] = value
 
     @ti.func
     def add(self, x, y, value, sample):
         """Add one sample to a pixel. A sample that is not finite is counted and located instead (C-20).
 
-        Only one thread at a time may add to a pixel. That is why there is no ``+=`` here: Taichi would make it atomic,
-        which takes more time than all the rest.
+        Only one thread at a time may add to a pixel. Therefore there is no ``+=`` here: Taichi would make it an atomic
+        operation, which takes more time than the rest of this method.
         """
         if is_finite(value):
             half = ti.cast(sample, ti.i32) & (self.halves - 1)
@@ -220,15 +220,15 @@ class Film:
         return relative_error(*self.spread(), self.image())
 
     def variance_of_mean(self) -> np.ndarray:
-        """(height, width, 3) float32, top row first: the variance of every pixel's mean; NaN where it is not known."""
+        """(height, width, 3) float32, top row first: the variance of every pixel's mean; NaN where it is unknown."""
         return self.spread()[0]
 
     def spread(self) -> tuple[np.ndarray, np.ndarray]:
-        """What ``relative_error`` needs to know of every pixel, top row first.
+        """The values of every pixel that ``relative_error`` needs, top row first.
 
         Returns:
-            The variance of the mean, (height, width, 3) float32, which is NaN where it is not known; and the number of
-            independent groups of samples that it was estimated from, (height, width) int32.
+            The variance of the mean, (height, width, 3) float32, which is NaN where it is unknown; and the number of
+            independent groups of samples from which it was estimated, (height, width) int32.
         """
         self.check_alive()
         variance = np.empty((self.height, self.width, 3), np.float32)
@@ -264,7 +264,7 @@ class Film:
         return np.sqrt(variance).T[::-1]
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Everything that the film holds, for a checkpoint.
+        """The complete content of the film, for a checkpoint.
 
         Returns:
             values: [x, y, i] RGB vectors in the running precision; i runs over the total and the rest of half 0, the
@@ -284,7 +284,7 @@ class Film:
         return {"values": values, "counts": counts, "non_finite": non_finite}
 
     def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
-        """Take over what ``to_arrays`` gave, to the last bit; ``samples`` were taken of every pixel."""
+        """Restore the arrays of ``to_arrays``, to the last bit; every pixel took ``samples`` samples."""
         self.check_alive()
         values, counts, non_finite = arrays["values"], arrays["counts"], arrays["non_finite"]
         pairs = values[:, :, : 2 * self.halves].reshape(self.width, self.height, self.halves, 2, 3)
@@ -313,10 +313,10 @@ class Film:
 
 @ti.func
 def add_to_pair(total, rest, value, value_rest):
-    """The sum (total + rest) + (value + value_rest), as the nearest number and what that number lacks (Dekker 1971)."""
+    """The sum (total + rest) + (value + value_rest), as the nearest number and its rounding error (Dekker 1971)."""
     rounded = total + value
     part = rounded - total
-    lost = (total - (rounded - part)) + (value - part)  # exactly (Knuth, TAOCP vol. 2, section 4.2.2, theorem B)
+    lost = (total - (rounded - part)) + (value - part)  # exact (Knuth, TAOCP vol. 2, section 4.2.2, theorem B)
     lost += rest + value_rest
     new_total = rounded + lost
     return new_total, lost - (new_total - rounded)

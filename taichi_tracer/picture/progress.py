@@ -1,4 +1,4 @@
-"""When to stop: at a number of samples, after a time, or at an error; and when that will be."""
+"""When a rendering ends: at a number of samples, after a time, or at an error; and a prediction of the end."""
 
 import math
 import statistics
@@ -11,20 +11,28 @@ from taichi_tracer.picture.adaptive import adapt
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.system.errors import InputError
 
-FIRST_ERROR = 8  # samples per pixel before an estimated error may end the rendering: fewer can miss what there is
-COST_OF_LOOKING = 0.02  # of the time: how much of it estimating the error may take where nothing depends on it
-STEPS = 0.02, 0.25  # smallest and largest share of the samples so far, before the next estimate, where something does
-CAUTION = 0.8  # of what the error falls faster than 1/√n so far: how much of it will last
+FIRST_ERROR = 8  # samples per pixel before an estimated error may end the rendering; fewer could miss some light
+COST_OF_LOOKING = 0.02  # the fraction of the time that estimates of the error may take, if no target depends on them
+# If the error is a target: the smallest and the largest number of new samples before the next estimate, as a fraction
+# of the samples so far.
+STEPS = 0.02, 0.25
+# The prediction of the error uses the estimates from this fraction of the samples on; earlier ones are too rough.
+FIT_FROM = 1 / 8
+FIT_SPAN = 3  # the factor between the first and the last number of samples that a fitted slope needs at least
+# The error may decrease faster than 1/√n. The prediction assumes that this fraction of the additional slope will last.
+CAUTION = 0.8
+MOST_EXTRA_SLOPE = 0.5  # beyond the 1/2 of 1/√n; a larger value comes from the noise of the estimates
+RECENT = 16  # the number of passes over which the time of a sample is measured
 
 
 @dataclass
 class Target:
-    """What ends the rendering: whichever is reached first; None does not.
+    """The targets of a rendering. It ends when the first of them is reached; None is no target.
 
     Attributes:
-        spp: samples per pixel, to be added.
+        spp: the number of samples per pixel to add.
         time: seconds of rendering, without compilation.
-        error: relative RMSE, a fraction: 0.02 is 2 %.
+        error: relative RMSE as a fraction: 0.02 is 2 %.
     """
 
     spp: int | None = None
@@ -42,14 +50,14 @@ class Target:
 
 @dataclass
 class Progress:
-    """How far a rendering is. Times are in seconds; those of single samples tell compilation from rendering.
+    """The progress of a rendering. Times are in seconds; those of single passes separate compilation from rendering.
 
     Attributes:
-        target: what ends it.
-        samples: per pixel, on average.
-        pilot: of samples that were taken before, and are not in the picture.
-        error: estimated last; unknown before.
-        looks: (samples, relative error) whenever it was estimated.
+        target: the targets that end the rendering.
+        samples: the number of samples per pixel, on average.
+        pilot: the progress of the pilot, whose samples are not in the picture.
+        error: the last estimate of the error; NaN before the first estimate.
+        looks: (samples, relative error) of each estimate.
     """
 
     target: Target
@@ -65,28 +73,28 @@ class Progress:
     _next_look: float = 2
 
     def took(self, seconds: float, samples: float = 1, compiles: bool = False) -> None:
-        """One more pass over all pixels was made.
+        """Record one more pass over all pixels.
 
         Args:
-            seconds: that it took.
-            samples: of each pixel on average.
-            compiles: whether kernels may have been compiled meanwhile.
+            seconds: the time of the pass.
+            samples: the number of samples that a pixel took, on average.
+            compiles: whether kernels may have been compiled during the pass.
         """
         self.samples += samples
         if compiles:
             self._compiling.append(seconds)
         else:
             self._later += seconds
-            self._recent = [*self._recent[-15:], seconds]
+            self._recent = [*self._recent[1 - RECENT :], seconds]
 
     @property
     def seconds_per_sample(self) -> float:
-        """Of late, without compilation."""
+        """The median time of the last passes, without compilation."""
         return statistics.median(self._recent) if self._recent else min(self._compiling, default=math.nan)
 
     @property
     def compile_seconds(self) -> float:
-        """What the passes that compiled took beyond the others; 0 as long as there are no others to compare with."""
+        """The additional time of the passes that compiled; 0 as long as no other passes exist for comparison."""
         before = 0.0 if self.pilot is None else self.pilot.compile_seconds
         if not self._recent:
             return before
@@ -94,14 +102,14 @@ class Progress:
 
     @property
     def seconds(self) -> float:
-        """Of rendering, and of estimating the error; without compilation."""
+        """The time of rendering and of estimating the error, without compilation."""
         spent = sum(self._compiling) + self._first_look + self._later + self._look_seconds
         if self.pilot is not None:
             spent += self.pilot.seconds + self.pilot.compile_seconds
         return spent - self.compile_seconds
 
     def look(self, estimate) -> None:
-        """Estimate the error, by ``estimate()``, when it is time to: more often, the nearer the target is."""
+        """Estimate the error with ``estimate()``, if an estimate is due; near the target, it is due more often."""
         n = self.samples
         if n < self._next_look:
             return
@@ -111,7 +119,7 @@ class Progress:
         if self.looks:
             self._look_seconds += seconds
         else:
-            self._first_look = seconds  # compiles
+            self._first_look = seconds  # the first estimate compiles its kernels
         self.looks.append((n, float(self.error)))
         if self.target.error is not None:
             least, most = STEPS
@@ -123,7 +131,7 @@ class Progress:
 
     @property
     def is_done(self) -> bool:
-        """Whether one of the targets is reached; of the time, whether one more sample would miss it by more."""
+        """Whether one of the targets is reached. The time is reached if one more sample would miss it by more."""
         target = self.target
         if target.spp is not None and self.samples >= target.spp:
             return True
@@ -135,7 +143,7 @@ class Progress:
 
     @property
     def seconds_left(self) -> float:
-        """Predicted seconds of rendering until the first target is reached; NaN where nothing can be said."""
+        """The predicted time until the first target is reached; NaN if no prediction is possible."""
         left = []
         if self.target.spp is not None:
             left.append((self.target.spp - self.samples) * self.seconds_per_sample)
@@ -149,19 +157,19 @@ class Progress:
 
     @property
     def samples_left(self) -> float:
-        """Predicted samples until the error is the target's, if it goes on falling as a power of their number."""
-        now = [(n, e) for n, e in self.looks if n >= self.samples / 8 and e > 0]
+        """The predicted number of samples until the error target, if the error decreases as a power of their number."""
+        now = [(n, e) for n, e in self.looks if n >= FIT_FROM * self.samples and e > 0]
         if self.samples < FIRST_ERROR or not now:
             return math.nan
         n, error = now[-1]
-        power = 0.5
-        if n >= 3 * now[0][0]:
-            power += CAUTION * min(max(-slope(now) - power, 0.0), 0.5)
+        power = 0.5  # 1/√n, the error of independent samples
+        if n >= FIT_SPAN * now[0][0]:
+            power += CAUTION * min(max(-slope(now) - power, 0.0), MOST_EXTRA_SLOPE)
         return n * (error / self.target.error) ** (1 / power) - self.samples
 
 
 def slope(points: list[tuple[float, float]]) -> float:
-    """Of the straight line through the points, on logarithms, by least squares."""
+    """The slope of the straight line through the logarithms of the points, by least squares."""
     x, y = [math.log(p[0]) for p in points], [math.log(p[1]) for p in points]
     centre = statistics.fmean(x)
     return sum((a - centre) * b for a, b in zip(x, y, strict=True)) / sum((a - centre) ** 2 for a in x)
@@ -171,8 +179,8 @@ def render_until(renderer, target: Target, watch=None) -> None:
     """Add samples to a renderer's film until the first of the targets is reached.
 
     Args:
-        renderer: a ``renderer.ProgressiveRenderer``; its ``progress`` tells how far it is.
-        watch: called with the progress after every sample of every pixel.
+        renderer: a ``renderer.ProgressiveRenderer``; its ``progress`` is updated.
+        watch: a function that is called with the progress after each pass over all pixels.
     """
     renderer.progress = progress = Progress(target)
     if not renderer.is_current():

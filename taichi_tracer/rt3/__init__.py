@@ -1,1 +1,1 @@
-"""RT3, the scene files of another course: read, written and rendered."""
+"""RT3, the scene files of another course: reading, writing and rendering."""

@@ -1,8 +1,8 @@
-"""RT3: the XML scenes of a course's ray tracer (RT-1 … RT-9), read as the state machine that they are.
+"""RT3: the XML scenes of a course's ray tracer (RT-1 … RT-9). The reader is a state machine.
 
-``world_begin`` and ``world_end`` are empty elements: what stands between them is the world, what stands before them
-says how it is seen. The picture is taken at ``world_end``, and once more at every ``render_again``, with what was said
-since.
+``world_begin`` and ``world_end`` are empty elements. The elements between them are the world; the elements before them
+are the settings of the picture. ``world_end`` takes the picture. Each ``render_again`` takes another picture of the
+same world, with the settings that were changed in between.
 """
 
 import math
@@ -17,14 +17,14 @@ from taichi_tracer.files.text import read_bytes
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.rt3.elements import Elements
-from taichi_tracer.rt3.values import Element, nearest
+from taichi_tracer.rt3.values import LONGEST_SHOWN, Element, nearest
 from taichi_tracer.rt3.world import World
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
-MOST_PIXELS = 8192**2
-MOST_NOTES = 200
-STRETCH_TOLD = 1e-3  # relative; below it no eye sees a circle become an ellipse
+MOST_PIXELS = 8192**2  # of a film; the fields of this number of pixels already take several gigabytes
+MOST_NOTES = 200  # further notes are left out
+STRETCH_TOLD = 1e-3  # relative; nobody sees whether a circle is stretched by less
 IMAGE_TYPES = {"png": ".png", "ppm": ".ppm", "ppm3": ".ppm", "ppm6": ".ppm", "exr": ".exr"}
 INTEGRATORS = {"flat": "flat", "normal_map": "normal_map", "normal": "normal_map", "depth_map": "depth_map"}
 INTEGRATORS |= {"depth": "depth_map", "direct": "direct", "direct_illumination": "direct"}
@@ -41,13 +41,13 @@ TAGS = (*SETTINGS, "world_begin", "world_end", "render_again", "include", *WORLD
 
 @dataclass(frozen=True)
 class FilmSettings:
-    """What a picture is written as (RT-6).
+    """The size of a picture, and how it is written (RT-6).
 
     Attributes:
-        width, height: pixels of the whole frame.
-        crop_window: (x0, x1, y0, y1) as fractions of the frame, y from the bottom (C-12).
-        filename: with the ending of the image type; None when the document names none.
-        gamma_corrected: whether colours get the sRGB transfer function in 8 bits (C-14).
+        width, height: size of the whole frame in pixels.
+        crop_window: (x0, x1, y0, y1) as fractions of the frame, with y from the bottom (C-12).
+        filename: the name with the extension of the image type; None if the document has no name.
+        gamma_corrected: whether 8-bit colours get the sRGB transfer function (C-14).
     """
 
     width: int = 512
@@ -57,12 +57,12 @@ class FilmSettings:
     gamma_corrected: bool = True
 
     def crop(self, width: int | None = None, height: int | None = None) -> tuple[int, int, int, int]:
-        """(x0, x1, y0, y1) in pixels of a frame of this or another size; windows that meet share no pixel."""
+        """(x0, x1, y0, y1) in pixels, for a frame of this size or another size. Adjacent windows share no pixel."""
         return crop_pixels(self.crop_window, width or self.width, height or self.height)
 
 
 def crop_pixels(window, width: int, height: int) -> tuple[int, int, int, int]:
-    """(x0, x1, y0, y1) in pixels of a crop window in fractions; InputError where no pixel is left."""
+    """(x0, x1, y0, y1) in pixels, from a crop window in fractions; an InputError if it contains no pixel."""
     x0, x1, y0, y1 = (float(edge) for edge in window)
     if not (0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1):
         told = " ".join(f"{edge:g}" for edge in (x0, x1, y0, y1))
@@ -75,7 +75,7 @@ def crop_pixels(window, width: int, height: int) -> tuple[int, int, int, int]:
 
 @dataclass(frozen=True)
 class Integrator:
-    """What a picture shows: of "depth_map" the colours and the range, of "direct" how it samples."""
+    """What a picture shows. ``depth`` belongs to "depth_map"; ``estimator`` and ``spp`` belong to "direct"."""
 
     name: str = "flat"
     depth: dict = field(default_factory=dict)
@@ -85,7 +85,7 @@ class Integrator:
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture that a document asks for; ``view`` is what ``camera.make_camera`` needs beside the size."""
+    """One picture that a document asks for. ``view`` has the arguments of ``camera.make_camera`` but the size."""
 
     view: dict
     film: FilmSettings
@@ -94,12 +94,13 @@ class Shot:
 
 @dataclass
 class Document:
-    """What was read.
+    """The content of a document.
 
     Attributes:
-        mesh: triangles, spheres and materials; its ``notes`` are what the user should know, a line each.
-        shots: at least one.
-        background: for ``background.load_background``; environment: for ``environment.load_environment``, and options.
+        mesh: triangles, spheres and materials. Its ``notes`` are what the user should know, one line each.
+        shots: the pictures, at least one.
+        background: an argument for ``background.load_background``.
+        environment, environment_options: arguments for ``environment.load_environment``.
     """
 
     mesh: Mesh
@@ -113,7 +114,7 @@ def read_rt3(path: str | Path) -> Document:
     """Read a document.
 
     Raises:
-        InputError: what cannot be used, with file, line and value.
+        InputError: something cannot be used; the message has file, line and value.
     """
     path = Path(path)
     if not path.is_file() and not path.is_dir():
@@ -124,7 +125,7 @@ def read_rt3(path: str | Path) -> Document:
 
 
 class _Reader:
-    """The state between two elements of a document."""
+    """The state of the reader between two elements of a document."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.notes = path, []
@@ -139,18 +140,19 @@ class _Reader:
         self.said_since = False
 
     def note(self, line: str | Callable[[], str]) -> None:
-        """Keep a line for the user; of very many the first, so that no others are worded."""
+        """Keep a line for the user, or the line that a function makes; after ``MOST_NOTES`` lines, it is not called."""
         if len(self.notes) < MOST_NOTES:
             self.notes.append(line if isinstance(line, str) else line())
         elif len(self.notes) == MOST_NOTES:
-            self.notes.append(f"{self.path}: and more of the kind")
+            self.notes.append(f"{self.path}: further notes are left out")
 
     def take(self, element: Element) -> None:
-        """One element, by its tag."""
+        """Handle one element according to its tag."""
         tag = SYNONYMS.get(element.tag, element.tag)
         if tag not in TAGS:
-            self.note(lambda: f"{element.where}: unknown tag <{element.tag[:40]}>{nearest(element.tag, TAGS)}")
-            element.known |= dict.fromkeys(element.attributes)  # one line is enough
+            shown = element.tag[:LONGEST_SHOWN]
+            self.note(lambda: f"{element.where}: unknown tag <{shown}>{nearest(element.tag, TAGS)}")
+            element.known |= dict.fromkeys(element.attributes)  # so that they give no further notes
             return
         if tag in SETTINGS:
             getattr(self, f"take_{tag}")(element)
@@ -164,7 +166,7 @@ class _Reader:
             self.take_content(tag, element)
 
     def take_content(self, tag: str, element: Element) -> None:
-        """An element of the world."""
+        """Handle an element of the world."""
         world = self.world
         if tag in TRANSFORMS:
             world.transform(element, tag)
@@ -224,7 +226,7 @@ class _Reader:
         self.camera = view, element.where
 
     def take_film(self, element: Element) -> None:
-        """The frame and what is written of it (RT-6)."""
+        """The frame, and the part of it that is written (RT-6)."""
         element.choice("type", of={"image": "image"}, default="image")
         element.need("x_res", "w_res")
         element.need("y_res", "h_res")
@@ -295,16 +297,16 @@ class _Reader:
             raise element.wrong("intensity", "a number of at least 0")
         self.result.environment_options = {k: v for k, v in options.items() if v is not None}
 
-    # --- the course of things -----------------------------------------------------------------------------------------
+    # --- the world and the pictures -----------------------------------------------------------------------------------
 
     def take_world_begin(self, element: Element) -> None:
-        """What follows is the world."""
+        """The world begins here."""
         if self.began_at:
             raise element.error(f"is the second one: a document has one world (it began at {self.began_at})")
         self.began_at, self.world = element.where, World(self.path)
 
     def take_world_end(self, element: Element) -> None:
-        """The world is complete: take the picture."""
+        """The world is complete; take the picture."""
         if not self.began_at or self.ended_at:
             raise element.error("has no world_begin before it")
         self.ended_at = element.where
@@ -314,13 +316,13 @@ class _Reader:
         self.shoot(element)
 
     def take_render_again(self, element: Element) -> None:
-        """The same world with what was said since."""
+        """Take another picture of the same world with the present settings."""
         if not self.ended_at:
             raise element.error("stands before world_end: there is no world yet")
         self.shoot(element)
 
     def shoot(self, element: Element) -> None:
-        """Remember one picture as all is set now."""
+        """Add one picture with the present settings to the result."""
         for tag, value in (("lookat", self.lookat), ("camera", self.camera), ("film", self.film)):
             if value is None:
                 raise InputError(f"{element.where}: the document has no <{tag}> before <{element.tag}>")
@@ -343,13 +345,13 @@ class _Reader:
         self.said_since = False
 
     def document(self) -> Document:
-        """All that was read; InputError where the document ended too early."""
+        """The content of the document; an InputError if the document ended too early."""
         if not self.began_at:
             raise InputError(f"{self.path}: the document has no <world_begin/>")
         if not self.ended_at:
             raise InputError(f"{self.path}: the world that began at {self.began_at} has no <world_end/>")
         if self.said_since:
-            self.note(f"{self.path}: what follows the last <render_again/> is in no picture")
+            self.note(f"{self.path}: no picture uses the elements after the last <render_again/>")
         self.result.mesh = self.world.mesh()
         self.result.mesh.notes = [*self.notes, *self.world.notes]
         return self.result

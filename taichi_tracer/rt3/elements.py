@@ -1,7 +1,7 @@
-"""The elements of an XML document in their order, with file and line, through includes: a stream in bounded memory.
+"""The elements of an XML document and of the documents that it includes, one after the other, with file and line.
 
-The parser is Python's expat. A document type is refused before it is read: with it go entities, their bombs, and files
-and addresses of elsewhere.
+The parser is Python's expat, and its memory is bounded. A document type is refused before it is read. Therefore there
+are no entities, which could expand without limit or name other files and network addresses.
 """
 
 from collections.abc import Callable
@@ -9,31 +9,33 @@ from pathlib import Path
 from xml.parsers import expat
 
 from taichi_tracer.files.text import read_bytes
-from taichi_tracer.rt3.values import Element
+from taichi_tracer.rt3.values import LONGEST_SHOWN, Element
 from taichi_tracer.system.errors import InputError
 
-MOST_BYTES = 1 << 26  # of a document with all that it includes: a mesh of a million triangles has a format of its own
+# The size of a document with everything that it includes, in bytes. Larger meshes belong in their own files.
+MOST_BYTES = 1 << 26
 MOST_ELEMENTS = 200_000
-MOST_ATTRIBUTES = 1_000_000  # of one file, by its equals signs: the parser holds all of an element at once
-MOST_DEPTH = 64  # of elements within elements; the format has none
+# The equals signs in one file, which bound its attributes: the parser keeps all attributes of an element in memory.
+MOST_ATTRIBUTES = 1_000_000
+MOST_DEPTH = 64  # of elements within elements; the format itself does not nest elements
 MOST_INCLUDES = 1000
 MOST_INCLUDES_DEEP = 32
 
 
 class Elements:
-    """Calls ``handle`` with every element but the roots; ``include`` elements are replaced by the file's elements.
+    """Calls ``handle`` for every element except the roots. An ``include`` is replaced by the elements of its file.
 
     Raises:
-        InputError: what is no XML, or more of it than is read, with file and line.
+        InputError: the file is not XML, or exceeds one of the limits; the message has file and line.
     """
 
     def __init__(self, handle: Callable[[Element], None], note: Callable) -> None:
         self.handle, self.note = handle, note
         self.bytes = self.elements = self.includes = 0
-        self.open: list[Path] = []  # files being read, each included by the one before it
+        self.open: list[Path] = []  # the files that are being read; each one includes the next
 
     def read(self, path: Path, where: str = "") -> None:
-        """Read one document, and what it includes."""
+        """Read one document and everything that it includes."""
         prefix = f"{where}: " if where else ""
         resolved = path.resolve()
         if resolved in self.open:
@@ -75,7 +77,7 @@ class Elements:
             if depth > MOST_DEPTH:
                 raise InputError(f"{where()}: elements are nested more than {MOST_DEPTH} deep: RT3 nests none")
             if depth == 1:
-                return  # the root, whatever its name
+                return  # the root element may have any name
             self.elements += 1
             if self.elements > MOST_ELEMENTS:
                 raise InputError(f"{where()}: more than {MOST_ELEMENTS:,} elements")
@@ -92,7 +94,7 @@ class Elements:
 
         def text(content: str) -> None:
             if content.strip():
-                self.note(f"{where()}: text between elements is ignored: {content.strip()[:40]!r}")
+                self.note(f"{where()}: text between elements is ignored: {content.strip()[:LONGEST_SHOWN]!r}")
 
         def refuse(*_) -> None:
             raise InputError(f"{where()}: a document type (<!DOCTYPE>) and entities are not read: remove them")

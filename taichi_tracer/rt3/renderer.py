@@ -1,4 +1,4 @@
-"""RT3's pictures: what a ray met, before the background of the scene file (RT-7), as one of its integrators."""
+"""RT3's pictures: an integrator of RT3 in front of the background of the scene file (RT-7)."""
 
 import taichi as ti
 
@@ -14,7 +14,7 @@ from taichi_tracer.system.seams import seams
 @ti.data_oriented
 @seams()
 class RT3Renderer(ProgressiveRenderer):
-    """A picture of a scene by one of RT3's integrators. Arguments as for ``ProgressiveRenderer``."""
+    """A picture of a scene with one of RT3's integrators. Arguments as for ``ProgressiveRenderer``."""
 
     name, what = "RT3Renderer", "integrator"
 
@@ -35,7 +35,7 @@ class RT3Renderer(ProgressiveRenderer):
         return self.use("depth_map")
 
     def set_depth(self, near_color=(0, 0, 0), far_color=(1, 1, 1), zmin=None, zmax=None) -> None:
-        """Colours and range of the depth map; a bound that is None is where the scene's box begins or ends."""
+        """Set the colours and the range of the depth map; None takes the bound of the scene's box."""
         depth, shows_it = DepthMap(near_color, far_color, zmin, zmax), self.active.name == "depth_map"
         self._integrators["depth_map"] = depth
         if shows_it:
@@ -43,12 +43,12 @@ class RT3Renderer(ProgressiveRenderer):
 
 
 def renderer_of(scene_data, shot: Shot | None = None, **options) -> ProgressiveRenderer:
-    """The renderer that a scene file asks for: with its camera, its film's size and crop, and its integrator.
+    """The renderer for a picture of a scene file, with its camera, the size and the crop of its film, its integrator.
 
     Args:
-        scene_data: a scene that was read from the file.
-        shot: which of its pictures; the first when None.
-        options: as for ``ProgressiveRenderer``, instead of what the file says.
+        scene_data: the scene that was read from the file.
+        shot: one of its pictures; None takes the first.
+        options: arguments of ``ProgressiveRenderer``; they replace the settings of the file.
     """
     shot = scene_data.shots[0] if shot is None else shot
     film = shot.film

@@ -1,4 +1,4 @@
-"""What the attributes of an element say: numbers, colours, names; and which of them nobody asked for."""
+"""The values of the attributes of an element: numbers, colours, names; and notes about unknown attributes."""
 
 import difflib
 import math
@@ -12,19 +12,23 @@ from taichi_tracer.files.text import IS_SPACE, all_numbers, number
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
 YES, NO = ("yes", "true", "on", "1"), ("no", "false", "off", "0")
-LONGEST_SHOWN = 40  # characters of a wrong value
+LONGEST_SHOWN = 40  # characters of a wrong value that a message shows
+LONGEST_PATH_SHOWN = 200  # characters of the path of a missing file that a message shows
+LARGEST_WHOLE = 1 << 30  # the largest whole number that an attribute may have; it fits into 32 bits
+MOST_DIGITS = 11  # of a whole number: more digits exceed every limit, and would take Python long to convert
 
 
 class Element:
-    """One element: its tag, its attributes, and where it stands.
+    """One element: its tag, its attributes, and its place.
 
-    The methods name the attributes that the element may have. What was named by none of them is told as unknown.
+    Each method takes the name of an attribute that the element may have. Attributes that no method asked for are
+    reported as unknown.
 
     Args:
-        tag: its name.
+        tag: the name of the element.
         attributes: name → text.
         where: file and line, for messages.
-        note: takes a line that the user should know, or a function that words it.
+        note: a function that takes a line for the user, or a function that makes this line.
     """
 
     def __init__(self, tag: str, attributes: dict[str, str], where: str, note: Callable) -> None:
@@ -36,13 +40,13 @@ class Element:
         return InputError(f"{self.where}: <{self.tag}> {message}")
 
     def wrong(self, name: str, expected: str) -> InputError:
-        """The error for an attribute whose value is not what it should be."""
+        """The InputError for an attribute with a wrong value."""
         text = self.attributes[name]
         shown = text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "…"
         return self.error(f"{name} must be {expected}, not {shown!r}")
 
     def find(self, *names: str) -> str | None:
-        """Which of an attribute's names is used, or None; an error where two are."""
+        """The name of an attribute that the element uses, out of several synonyms; None if it uses none."""
         self.known |= dict.fromkeys(names)
         given = [name for name in names if name in self.attributes]
         if len(given) > 1:
@@ -50,7 +54,7 @@ class Element:
         return given[0] if given else None
 
     def need(self, *names: str) -> str:
-        """As ``find``, and an error where there is none."""
+        """The same as ``find``, but a missing attribute is an error."""
         name = self.find(*names)
         if name is None:
             near = difflib.get_close_matches(names[0], self.attributes, n=1)
@@ -59,7 +63,7 @@ class Element:
         return name
 
     def numbers(self, *names: str, count: int | tuple[int, ...] = 3, default=None) -> np.ndarray | None:
-        """``count`` finite numbers, float64; ``default`` where the attribute is not given."""
+        """``count`` finite float64 numbers; ``default`` if the attribute is missing."""
         name = self.find(*names)
         if name is None:
             return default
@@ -86,18 +90,18 @@ class Element:
             raise self.wrong(self.find(*names), f"a number above {above:g}")
         return float(values[0])
 
-    def whole(self, *names: str, default: int | None = None, least: int = 1, most: int = 1 << 30) -> int | None:
-        """One whole number."""
+    def whole(self, *names: str, default: int | None = None, least: int = 1, most: int = LARGEST_WHOLE) -> int | None:
+        """One whole number from ``least`` to ``most``."""
         name = self.find(*names)
         if name is None:
             return default
         text = self.attributes[name].strip()
-        if not (text.isascii() and text.isdigit() and len(text) < 12 and least <= int(text) <= most):
+        if not (text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS and least <= int(text) <= most):
             raise self.wrong(name, f"a whole number from {least} to {most}")
         return int(text)
 
     def flag(self, *names: str, default: bool) -> bool:
-        """yes, true, on, 1; or no, false, off, 0."""
+        """True for yes, true, on, 1; False for no, false, off, 0."""
         name = self.find(*names)
         if name is None:
             return default
@@ -107,7 +111,7 @@ class Element:
         return word in YES
 
     def choice(self, *names: str, of: dict[str, str], default: str | None = None) -> str:
-        """A word of a list with synonyms: word → what it means."""
+        """The meaning of a word; ``of`` maps each allowed word, with its synonyms, to a meaning."""
         name = self.need(*names) if default is None else self.find(*names)
         if name is None:
             return default
@@ -117,7 +121,7 @@ class Element:
         return of[word]
 
     def text(self, *names: str) -> str | None:
-        """Text that is not empty, or None where the attribute is not given."""
+        """A text that is not empty; None if the attribute is missing."""
         name = self.find(*names)
         if name is None:
             return None
@@ -126,7 +130,7 @@ class Element:
         return self.attributes[name].strip()
 
     def path(self, name: str, beside: Path) -> Path:
-        """The file that an attribute names, relative to the file that it stands in."""
+        """The file that an attribute names, relative to the folder of the document."""
         text = self.text(self.need(name))
         path = beside.parent / Path(text.replace("\\", "/")).expanduser()
         try:
@@ -134,14 +138,14 @@ class Element:
         except OSError:
             exists = False
         if not exists:
-            shown = text if len(text) <= 200 else text[:200] + "…"
+            shown = text if len(text) <= LONGEST_PATH_SHOWN else text[:LONGEST_PATH_SHOWN] + "…"
             raise MissingFileError(f"{self.where}: <{self.tag}> {name}: no such file {shown!r} beside {beside.name}")
         return path
 
     def colors(self, *names: str) -> dict[str, tuple[float, float, float]]:
-        """Name → linear RGB in [0, 1] of those that are given.
+        """Name → linear RGB in [0, 1], for each of the attributes that the element has.
 
-        A component above 1 says that the colours are in 0…255 (C-13); those of one element are judged together.
+        If any component is above 1, all colours of the element are in 0…255 (C-13).
         """
         found = {name: values for name in names if (values := self.numbers(name, count=(1, 3))) is not None}
         is_bytes = any((values > 1).any() for values in found.values())
@@ -152,7 +156,7 @@ class Element:
         return {name: tuple(float(v) for v in np.resize(values / scale, 3)) for name, values in found.items()}
 
     def table(self, name: str, columns: int, dtype: type = np.float64) -> np.ndarray | None:
-        """(n, ``columns``) numbers of a long list, or None where the attribute is not given."""
+        """(n, ``columns``) numbers from a long list; None if the attribute is missing."""
         if self.find(name) is None:
             return None
         text = self.attributes[name].encode("utf-8", "replace")
@@ -168,7 +172,7 @@ class Element:
         return values.reshape(-1, columns)
 
     def note_unknown(self) -> None:
-        """Tell of every attribute that nothing asked for, with the nearest name that something did."""
+        """Add a note for every unknown attribute, with the most similar known name."""
         for name in self.attributes:
             if name not in self.known:
                 self.note(partial(self._unknown, name))
@@ -179,7 +183,7 @@ class Element:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """The end of a line about an unknown name: the nearest known one, or all of them."""
+    """The end of a note about an unknown name: the most similar known name, or all known names."""
     known = list(known)
     near = difflib.get_close_matches(name[:LONGEST_SHOWN], known, n=1)
     if near:

@@ -1,4 +1,4 @@
-"""The world of an RT3 document while it is read: a transform, a material, and the objects so far."""
+"""The world of an RT3 document while it is read: the current transform, the current material, the objects so far."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.rt3.values import Element
+from taichi_tracer.rt3.values import LONGEST_SHOWN, Element
 from taichi_tracer.system.errors import one_of
 
 MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "phong", "blinn_phong": "phong"}
@@ -15,24 +15,25 @@ MATERIALS |= {"phong": "phong"}
 OBJECTS = {"trianglemesh": "trianglemesh", "triangle_mesh": "trianglemesh", "mesh": "trianglemesh", "sphere": "sphere"}
 MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
 MOST_PRIMITIVES = 20_000_000
-MOST_SAVED = 10_000  # transforms that wait on the stack
+MOST_SAVED = 10_000  # states on the stack
 IDENTITY = np.eye(4)
-UNIFORM = 1e-9  # relative; how far from a similarity a transform may be by rounding
+# The relative deviation from a similarity that a transform may have, because its numbers are rounded.
+UNIFORM = 1e-9
 
 
 @dataclass
 class GraphicsState:
-    """What an object takes from where it stands: the current transform (CTM), and the material, None for its own."""
+    """The state that an object gets: the current transform (CTM), and the material; None for the object's own."""
 
     ctm: np.ndarray = field(default_factory=lambda: np.eye(4))
     material: Material | None = None
 
 
 class World:
-    """Objects in the order of the document, which is that of their ids.
+    """The objects in the order of the document; their ids have the same order.
 
     Args:
-        path: the document that began it, for messages.
+        path: the document in which the world began, for messages.
     """
 
     def __init__(self, path: Path) -> None:
@@ -40,7 +41,7 @@ class World:
         self.saved: list[tuple[str, GraphicsState]] = []
         self.named_transforms: dict[str, np.ndarray] = {}
         self.named_materials: dict[str, Material] = {}
-        self.material_ids: dict[Material, int] = {}  # by first use
+        self.material_ids: dict[Material, int] = {}  # in the order of first use
         self.files: dict[Path, Mesh] = {}
         self.primitives = 0
         self.parts: list[Mesh] = []
@@ -49,7 +50,7 @@ class World:
     # --- transforms ---------------------------------------------------------------------------------------------------
 
     def transform(self, element: Element, kind: str) -> None:
-        """translate, scale, rotate: before the transforms so far, as seen from the object (CTM ← CTM · M)."""
+        """translate, scale, rotate: CTM ← CTM · M, so that the new transform is applied to an object first."""
         matrix = np.eye(4)
         if kind == "translate":
             matrix[:3, 3] = element.numbers(element.need("value"), count=3)
@@ -71,13 +72,13 @@ class World:
         self.state = GraphicsState(ctm, self.state.material)
 
     def push(self, element: Element, what: str) -> None:
-        """Save the transform ("CTM"), or transform and material ("GS")."""
+        """Save the transform ("CTM"), or the transform and the material ("GS")."""
         if len(self.saved) >= MOST_SAVED:
             raise element.error(f"saves more than {MOST_SAVED:,} states: is a pop_{what} missing?")
         self.saved.append((what, self.state))
 
     def pop(self, element: Element, what: str) -> None:
-        """Take back what the matching push saved."""
+        """Restore what the matching push saved."""
         if not self.saved or self.saved[-1][0] != what:
             last = f"the last push was push_{self.saved[-1][0]}" if self.saved else "nothing is pushed"
             raise element.error(f"has no push_{what} before it: {last}")
@@ -85,20 +86,20 @@ class World:
         self.state = GraphicsState(state.ctm, state.material if what == "GS" else self.state.material)
 
     def save_transform(self, element: Element) -> None:
-        """Remember the transform under a name."""
+        """Save the transform under a name."""
         self.named_transforms[element.text(element.need("name"))] = self.state.ctm
 
     def restore_transform(self, element: Element) -> None:
-        """Take the transform that was remembered under a name."""
+        """Restore the transform that was saved under a name."""
         name = element.text(element.need("name"))
         if name not in self.named_transforms:
-            raise element.error(f"name: {one_of('coordinate system', name[:40], self.named_transforms)}")
+            raise element.error(f"name: {one_of('coordinate system', name[:LONGEST_SHOWN], self.named_transforms)}")
         self.state = GraphicsState(self.named_transforms[name], self.state.material)
 
     # --- materials ----------------------------------------------------------------------------------------------------
 
     def make_named_material(self, element: Element) -> None:
-        """Remember a material under a name."""
+        """Save a material under a name."""
         name = element.text(element.need("name"))
         self.named_materials[name] = read_material(element, name)
 
@@ -113,7 +114,7 @@ class World:
     def _named(self, element: Element, attribute: str) -> Material:
         name = element.text(element.need(attribute))
         if name not in self.named_materials:
-            raise element.error(f"{attribute}: {one_of('material', name[:40], self.named_materials)}")
+            raise element.error(f"{attribute}: {one_of('material', name[:LONGEST_SHOWN], self.named_materials)}")
         return self.named_materials[name]
 
     def _material_of(self, element: Element) -> Material | None:
@@ -125,7 +126,7 @@ class World:
     # --- objects ------------------------------------------------------------------------------------------------------
 
     def add_object(self, element: Element, document: Path) -> None:
-        """A sphere or a triangle mesh, where the current transform puts it."""
+        """Add a sphere or a triangle mesh, transformed by the current transform."""
         kind = element.choice("type", of=OBJECTS)
         if kind == "sphere":
             self._add_sphere(element)
@@ -221,7 +222,7 @@ def _joined(arrays: list[np.ndarray], shape: tuple[int, ...], dtype: type) -> np
 
 
 def read_material(element: Element, name: str) -> Material:
-    """A material of RT3, and as an extension the values of MTL files by their names, taken as they are."""
+    """A material of RT3. As an extension, it may have values of MTL files under their names; they are not converted."""
     kind = element.choice("type", of=MATERIALS, default="matte")
     values: dict = {}
     base = "color" if kind == "flat" else "diffuse"
@@ -245,7 +246,7 @@ def read_material(element: Element, name: str) -> Material:
 
 
 def inline_mesh(element: Element) -> Mesh:
-    """A mesh whose lists stand in the document; ``normals`` have the vertices' indices, or ``normal_indices``."""
+    """A mesh whose lists are in the document. ``normals`` have the indices of the vertices, or ``normal_indices``."""
     element.need("vertices")
     element.need("indices")
     vertices, indices = element.table("vertices", 3), element.table("indices", 3, np.int64)
@@ -271,7 +272,7 @@ def inline_mesh(element: Element) -> Mesh:
 
 
 def check_indices(element: Element, name: str, ids: np.ndarray, count: int, least: int) -> None:
-    """An error that names the first triangle whose index is out of range."""
+    """Raise an InputError that names the first triangle with an index out of range."""
     wrong = np.argwhere((ids < least) | (ids >= count))
     if len(wrong) > 0:
         triangle, corner = wrong[0]
@@ -282,14 +283,14 @@ def check_indices(element: Element, name: str, ids: np.ndarray, count: int, leas
 
 
 def reverse(mesh: Mesh) -> None:
-    """Let every triangle face the other way; normals of vertices stay."""
+    """Reverse the side that each triangle faces; vertex normals do not change."""
     mesh.faces = mesh.faces[:, [0, 2, 1]]
     if len(mesh.face_normals) > 0:
         mesh.face_normals = mesh.face_normals[:, [0, 2, 1]]
 
 
 def vertex_normals(mesh: Mesh) -> np.ndarray:
-    """(V, 3) sums of the triangles' normals about each vertex, weighted by their areas."""
+    """(V, 3) vertex normals: for each vertex, the sum of its triangles' normals, weighted by area."""
     v0, v1, v2 = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     with np.errstate(all="ignore"):
         normal = np.nan_to_num(np.cross(v1 - v0, v2 - v0))
@@ -300,7 +301,7 @@ def vertex_normals(mesh: Mesh) -> np.ndarray:
 
 
 def place(mesh: Mesh, ctm: np.ndarray) -> None:
-    """Transform a mesh; a mirror turns its triangles round, so that outsides stay outside."""
+    """Transform a mesh. If the transform mirrors it, the triangles are reversed, so that fronts stay fronts."""
     if (ctm == IDENTITY).all():
         return
     linear = ctm[:3, :3]
@@ -312,14 +313,14 @@ def place(mesh: Mesh, ctm: np.ndarray) -> None:
 
 
 def rotation(angle: float, axis: np.ndarray) -> np.ndarray:
-    """(3, 3) of a turn about a unit axis, counter-clockwise seen from its tip (Rodrigues)."""
+    """(3, 3) rotation about a unit axis, counter-clockwise when seen from the tip of the axis (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
 
 
 def similarity(linear: np.ndarray) -> float | None:
-    """By what all lengths are multiplied, or None where directions differ in it."""
+    """The factor by which a transform multiplies all lengths; None if the factor depends on the direction."""
     gram = linear.T @ linear
     square = float(np.trace(gram)) / 3
     if not np.abs(gram - square * np.eye(3)).max() <= UNIFORM * square:

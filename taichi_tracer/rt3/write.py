@@ -1,4 +1,4 @@
-"""RT3 documents out of scenes: every number as it is, so that reading one again gives the same picture."""
+"""Writing of RT3 documents. Numbers keep all their digits, so that a document gives the same picture again."""
 
 import os
 import re
@@ -19,10 +19,10 @@ NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 
 
 def as_rt3(document: Document, path: Path) -> str:
-    """The text of a document; files that it names are named relative to ``path``, where it will lie.
+    """The text of a document that will be written to ``path``. Names of other files are relative to its folder.
 
     Raises:
-        InputError: more than ``read_rt3`` would read.
+        InputError: the document exceeds the limits of ``read_rt3``.
     """
     lines = ["<RT3>"]
     last = None
@@ -38,14 +38,14 @@ def as_rt3(document: Document, path: Path) -> str:
     text = "\n".join([*lines, "</RT3>", ""])
     if len(text.encode()) > MOST_BYTES or len(lines) > MOST_ELEMENTS:
         raise InputError(
-            f"{path}: the scene takes {len(text.encode()) >> 20} MB and {len(lines):,} elements as RT3, of which "
-            f"{MOST_BYTES >> 20} MB and {MOST_ELEMENTS:,} are read: name its mesh by filename instead"
+            f"{path}: the scene takes {len(text.encode()) >> 20} MB and {len(lines):,} elements as RT3, and "
+            f"at most {MOST_BYTES >> 20} MB and {MOST_ELEMENTS:,} can be read: name its mesh by filename instead"
         )
     return text
 
 
 def tag(name: str, /, **attributes) -> str:
-    """An empty element; numbers and lists of numbers to the last digit, None left out."""
+    """An empty element. Numbers and lists of numbers have all their digits; attributes that are None are left out."""
     told = "".join(f" {key}={quoteattr(_text(value))}" for key, value in attributes.items() if value is not None)
     return f"<{name}{told}/>"
 
@@ -110,7 +110,7 @@ def _beside(file: Path, document: Path) -> str:
 
 
 def _world(mesh: Mesh) -> Iterator[str]:
-    """Materials by name, and objects in the order of their ids: a mesh for each run of what has all else in common."""
+    """Named materials, then objects in the order of their ids; neighbours with equal properties form one mesh."""
     names = _names(mesh.materials)
     for material, name in zip(mesh.materials, names, strict=True):
         yield _material(material, name)
@@ -121,7 +121,7 @@ def _world(mesh: Mesh) -> Iterator[str]:
     has_normals = (mesh.face_normals >= 0).any(axis=1) if len(mesh.face_normals) else np.zeros(count, bool)
     primitives = mesh.primitives()
     of_triangles = np.stack([np.zeros(count), mesh.face_materials, culls, has_normals], axis=1)
-    of_spheres = -1 - np.arange(len(mesh.spheres))[:, None] * np.ones((1, 4))  # each is a run of its own
+    of_spheres = -1 - np.arange(len(mesh.spheres))[:, None] * np.ones((1, 4))  # each sphere is an object of its own
     kind = np.concatenate([of_triangles, of_spheres])[np.where(primitives >= 0, primitives, count - 1 - primitives)]
     starts = np.flatnonzero(np.append(True, (kind[1:] != kind[:-1]).any(axis=1)))
     for begin, end in zip(starts, [*starts[1:], len(kind)], strict=True):
@@ -141,7 +141,7 @@ def _triangles(mesh: Mesh, part: slice, material: str, culls: bool, has_normals:
     faces = faces.reshape(-1, 3)
     lists = {"vertices": mesh.vertices[used].astype(np.float64), "indices": faces}
     if not np.isfinite(lists["vertices"]).all():
-        raise InputError(f"{mesh.source}: a vertex is not finite, which RT3 cannot say")
+        raise InputError(f"{mesh.source}: a vertex is not finite, which an RT3 document cannot express")
     if has_normals:
         ids = mesh.face_normals[part]
         used, inverse = np.unique(ids[ids >= 0], return_inverse=True)
@@ -153,7 +153,7 @@ def _triangles(mesh: Mesh, part: slice, material: str, culls: bool, has_normals:
 
 
 def _names(materials: list[Material]) -> list[str]:
-    """One name for each, those of the materials where they tell them apart."""
+    """One name for each material; a number is added to a name that occurs twice."""
     names: list[str] = []
     for i, material in enumerate(materials):
         name = NOT_IN_XML.sub("?", material.name).strip() or f"material {i}"
@@ -162,7 +162,7 @@ def _names(materials: list[Material]) -> list[str]:
 
 
 def _material(material: Material, name: str) -> str:
-    """The values of MTL files by their names, which are read as they are; those that are unset are left out."""
+    """A named material with its values under their MTL names; default values are left out."""
     unset = Material()
     values = {f.name: getattr(material, f.name) for f in fields(Material) if f.name not in ("name", "extra")}
     kept = {key: value for key, value in values.items() if key == "Kd" or value != getattr(unset, key)}

@@ -1,1 +1,1 @@
-"""What everything stands on: Taichi's start, memory, errors, the registry of parts, and where methods are replaced."""
+"""The base of everything: the start of Taichi, memory, errors, the registry of parts, and replaced methods."""

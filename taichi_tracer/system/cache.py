@@ -1,7 +1,7 @@
-"""Where Taichi keeps compiled kernels between runs: a folder that can be written, or none.
+"""The cache: a writable folder in which Taichi keeps compiled kernels between runs, or none.
 
-Taichi ends the process with a segmentation fault when it cannot write its cache, which happens in containers, in
-computer labs and in graders. So the folder is tried before Taichi starts.
+If Taichi cannot write its cache, it ends the process with a segmentation fault. This happens in containers, in computer
+labs and in automatic graders. Therefore the folder is tested before Taichi starts.
 """
 
 import os
@@ -9,18 +9,18 @@ import stat
 import tempfile
 from pathlib import Path
 
-TRIED_BYTES = 4096  # what is written to see whether the disk has room
+TRIED_BYTES = 4096  # the size of the file that is written to test whether the disk has space
 
 
 def cache_folder(wanted: str | Path) -> tuple[Path | None, str | None]:
-    """The folder for compiled kernels, and a message where it is not the wanted one.
+    """The folder for compiled kernels, and a message if it is not the wanted folder.
 
     Args:
-        wanted: Taichi's own choice.
+        wanted: the folder that Taichi would choose.
 
     Returns:
-        ``wanted`` when it can be written; else a folder of this user under the temporary folder; else None, which means
-        that kernels are compiled anew in every run.
+        ``wanted`` if it is writable; otherwise this user's folder in the temporary folder; otherwise None, which means
+        that kernels are compiled again in every run.
     """
     problem = why_not_writable(Path(wanted))
     if problem is None:
@@ -33,7 +33,7 @@ def cache_folder(wanted: str | Path) -> tuple[Path | None, str | None]:
 
 
 def why_not_writable(folder: Path) -> str | None:
-    """None when files can be made in a folder, which is made where it is missing; else the reason."""
+    """The reason why no file can be written in a folder; None if it is writable. A missing folder is made."""
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=stat.S_IRWXU)
         with tempfile.TemporaryFile(dir=folder) as file:
@@ -50,6 +50,6 @@ def user_number() -> int:
 
 
 def is_of_this_user(folder: Path) -> bool:
-    """Whether a folder belongs to this user and is no link: others could put kernels of their own into it."""
+    """Whether a folder belongs to this user and is not a link. Other users could put their own kernels into it."""
     facts = folder.lstat()
     return stat.S_ISDIR(facts.st_mode) and (not hasattr(os, "getuid") or facts.st_uid == os.getuid())

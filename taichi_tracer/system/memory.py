@@ -1,4 +1,4 @@
-"""Fields that are freed with the object that owns them; touching them after Taichi was started again is an error."""
+"""Taichi fields that are freed together with their owner, and errors instead of crashes when they are gone."""
 
 import weakref
 from pathlib import Path
@@ -9,14 +9,14 @@ from taichi.lang import impl
 from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import ensure
 
-KEPT_FREE = 0.1  # share of the free memory that is left to everything else
+KEPT_FREE = 0.1  # the fraction of the free memory that is left for other uses
 
 
 def ask_for(needed: int, what: str) -> None:
-    """Raise InputError where the machine has less free memory than is needed: Taichi would end the process.
+    """Raise an InputError if more memory is needed than is free. Without this check, Taichi would end the process.
 
     Args:
-        needed: bytes. what: for the message.
+        needed: the memory in bytes. what: the name of what needs it, for the message.
     """
     free = free_bytes()
     if free is not None and needed > (1 - KEPT_FREE) * free:
@@ -25,7 +25,7 @@ def ask_for(needed: int, what: str) -> None:
 
 
 def free_bytes() -> int | None:
-    """Bytes that this process can still allocate, by the machine and by its own limit; None where that is not known."""
+    """The bytes that this process can still allocate, by the machine's and its own limit; None if this is unknown."""
     known = []
     meminfo = Path("/proc/meminfo")
     if meminfo.exists():
@@ -44,31 +44,32 @@ def free_bytes() -> int | None:
 
 
 class Lifetime:
-    """Remembers which start of Taichi an object's fields belong to; touching fields of an earlier one would crash."""
+    """Remembers the start of Taichi to which an object's fields belong. Fields of an earlier start must not be used."""
 
     def __init__(self) -> None:
         ensure()
         self._program = weakref.ref(impl.get_runtime().prog)
 
     def is_over(self) -> bool:
-        """Whether Taichi was started again, or reset, since."""
+        """Whether Taichi was started again, or reset, since then."""
         program = self._program()
         return program is None or program is not impl.get_runtime().prog
 
     def check(self, what: str) -> None:
-        """Raise instead of crashing when the fields of ``what`` are gone."""
+        """Raise a StaleSceneError if the fields of ``what`` are gone; using them would crash the process."""
         if self.is_over():
             raise StaleSceneError(
-                f"this {what} was made before Taichi was initialised again, which freed its memory: make it anew"
+                f"this {what} was made before Taichi was initialised again, which freed its memory: make a new one"
             )
 
 
 class Memory:
-    """Fields of one owner, freed when the owner is: Taichi frees none by itself, and has room for 512 such groups.
+    """The fields of one owner, which are freed together with the owner.
 
-    Make it first, then the fields, place them in ``fields``, and ``allocate``; no kernel can run in between. Where
-    something can go wrong in between, ``with memory:`` allocates at the end, or forgets the fields: Taichi would let no
-    kernel run any more.
+    Taichi itself never frees fields, and has room for only 512 such groups. First make this object, then make the
+    fields, place them in ``fields``, and call ``allocate``. No kernel can run in between. If an error can occur in
+    between, use ``with memory:``. It allocates the fields at the end. After an error, it forgets them: otherwise no
+    kernel could run any more.
     """
 
     def __init__(self) -> None:
@@ -78,11 +79,11 @@ class Memory:
         self._tree = None
 
     def is_over(self) -> bool:
-        """Whether Taichi was started again since, or the memory was freed."""
+        """Whether Taichi was started again since then, or the memory was freed."""
         return self._tree is None or self._lifetime.is_over()
 
     def allocate(self) -> None:
-        """Make the fields usable; none can be placed afterwards."""
+        """Allocate the fields. After that, no more fields can be placed."""
         self._tree = self.fields.finalize()
 
     def __enter__(self) -> ti.FieldsBuilder:
@@ -95,20 +96,20 @@ class Memory:
             impl.get_runtime().unfinalized_fields_builder.pop(self.fields, None)
 
     def check(self, what: str) -> None:
-        """Raise StaleSceneError when Taichi was started again since, or the memory was freed."""
+        """Raise a StaleSceneError if Taichi was started again since then, or the memory was freed."""
         self._lifetime.check(what)
         if self._tree is None:
-            raise StaleSceneError(f"this {what} was destroyed: make it anew")
+            raise StaleSceneError(f"this {what} was destroyed: make a new one")
 
     def free(self) -> None:
-        """Give the memory back now; the fields cannot be used afterwards."""
+        """Free the memory now. The fields cannot be used afterwards."""
         tree, self._tree = self._tree, None
         if tree is not None:
             _destroy(tree, self._lifetime)
 
     def __del__(self) -> None:
-        # Not freed here: the collector may run while Taichi compiles a kernel.
-        if getattr(self, "_tree", None) is not None and _orphans is not None:  # None when the interpreter ends
+        # The fields are not freed here, because Python may call this method while Taichi compiles a kernel.
+        if getattr(self, "_tree", None) is not None and _orphans is not None:  # it is None when Python exits
             _orphans.append((self._lifetime, self._tree))
 
 
@@ -116,7 +117,7 @@ _orphans: list[tuple[Lifetime, object]] = []
 
 
 def _free_orphans() -> None:
-    """Free the memory whose owners are gone."""
+    """Free the memory of owners that no longer exist."""
     while _orphans:
         lifetime, tree = _orphans.pop()
         _destroy(tree, lifetime)
@@ -124,5 +125,5 @@ def _free_orphans() -> None:
 
 def _destroy(tree: object, lifetime: Lifetime) -> None:
     if not lifetime.is_over():
-        impl.get_runtime().materialize()  # or Taichi would still check fields that no kernel has used
+        impl.get_runtime().materialize()  # otherwise Taichi would still check fields that no kernel has used
         tree.destroy()

@@ -1,15 +1,15 @@
 """One registry for everything that can be chosen by name: cameras, intersectors, samplers, BRDFs, lights, integrators.
 
-A part is registered in the file that defines it, and is then known to the command line, the window, the studies and the
-contract tests:
+A part is registered in the file that defines it. After that, the command line, the window, the studies and the contract
+tests know the part:
 
     @tt.register
     class Fisheye(tt.Camera):
         name = "fisheye"
         ...
 
-Each kind of part has a home: the modules that define the parts that come with the package. They are imported when a
-part of the kind is first asked for.
+Each kind of part has a home: the modules that define the parts of this kind in the package. They are imported when a
+part of the kind is looked up for the first time.
 """
 
 import importlib
@@ -40,7 +40,7 @@ PACKAGE = f"{Path(__file__).resolve().parents[1]}{os.sep}"  # how the names of t
 
 
 class Registry:
-    """Parts by kind and name."""
+    """The registered parts, by kind and name."""
 
     def __init__(self) -> None:
         self._parts: dict[str, dict[str, object]] = {kind: {} for kind in HOMES}
@@ -48,17 +48,17 @@ class Registry:
         self._loaded: set[str] = set()
 
     def add(self, part, file: str | None = None):
-        """Register a part; returns it, so that this is a decorator of classes.
+        """Register a part. Returns the part, so that this method can be used as a decorator of classes.
 
-        A file that is run again, or a notebook's cell, replaces the parts that it has registered before.
+        If a file or a cell of a notebook runs again, it replaces the parts that it registered before.
 
         Args:
-            part: a class or an object that derives from the base class of a kind and has a ``name``. Of samplers,
-                BRDFs, lights and integrators the registry holds objects: a class is called without arguments.
-            file: who registers it; None is the file of the caller.
+            part: a class or an object that derives from the base class of a kind and has a ``name``. For samplers,
+                BRDFs, lights and integrators, the registry keeps objects: a class is called without arguments.
+            file: the file that registers the part; None takes the file of the caller.
 
         Raises:
-            InputError: it has no kind, no name, or the name of another part of its kind.
+            InputError: the part has no kind or no name, or another part of its kind has the same name.
         """
         kind, name = getattr(part, "kind", None), getattr(part, "name", None)
         what = class_name(part)
@@ -69,7 +69,7 @@ class Registry:
             raise InputError(f"register: {what} needs a name: name = {what.lower()!r} in the class")
         file = file_of_caller(1) if file is None else file
         if not file.startswith(PACKAGE):
-            self._load(kind)  # so that no name of the package is taken, and its parts come first
+            self._load(kind)  # now, so that the parts of the package come first and keep their names
         former, by = self._parts[kind].get(name), self._files.get((kind, name), file)
         if former is not None and (by, class_name(former)) != (file, class_name(part)):
             where = "in the package" if by.startswith(PACKAGE) else f"registered by {by}"
@@ -79,37 +79,37 @@ class Registry:
         return part
 
     def remove(self, part) -> None:
-        """Forget a part."""
+        """Remove a part from the registry."""
         self._parts[part.kind].pop(part.name, None)
         self._files.pop((part.kind, part.name), None)
 
     def registered_by(self, path: str | Path) -> list:
-        """The parts that a file registered."""
+        """The parts that a file has registered."""
         file = str(Path(path).expanduser().resolve())
         return [self._parts[kind][name] for (kind, name), by in self._files.items() if by == file]
 
     def comes_with_package(self, part) -> bool:
-        """Whether a registered part is one of the package's own."""
+        """Whether a registered part belongs to the package."""
         return self._files.get((part.kind, part.name), "").startswith(PACKAGE)
 
     def all(self, kind: str) -> list:
-        """Every part of a kind, those that come with the package first."""
+        """Every part of a kind; the parts of the package come first."""
         self._load(kind)
         return list(self._parts[kind].values())
 
     def everything(self) -> list:
-        """The parts of all kinds that are registered by now."""
+        """All parts of all kinds that are registered at present."""
         return [part for parts in self._parts.values() for part in parts.values()]
 
     def names(self, kind: str) -> list[str]:
-        """Their names."""
+        """The names of the parts of a kind."""
         return [part.name for part in self.all(kind)]
 
     def find(self, kind: str, chosen):
-        """The part that a slot was given: by its name, or as a class or an object.
+        """The part that is meant by a name, a class or an object.
 
         Raises:
-            InputError: an unknown name, or something that is no part of this kind.
+            InputError: the name is unknown, or the class or object is not a part of this kind.
         """
         if isinstance(chosen, str):
             parts = self.all(kind)
@@ -123,7 +123,7 @@ class Registry:
         return chosen() if HOMES[kind][1] and isinstance(chosen, type) else chosen
 
     def _load(self, kind: str) -> None:
-        """Import the home of a kind, and put its parts in the order of their files, whoever imported some before."""
+        """Import the modules of a kind's home, and put their parts in the order of the files, not of their imports."""
         if kind in self._loaded:
             return
         self._loaded.add(kind)
@@ -138,15 +138,15 @@ class Registry:
 
 
 def class_name(part) -> str:
-    """The name of a class, or of the class of an object."""
+    """The name of a class, or of an object's class."""
     return part.__name__ if isinstance(part, type) else type(part).__name__
 
 
 def file_of_caller(above: int) -> str:
-    """The file whose code calls; in a notebook the name of its module.
+    """The file of the code that called a function; in a notebook, the name of its module.
 
     Args:
-        above: how many functions stand between that code and the function that asks.
+        above: the number of functions between this code and the function that calls ``file_of_caller``.
     """
     names = sys._getframe(above + 1).f_globals
     return str(Path(names["__file__"]).resolve()) if "__file__" in names else names["__name__"]
@@ -156,17 +156,17 @@ PARTS = Registry()
 
 
 def register(part):
-    """Make a part known under its name, everywhere: see ``Registry.add``. Works as a decorator of classes."""
+    """Register a part under its name, see ``Registry.add``. It can be used as a decorator of classes."""
     return PARTS.add(part, file_of_caller(1))
 
 
 def load_parts(path: str) -> list:
-    """Run a Python file that registers parts, or assigns methods to the package's classes; returns the parts.
+    """Run a Python file that registers parts or assigns methods to the package's classes. Returns the new parts.
 
-    The file may import modules that lie beside it.
+    The file may import modules from its own folder.
 
     Raises:
-        InputError: the file is missing or is no Python; what went wrong stands in the message, with its line.
+        InputError: the file is missing, or an error occurred in it; the message has the error and its line.
     """
     file = Path(path).expanduser().resolve()
     if not file.is_file():
@@ -189,7 +189,7 @@ def load_parts(path: str) -> list:
 
 
 def where_in(error: BaseException, file: Path, path: str) -> str:
-    """The file, as the user calls it, and the line of it where an error arose."""
+    """The file, as the user named it, and the line of this file in which an error occurred."""
     if isinstance(error, SyntaxError) and error.filename is not None:
         return f"{path if Path(error.filename) == file else error.filename}:{error.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]

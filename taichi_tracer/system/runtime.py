@@ -1,7 +1,7 @@
-"""Which backend runs the kernels, in which precision: chosen once, safely, and said.
+"""The start of Taichi: which backend runs the kernels, and in which precision.
 
-Taichi is one global runtime per process; starting it again frees the memory of everything made before. This module is
-the only one that starts it.
+A process has only one Taichi runtime. Starting it again frees the memory of everything that was made before. Only this
+module starts it.
 """
 
 import contextlib
@@ -22,14 +22,17 @@ from taichi_tracer.system.errors import InputError, one_of
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
-F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only as an extension that Taichi does not ask for
-CPU_BLOCK = 512  # iterations of a parallel loop that Taichi gives to one CPU thread at a time, whatever block_dim says
-WORKERS_PER_CPU = 2  # of a pool for all CPUs: of two workers for two CPUs, Linux often wakes both on the same one
+F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only in an extension, which Taichi does not use
+# Iterations of a parallel loop that Taichi gives to a CPU thread at a time; block_dim does not change this number.
+CPU_BLOCK = 512
+# Threads per CPU, if all CPUs are used. With two threads for two CPUs, Linux often starts both on the same CPU.
+WORKERS_PER_CPU = 2
+PROPERTIES_SIZE = 1024  # bytes; a VkPhysicalDeviceProperties has 824
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the running Taichi was started with."""
+    """The settings with which Taichi was started."""
 
     arch: str
     precision: str
@@ -48,21 +51,23 @@ def init(
     debug: bool = False,
     threads: int | None = None,
 ) -> Settings:
-    """Start Taichi; optional, since the first scene starts it with these defaults.
+    """Start Taichi. This call is optional: the first scene starts Taichi with these defaults.
 
     Args:
-        arch: "cpu", "cuda", "metal", "vulkan", or "auto": the first GPU backend that has a device, else the CPU.
-        precision: "f32" or "f64", of every coordinate and colour.
-        fast_math: lets the compiler treat NaN, infinity and rounding freely. Off, because the watertight triangle test
-            and the film's compensated sums need exact rounding; the accuracy study shows what it would gain.
-        force: start again although Taichi runs with other settings. Every scene made before becomes unusable.
-        debug: check the bounds of every read and the ``assert`` in kernels (slow).
-        threads: CPUs at work; None is all.
+        arch: "cpu", "cuda", "metal", "vulkan", or "auto". "auto" takes the first GPU backend that has a device, or the
+            CPU if there is none.
+        precision: "f32" or "f64", for every coordinate and colour.
+        fast_math: whether the compiler may ignore NaN, infinity and exact rounding. The default is False, because the
+            watertight triangle test and the film's compensated sums need exact rounding. The accuracy study shows how
+            much time it would save.
+        force: start again even if Taichi runs with other settings. Every scene that exists then becomes unusable.
+        debug: whether to check the bounds of every array access and the ``assert`` statements in kernels (slow).
+        threads: the number of CPUs to use; None uses all.
 
-    Calling it again with the settings that are in force does nothing.
+    If Taichi already runs with these settings, the call does nothing.
 
     Raises:
-        InputError: a name that is not known, or f64 on a backend that has none.
+        InputError: a name is unknown, or the backend has no f64.
         RuntimeError: Taichi runs with other settings and ``force`` is False.
     """
     global _fell_back_from
@@ -92,14 +97,15 @@ def init(
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
     cache, note = cache_folder(impl.default_cfg().offline_cache_file_path)
-    with contextlib.redirect_stdout(io.StringIO()):  # Taichi prints its arch; _choose has the better line
+    with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
         ti.init(
             arch=getattr(ti, chosen),
             default_fp=getattr(ti, precision),
             fast_math=bool(fast_math),
             debug=debug,
             log_level=ti.ERROR,
-            # Taichi's own passes take half of the compilation and LLVM finds the same: benchmarks/RESULTS.md.
+            # Taichi's own optimisation passes take half of the compile time, and LLVM finds the same optimisations:
+            # benchmarks/RESULTS.md.
             advanced_optimization=False,
             cfg_optimization=False,
             cpu_max_num_threads=workers(threads),
@@ -112,23 +118,23 @@ def init(
 
 
 def workers(threads: int | None) -> int:
-    """How many threads Taichi is to start for so many CPUs; None is all that this process may use."""
+    """The number of threads that Taichi starts for a number of CPUs; None means all CPUs that this process may use."""
     has_affinity = hasattr(os, "sched_getaffinity")  # not on macOS and Windows
     cpus = len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count() or 1
     return threads if threads is not None and threads < cpus else WORKERS_PER_CPU * (threads or cpus)
 
 
-_fell_back_from: str | None = None  # the arch that was asked for in the start that is running, where it got another
+_fell_back_from: str | None = None  # the requested arch, if the running Taichi was started with another one
 
 
 def ensure() -> Settings:
-    """The running settings; starts Taichi with the defaults if nobody has."""
+    """The settings of the running Taichi. If it does not run yet, it is started with the defaults."""
     running = current()
     return init() if running is None else running
 
 
 def current() -> Settings | None:
-    """What Taichi runs with, whoever started it; None before that."""
+    """The settings of the running Taichi, even if other code started it; None if it does not run."""
     if impl.get_runtime().prog is None:
         return None
     arch = "cpu" if ti.cfg.arch in (ti.x64, ti.arm64) else ti.cfg.arch.name
@@ -141,22 +147,22 @@ def dtype() -> type:
 
 
 def epsilon() -> float:
-    """The distance from 1 to the next number in the running precision."""
+    """The distance from 1 to the next larger number in the running precision."""
     return float(np.finfo(dtype()).eps)
 
 
 def has_f64() -> bool:
-    """Whether kernels may compute in f64, whatever the default precision."""
+    """Whether kernels can compute in f64 on this backend, also if the default precision is f32."""
     return ensure().arch in F64_ARCHS
 
 
 def can_widen() -> bool:
-    """Whether kernels run in f32 and may compute a detail in f64."""
+    """Whether kernels run in f32 and can compute single steps in f64."""
     return has_f64() and dtype() is np.float32
 
 
 def _choose(arch: str, precision: str) -> tuple[str, str | None]:
-    """The backend to start, and what to tell the user about it. ``ti.gpu`` would crash where no driver is."""
+    """The backend to start, and a message for the user, or None. ``ti.gpu`` would crash if there is no driver."""
     wanted = [arch] if arch != "auto" else ["cuda", "metal", "vulkan"]
     wanted = [a for a in wanted if precision == "f32" or a in F64_ARCHS]
     for candidate in wanted:
@@ -168,8 +174,8 @@ def _choose(arch: str, precision: str) -> tuple[str, str | None]:
 
 
 def has_device(arch: str) -> bool:
-    """Whether a real GPU answers for "cuda", "metal" or "vulkan"; software Vulkan is slower than the CPU backend."""
-    ti.set_logging_level(ti.ERROR)  # else Taichi reports every driver library that it does not find
+    """Whether there is a real GPU for "cuda", "metal" or "vulkan". Software Vulkan is slower than the CPU backend."""
+    ti.set_logging_level(ti.ERROR)  # otherwise Taichi reports every driver library that it does not find
     core = ti._lib.core
     if arch == "vulkan":
         return core.with_vulkan() and any(not d.is_software for d in vulkan_devices())
@@ -178,7 +184,7 @@ def has_device(arch: str) -> bool:
 
 @dataclass(frozen=True)
 class VulkanDevice:
-    """A device that the Vulkan loader offers; ``is_software`` when it is a program running on the CPU."""
+    """A device of the Vulkan loader; ``is_software`` if it is a program that runs on the CPU."""
 
     name: str
     is_software: bool
@@ -200,7 +206,7 @@ class _InstanceCreateInfo(ctypes.Structure):
 
 
 def vulkan_devices() -> list[VulkanDevice]:
-    """Devices of the Vulkan loader, asked directly: Taichi itself ends the process when there is none."""
+    """The devices of the Vulkan loader, without Taichi, which would end the process if there is no device."""
     library = ctypes.util.find_library("vulkan") or ctypes.util.find_library("vulkan-1")
     if library is None:
         return []
@@ -224,7 +230,7 @@ def vulkan_devices() -> list[VulkanDevice]:
 
 def _describe(vk: ctypes.CDLL, handle: int) -> VulkanDevice:
     """Read deviceType and deviceName of VkPhysicalDeviceProperties: five uint32, then char[256]."""
-    properties = (ctypes.c_uint8 * 1024)()  # the structure has 824 bytes
+    properties = (ctypes.c_uint8 * PROPERTIES_SIZE)()
     vk.vkGetPhysicalDeviceProperties(ctypes.c_void_p(handle), properties)
     raw = bytes(properties)
     device_type = struct.unpack_from("<5I", raw)[4]

@@ -1,8 +1,9 @@
-"""Where a student's method takes the place of ours: which methods were replaced, and how to call one by its signature.
+"""Seams: methods that a student may replace. Which of them were replaced, and how they are called by their signature.
 
-The package contains fast forms that compute the same as the plain methods of the handouts. A fast form may run only
-while the plain methods that it stands in for are those that came with the package: whoever replaces one, in a subclass
-or by assigning to the class, must see their own code run. ``replaced`` answers that question for every part.
+The package contains fast forms that compute the same values as the plain methods of the handouts. If a student replaces
+a plain method, in a subclass or by an assignment to the class, the student's code must run. Therefore a fast form may
+run only as long as the plain methods for which it stands in are unchanged. ``replaced`` answers this question for every
+part.
 """
 
 import inspect
@@ -10,12 +11,12 @@ from types import SimpleNamespace
 
 import taichi as ti
 
-# Class → {name of a handout's method: the function that came with the package}.
+# Class → {name of a method: the function that the package defines for it}.
 _SHIPPED: dict[type, dict[str, object]] = {}
 
 
 def seams(*names: str):
-    """A class decorator: remembers the methods of the class that a student may replace, as they came."""
+    """A class decorator that remembers the original methods of the class that a student may replace."""
 
     def remember(cls: type) -> type:
         inherited = {}
@@ -28,10 +29,10 @@ def seams(*names: str):
 
 
 def replaced(part) -> tuple[str, ...]:
-    """The names of the handout's methods that are not those of the package, for a class or an object.
+    """The names of the methods of a class or an object that were replaced.
 
-    A method counts as replaced when a subclass outside the package defines it, when somebody assigned another function
-    to the class, or when the object itself has an attribute of that name.
+    A method counts as replaced in three cases: a subclass outside the package defines it; another function was assigned
+    to the class; or the object itself has an attribute with this name.
     """
     cls = part if isinstance(part, type) else type(part)
     home = next((base for base in cls.__mro__ if base in _SHIPPED), None)
@@ -43,12 +44,12 @@ def replaced(part) -> tuple[str, ...]:
 
 
 def assigned() -> list[str]:
-    """The methods of the package's own classes that somebody assigned to, as "Camera.generate_ray"."""
+    """The methods of the package's classes that were replaced by an assignment, as "Camera.generate_ray"."""
     return [f"{cls.__name__}.{name}" for cls in _SHIPPED for name in replaced(cls)]
 
 
 def why_replaced(part) -> str:
-    """For receipts: "MyCamera replaces generate_ray"; "" when nothing is replaced."""
+    """The reason for receipts: "MyCamera replaces generate_ray"; "" if nothing is replaced."""
     names = replaced(part)
     cls = part if isinstance(part, type) else type(part)
     return f"{cls.__name__} replaces {', '.join(names)}" if names else ""
@@ -66,24 +67,24 @@ def takes_whole_numbers(function) -> bool:
 
 
 def runs_in_kernels(function) -> bool:
-    """Whether a function was written for kernels alone: with ``@ti.func``, and not for Python as well."""
+    """Whether only kernels can call a function: it has ``@ti.func``, and is not made by ``in_kernels``."""
     return hasattr(function, "_is_taichi_function") and not getattr(function, "is_for_python_too", False)
 
 
 def in_kernels(function):
-    """Let kernels call a Python function while they are compiled: it may inspect, choose, and call Taichi functions."""
+    """Let kernels call a Python function at compile time. It may inspect its arguments and call Taichi functions."""
     function._is_taichi_function = function.is_for_python_too = True
-    function.func = SimpleNamespace(has_print=False)  # what Taichi asks of the functions that a kernel calls
+    function.func = SimpleNamespace(has_print=False)  # Taichi reads this attribute of each function that a kernel calls
     return function
 
 
 @in_kernels
 def called(method, *arguments, **offered):
-    """``method(*arguments)``, with those of the offered arguments that it takes.
+    """``method(*arguments)``, and those of the ``offered`` arguments that the method has parameters for.
 
-    A handout's signature is shorter than ours: ``generate_ndc_coords(pixel_x, pixel_y)`` knows no jitter, and
-    ``sample_direction()`` draws its own random numbers. A function without ``self`` that was assigned to a class is
-    called without it.
+    The signatures of the handouts have fewer parameters than those of the package. For example,
+    ``generate_ndc_coords(pixel_x, pixel_y)`` has no jitter, and ``sample_direction()`` draws its own random numbers. If
+    a function without ``self`` was assigned to a class, it is called without ``self``.
     """
     function = getattr(method, "__func__", None)
     if function is not None:
