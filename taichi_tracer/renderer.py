@@ -60,6 +60,13 @@ class EyeRays:
         return ray, hit
 
 
+def not_a_scene(renderer: str, given) -> InputError:
+    """The error for what was given to a renderer in place of a scene; a name or a path is no scene yet."""
+    if isinstance(given, str | Path):
+        return InputError(f"{renderer}: {str(given)!r} is no scene yet: give load_scene_data({str(given)!r})")
+    return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
+
+
 def camera_of(chosen, width: int, height: int, view: dict) -> ProjectiveCamera:
     """The given camera object, or a new camera of the given kind that shows ``view``; None takes its own kind."""
     if chosen is None:
@@ -112,7 +119,7 @@ class ProgressiveRenderer:
         fast: bool | None = None,
     ) -> None:
         if not isinstance(scene_data, SceneData):
-            raise InputError(f"renderer: scene_data is a scene, as load_scene_data returns it, not {scene_data!r}")
+            raise not_a_scene(type(self).__name__, scene_data)
         scene_data.check_alive()
         for name, number in (("seed", seed), ("first_sample", first_sample)):
             if int(number) != number or not 0 <= number < 2**32:

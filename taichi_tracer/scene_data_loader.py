@@ -1,5 +1,6 @@
 """Load a scene by its name or by the path of its file."""
 
+import os
 from pathlib import Path
 
 from taichi_tracer.environment import load_environment
@@ -25,8 +26,16 @@ def scene_names() -> list[str]:
     return list(shipped_scenes())
 
 
+def name_of(source: str | Path) -> str:
+    """The name of a shipped scene where ``source`` is its file; any other source as it is."""
+    names = {path: name for name, path in shipped_scenes().items()}
+    return names.get(Path(source), str(source))
+
+
 def find_scene(name: str | Path) -> Path:
     """The file that belongs to the name of a shipped scene or to a path."""
+    if not isinstance(name, str | os.PathLike):
+        raise InputError(f"scene: give the name of a shipped scene or the path of a file, not {name!r}")
     shipped = shipped_scenes()
     if str(name) in shipped:
         return shipped[str(name)]

@@ -164,6 +164,7 @@ def test_the_watertight_test_passes(precision, intersector):
     assert [(v.case, v.broken, v.weak) for v in result.verdicts if v.word != "PASS"] == []
     assert result.passed
     assert len(result.rows) == 1
+    assert result.machine["backend"] == "cpu"
 
 
 @ti.func

@@ -157,3 +157,11 @@ def test_unknown_samplers_and_seeds_are_refused():
         tt.A1Renderer(scene, 4, 4, sampler="sobl")
     with pytest.raises(tt.InputError, match="seed must be a whole number"):
         tt.A1Renderer(scene, 4, 4, seed=-1)
+
+
+@pytest.mark.parametrize("renderer_class", [tt.A1Renderer, tt.A2Renderer, tt.RT3Renderer])
+def test_a_name_is_no_scene_yet(renderer_class):
+    with pytest.raises(tt.InputError, match=r"Renderer: 'cube' is no scene yet: give load_scene_data\('cube'\)"):
+        renderer_class("cube")
+    with pytest.raises(tt.InputError, match=f"{renderer_class.__name__}: scene_data must be a scene, .* not None"):
+        renderer_class(None)

@@ -4,7 +4,8 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.scene_data_loader import COURSE_VIEW
+from taichi_tracer.rt3.document import read_rt3
+from taichi_tracer.scene_data_loader import COURSE_VIEW, find_scene, name_of
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -60,3 +61,20 @@ def test_options_reach_the_scene(tmp_path):
     scene = tt.load_scene_data("cube", intersector="brute_force", triangle_test="moller_trumbore")
     assert scene.ray_intersector.name == "brute_force"
     assert scene.ray_intersector.triangle_test == "moller_trumbore"
+
+
+def test_a_scene_is_no_name():
+    with pytest.raises(tt.InputError, match="give the name of a shipped scene or the path of a file, not SceneData"):
+        tt.load_scene_data(tt.load_scene_data("cube"))
+
+
+def test_no_two_shipped_documents_write_the_same_picture():
+    shots = [shot for name in tt.scene_names() if name.startswith("rt3/") for shot in read_rt3(find_scene(name)).shots]
+    names = [shot.film.filename for shot in shots]
+    assert len(names) > 5
+    assert len(set(names)) == len(names)
+
+
+def test_the_file_of_a_shipped_scene_has_its_name():
+    assert [name_of(find_scene(name)) for name in tt.scene_names()] == tt.scene_names()
+    assert name_of("elsewhere/cube.obj") == "elsewhere/cube.obj"

@@ -14,8 +14,10 @@ from taichi_tracer.apps.words import (
     LIGHT,
     PICTURE_FOLDER,
     PICTURE_SIZE,
+    OneOfOptions,
     as_value,
     at_least_one,
+    let_every_character_print,
     names,
     number,
     positive,
@@ -35,6 +37,7 @@ def main(argv: list[str] | None = None) -> int:
         argv: the words after the program's name; those of this process when None.
     """
     warnings.showwarning = show_warning
+    let_every_character_print()
     words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
     parts = values_of("--parts", words)
     try:
@@ -315,6 +318,7 @@ def add_picture_options(parser: Parser) -> None:
         "--view",
         "--estimator",
         dest="view",
+        action=OneOfOptions,
         metavar="NAME",
         help="what to show, or how to sample its light: one name, several with commas, or 'all' (default: the scene "
         "file's, or the one with a star)",

@@ -3,7 +3,7 @@
 from argparse import Namespace
 from dataclasses import dataclass, replace
 
-from taichi_tracer.apps.names import find_views
+from taichi_tracer.apps.names import find_estimator
 from taichi_tracer.apps.requests import CameraRequest, SceneRequest, document_of, scene_of
 from taichi_tracer.apps.words import given, taken
 from taichi_tracer.scene_data import SceneData
@@ -46,7 +46,7 @@ class EffectsRequest:
 
 def effects_of(args: Namespace) -> EffectsRequest:
     """What the options ask for."""
-    needs_light = any(integrator.needs_light for _, integrator in find_views(args.estimator))
+    needs_light = find_estimator(args.estimator).needs_light
     scene = replace(scene_of(args, document_of(args.scene), needs_light), effects="scene")
     return EffectsRequest(scene, args.estimator, args.sampler, args.size, taken(CameraRequest, args))
 

@@ -19,6 +19,7 @@ from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.studies import variants
+from taichi_tracer.studies.variants import light_renderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.registry import PARTS
@@ -52,8 +53,26 @@ def find_views(text: str) -> tuple[View, ...]:
         return tuple((renderer_class, integrator) for integrator in renderer_class.offered())
     for name in text.split(","):
         if name not in known:
-            raise one_of("view", name, [*view_names(), ALL])
+            raise one_of(kinds_of_views(), name, [*view_names(), ALL])
     return tuple(known[name] for name in text.split(","))
+
+
+def kinds_of_views() -> str:
+    """What the renderers call what they offer: "view, estimator or integrator"."""
+    *rest, last = dict.fromkeys(c.what for c in renderers())
+    return f"{', '.join(rest)} or {last}" if rest else last
+
+
+def find_estimator(name: str) -> Integrator:
+    """The way to sample light of that name.
+
+    Raises:
+        InputError: there is none, or it shows something for which no light is needed.
+    """
+    known = {alias: one for one in light_renderer().offered() for alias in (*one.aliases, one.name)}
+    if name not in known:
+        raise one_of("estimator", name, light_renderer().names())
+    return known[name]
 
 
 def view_names() -> list[str]:

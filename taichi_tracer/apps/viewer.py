@@ -19,10 +19,11 @@ from taichi_tracer.apps.camera_controller import Pose
 from taichi_tracer.apps.display import can_open_window
 from taichi_tracer.apps.plot import draw_curve
 from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.apps.words import PICTURE_FOLDER
+from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.scene_data_loader import name_of
 from taichi_tracer.system.errors import InputError
 
 TITLE = "Interactive Renderer"
@@ -72,6 +73,7 @@ def show(renderer: ProgressiveRenderer, folder: str | Path = PICTURE_FOLDER, sce
     Returns:
         0, in both cases: the exit code of a program that shows pictures.
     """
+    let_every_character_print()
     verdict = can_open_window()
     if verdict.can_open:
         Viewer(renderer, Path(folder), scene_options).run()
@@ -304,7 +306,8 @@ class Viewer:
 def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ()) -> str:
     """The command line that makes the picture that the renderer shows; arguments as for ``show``."""
     camera = renderer.camera
-    words = ["taichi-tracer", "render", renderer.scene_data.source, *scene_options, "--view", renderer.active.name]
+    scene = name_of(renderer.scene_data.source)
+    words = ["taichi-tracer", "render", scene, *scene_options, "--view", renderer.active.name]
     if renderer.needs_light:
         environment = renderer.scene_data.environment
         words += ["--environment", "none" if environment is None else environment.name]

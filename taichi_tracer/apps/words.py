@@ -4,6 +4,7 @@ Nothing here imports Taichi, so that ``--help`` and ``--version`` answer at once
 """
 
 import argparse
+import sys
 from dataclasses import fields
 from typing import TypeVar
 
@@ -39,6 +40,26 @@ def values_of(option: str, words: list[str]) -> list[str]:
     """Every value that an option has among the words, before they are parsed."""
     found = [following for word, following in zip(words, words[1:], strict=False) if word == option]
     return [*found, *(word.removeprefix(f"{option}=") for word in words if word.startswith(f"{option}="))]
+
+
+class OneOfOptions(argparse.Action):
+    """Keeps the value of an option that has two names; the two names with two values are an error."""
+
+    def __call__(self, parser, namespace, value, option=None) -> None:
+        """Keep the value, and by which name it came."""
+        former, by = getattr(namespace, self.dest), getattr(namespace, f"{self.dest}_option", option)
+        if by != option and former != value:
+            advice = "give one of them, or several names with commas"
+            parser.error(f"{by} {former} and {option} {value} are two names of one option: {advice}")
+        setattr(namespace, self.dest, value)
+        setattr(namespace, f"{self.dest}_option", option)
+
+
+def let_every_character_print() -> None:
+    """Where a terminal or a pipe lacks a character, as in ASCII, print its number instead of failing."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def number(text: str) -> float:

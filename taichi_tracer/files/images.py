@@ -140,6 +140,8 @@ def check_writable(path: str | Path) -> None:
     """Raise an InputError if ``save_image`` could not write there later."""
     path = Path(path)
     extension = path.suffix.lower()
+    if extension == "":
+        raise InputError(f"{path}: the name has no ending that says the format: give {path}.png, say")
     if extension not in ENCODERS:
         raise InputError(f"{path}: unknown image type {path.suffix!r}: known are {', '.join(ENCODERS)}")
     if extension in NEED_OPENIMAGEIO:

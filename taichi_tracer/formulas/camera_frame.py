@@ -19,12 +19,14 @@ def camera_frame(eye: np.ndarray, at: np.ndarray, up: np.ndarray, handedness: st
     (C-5).
 
     Raises:
-        InputError: no frame exists, because eye = at or because up is parallel to the gaze (C-6).
+        InputError: no frame exists, because eye = at, because up = 0, or because up is parallel to the gaze (C-6).
     """
     gaze = at - eye
     if not np.linalg.norm(gaze) > 0:
         raise InputError(f"camera: eye and at are the same point {show(eye)}: move one of them")
     z_c = gaze / np.linalg.norm(gaze)
+    if not np.linalg.norm(up) > 0:
+        raise InputError(f"camera: up {show(up)} has no direction: choose another up, such as (0, 1, 0)")
     side = np.cross(up, z_c)
     if not np.linalg.norm(side) > SMALLEST_SINE * np.linalg.norm(up):
         raise InputError(f"camera: up {show(up)} is parallel to the gaze {show(gaze)}: choose another up")

@@ -75,7 +75,7 @@ def summary(study: Study, target: float = TARGETS[2]) -> list[str]:
     if worst is not best:
         ratio = worst.seconds_to(target)[0] / best.seconds_to(target)[0]
         seconds = show_seconds(worst.seconds_to(target))
-        sentences.append(f"{worst.variant.label} needs {seconds}, {ratio:,.0f} times as long.")
+        sentences.append(f"{worst.variant.label} needs {seconds}, {times_as_long(ratio)}.")
     rows = knob_table(study)
     samplers = [r["error"] for r in rows if r["knob"] == "sampler" and r["error"] > 0]
     if samplers:
@@ -90,6 +90,13 @@ def summary(study: Study, target: float = TARGETS[2]) -> list[str]:
         )
         sentences.append(f"How single rays are computed: {times}.")
     return [*sentences, where_the_error_is(study)]
+
+
+def times_as_long(ratio: float) -> str:
+    """A ratio of times in words: digits that can be told from 1, and no more than two."""
+    if ratio < 1.05:
+        return "about as long"
+    return f"{ratio:,.0f} times as long" if ratio >= 10 else f"{ratio:.2g} times as long"
 
 
 def where_the_error_is(study: Study) -> str:

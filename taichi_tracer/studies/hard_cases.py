@@ -116,14 +116,14 @@ def run(
     before = runtime.current()
     rows, verdicts, started = [], [], None
     references: dict[tuple, list] = {}
-    machine = machine_facts()
+    machine = {}
     try:
         for mode in modes_of(level) if modes is None else modes:
             start = (mode.precision, mode.fast_math)
             if start != started:
                 gc.collect()  # while the Taichi that made them still runs
                 runtime.init("cpu", mode.precision, mode.fast_math, force=True)
-                started = start
+                started, machine = start, machine_facts()
                 if renderer:
                     progress(f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}")
                     verdicts += renderer_verdicts(mode, size)

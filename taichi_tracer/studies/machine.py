@@ -10,12 +10,11 @@ from taichi_tracer.system import runtime
 
 def machine_facts() -> dict[str, str]:
     """Versions, backend and processors, by name."""
-    settings = runtime.current()
     return {
         "python": platform.python_version(),
         "taichi": ".".join(str(part) for part in ti.__version__),
         "system": f"{platform.system()} {platform.machine()}",
-        "backend": "none" if settings is None else settings.arch,
+        "backend": runtime.ensure().arch,
         "processors": str(os.cpu_count()),
     }
 

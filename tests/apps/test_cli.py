@@ -32,10 +32,10 @@ def instant(monkeypatch):
     monkeypatch.setattr(A1Renderer, "add_sample", lambda self, index: self.film.canvas.fill(0.5))
 
 
-def run(*words, **options):
-    """The command line in a process of its own, without a terminal."""
-    command = [sys.executable, *words]
-    return subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=120, **options)
+def run(*words, cwd=None, **variables):
+    """The command line in a process of its own, without a terminal; ``variables`` are of its environment."""
+    command, env = [sys.executable, *words], environment() | variables
+    return subprocess.run(command, env=env, capture_output=True, text=True, timeout=120, cwd=cwd)
 
 
 def environment():
@@ -94,6 +94,14 @@ assert main(["render", "cube", "--size", "8x8", "-o", {str(tmp_path / "x.png")!r
 print("loaded:", sorted({{"trimesh", "scipy", "matplotlib", "tqdm", "OpenEXR"}} & set(sys.modules)))
 """
     assert run("-c", code).stdout.endswith("loaded: []\n")
+
+
+def test_a_terminal_that_knows_only_ascii_shows_other_characters_by_their_numbers(tmp_path):
+    words = ["render", "cube", "--size", "8x8", "-o", "é.png"]
+    result = run("-m", "taichi_tracer", *words, cwd=tmp_path, PYTHONIOENCODING="ascii", PYTHONUTF8="1")
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.startswith(r"\xe9.png: 8x8, 1 spp")
+    assert pixels(tmp_path / "é.png").max() > 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
@@ -253,6 +261,9 @@ BAD_WORDS = {
     "unknown scene": (["info", "cornel_box"], ["'cornel_box'", "did you mean 'cornell_box'?", "torus_knot"]),
     "unknown scene, none near": (["info", "zzz"], ["'zzz'", "known are", "cube"]),
     "unknown view": (["render", "cube", "--view", "norml"], ["'norml'", "did you mean 'normal'?", "distance"]),
+    "two views": (["render", "cube", "--view", "hit", "--estimator", "mis"], ["--view hit and --estimator mis"]),
+    "not an estimator": (["effects", "cube", "--estimator", "hit"], ["unknown estimator 'hit'", "uniform", "mis"]),
+    "unknown estimator": (["render", "cube", "--estimator", "zzz"], ["view, estimator or integrator 'zzz'", "mis"]),
     "unknown intersector": (["info", "cube", "--intersector", "octree"], ["'octree'", "bvh", "brute_force"]),
     "unknown triangle test": (["info", "cube", "--triangle-test", "x"], ["'x'", "watertight"]),
     "unknown arch": (["info", "cube", "--arch", "gpu"], ["'gpu'", "cuda"]),
@@ -264,6 +275,7 @@ BAD_WORDS = {
     "eye = at": (["render", "cube", "--eye", "1", "2", "3", "--at", "1", "2", "3"], ["eye", "at", "(1, 2, 3)"]),
     "eye is NaN": (["render", "cube", "--eye", "nan", "2", "3"], ["eye", "nan"]),
     "up along the gaze": (["render", "cube", "--up", "0", "0", "-2"], ["up", "(0, 0, -2)", "parallel"]),
+    "up nowhere": (["render", "cube", "--up", "0", "0", "0"], ["up (0, 0, 0) has no direction", "(0, 1, 0)"]),
     "two numbers": (["render", "cube", "--eye", "1", "2"], ["--eye", "3"]),
     "handedness": (["render", "cube", "--handedness", "middle"], ["handedness", "'middle'", "right"]),
     "size 0": (["render", "cube", "--size", "0x8"], ["--size", "'0x8'", "640x480"]),
@@ -275,6 +287,7 @@ BAD_WORDS = {
     "spp a fraction": (["render", "cube", "--spp", "1.5"], ["--spp", "'1.5'"]),
     "no such folder": (["render", "cube", "-o", "no/such/folder/x.png"], ["no/such/folder"]),
     "unknown format": (["render", "cube", "-o", "x.docx"], ["x.docx", ".png"]),
+    "no format": (["render", "cube", "-o", "None"], ["None: the name has no ending", "give None.png"]),
     "one file, two views": (["render", "cube", "--view", "hit,normal", "-o", "x.png"], ["x.png", "folder"]),
 }
 
@@ -449,7 +462,8 @@ def test_effects_prints_what_each_would_cost(capsys, monkeypatch):
     ],
 )
 def test_wrong_light_is_one_line(words, told, capsys, tmp_path):
-    assert main(["render", "cube", "--view", "brdf", "--size", "8x8", "-o", f"{tmp_path}/x.png", *words]) == 2
+    light = [] if words[0] == "--estimator" else ["--view", "brdf"]
+    assert main(["render", "cube", *light, "--size", "8x8", "-o", f"{tmp_path}/x.png", *words]) == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert told in error
     assert list(tmp_path.iterdir()) == []

@@ -96,6 +96,12 @@ def test_pixels_that_glare_are_in_no_error():
     assert truth.error_of(wrong) == pytest.approx(math.sqrt(1 / 99))
 
 
+def test_a_time_that_is_hardly_longer_is_not_once_as_long():
+    told = [accuracy_tables.times_as_long(ratio) for ratio in (1.0, 1.04, 1.2, 3.14, 12.3, 1234.5)]
+    assert told[:2] == ["about as long"] * 2
+    assert told[2:] == [f"{ratio} times as long" for ratio in ("1.2", "3.1", "12", "1,234")]
+
+
 def test_plans():
     plan = variants.plan(estimators=("brdf", "mis"), samplers=("sobol",), fast_math=(False,), scales=(1.0,))
     assert [v.label for v in plan] == [
