@@ -7,19 +7,22 @@ import os
 
 import numpy as np
 import pytest
+import taichi as ti
+import taichi.math as tm
 from oracles import light
-from shapes import SQUARE, sphere
+from shapes import SQUARE, sphere, with_spheres
 from support import DEBUG, start
 
 import taichi_tracer as tt
-from taichi_tracer import brdf
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.integrators.direct_light import DirectLight
 from taichi_tracer.materials import Material
 from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.sampler import UniformSampler
+from taichi_tracer.system.registry import PARTS
 
 LARGEST_Z = 4.5
 KD = np.array([0.8, 0.5, 0.2])
-NS_COLUMN = 12  # of the materials' table
 SIZE, SPP = (16, 64) if DEBUG else (48, 256)
 
 
@@ -36,12 +39,14 @@ def wall():
     """
     view = {"eye": (0, 0, 1000), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.05}
     mesh = Mesh(*SQUARE, materials=[Material(Kd=tuple(KD))])
-    scene = tt.SceneData(mesh, view=view, environment=np.full((2, 4, 3), 1.5), effects_mode="all")
-    renderers = {}
+    scene = tt.SceneData(mesh, view=view, environment=np.full((2, 4, 3), 1.5), effects="all")
+    library, renderers = scene.material_library, {}
 
     def render(estimator, ns):
-        library = scene.material_library
-        library.table[0, NS_COLUMN], library.kinds[0] = ns, brdf.brdf_of(Material(Ns=ns), np.float32)
+        material = Material(Kd=tuple(KD), Ns=ns)
+        (library.brdf_ids[0],) = [i for i, b in enumerate(library.brdfs) if b.describes(material, np.float32)]
+        for column, value in enumerate(library.as_table([material])[0]):
+            library.table[0, column] = value
         if estimator not in renderers:
             renderers[estimator] = A2Renderer(scene, SIZE, SIZE, sampler="independent").use(estimator)
         renderers[estimator].reset()
@@ -183,3 +188,113 @@ def test_secondary_rays_do_not_meet_their_own_surface(rng):
         image = rendered(scene, "brdf", 64, 16).image()
         # White albedo under white light before white sky: any self-shadow would be dark.
         np.testing.assert_allclose(image, 1, rtol=1e-5, err_msg=f"{size} {offset}")
+
+
+def test_a_furnace_holds_a_sphere_of_its_reflectance():
+    """Environment 1, reflectance 0.8, nothing occluded: radiance 0.8 everywhere on it, without any noise."""
+    scene = tt.SceneData(with_spheres([(0, 0, 0, 1)]), environment="white")
+    image = A2Renderer(scene, 24, 24).use("brdf").render(4).image()
+    np.testing.assert_allclose(image[8:16, 8:16], 0.8, atol=2e-6)
+    assert set(np.unique(image.round(5))) <= {np.float32(x) for x in (0.8, 0.85, 0.9, 0.95, 1.0)}
+
+
+# ── what an estimator is made of ──
+
+
+def test_the_heuristics_weigh_both_techniques_to_one():
+    """Veach & Guibas: w_a + w_b = 1; β = 2 squares the ratio; no density is no weight; huge ones do not overflow."""
+    power, balance = (PARTS.find("integrator", name) for name in ("mis", "mis_balance"))
+    pairs = np.array([[1, 1], [1, 3], [3, 1], [2.5, 0], [0, 2.5], [1e30, 1e30], [1e-30, 1e30]], np.float32)
+    with np.errstate(over="ignore"):
+        for heuristic, exponent in ((power, 2), (balance, 1)):
+            a, b = heuristics(heuristic, pairs), heuristics(heuristic, pairs[:, ::-1])
+            np.testing.assert_allclose(
+                a[:5], [1 / 2, 1 / (1 + 3**exponent), 1 - 1 / (1 + 3**exponent), 1, 0], rtol=1e-6
+            )
+            np.testing.assert_allclose(a + b, 1, rtol=1e-6)
+
+
+@ti.kernel
+def _heuristic(mis: ti.template(), pairs: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=1)):
+    for i in range(pairs.shape[0]):
+        out[i] = mis.heuristic(pairs[i, 0], pairs[i, 1])
+
+
+def heuristics(mis, pairs):
+    out = np.zeros(len(pairs), np.float32)
+    _heuristic(mis, np.ascontiguousarray(pairs), out)
+    return out
+
+
+@pytest.mark.parametrize("name", ["environment", "mis"])
+def test_a_mirror_is_sampled_once_by_its_own_direction(name):
+    """No other density meets it: its picture has no noise, though two techniques make one sample."""
+    vertices, faces = SQUARE
+    mesh = Mesh(
+        np.concatenate([vertices, vertices + [4, 0, 0]]),
+        np.concatenate([faces, faces + 4]),
+        face_materials=np.array([0, 0, 1, 1], np.int32),
+        materials=[Material(Kd=tuple(KD), Ns=1e21), Material()],
+    )
+    view = {"eye": (0, 0, 1000), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.05}
+    scene = tt.SceneData(mesh, view=view, environment=np.full((2, 4, 3), 1.5))
+    image = rendered(scene, name, 12, 3).image()
+    np.testing.assert_allclose(image, np.tile(KD * 1.5, (12, 12, 1)), rtol=1e-5)
+
+
+@ti.data_oriented
+class Upwards(DirectLight):
+    """An estimator of a user's own: always along the normal, with a made-up density of 1."""
+
+    name = "upwards"
+
+    @ti.func
+    def sample(self, scene, surface, technique, xi_brdf, xi_light):
+        return surface.normal, surface.eval_cosine(surface.normal)
+
+
+def test_an_estimator_says_one_direction_and_what_its_light_is_worth():
+    view = {"eye": (0, 0, 1000), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.05}
+    scene = tt.SceneData(Mesh(*SQUARE, materials=[Material(Kd=tuple(KD))]), view=view, environment="white")
+    image = A2Renderer(scene, 8, 8).use(Upwards()).render(2).image()
+    np.testing.assert_allclose(image, np.tile(KD / np.pi, (8, 8, 1)), rtol=1e-5)
+
+
+def test_an_estimator_without_a_sample_is_asked_for_one_by_name():
+    @ti.data_oriented
+    class Unfinished(DirectLight):
+        name = "unfinished"
+
+    scene = tt.SceneData(Mesh(*SQUARE), environment="white")
+    with pytest.raises(Exception, match=r"an estimator must say what sample\(self, scene, surface, ...\) is"):
+        A2Renderer(scene, 8, 8).use(Unfinished()).render()
+
+
+def test_directions_of_ones_own_are_those_of_the_uniform_estimator():
+    """With their own density: straight up, 1/2 per steradian."""
+
+    @ti.data_oriented
+    class Up(UniformSampler):
+        @ti.func
+        def sample_direction(self):
+            return tm.vec3(0, 0, 1)
+
+        @ti.func
+        def evaluate_probability(self):
+            return 0.5
+
+    view = {"eye": (0, 0, 1000), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.05}
+    scene = tt.SceneData(Mesh(*SQUARE, materials=[Material(Kd=tuple(KD))]), view=view, environment="white")
+    for sampler in (Up, Up()):
+        image = A2Renderer(scene, 8, 8, sampler=sampler).use("uniform").render().image()
+        np.testing.assert_allclose(image, np.tile(KD / np.pi / 0.5, (8, 8, 1)), rtol=1e-5)
+
+
+def test_only_light_that_is_there_takes_random_numbers():
+    """A scene that is dark but for its emitters compiles no reflection: the rest is the emission itself."""
+    mesh = Mesh(*SQUARE, materials=[Material(Kd=tuple(KD), Ke=(3.0, 2.0, 1.0))])
+    view = {"eye": (0, 0, 1000), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 0.05}
+    image = A2Renderer(tt.SceneData(mesh, view=view), 8, 8).use("uniform").render().image()
+    np.testing.assert_array_equal(image, np.tile(np.float32([3, 2, 1]), (8, 8, 1)))
+    lit = A2Renderer(tt.SceneData(mesh, view=view, environment="white"), 8, 8).use("brdf").render().image()
+    np.testing.assert_allclose(lit, np.tile(np.array([3, 2, 1]) + KD, (8, 8, 1)), rtol=1e-5)

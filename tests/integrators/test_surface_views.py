@@ -4,15 +4,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import taichi as ti
+import taichi.math as tm
 from oracles import rays, views
+from probe import ask, put
 from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.integrators import surface_views
+from taichi_tracer.ray import no_hit
 from taichi_tracer.scene_data_loader import COURSE_VIEW
 
-REFERENCES = Path(__file__).parent / "references"
-NAMES = [view.name for view in surface_views.ALL]
+REFERENCES = Path(__file__).parents[1] / "references"
+NAMES = ["hit", "triangle_id", "distance", "barycentric", "normal", "material_id"]
 SIZE = 96
 
 
@@ -35,13 +39,10 @@ def oracle_pictures(scene, width, height):
     """View name → (height, width, 3), and (height, width) where a pixel is further than rounding from any edge."""
     directions = rays.eye_rays(**COURSE_VIEW, width=width, height=height)[::-1].reshape(-1, 3)
     origins = np.broadcast_to(COURSE_VIEW["eye"], directions.shape)
-    mesh = scene.geometry
-    ids, t, u, v, margin = rays.nearest(origins, directions, *mesh.arrays)
-    normals = mesh.normals.to_numpy() if mesh.has_normals else []
-    face_normals = mesh.face_normals.to_numpy() if mesh.has_normals else []
-    pictures = views.colors(
-        directions, ids, t, u, v, *mesh.arrays, normals, face_normals, mesh.face_materials.to_numpy()
-    )
+    mesh = scene.mesh
+    ids, t, u, v, margin = rays.nearest(origins, directions, mesh.vertices, mesh.faces)
+    normals = (mesh.normals, mesh.face_normals) if mesh.has_vertex_normals else ([], [])
+    pictures = views.colors(directions, ids, t, u, v, mesh.vertices, mesh.faces, *normals, mesh.face_materials)
     shape = (height, width)
     return {name: p.reshape(*shape, 3) for name, p in pictures.items()}, (margin > 1e-5).reshape(shape)
 
@@ -90,3 +91,25 @@ def test_what_the_colours_say(box):
     for name, number in (("triangle_id", ids.triangle_id[0]), ("material_id", ids.material_id[0])):
         expected = ((number + 1) * np.array([3.14159265, 6.62607015, 2.71828182])) % 1
         np.testing.assert_allclose(centre[name], expected, atol=1e-6)
+
+
+@ti.func
+def _colors(rows: ti.template(), out: ti.template(), i):
+    hit = no_hit()
+    hit.is_hit, hit.triangle_id, hit.distance = 1, ti.cast(rows[i, 0], ti.i32), rows[i, 1]
+    hit.barycentric_coords = tm.vec2(rows[i, 2], rows[i, 3])
+    put(out, i, 0, surface_views.id_color(hit.triangle_id))
+    put(out, i, 3, surface_views.distance(hit))
+    put(out, i, 6, surface_views.barycentric(hit))
+
+
+def test_ids_of_any_size_have_their_own_colour(precision):
+    """(i + 1)·π mod 1 and so on, by integers: the largest id as exactly as the first."""
+    ids = np.array([0, 1, 2, 1_000, 16_777_215])  # the largest that f32 can hand over
+    rows = np.column_stack([ids, [0, 5, 10, 11, 2.5], [0, 0.25, 1, 0, 0.5], [0, 0.5, 0, 1, 0.5]])
+    out = ask(_colors, rows, 9)
+    digits = ([314159265, 662607015, 271828182] * (ids[:, None] + 1)) % 100_000_000
+    np.testing.assert_allclose(out[:, :3], digits / 100_000_000, rtol=1e-6)
+    np.testing.assert_allclose(out[:, 3:6], np.repeat([[0], [0.5], [1], [1], [0.25]], 3, axis=1), rtol=1e-6)
+    np.testing.assert_allclose(out[:, 6:], np.column_stack([rows[:, 2:], 1 - rows[:, 2:].sum(axis=1)]), atol=1e-6)
+    start("f32")
