@@ -1,20 +1,43 @@
 """Reading and writing of whole files, with clear errors; a file is replaced only by a complete new file."""
 
 import os
+import stat
 import tempfile
 from pathlib import Path
 
 from taichi_tracer.system.errors import InputError, MissingFileError
 
+KINDS = (
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+
 
 def read_bytes(path: str | Path) -> bytes:
     """The content of a file. An InputError says why it cannot be read."""
     try:
+        check_is_file(path)
         return Path(path).read_bytes()
     except FileNotFoundError:
         raise MissingFileError(f"{path}: no such file") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def check_is_file(path: str | Path) -> None:
+    """Raise an InputError for a folder, a pipe or a device: reading a pipe may wait for ever, and a device never ends.
+
+    Raises:
+        InputError: it is no file. OSError: it does not exist or cannot be looked at.
+    """
+    mode = os.stat(path).st_mode
+    if stat.S_ISDIR(mode):
+        raise InputError(f"{path}: this is a folder: give a file in it")
+    if not stat.S_ISREG(mode):
+        kind = next((name for is_one, name in KINDS if is_one(mode)), "no file")
+        raise InputError(f"{path}: this is {kind}: give a file that lies on a disk")
 
 
 def check_place(path: str | Path) -> None:

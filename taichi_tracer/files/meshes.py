@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.files.text import read_bytes
+from taichi_tracer.files.disk import check_is_file, read_bytes
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
@@ -111,7 +111,17 @@ def from_trimesh(mesh_or_scene) -> Mesh:
 def _load(raw: bytes, path: Path):
     import trimesh  # takes half a second if scipy is installed
 
-    resolver = trimesh.resolvers.FilePathResolver(str(path))
+    class Files(trimesh.resolvers.FilePathResolver):
+        """The files that a glTF names."""
+
+        def get(self, name: str) -> bytes:
+            """Their bytes; a pipe would never end."""
+            named = Path(self.parent) / name.strip()
+            if named.exists():
+                check_is_file(named)
+            return super().get(name)
+
+    resolver = Files(str(path))
     return trimesh.load(io.BytesIO(raw), path.suffix[1:].lower(), resolver=resolver, process=False, maintain_order=True)
 
 

@@ -7,7 +7,7 @@ import taichi as ti
 from taichi.lang import impl
 
 from taichi_tracer.system.errors import InputError, StaleSceneError
-from taichi_tracer.system.runtime import ensure
+from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
 
 KEPT_FREE = 0.1  # the fraction of the free memory that is left for other uses
 
@@ -53,10 +53,11 @@ class Lifetime:
     def is_over(self) -> bool:
         """Whether Taichi was started again, or reset, since then."""
         program = self._program()
-        return program is None or program is not impl.get_runtime().prog
+        return is_forked() or program is None or program is not impl.get_runtime().prog
 
     def check(self, what: str) -> None:
         """Raise a StaleSceneError if the fields of ``what`` are gone; using them would crash the process."""
+        check_not_forked()
         if self.is_over():
             raise StaleSceneError(
                 f"this {what} was made before Taichi was initialised again, which freed its memory: make a new one"

@@ -170,7 +170,8 @@ def load_parts(path: str) -> list:
     """
     file = Path(path).expanduser().resolve()
     if not file.is_file():
-        raise InputError(f"--parts {path}: no such file")
+        what = "this is a folder, a pipe or a device, not a file" if file.exists() else "no such file"
+        raise InputError(f"--parts {path}: {what}")
     before = PARTS.everything()
     sys.path.insert(0, str(file.parent))
     try:

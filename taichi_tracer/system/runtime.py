@@ -71,6 +71,7 @@ def init(
         RuntimeError: Taichi runs with other settings and ``force`` is False.
     """
     global _fell_back_from
+    check_not_forked()
     if arch not in ARCHS:
         raise one_of("arch", arch, ARCHS)
     if precision not in PRECISIONS:
@@ -129,8 +130,41 @@ _fell_back_from: str | None = None  # the requested arch, if the running Taichi 
 
 def ensure() -> Settings:
     """The settings of the running Taichi. If it does not run yet, it is started with the defaults."""
+    check_not_forked()
     running = current()
     return init() if running is None else running
+
+
+def check_not_forked() -> None:
+    """Raise in a process that was forked after Taichi was started: its threads stayed behind, and a kernel would hang.
+
+    Raises:
+        RuntimeError: it was, whatever is asked of Taichi there.
+    """
+    if is_forked():
+        raise RuntimeError(
+            "Taichi was started before this process was forked, and would hang in it: start the process by "
+            'multiprocessing.get_context("spawn")'
+        )
+
+
+def is_forked() -> bool:
+    """Whether this process was forked from one in which Taichi ran."""
+    return _is_forked
+
+
+def _note_fork() -> None:
+    global _is_forked
+    program = impl.get_runtime().prog
+    if program is not None:
+        _is_forked = True
+        # Never destroyed here: its destructor waits for the threads, too.
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(program))
+
+
+_is_forked = False
+if hasattr(os, "register_at_fork"):  # not on Windows, where no process is forked
+    os.register_at_fork(after_in_child=_note_fork)
 
 
 def current() -> Settings | None:

@@ -324,6 +324,32 @@ def test_bad_files(case, tmp_path, capsys):
     assert not (tmp_path / "x.png").exists()
 
 
+PIPES = {
+    **{f"scene {ending}": (["info", f"pipe{ending}"], ending) for ending in (".obj", ".ply", ".glb", ".xml")},
+    **{f"light {ending}": (["info", "cube", "--environment", f"pipe{ending}"], ending) for ending in (".hdr", ".npy")},
+    "checkpoint": (["render", "cube", "--estimator", "brdf", "--checkpoint", "pipe.k", "-o", "x.png"], ".k"),
+    "parts": (["info", "cube", "--parts", "pipe.py"], ".py"),
+    "picture": (["compare", "pipe.png", "pipe.png"], ".png"),
+    "material": (["info", "scene.obj"], ".mtl"),
+    "include": (["info", "scene.xml"], ".rt3"),
+    "buffer": (["info", "scene.gltf"], ".bin"),
+}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes among the files")
+@pytest.mark.parametrize("case", PIPES)
+def test_a_pipe_is_refused_instead_of_waited_for(case, tmp_path, monkeypatch, capsys):
+    words, ending = PIPES[case]
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo(f"pipe{ending}")
+    Path("scene.obj").write_text(f"mtllib pipe.mtl\n{TRIANGLE}f 1 2 3\n")
+    Path("scene.xml").write_text('<RT3><include filename="pipe.rt3"/></RT3>')
+    Path("scene.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "pipe.bin", "byteLength": 4}]}')
+    assert quickly(words) == 2
+    assert_one_line(capsys.readouterr().err, [f"pipe{ending}"])
+    assert not Path("x.png").exists()
+
+
 def test_a_nan_vertex_drops_its_triangle_and_says_so(tmp_path, capsys):
     path = tmp_path / "x.obj"
     path.write_text(TRIANGLE + "v nan 0 0\nf 1 2 3\nf 1 2 4\n")

@@ -297,3 +297,28 @@ def test_the_precision_is_that_of_the_kernels(precision):
     assert runtime.epsilon() == {"f32": 2.0**-23, "f64": 2.0**-52}[precision]
     assert runtime.has_f64()
     assert runtime.can_widen() == (precision == "f32")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_a_forked_process_says_spawn_instead_of_hanging():
+    program = f"""{MADE}
+import os, signal, sys
+renderer.render()
+uses = [renderer.render, renderer.image, lambda: renderer.canvas, lambda: tt.init("cpu", force=True)]
+uses += [lambda: tt.scene_from_mesh({TRIANGLE}), lambda: scene.intersect([0, 0, 1], [0, 0, -1])]
+uses += [lambda: renderer.camera.set_camera_parameters(fov=30)]
+child = os.fork()
+if child == 0:
+    signal.alarm(60)
+    told = 0
+    for use in uses:
+        try:
+            use()
+        except RuntimeError as error:
+            told += "spawn" in str(error)
+    scene.destroy()
+    sys.exit(told)
+_, status = os.waitpid(child, 0)
+print(len(uses), os.waitstatus_to_exitcode(status), renderer.render().samples)
+"""
+    assert told(program) == "7 7 2"
