@@ -254,8 +254,7 @@ class ProgressiveRenderer:
     def add_sample(self, index: int) -> None:
         """Take one sample for every pixel."""
         scene = self.kernel_scene()
-        if self.active.samples_lights:
-            scene.lights.prepare()
+        scene.lights.prepare(self.active.samples_lights)
         self.eye_rays.bring_up_to_date(self.seed, index)
         self._take_sample(scene, self.active, self.eye_rays, self.seed, index)
 

@@ -28,7 +28,7 @@ class Light:
     version = 0  # counts changes, so that a renderer knows when its samples belong to an older picture
 
     def prepare(self) -> None:
-        """Allocate the tables that ``sample`` needs. It is called before the first kernel that samples this light."""
+        """Allocate the tables that ``sample`` needs. Called once, before the first kernel that samples it."""
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints: the public attributes of the light."""

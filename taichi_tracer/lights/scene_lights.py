@@ -28,11 +28,18 @@ class SceneLights:
         self.effects = effects
         self.far = tuple(light for light in lights if light.is_far and not light.is_delta)
         self.single = tuple(light for light in lights if not light.is_far or light.is_delta)
+        self._prepared: list[Light] = []
 
-    def prepare(self) -> None:
-        """Build the tables with which the lights are sampled."""
-        for light in (*self.far, *self.single):
-            light.prepare()
+    def prepare(self, draws_far: bool = True) -> None:
+        """Build the tables with which the lights are sampled, unless they were built already.
+
+        Args:
+            draws_far: whether directions are drawn from the far lights; from the others every estimator draws them.
+        """
+        for light in (*(self.far if draws_far else ()), *self.single):
+            if light not in self._prepared:
+                light.prepare()
+                self._prepared.append(light)
 
     @ti.func
     def seen(self, ray, hit):

@@ -29,14 +29,17 @@ SKY_ROWS = 8
 
 @ti.data_oriented
 class Sun(tt.Light):
-    """Light from one direction: a delta light, infinitely far away."""
+    """Light from one direction: a delta light, infinitely far away, whose numbers are allocated when it is prepared."""
 
     name, is_delta, is_far = "sun of the contract", True, True
 
+    def prepare(self):
+        self._numbers = ti.Vector.field(3, float, 2)
+        self._numbers[0], self._numbers[1] = SUN, IRRADIANCE
+
     @ti.func
     def sample(self, x, xi):
-        w_i = tm.vec3(SUN[0], SUN[1], SUN[2])
-        return w_i, tm.inf, tm.vec3(IRRADIANCE[0], IRRADIANCE[1], IRRADIANCE[2]), 1.0
+        return self._numbers[0], tm.inf, self._numbers[1], 1.0
 
 
 def sky():
