@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from taichi_tracer.apps.requests import CameraRequest
+from taichi_tracer.apps.rescue import written_bytes
 from taichi_tracer.apps.words import given, taken
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.scene_data_loader import find_scene
@@ -48,8 +49,8 @@ def run(args: Namespace) -> int:
         )
     print("\n".join(as_text(study)))
     if request.report is not None:
-        for path in accuracy_report.write(study, request.report):
-            print(path)
+        for name, content in accuracy_report.contents(study).items():
+            print(written_bytes(request.report / name, content))
     return 0
 
 

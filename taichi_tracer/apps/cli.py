@@ -5,15 +5,18 @@ Nothing here imports Taichi: ``--help`` and ``--version`` answer at once, and a 
 
 import argparse
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Sequence
 
 import taichi_tracer
+from taichi_tracer.apps.interruption import EXIT_CODE
 from taichi_tracer.apps.words import (
     LIGHT,
     PICTURE_FOLDER,
     PICTURE_SIZE,
+    USER_ERROR,
     OneOfOptions,
     as_value,
     at_least_one,
@@ -25,9 +28,8 @@ from taichi_tracer.apps.words import (
     values_of,
     whole,
 )
+from taichi_tracer.system import leftovers
 from taichi_tracer.system.errors import InputError, StaleSceneError
-
-USER_ERROR, INTERRUPTED = 2, 130  # exit codes
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -48,9 +50,11 @@ def main(argv: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
+        leftovers.remove()
         print("taichi-tracer: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return EXIT_CODE + signal.SIGINT
     except Exception as error:
+        leftovers.remove()
         is_users = isinstance(error, (InputError, StaleSceneError, OSError))
         told = str(error) if is_users else load("faults:told")(error, parts)
         if told is None or "--debug" in words:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from taichi_tracer.apps.rescue import written_bytes
 from taichi_tracer.apps.words import taken
-from taichi_tracer.files.disk import check_place, make_folder, replace_file
+from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import report
 
@@ -40,11 +41,9 @@ def run(args: Namespace) -> int:
         result = hard_cases.run(request.level, with_leak_maps=request.report is not None, progress=progress)
     print("\n".join(hard_cases.table(result)))
     if request.json is not None:
-        text = json.dumps(hard_cases.as_json(result), indent=1, allow_nan=False)
-        replace_file(request.json, text.encode() + b"\n")
-        print(f"wrote {request.json}")
+        text = json.dumps(hard_cases.as_json(result), indent=1, allow_nan=False) + "\n"
+        print(f"wrote {written_bytes(Path(request.json), text.encode())}")
     if request.report is not None:
         path = Path(request.report) / "index.html"
-        replace_file(path, report.page(result).encode())
-        print(f"wrote {path}")
+        print(f"wrote {written_bytes(path, report.page(result).encode())}")
     return 0 if result.passed else 1

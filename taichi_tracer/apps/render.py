@@ -10,10 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
-from taichi_tracer.apps.words import PICTURE_FOLDER
+from taichi_tracer.apps.rescue import written, written_picture
+from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR
 from taichi_tracer.files.disk import check_place, make_folder
-from taichi_tracer.files.images import check_writable, save_image
+from taichi_tracer.files.images import check_writable
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
@@ -22,7 +24,6 @@ SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
 SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
 MOST_PLACES = 3  # of samples that are not finite: how many are told
-INTERRUPTED = 130  # the exit code of a program that Ctrl-C ended
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,12 @@ def render_of(args: Namespace) -> RenderRequest:
 
 
 def run(args: Namespace) -> int:
-    """Render and write every view that was asked for; 0, or 130 when Ctrl-C ended it with what was done by then."""
+    """Render and write every view that was asked for.
+
+    Returns:
+        0; 2 when a file had to be written elsewhere; or, when a signal ended it with what was done by then, 128 and the
+        number of the signal: 130 for Ctrl-C.
+    """
     request = render_of(args)
     paths = paths_of(request.pictures, request.output, request.scene.name)
     if request.checkpoint is not None:
@@ -71,24 +77,46 @@ def run(args: Namespace) -> int:
     start = time.perf_counter()
     scene = request.scene.load()
     loading = f"scene {time.perf_counter() - start:.2f} s"
+    is_in_place = True
     for picture, places in zip(request.pictures, paths, strict=True):
         made = {}
         for (renderer_class, integrator), path in zip(picture.views, places, strict=True):
             if renderer_class not in made:
                 made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
-            renderer.reset()
-            was_interrupted = add_samples(renderer, picture, request)
-            if renderer.samples > 0:
-                image = renderer.film.own_pixels(renderer.image())
-                save_image(path, image, srgb=renderer.srgb and picture.is_encoded)
-                print(f"{path}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})")
-                report_non_finite(renderer)
-            if was_interrupted:
+            with Interruption() as interruption:
+                is_in_place &= make_picture(renderer, picture, request, path, loading, interruption)
+            if interruption.number is not None:
                 of = "" if request.spp is None else f" of {request.spp}"
-                print(f"taichi-tracer: interrupted after {renderer.samples}{of} samples", file=sys.stderr)
-                return INTERRUPTED
-    return 0
+                print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
+                return interruption.exit_code
+    return 0 if is_in_place else USER_ERROR
+
+
+def make_picture(
+    renderer: ProgressiveRenderer,
+    picture: PictureRequest,
+    request: RenderRequest,
+    path: Path,
+    loading: str,
+    interruption: Interruption,
+) -> bool:
+    """Render and write a picture, as far as it came; False where something had to be written elsewhere.
+
+    Args:
+        loading: how long the scene took, to be told.
+    """
+    renderer.reset()
+    keeper = Keeper(renderer, request.checkpoint, request.checkpoint_every)
+    add_samples(renderer, keeper, request.samples_of(picture), request, interruption)
+    is_in_place = keeper.is_in_place
+    if renderer.samples > 0:
+        image = renderer.film.own_pixels(renderer.image())
+        place = written_picture(path, image, renderer.srgb and picture.is_encoded)
+        print(f"{place}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})", flush=True)
+        report_non_finite(renderer)
+        is_in_place &= place == path
+    return is_in_place
 
 
 def paths_of(asked: tuple[PictureRequest, ...], output: str | None, scene: str) -> list[list[Path]]:
@@ -124,30 +152,34 @@ def distinct(paths: list[Path]) -> list[Path]:
     return free
 
 
-def add_samples(renderer: ProgressiveRenderer, picture: PictureRequest, request: RenderRequest) -> bool:
-    """Render until a target is reached, and keep a checkpoint if one is wanted; True if Ctrl-C ended it before."""
-    keeper = Keeper(renderer, request.checkpoint, request.checkpoint_every)
-    spp, kept = request.samples_of(picture), keeper.resume()
+def add_samples(
+    renderer: ProgressiveRenderer, keeper: "Keeper", spp: int | None, request: RenderRequest, interruption: Interruption
+) -> None:
+    """Render until a target is reached or a signal came, and keep a checkpoint if one is wanted."""
+    kept = keeper.resume()
     if spp is not None:
         spp -= kept
         if spp <= 0:
-            return False
-    with Interruption() as interruption, Bar(renderer) as bar:
+            return
+    with Bar(renderer) as bar:
 
         def watch(progress: Progress) -> None:
             bar.show(progress)
             keeper.keep_sometimes()
-            if interruption.came:
+            if interruption.number is not None:
                 raise Stopped
 
+        interruption.is_rendering = True
         try:
             renderer.render(spp=spp, time=request.time, error=request.error, watch=watch)
         except Stopped:
             pass
         except KeyboardInterrupt:  # within a sample: some pixels may have it, so that nothing can go on from there
-            return True
+            interruption.number = interruption.number or signal.SIGINT
+            return
+        finally:
+            interruption.is_rendering = False
     keeper.keep()
-    return interruption.came
 
 
 class Stopped(Exception):
@@ -159,7 +191,7 @@ class Keeper:
 
     def __init__(self, renderer: ProgressiveRenderer, path: str | None, every: float) -> None:
         self.renderer, self.path, self.every = renderer, path, every
-        self.kept_at = time.perf_counter()
+        self.kept_at, self.failed, self.is_in_place = time.perf_counter(), False, True
 
     def resume(self) -> int:
         """Go on from the file if it exists; returns how many samples it has."""
@@ -172,30 +204,18 @@ class Keeper:
     def keep_sometimes(self) -> None:
         """Write, unless that was just done."""
         if self.path is not None and time.perf_counter() - self.kept_at > self.every:
-            self.keep()
+            self.kept_at = time.perf_counter()
+            try:
+                self.renderer.save_checkpoint(self.path)
+            except InputError as error:  # the disk may have room by the next time
+                if not self.failed:
+                    print(f"taichi-tracer: note: {error}: rendering goes on", file=sys.stderr)
+                self.failed = True
 
     def keep(self) -> None:
         """Write now, if there is where to and what."""
         if self.path is not None and self.renderer.samples > 0:
-            self.renderer.save_checkpoint(self.path)
-            self.kept_at = time.perf_counter()
-
-
-class Interruption:
-    """Makes Ctrl-C wait for the end of the sample that is being taken: ``came`` says so. A second one does not wait."""
-
-    def __enter__(self):
-        self.came = False
-        self.former = signal.signal(signal.SIGINT, self._note)
-        return self
-
-    def _note(self, *_signal) -> None:
-        if self.came:
-            raise KeyboardInterrupt
-        self.came = True
-
-    def __exit__(self, *_error) -> None:
-        signal.signal(signal.SIGINT, self.former)
+            self.is_in_place = written(Path(self.path), self.renderer.save_checkpoint) == Path(self.path)
 
 
 class Bar:

@@ -11,6 +11,7 @@ from typing import TypeVar
 MOST_PIXELS = 8192**2  # their fields take 3 GB
 PICTURE_SIZE = "512x512"  # of a picture for which neither the command line nor the scene file names a size
 LIGHT = "studio"  # the environment of a picture that shows light, in a scene that has none
+USER_ERROR = 2  # exit code: the input cannot be used, or a file could not be written where it was wanted
 PICTURE_FOLDER = "renders"  # where pictures go for which nobody names a place
 
 Request = TypeVar("Request")

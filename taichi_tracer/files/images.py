@@ -97,6 +97,9 @@ def _encode_openimageio(image: np.ndarray, extension: str) -> bytes:
         )
         if not written:
             raise InputError(f"{extension} cannot be written ({output.geterror() if output else oiio.geterror()})")
+        again = oiio.ImageInput.open(path)  # on a full disk, closing a small file has been seen to fail without a word
+        if again is None or again.read_image("float") is None:
+            raise InputError(f"{extension} cannot be written (no room among temporary files, {folder}?)")
         return Path(path).read_bytes()
 
 

@@ -21,14 +21,18 @@ CROP_STEP = 4  # pixels between two places where the crop may lie: to look at ev
 WHITE = 0.99  # quantile of all errors that is shown as white: a few pixels would leave the rest black
 
 
+def contents(study: Study) -> dict[str, bytes]:
+    """Name → content of ``FILES``."""
+    figure = draw(study)
+    made = as_html(study, figure).encode(), as_csv(study).encode(), as_json(study).encode(), png_of(figure)
+    return dict(zip(FILES, made, strict=True))
+
+
 def write(study: Study, folder: Path) -> list[Path]:
     """Write ``FILES`` into a folder that exists; returns their paths."""
-    figure = draw(study)
-    contents = (as_html(study, figure).encode(), as_csv(study).encode(), as_json(study).encode(), png_of(figure))
-    paths = [folder / name for name in FILES]
-    for path, content in zip(paths, contents, strict=True):
-        replace_file(path, content)
-    return paths
+    for name, content in contents(study).items():
+        replace_file(folder / name, content)
+    return [folder / name for name in FILES]
 
 
 def as_html(study: Study, figure) -> str:

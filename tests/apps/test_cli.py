@@ -105,7 +105,15 @@ def test_a_terminal_that_knows_only_ascii_shows_other_characters_by_their_number
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
-def test_ctrl_c_on_a_terminal_keeps_the_picture_and_says_how_far_it_came(tmp_path):
+@pytest.mark.parametrize(
+    ("signals", "code", "word"),
+    [
+        ([signal.SIGINT], 130, b"interrupted"),
+        ([signal.SIGINT, signal.SIGINT, signal.SIGINT], 130, b"interrupted"),
+        ([signal.SIGTERM], 143, b"terminated"),
+    ],
+)
+def test_a_signal_keeps_the_picture_and_says_how_far_it_came(signals, code, word, tmp_path):
     output = tmp_path / "cube.png"
     words = ["-m", "taichi_tracer", "render", "cube", "--spp", "10000000", "-o", str(output)]
     terminal, slave = open_terminal(rows=24, columns=100)
@@ -119,12 +127,13 @@ def test_ctrl_c_on_a_terminal_keeps_the_picture_and_says_how_far_it_came(tmp_pat
     ) as child:
         os.close(slave)
         shown = read_until(b"%|", terminal)  # tqdm's bar: the samples have begun
-        child.send_signal(signal.SIGINT)
+        for number in signals:
+            child.send_signal(number)
         shown += read_until(b"of 10000000 samples", terminal)
         told = child.stdout.read()
     os.close(terminal)
-    assert child.returncode == 130
-    assert b"interrupted after" in shown
+    assert child.returncode == code
+    assert word + b" after" in shown
     assert f"{output}: 512x512, " in told
     assert pixels(output).max() > 0
 

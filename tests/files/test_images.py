@@ -240,7 +240,7 @@ def test_places_that_cannot_be_written_are_refused_with_the_reason(tmp_path, che
         "file/a.png": "the folder .*file does not exist",
         "folder.png": "this is a folder",
         "a.bmp": r"unknown image type '\.bmp': known are \.png",
-        "a": "unknown image type ''",
+        "a": "the name has no ending",
     }
     for name, reason in reasons.items():
         with pytest.raises(InputError, match=reason):

@@ -1,0 +1,87 @@
+"""Ctrl-C, and SIGTERM, by which a system ends programs: at once where nothing is lost, else after the picture is kept.
+
+Nothing here imports anything large: this is what the program does first.
+"""
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+import time
+
+from taichi_tracer.system import leftovers
+
+SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+EXIT_CODE = 128  # and the number of the signal: the exit code of a program that a signal ended
+SAME = 1.0  # seconds: a signal that comes so soon after another one asks for nothing new
+
+
+def leave_at_once() -> None:
+    """From now on, end the process when a signal comes.
+
+    An exception would not do it: while modules are imported and kernels compiled, it can be swallowed, or come out as
+    another error.
+    """
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, leave)
+
+
+def ignore() -> None:
+    """From now on, let no signal change how the process ends."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+
+
+def leave(number: int, _frame=None) -> None:
+    """End the process, with a line on stderr and without incomplete files."""
+    with contextlib.suppress(Exception):  # stdout may be the one that is being written to
+        sys.stdout.flush()
+    leftovers.remove()
+    os.write(2, f"taichi-tracer: {SIGNALS[number]}\n".encode())
+    os._exit(EXIT_CODE + number)
+
+
+class Interruption:
+    """Makes a signal wait until the picture is kept.
+
+    Attributes:
+        number: of the signal that came; None while none has.
+        is_rendering: whether a later signal may end a sample that takes long, by a KeyboardInterrupt.
+    """
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self.is_rendering = False
+        self._since = 0.0
+        self._former: dict[int, object] = {}
+
+    def __enter__(self):
+        if threading.current_thread() is threading.main_thread():  # no other one may ask for signals
+            for number in SIGNALS:
+                if signal.getsignal(number) is not signal.SIG_IGN:
+                    self._former[number] = signal.signal(number, self._note)
+        return self
+
+    def _note(self, number: int, _frame) -> None:
+        if self.number is None:
+            self.number, self._since = number, time.monotonic()
+        elif time.monotonic() - self._since > SAME:
+            if self.is_rendering:
+                raise KeyboardInterrupt
+            leave(number)
+
+    def __exit__(self, *_error) -> None:
+        for number, former in self._former.items():
+            signal.signal(number, signal.SIG_DFL if former is None else former)
+
+    @property
+    def word(self) -> str:
+        """What the signal did, in a word."""
+        return SIGNALS[self.number]
+
+    @property
+    def exit_code(self) -> int:
+        """Of a program that the signal ended."""
+        return EXIT_CODE + self.number
