@@ -37,8 +37,18 @@ def test_every_value_goes_to_its_field(mtl):
             alpha_x=0.1,
             alpha_y=0.2,
             F0=(0.7, 0.8, 0.9),
+            extra={"illum": (2.0,)},
         )
     }
+
+
+def test_other_keys_are_kept_for_brdfs_that_read_them(mtl):
+    """In lower case, with as many numbers as there are; words are left out."""
+    (material,) = mtl("newmtl a\nRoughness .5\nsheen_tint 1 0.5 0\nmap_Kd wood.png\nNs 3\n").values()
+    assert material.extra == {"roughness": (0.5,), "sheen_tint": (1.0, 0.5, 0.0)}
+    assert material.value("roughness", 0.25) == 0.5
+    assert material.value("sheen_tint", (0, 0, 0)) == (1, 0.5, 0)
+    assert material.value("clearcoat", 0.25) == 0.25
 
 
 def test_unset_values_are_those_of_the_format(mtl):

@@ -3,35 +3,18 @@
 import itertools
 import math
 import time
-import tracemalloc
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from rt3_text import HEAD, document, read
 
-from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, TAGS, FilmSettings, crop_pixels, read_rt3
-from taichi_tracer.rt3.world import MATERIALS, OBJECTS, rotation
+from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, TAGS, FilmSettings, crop_pixels
 from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.system.errors import InputError
 
-HEAD = """<RT3>
-<lookat look_from="0 7 0" look_at="0 0 0" up="0 0 1"/>
-<camera type="orthographic" screen_window="-4 4 -3 3"/>
-<film x_res="40" y_res="30"/>
-"""
-SECONDS, MEGABYTES = 5.0, 600.0
-
-
-def document(world="", head=HEAD, tail=""):
-    """A document whose world begins in line 6 with ``world``."""
-    return f"{head}<world_begin/>\n{world}\n<world_end/>\n{tail}</RT3>\n"
-
-
-def read(tmp_path, text, name="scene.xml"):
-    path = tmp_path / name
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_rt3(path)
+SECONDS = 5.0
 
 
 def shot_of(tmp_path, *settings_):
@@ -88,14 +71,6 @@ def test_synonyms_mean_the_same(tmp_path):
         assert four.background[1] == (1 / 255,) * 3  # the colours of one element are judged together
     for word, meaning in INTEGRATORS.items():
         assert shot_of(tmp_path, f'<integrator type="{word}"/>').integrator.name == meaning
-    for word in OBJECTS:
-        rest = 'radius="1"' if word == "sphere" else 'vertices="0 0 0 1 0 0 0 1 0" indices="0 1 2"'
-        assert len(read(tmp_path, document(f'<object type="{word}" {rest}/>')).mesh.faces) == 1
-    for word in MATERIALS:
-        text = f'<material type="{word}" diffuse="0 1 0"/><object type="sphere" radius="1" origin="1 2 3"/>'
-        mesh = read(tmp_path, document(text)).mesh
-        assert mesh.materials[0].Kd == (0, 1, 0)
-        assert mesh.spheres.tolist() == [[1, 2, 3, 1]]
     for on, off in zip(("yes", "true", "on", "1"), ("no", "false", "off", "0"), strict=True):
         assert shot_of(tmp_path, f'<film x_res="2" y_res="2" gamma_corrected="{on}"/>').film.gamma_corrected
         assert not shot_of(tmp_path, f'<film x_res="2" y_res="2" gamma_corrected="{off}"/>').film.gamma_corrected
@@ -124,64 +99,6 @@ def test_unknown_words_are_told_with_their_line_and_the_nearest(tmp_path):
     assert told[2] == "7: unknown tag <objetc>: did you mean 'object'?"
     assert told[3] == "8: <object> has no attribute 'centre_': did you mean 'centre'?"
     assert "text between elements is ignored: 'text'" in told[4]
-
-
-def test_ids_are_in_the_order_of_the_document(tmp_path):
-    """Spheres and triangles in turn; materials by first use (C-16)."""
-    triangle = '<object type="trianglemesh" vertices="0 0 0 1 0 0 0 1 0 1 1 0" indices="0 1 2 1 3 2" material="{}"/>'
-    world = (
-        '<make_named_material name="unused" type="matte"/><make_named_material name="b" type="matte" diffuse="0 0 1"/>'
-        '<make_named_material name="a" type="blinn" diffuse="1 0 0" specular="1 1 1" glossiness="64"/>'
-        f'<named_material name="a"/><object type="sphere" radius="2"/>{triangle.format("b")}'
-        f'<object type="sphere" radius="3" material="b"/>{triangle.format("a")}'
-    )
-    mesh = read(tmp_path, document(world)).mesh
-    assert mesh.sphere_ids.tolist() == [0, 3]
-    assert mesh.spheres[:, 3].tolist() == [2, 3]
-    assert [m.name for m in mesh.materials] == ["a", "b"]
-    assert mesh.face_materials.tolist() == [0, 1, 1, 1, 0, 0]
-    assert mesh.materials[0].Ns == 64
-    corners = mesh.vertices[mesh.faces[[1, 2, 4, 5]]]
-    np.testing.assert_array_equal(corners[:2], corners[2:])
-    np.testing.assert_array_equal(corners[1], [[1, 0, 0], [1, 1, 0], [0, 1, 0]])
-
-
-def test_transforms_are_applied_from_the_object_outwards(tmp_path):
-    """translate, rotate, scale as the last is nearest to the object; push and pop; named systems."""
-    point = '<object type="sphere" radius="1" center="1 0 0"/>'
-    world = (
-        f'<push_CTM/><translate value="10 0 0"/><rotate axis="0 0 2" angle="90"/><scale value="2 2 2"/>{point}'
-        f'<save_coord_system name="s"/><pop_CTM/>{point}<restore_coord_system name="s"/>{point}<identity/>{point}'
-        f'<push_GS/><material type="flat" color="1 0 0"/><scale value="-1 1 1"/>{point}<pop_GS/>{point}'
-    )
-    mesh = read(tmp_path, document(world)).mesh
-    turned = [10, 2, 0, 2]
-    expected = [turned, [1, 0, 0, 1], turned, [1, 0, 0, 1], [-1, 0, 0, 1], [1, 0, 0, 1]]
-    np.testing.assert_allclose(mesh.spheres, expected, atol=1e-12)
-    assert mesh.face_materials.tolist() == [0, 0, 0, 0, 1, 0]
-
-
-def test_meshes_are_turned_mirrored_and_their_normals_with_them(tmp_path):
-    head = '<object type="trianglemesh" vertices="0 0 0 1 0 0 0 1 0" indices="0 1 2" normals="0 0 1 0 0 1 0 0 1"'
-    world = f'<scale value="2 1 -0.5"/>{head}/>{head} reverse_vertex_order="yes"/>{head} compute_normals="on"/>'
-    mesh = read(tmp_path, document(world)).mesh
-    corners = mesh.vertices[mesh.faces]
-    geometric = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert np.sign(geometric[:, 2]).tolist() == [-1, 1, -1]  # the mirror keeps fronts in front
-    shading = mesh.normals[mesh.face_normals][:, 0]
-    assert np.sign(shading[:, 2]).tolist() == [-1, -1, -1]
-    np.testing.assert_allclose(rotation(np.pi / 2, np.array([0, 0, 1.0])) @ [1, 0, 0], [0, 1, 0], atol=1e-15)
-
-
-def test_meshes_come_from_files_beside_the_document(tmp_path):
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "t.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    (tmp_path / "parts" / "world.xml").write_text(
-        '<any><object type="mesh" filename="t.obj" backface_cull="on"/></any>'
-    )
-    mesh = read(tmp_path, document('<include filename="parts/world.xml"/><include filename="parts/world.xml"/>')).mesh
-    assert len(mesh.faces) == 2
-    assert mesh.face_culls.all()
 
 
 def test_render_again_takes_another_picture_with_what_was_said_since(tmp_path):
@@ -213,31 +130,6 @@ def test_crop_windows_that_meet_share_no_pixel():
         else:
             with pytest.raises(InputError, match="holds no pixel"):
                 crop_pixels(windows[1 if math.ceil(cut * width) == width else 0], width, height)
-
-
-def test_what_is_written_is_read_again(tmp_path):
-    """Every number to the last bit, through all kinds of content."""
-    world = (
-        '<background type="4_colors" bl="0.1 0.2 0.3" tl="1 1 1" tr="0 0 0" br="0.7 0.7 0.7"/>'
-        '<make_named_material name="a&lt;&amp;&quot;b" type="blinn" diffuse="0.3 0.1 0.7" glossiness="7" Ke="17 12 4"/>'
-        '<named_material name="a&lt;&amp;&quot;b"/><rotate angle="33" axis="1 2 3"/>'
-        '<object type="sphere" radius="0.3" center="0.1 0.2 0.7"/>'
-        '<object type="trianglemesh" vertices="0.1 0 0 1 0.3 0 0 1 0.7 1e-30 1 1e30" indices="0 1 2 1 3 2"'
-        ' normals="0 0 1 0 1 0" normal_indices="0 1 -1 1 1 0" backface_cull="yes"/>'
-        '<material type="flat" color="0 0.5 1"/><object type="mesh" vertices="0 0 0 1 0 0 0 1 0" indices="0 1 2"/>'
-    )
-    first = read(tmp_path, document(world, tail='<camera type="perspective" fovy="40.1"/><render_again/>'))
-    second = read(tmp_path, as_rt3(first, tmp_path / "again.xml"), "again.xml")
-    assert second.mesh.notes == []
-    assert second.background == first.background
-    assert second.shots == first.shots
-    for mesh in (first.mesh, second.mesh):
-        mesh.corners = mesh.vertices[mesh.faces][np.setdiff1d(np.arange(len(mesh.faces)), mesh.sphere_ids)]
-        mesh.corner_normals = np.where(mesh.face_normals[..., None] < 0, 0, mesh.normals[mesh.face_normals])
-    for name in ("corners", "corner_normals", "spheres", "sphere_ids", "face_materials", "face_culls"):
-        np.testing.assert_array_equal(getattr(second.mesh, name), getattr(first.mesh, name), err_msg=name)
-    for a, b in zip(first.mesh.materials, second.mesh.materials, strict=True):
-        assert a == b
 
 
 # --- What is refused --------------------------------------------------------------------------------------------------
@@ -401,52 +293,6 @@ def test_there_are_enough_malformed_documents():
     assert len(MALFORMED) >= 40
 
 
-def test_cycles_of_includes_are_named(tmp_path):
-    for name, next_one in zip("abc", "bca", strict=True):
-        (tmp_path / f"{name}.xml").write_text(f'<RT3><include filename="{next_one}.xml"/></RT3>')
-    with pytest.raises(InputError, match=r"c\.xml:1: a\.xml includes itself: a\.xml -> b\.xml -> c\.xml -> a\.xml"):
-        read_rt3(tmp_path / "a.xml")
-
-
-def test_includes_that_double_end(tmp_path):
-    """30 files, each of which includes the next twice: 2^30 readings, of which 1,000 are done."""
-    for k in range(30):
-        (tmp_path / f"{k}.xml").write_text(f"<RT3>{f'<include filename={chr(34)}{k + 1}.xml{chr(34)}/>' * 2}</RT3>")
-    (tmp_path / "30.xml").write_text("<RT3/>")
-    start = time.perf_counter()
-    with pytest.raises(InputError, match="more than 1,000 files are included"):
-        read_rt3(tmp_path / "0.xml")
-    assert time.perf_counter() - start < SECONDS
-
-
-@pytest.mark.parametrize("size", [200, 60])
-def test_an_attribute_of_many_megabytes_takes_bounded_time_and_memory(size, tmp_path):
-    """200 MB are refused unread; 60 MB are read, and found to be no number."""
-    path = tmp_path / "scene.xml"
-    with path.open("wb") as file:
-        file.write(HEAD.encode() + b'<camera type="perspective" fovy="')
-        for _ in range(size):
-            file.write(b"1" * 1_000_000)
-        file.write(b'"/></RT3>')
-    tracemalloc.start()
-    start = time.perf_counter()
-    with pytest.raises(InputError) as error:
-        read_rt3(path)
-    seconds, peak = time.perf_counter() - start, tracemalloc.get_traced_memory()[1] / 1e6
-    tracemalloc.stop()
-    path.unlink()
-    assert ("larger than 64 MB" if size == 200 else "fovy must be a finite number, not '1111") in str(error.value)
-    assert seconds < SECONDS
-    assert peak < MEGABYTES
-
-
-def test_a_missing_document_is_named(tmp_path):
-    with pytest.raises(InputError, match="gone.xml: no such file"):
-        read_rt3(tmp_path / "gone.xml")
-    with pytest.raises(InputError, match="this is a folder"):
-        read_rt3(tmp_path)
-
-
 # --- Fuzz -------------------------------------------------------------------------------------------------------------
 
 NAMES = st.sampled_from(sorted({*TAGS, "RT3", "sphere", "objetc"}))
@@ -554,6 +400,7 @@ def test_any_elements_are_read_or_refused(tmp_path, world, settings_):
         return
     assert len(found.shots) >= 1
     assert len(found.mesh.faces) == len(found.mesh.face_materials)
+    assert len(found.mesh.spheres) == len(found.mesh.sphere_ids) == len(found.mesh.sphere_materials)
     again = read(tmp_path, as_rt3(found, tmp_path / "again.xml"), "again.xml")
     assert again.shots == found.shots
 

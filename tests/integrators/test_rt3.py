@@ -1,0 +1,110 @@
+"""What scene files can ask for beside light: the colour, the normal, the depth, and what lies behind."""
+
+import numpy as np
+import pytest
+from shapes import SQUARE
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.integrators.rt3 import DepthMap, RT3Integrator, depth_of
+from taichi_tracer.materials import Material
+
+VIEW = {"eye": (0, 0, 4), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 60.0}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def scene_of(tilt=0.0, **options):
+    """The square, turned about the y axis; its right edge in the picture is the nearer one."""
+    turn = np.array([[np.cos(tilt), 0, -np.sin(tilt)], [0, 1, 0], [np.sin(tilt), 0, np.cos(tilt)]])
+    mesh = Mesh(SQUARE[0] @ turn.T, SQUARE[1], materials=[Material(Kd=(0.2, 0.4, 0.8), Ke=(9.0, 9.0, 9.0), Ns=50)])
+    return tt.SceneData(mesh, view=VIEW, **options)
+
+
+def shown(scene, integrator, **options):
+    return tt.RT3Renderer(scene, 17, 17, **options).use(integrator).image()
+
+
+def test_flat_is_the_materials_colour_whatever_the_light():
+    for options in ({}, {"environment": "studio"}):
+        image = shown(scene_of(**options), "flat")
+        np.testing.assert_array_equal(image[8, 8], np.float32([0.2, 0.4, 0.8]))
+
+
+@pytest.mark.parametrize("integrator", ["flat", "normal_map", "depth_map"])
+def test_behind_everything_is_the_background_or_the_light_from_far_away(integrator):
+    cases = {(0.25, 0.5, 1.0): {"background": (0.25, 0.5, 1.0)}, (1, 1, 1): {"environment": "white"}, (0, 0, 0): {}}
+    for color, options in cases.items():
+        image = shown(scene_of(0.4, **options), integrator)
+        np.testing.assert_array_equal(image[0, 0], np.float32(color))
+        assert not np.array_equal(image[8, 8], np.float32(color))
+    both = shown(scene_of(background=(0.25, 0.5, 1.0), environment="white"), integrator)
+    np.testing.assert_array_equal(both[0, 0], np.float32([0.25, 0.5, 1]))
+
+
+def test_the_normal_map_is_the_view_of_normals():
+    scene = scene_of(0.4)
+    normals = tt.A1Renderer(scene, 17, 17).use("normal").image()
+    np.testing.assert_array_equal(shown(scene, "normal_map"), normals)
+
+
+def test_depth_is_the_distance_along_the_gaze():
+    """Of a plane that faces the camera it is one number, though the rays to its corners are longer."""
+    image = shown(scene_of(), DepthMap((1, 0, 0), (0, 0, 1), zmin=3, zmax=7))
+    hit = image[..., 1] == 0
+    hit &= image.sum(axis=2) > 0
+    np.testing.assert_allclose(image[hit], np.tile([0.75, 0, 0.25], (hit.sum(), 1)), atol=1e-6)
+    assert hit.sum() > 30
+
+
+def test_depth_is_clamped_to_its_range():
+    for zmin, zmax, color in ((5, 6, (1, 0, 0)), (1, 3.5, (0, 0, 1))):
+        image = shown(scene_of(), DepthMap((1, 0, 0), (0, 0, 1), zmin=zmin, zmax=zmax))
+        np.testing.assert_array_equal(image[8, 8], color)
+
+
+def test_a_range_that_is_not_given_is_that_of_the_scenes_box():
+    scene = scene_of(0.6)
+    image = shown(scene, DepthMap((0, 0, 0), (1, 1, 1)))
+    low, high = depth_of(scene.geometry, tt.Camera(17, 17, **VIEW))
+    assert (low, high) == pytest.approx((4 - np.sin(0.6), 4 + np.sin(0.6)))
+    middle = image[8, :, 0]
+    inside = middle[middle > 0]
+    assert inside.min() < 0.2
+    assert inside.max() > 0.8
+    np.testing.assert_allclose(middle[8], (4 - low) / (high - low), atol=1e-5)
+    flat = shown(scene_of(), DepthMap((0, 0, 0), (1, 1, 1)))  # a box without depth: nothing is divided by 0
+    assert np.isfinite(flat).all()
+
+
+def test_nothing_behind_the_camera_counts_in_the_range(f32):
+    scene = tt.scene_from_mesh(
+        np.concatenate([SQUARE[0], SQUARE[0] + [0, 0, 50]]), np.concatenate([SQUARE[1], SQUARE[1] + 4])
+    )
+    assert depth_of(scene.geometry, tt.Camera(4, 4, **VIEW)) == pytest.approx((0, 4))
+
+
+def test_a_range_that_is_none_is_refused():
+    with pytest.raises(tt.InputError, match="depth_map: zmin must be less than zmax, not 2 and 1"):
+        DepthMap(zmin=2, zmax=1)
+
+
+def test_facts_tell_pictures_of_different_ranges_apart():
+    a, b = DepthMap(zmin=1), DepthMap(zmin=2)
+    assert a.facts() == {"depth map": [[[0, 0, 0], [1, 1, 1]], 1, None]}
+    assert a.facts() != b.facts()
+
+
+def test_an_integrator_of_rt3_must_say_its_colour():
+    import taichi as ti
+
+    @ti.data_oriented
+    class Unfinished(RT3Integrator):
+        name = "unfinished"
+
+    with pytest.raises(Exception, match=r"an integrator of RT3 must say what color\(self, scene, ray, hit\) is"):
+        shown(scene_of(), Unfinished())
