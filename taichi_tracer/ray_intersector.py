@@ -110,6 +110,8 @@ class RayIntersector:
                 hit = no_hit()
         else:
             hit = self.search(ray, t_min, t_max, False)
+            if not hit.is_hit:
+                hit = no_hit()
         return self.completed(ray, hit, t_min, t_max)
 
     @ti.func

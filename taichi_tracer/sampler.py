@@ -13,7 +13,7 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
-from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.formulas.hashes import as_fraction, pascal_matrix, pcg4d, reverse_bits, scramble_reversed
@@ -273,7 +273,7 @@ class BRDF(Brdf):
         if ti.static(self.has_own_factor()):
             value = called(self.evaluate_brdf_factor, material, w_o, w_i, n)
         else:
-            value = self.eval(material, w_o, w_i, n) * ti.max(0.0, tm.dot(n, w_i)) / self.pdf(material, w_o, w_i, n)
+            value = eval_over_pdf(self, material, w_o, w_i, n)
         return value
 
     def has_own_factor(self) -> bool:

@@ -172,7 +172,7 @@ def load_parts(path: str) -> list:
     if not file.is_file():
         what = "this is a folder, a pipe or a device, not a file" if file.exists() else "no such file"
         raise InputError(f"--parts {path}: {what}")
-    before = PARTS.everything()
+    before = PARTS.registered_by(file)
     sys.path.insert(0, str(file.parent))
     try:
         runpy.run_path(str(file), run_name=file.stem)
@@ -183,7 +183,7 @@ def load_parts(path: str) -> list:
         raise InputError(f"{where_in(error, file, path)}: {told}") from error
     finally:
         sys.path.remove(str(file.parent))
-    added = [part for part in PARTS.everything() if not any(part is known for known in before)]
+    added = [part for part in PARTS.registered_by(file) if not any(part is known for known in before)]
     if not added and not assigned():
         raise InputError(f"{path}: the file registers nothing: put @tt.register before each class")
     return added
