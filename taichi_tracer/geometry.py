@@ -138,7 +138,8 @@ def clean(mesh: Mesh, dtype: type) -> Mesh:
         )
         told = ", ".join(f"{count} {cause}" for count, cause in causes if count > 0)
         what = "triangles" if len(spheres) == 0 else "primitives"
-        notes.append(f"{mesh.source}: {dropped} of {mesh.num_primitives} {what} dropped ({told})")
+        rest = ": nothing is left to be seen" if dropped == mesh.num_primitives else ""
+        notes.append(f"{mesh.source}: {dropped} of {mesh.num_primitives} {what} dropped ({told}){rest}")
     return replace(mesh, vertices=vertices, faces=faces, notes=notes, dropped=dropped, spheres=spheres)
 
 

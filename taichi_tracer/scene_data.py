@@ -1,6 +1,7 @@
 """A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
 import hashlib
+import warnings
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -165,6 +166,8 @@ class SceneData:
         check(mesh)
         mesh = clean(mesh, runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
+        if mesh.dropped > 0:
+            warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.fast, self.version, self.shots = effects, bool(fast), 0, ()
         if effects not in MODES:
             raise one_of("effects", effects, MODES)

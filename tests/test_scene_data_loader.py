@@ -78,3 +78,18 @@ def test_no_two_shipped_documents_write_the_same_picture():
 def test_the_file_of_a_shipped_scene_has_its_name():
     assert [name_of(find_scene(name)) for name in tt.scene_names()] == tt.scene_names()
     assert name_of("elsewhere/cube.obj") == "elsewhere/cube.obj"
+
+
+def test_dropped_triangles_are_warned_of_where_the_scene_is_made(tmp_path):
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
+    with pytest.warns(UserWarning, match="1 of 2 triangles dropped .1 without area.$") as caught:
+        scene = tt.scene_from_mesh(square, [[0, 1, 2], [0, 1, 1]])
+    assert [warning.filename for warning in caught] == [__file__]
+    assert scene.notes == [str(warning.message) for warning in caught]
+    path = tmp_path / "line.obj"
+    path.write_text("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n")
+    with pytest.warns(
+        UserWarning, match="line.obj: 1 of 1 triangles dropped .1 without area.: nothing is left"
+    ) as caught:
+        tt.load_scene_data(path)
+    assert [warning.filename for warning in caught] == [__file__]

@@ -22,9 +22,11 @@ from taichi_tracer.apps.words import (
     at_least_one,
     let_every_character_print,
     names,
+    note,
     number,
     positive,
     size,
+    told,
     values_of,
     whole,
 )
@@ -40,6 +42,7 @@ def main(argv: list[str] | None = None) -> int:
     """
     warnings.showwarning = show_warning
     let_every_character_print()
+    told.clear()
     words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
     parts = values_of("--parts", words)
     try:
@@ -56,10 +59,10 @@ def main(argv: list[str] | None = None) -> int:
     except Exception as error:
         leftovers.remove()
         is_users = isinstance(error, (InputError, StaleSceneError, OSError))
-        told = str(error) if is_users else load("faults:told")(error, parts)
-        if told is None or "--debug" in words:
+        text = str(error) if is_users else load("faults:told")(error, parts)
+        if text is None or "--debug" in words:
             raise
-        print(f"taichi-tracer: error: {' '.join(told.split())}", file=sys.stderr)
+        print(f"taichi-tracer: error: {' '.join(text.split())}", file=sys.stderr)
         return USER_ERROR
 
 
@@ -75,7 +78,7 @@ def load_parts(paths: Sequence[str]) -> None:
 def show_warning(message, category, *_where, **_more) -> None:
     """What the library warns of, as a line of ours; what other libraries warn of is not the user's to mend."""
     if issubclass(category, UserWarning):
-        print(f"taichi-tracer: note: {message}", file=sys.stderr)
+        note(str(message))
 
 
 class Parser(argparse.ArgumentParser):

@@ -4,12 +4,11 @@ The functions called ``…_of`` read argparse's namespace, at the top of a comma
 return. Names of parts are looked up in the registry, after the files of ``--parts`` were loaded.
 """
 
-import sys
 from argparse import Namespace
 from dataclasses import dataclass
 
 from taichi_tracer.apps.names import VIEW, View, find_views
-from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, size, taken
+from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.renderer import ProgressiveRenderer
@@ -94,8 +93,8 @@ class SceneRequest:
             scene = load_scene_data(self.name, **options)
         else:
             scene = scene_of_document(self.document, **options)
-        for note in scene.notes:
-            print(f"taichi-tracer: note: {note}", file=sys.stderr)
+        for text in scene.notes:
+            note(text)
         return scene
 
     def words(self) -> list[str]:

@@ -15,6 +15,14 @@ USER_ERROR = 2  # exit code: the input cannot be used, or a file could not be wr
 PICTURE_FOLDER = "renders"  # where pictures go for which nobody names a place
 
 Request = TypeVar("Request")
+told: set[str] = set()  # the notes of the command that runs
+
+
+def note(text: str) -> None:
+    """Tell the user something on stderr, once: a scene that is read three times says the same three times."""
+    if text not in told:
+        told.add(text)
+        print(f"taichi-tracer: note: {text}", file=sys.stderr)
 
 
 def taken(request: type[Request], args: argparse.Namespace) -> Request:

@@ -369,6 +369,14 @@ def test_a_nan_vertex_drops_its_triangle_and_says_so(tmp_path, capsys):
     assert pixels(tmp_path / "x.png").max() == 255  # the other triangle is there
 
 
+def test_a_file_of_which_nothing_is_left_says_so(tmp_path, capsys):
+    path = tmp_path / "x.obj"
+    path.write_text("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 1 1 2\n")
+    assert quickly(["render", str(path), "--size", "8x8", "--view", "hit", "-o", str(tmp_path / "x.png")]) == 0
+    told = f"taichi-tracer: note: {path}: 2 of 2 triangles dropped (2 without area): nothing is left to be seen\n"
+    assert capsys.readouterr().err.count(told) == 1
+
+
 @pytest.mark.parametrize("output", ["no/such/x.png", "x.docx", "taken/x/"])
 def test_an_unwritable_output_is_noticed_before_the_scene_is_read(output, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

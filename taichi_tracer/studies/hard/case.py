@@ -1,6 +1,7 @@
 """What a case is: a mesh, rays, and what must hold of the answers; and the stage, a scene that several cases share."""
 
 import time
+import warnings
 import zlib
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
@@ -212,7 +213,9 @@ class Stage:
 
     def build(self, mode: Mode) -> dict[str, Placed]:
         """The scene in a mode, by case."""
-        scene = SceneData(mesh_from_arrays(*self.mesh), **mode.scene_options())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # some triangles cannot be hit: that is what the case is about
+            scene = SceneData(mesh_from_arrays(*self.mesh), **mode.scene_options())
         probe = Probe(scene)
         return {
             case.name: Placed(scene, probe, int(first), *arrays)
