@@ -175,17 +175,6 @@ def test_settings_that_do_not_exist_are_told(arguments, message):
 # ── scenes of an earlier start
 
 
-@pytest.mark.parametrize("again", [lambda: ti.init(arch=ti.cpu, log_level=ti.ERROR), ti.reset])
-def test_a_lifetime_ends_with_its_start_of_taichi(again):
-    lifetime = memory.Lifetime()
-    assert not lifetime.is_over()
-    lifetime.check("scene")
-    again()
-    assert lifetime.is_over()
-    with pytest.raises(tt.StaleSceneError, match="this scene was made before Taichi was initialised again"):
-        lifetime.check("scene")
-
-
 def use_after_a_new_start(*uses: str) -> list[str]:
     """What each use of an earlier scene or renderer raises, in a process that a wrong one may end."""
     tries = "".join(f"try: {use}\nexcept Exception as error: print(type(error).__name__, error)\n" for use in uses)

@@ -1,0 +1,27 @@
+"""Errors that the user can correct: one line, with what would have worked."""
+
+import pytest
+
+from taichi_tracer.system.errors import InputError, MissingFileError, StaleSceneError, one_of
+
+
+def test_a_name_that_is_nearly_known_is_suggested():
+    error = one_of("view", "nromal", ["hit", "normal", "distance"])
+    assert isinstance(error, InputError)
+    assert str(error) == "unknown view 'nromal': did you mean 'normal'? known are hit, normal, distance"
+
+
+def test_a_name_that_is_nothing_like_the_known_ones_is_told_them():
+    assert str(one_of("view", "zzz", iter(["hit", "normal"]))) == "unknown view 'zzz': known are hit, normal"
+    assert str(one_of("arch", None, ["cpu"])) == "unknown arch None: known are cpu"
+
+
+def test_a_missing_file_is_both_kinds_of_error():
+    with pytest.raises(FileNotFoundError, match=r"^a\.obj: no such file$") as error:
+        raise MissingFileError("a.obj: no such file")
+    assert isinstance(error.value, InputError)
+    assert isinstance(error.value, ValueError)
+
+
+def test_a_stale_object_is_not_an_error_of_the_input():
+    assert not issubclass(StaleSceneError, InputError)

@@ -1,0 +1,130 @@
+"""Fields live as long as their owner; using them afterwards is an error, and forgetting them frees the memory."""
+
+import gc
+
+import pytest
+import taichi as ti
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.system import memory
+
+
+@pytest.fixture(autouse=True)
+def fresh():
+    """Taichi in f32 on the CPU, whatever the test before did to it."""
+    start("f32")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def afterwards():
+    """Nothing that these tests do to Taichi is left for the tests of other files."""
+    yield
+    start("f32")
+
+
+def numbers(count=4):
+    """(memory, a field in it)."""
+    owner = memory.Memory()
+    field = ti.field(ti.i32)
+    owner.fields.dense(ti.i, count).place(field)
+    owner.allocate()
+    return owner, field
+
+
+@pytest.mark.parametrize("again", [lambda: ti.init(arch=ti.cpu, log_level=ti.ERROR), ti.reset])
+def test_a_lifetime_ends_with_its_start_of_taichi(again):
+    lifetime = memory.Lifetime()
+    assert not lifetime.is_over()
+    lifetime.check("scene")
+    again()
+    assert lifetime.is_over()
+    with pytest.raises(tt.StaleSceneError, match="this scene was made before Taichi was initialised again"):
+        lifetime.check("scene")
+
+
+def test_fields_are_usable_until_they_are_freed():
+    owner, field = numbers()
+    field[3] = 7
+    assert field[3] == 7
+    owner.check("thing")
+    owner.free()
+    assert owner.is_over()
+    with pytest.raises(tt.StaleSceneError, match="this thing was destroyed"):
+        owner.check("thing")
+    owner.free()  # once more does nothing
+
+
+def test_freeing_what_a_new_start_has_freed_does_nothing():
+    owner, _ = numbers()
+    tt.init("cpu", force=True)
+    assert owner.is_over()
+    with pytest.raises(tt.StaleSceneError, match="was made before Taichi was initialised again"):
+        owner.check("thing")
+    owner.free()
+
+
+def test_fields_without_an_owner_are_freed_when_others_are_made(monkeypatch):
+    """Taichi has room for 512 groups of fields: a thousand owners, one after the other, are none too many."""
+    freed = []
+    destroy = memory._destroy
+    monkeypatch.setattr(memory, "_destroy", lambda *arguments: (freed.append(arguments), destroy(*arguments)))
+    for k in range(1_000):
+        owner, field = numbers()
+        field[0] = k
+        del owner, field
+    gc.collect()
+    assert len(freed) > 900
+    owner, field = numbers()
+    field[1] = 5
+    assert (field[0], field[1]) == (0, 5)
+
+
+def test_a_field_that_no_kernel_used_can_be_freed():
+    owner, _ = numbers()
+    other, field = numbers()
+    owner.free()
+    field[0] = 3
+    assert field[0] == 3
+    other.free()
+
+
+def test_after_an_error_between_making_and_placing_kernels_still_run():
+    def fail_in_between():
+        with memory.Memory() as fields:
+            fields.dense(ti.i, 4).place(ti.field(ti.i32))
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail_in_between()
+    _, other = numbers()
+    other[2] = 9
+    assert other[2] == 9
+
+
+def test_what_a_block_places_is_allocated_at_its_end():
+    owner = memory.Memory()
+    with owner as fields:
+        field = ti.field(ti.i32)
+        fields.dense(ti.i, 4).place(field)
+    field[1] = 2
+    assert field[1] == 2
+    assert not owner.is_over()
+
+
+@pytest.mark.parametrize(("needed", "is_too_much"), [(0, False), (89, False), (91, True), (10**18, True)])
+def test_more_memory_than_is_free_is_refused_before_it_is_taken(monkeypatch, needed, is_too_much):
+    """A tenth of what is free is left for others."""
+    monkeypatch.setattr(memory, "free_bytes", lambda: 100)
+    if is_too_much:
+        with pytest.raises(tt.InputError, match="the film needs .* GB of memory"):
+            memory.ask_for(needed, "the film")
+    else:
+        memory.ask_for(needed, "the film")
+    monkeypatch.setattr(memory, "free_bytes", lambda: None)
+    memory.ask_for(needed, "the film")  # nothing is known: nothing is refused
+
+
+def test_what_is_free_is_more_than_nothing_where_it_is_known():
+    free = memory.free_bytes()
+    assert free is None or 2**20 < free < 2**50

@@ -1,0 +1,245 @@
+"""One registry for all parts: by name, class or object; whose part it is; and files that register parts."""
+
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+import taichi as ti
+import taichi.math as tm
+
+import taichi_tracer as tt
+from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.integrators.base import Integrator, View
+from taichi_tracer.sampler import SobolSampler
+from taichi_tracer.system.registry import HOMES, PARTS, Registry, load_parts
+
+ROOT = Path(tt.__file__).parents[1]
+
+
+@pytest.fixture
+def parts():
+    """A registry with the package's parts and nothing else; the one that everybody uses stays as it is."""
+    known = PARTS.everything()
+    yield PARTS
+    for part in PARTS.everything():
+        if not any(part is one for one in known):
+            PARTS.remove(part)
+
+
+@ti.func
+def white(hit):
+    """White."""
+    return tm.vec3(1)
+
+
+# ── what there is ──
+
+
+@pytest.mark.parametrize(
+    ("kind", "first", "others"),
+    [
+        ("camera", "perspective", {"orthographic"}),
+        ("triangle test", "watertight", {"moller_trumbore"}),
+        ("intersector", "bvh", {"brute_force"}),
+        ("sampler", "sobol", {"independent"}),
+        ("BRDF", "diffuse", {"mirror", "phong"}),
+        ("integrator", "uniform", {"mis", "flat", "normal"}),
+        ("renderer", "A1Renderer", {"A2Renderer", "RT3Renderer"}),
+    ],
+)
+def test_the_parts_of_the_package_are_known_by_name(kind, first, others):
+    names = PARTS.names(kind)
+    assert names[0] == first
+    assert others <= set(names)
+    for part in PARTS.all(kind):
+        assert PARTS.find(kind, part.name) is part
+        assert isinstance(part, type) != HOMES[kind][1]
+        assert part.kind == kind
+
+
+def test_every_kind_has_a_home():
+    assert {part.kind for kind in HOMES for part in PARTS.all(kind)} <= set(HOMES)
+
+
+@pytest.mark.parametrize("first", ["brdfs.mirror", "sampler", "renderer", "integrators.surface_views"])
+def test_the_order_does_not_depend_on_who_imported_what_first(first):
+    """In a process of its own, where nothing was imported before."""
+    program = f"""
+import taichi_tracer.{first}
+from taichi_tracer.system.registry import HOMES, PARTS
+print([PARTS.names(kind) for kind in HOMES])
+"""
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, cwd=ROOT)
+    assert result.returncode == 0, result.stderr
+    shipped = [[p.name for p in PARTS.all(kind) if PARTS.comes_with_package(p)] for kind in HOMES]
+    assert result.stdout.strip().splitlines()[-1] == str(shipped)
+
+
+# ── a slot takes a name, a class or an object ──
+
+
+def test_a_slot_takes_a_name_a_class_or_an_object():
+    assert PARTS.find("camera", "perspective") is tt.Camera
+    assert PARTS.find("camera", tt.Camera) is tt.Camera
+    assert PARTS.find("sampler", "sobol") is PARTS.find("sampler", "sobol")
+    made = PARTS.find("sampler", SobolSampler)  # of these kinds objects are held: a class is called
+    assert type(made) is SobolSampler
+    assert PARTS.find("sampler", made) is made
+    assert PARTS.find("integrator", "normals") is PARTS.find("integrator", "normal")  # another name for it
+
+
+@pytest.mark.parametrize(
+    ("kind", "chosen", "message"),
+    [
+        ("sampler", "sobl", "unknown sampler 'sobl': did you mean 'sobol'? known are sobol"),
+        ("BRDF", 7, "BRDF: 7 is neither a name nor a part of this kind"),
+        ("BRDF", tt.Camera, "is neither a name nor a part of this kind"),
+        ("camera", None, "camera: None is neither a name nor a part of this kind"),
+    ],
+)
+def test_what_is_no_part_of_the_kind_is_refused(kind, chosen, message):
+    with pytest.raises(tt.InputError) as error:
+        PARTS.find(kind, chosen)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+# ── parts of one's own ──
+
+
+def test_a_part_is_known_after_it_was_registered_and_comes_after_the_packages_own(parts):
+    view = View("white", "White", white, aliases=("bright",))
+    assert tt.register(view) is view
+    assert parts.find("integrator", "white") is parts.find("integrator", "bright") is view
+    assert parts.names("integrator")[-1] == "white"
+    assert not parts.comes_with_package(view)
+    assert parts.comes_with_package(parts.find("integrator", "normal"))
+    assert view in parts.registered_by(__file__)
+    parts.remove(view)
+    assert "white" not in parts.names("integrator")
+
+
+def test_a_decorated_class_is_itself_and_the_registry_holds_an_object_where_it_holds_objects(parts):
+    @tt.register
+    @ti.data_oriented
+    class Velvet(Diffuse):
+        name = "velvet"
+
+    @tt.register
+    class Fisheye(tt.Camera):
+        name = "fisheye"
+
+    assert isinstance(Velvet, type)
+    assert type(parts.find("BRDF", "velvet")) is Velvet
+    assert parts.find("camera", "fisheye") is Fisheye
+
+
+def test_the_same_file_may_register_a_part_again(parts):
+    """As a notebook's cell that is run twice."""
+    first, second = View("white", "White", white), View("white", "Whiter", white)
+    tt.register(first)
+    tt.register(second)
+    assert parts.find("integrator", "white") is second
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (object(), "register: object derives from none of the parts that can be registered"),
+        (type("Nameless", (Integrator,), {}), "register: Nameless needs a name: name = 'nameless' in the class"),
+        (type("Sobol", (SobolSampler,), {"name": "sobol"}), "there is another sampler called 'sobol', in the package"),
+    ],
+)
+def test_a_part_that_cannot_be_registered_is_refused_with_the_remedy(parts, part, message):
+    before = parts.everything()
+    with pytest.raises(tt.InputError) as error:
+        tt.register(part)
+    assert message in str(error.value)
+    assert parts.everything() == before
+
+
+def test_two_files_may_not_give_one_name(parts, tmp_path):
+    files = [tmp_path / "a.py", tmp_path / "b.py"]
+    parts.add(View("white", "White", white), str(files[0]))
+    with pytest.raises(tt.InputError, match=r"called 'white', registered by .*a\.py: give yours another name"):
+        parts.add(type("Other", (View,), {"name": "white"})(), str(files[1]))
+
+
+def test_a_registry_of_ones_own_knows_the_package_and_nothing_of_others():
+    mine = Registry()
+    mine.add(View("white", "White", white))
+    assert mine.names("integrator")[-1] == "white"
+    assert "white" not in PARTS.names("integrator")
+
+
+# ── files of parts ──
+
+PART = """
+import taichi as ti
+import taichi.math as tm
+import taichi_tracer as tt
+
+@tt.register
+@ti.data_oriented
+class Red(tt.View):
+    name = "{name}"
+
+    @ti.func
+    def color(self, hit):
+        return tm.vec3(1, 0, 0)
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Writes a file of parts, and returns its path."""
+
+    def write(text, name="my_parts.py"):
+        path = tmp_path / name
+        path.write_text(textwrap.dedent(text))
+        return str(path)
+
+    return write
+
+
+def test_the_parts_of_a_file_are_loaded(parts, file):
+    (red,) = load_parts(file(PART.format(name="red")))
+    assert parts.find("integrator", "red") is red
+    (again,) = load_parts(file(PART.format(name="red")))  # changed, and loaded again
+    assert parts.find("integrator", "red") is again
+
+
+def test_a_file_may_import_what_lies_beside_it(parts, file):
+    file("NAME = 'from_beside'", "beside_my_parts.py")
+    (red,) = load_parts(file("from beside_my_parts import NAME\n" + PART.replace('"{name}"', "NAME")))
+    assert red.name == "from_beside"
+
+
+def test_a_file_may_assign_to_a_class_of_the_package(file, monkeypatch):
+    monkeypatch.setattr(tt.Camera, "generate_ray", tt.Camera.generate_ray)  # put back at the end
+    assert load_parts(file("import taichi_tracer as tt\ntt.Camera.generate_ray = lambda self, x, y: None\n")) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x = 1\n", ": the file registers nothing: put @tt.register before each class"),
+        ("x = 1\ny = 1 / 0\n", ":2: ZeroDivisionError: division by zero"),
+        ("x = 1\ndef f(:\n", ":2: SyntaxError: "),
+        ("import taichi_tracer as tt\n\ntt.register(tt.View())\n", ":3: register: View needs a name"),
+        ("import no_such_module_at_all\n", ":1: ModuleNotFoundError: No module named 'no_such_module_at_all'"),
+        ("raise SystemExit(3)\n", ":1: SystemExit: 3"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_told_with_its_line(parts, file, text, message):
+    path = file(text)
+    with pytest.raises(tt.InputError) as error:
+        load_parts(path)
+    assert f"{path}{message}" in str(error.value)
+
+
+def test_a_missing_file_is_told():
+    with pytest.raises(tt.InputError, match=r"--parts nowhere/my_parts\.py: no such file"):
+        load_parts("nowhere/my_parts.py")
