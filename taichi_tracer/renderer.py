@@ -227,7 +227,7 @@ class ProgressiveRenderer:
         if ti.static(self.is_random):
             self.film.add(x, y, value, index)
         else:
-            self.film.put(x, y, value)
+            self.film.put(x, y, value, index)
 
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+import taichi as ti
+import taichi.math as tm
 from shapes import SQUARE
 from support import start
 
@@ -165,3 +167,16 @@ def test_a_name_is_no_scene_yet(renderer_class):
         renderer_class("cube")
     with pytest.raises(tt.InputError, match=f"{renderer_class.__name__}: scene_data must be a scene, .* not None"):
         renderer_class(None)
+
+
+def test_a_view_that_is_not_finite_is_counted_and_black():
+    scene = tt.load_scene_data("cube")
+
+    @ti.func
+    def undefined(hit):
+        return tm.vec3(0, hit.distance / 0.0, 0)
+
+    renderer = tt.A1Renderer(scene, 16, 16).use(tt.View("undefined", "Undefined", undefined)).render()
+    assert renderer.non_finite == (tt.A1Renderer(scene, 16, 16).use("hit").image()[..., 0] > 0).sum()
+    assert not renderer.image().any()
+    assert renderer.use("normal").render().non_finite == 0

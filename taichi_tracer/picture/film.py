@@ -94,9 +94,11 @@ class Film:
     def reset(self) -> None:
         """Forget every sample. The canvas keeps its last picture until the next sample."""
         self.check_alive()
-        self.samples = 0
         if self.averages:
             self._clear()
+        elif self.samples > 0:
+            self.non_finite_count[None] = 0
+        self.samples = 0
 
     @ti.kernel
     def _clear(self):
@@ -110,9 +112,16 @@ class Film:
         self.non_finite_count[None] = 0
 
     @ti.func
-    def put(self, x, y, value):
-        """Set a pixel to its value, if every sample would have the same value, as in a view without jitter."""
-        self.canvas[x, y] = value
+    def put(self, x, y, value, sample):
+        """Set a pixel to its value, if every sample would have the same value, as in a view without jitter.
+
+        A value that is not finite is counted and located instead, and the pixel is black (C-20).
+        """
+        if is_finite(value):
+            self.canvas[x, y] = value
+        else:
+            self.canvas[x, y] = tm.vec3(0)
+            self.locate(x, y, sample)
 
     @ti.func
     def add(self, x, y, value, sample):
@@ -131,9 +140,14 @@ class Film:
                 if self.count[x, y] > 1:
                     self.deviation[x, y] = self.deviation[x, y] + (value - mean_before) * (value - mean)  # Welford 1962
         else:
-            place = ti.atomic_add(self.non_finite_count[None], 1)
-            if place < MAX_LOCATED:
-                self.non_finite_at[place] = ti.Vector([x, y, ti.cast(sample, ti.i32)])
+            self.locate(x, y, sample)
+
+    @ti.func
+    def locate(self, x, y, sample):
+        """Count a sample that is not finite, and keep where the first of them were."""
+        place = ti.atomic_add(self.non_finite_count[None], 1)
+        if place < MAX_LOCATED:
+            self.non_finite_at[place] = ti.Vector([x, y, ti.cast(sample, ti.i32)])
 
     @ti.func
     def add_to_half(self, x, y, half, total, rest, count):

@@ -14,7 +14,7 @@ from taichi_tracer.system import runtime
 @ti.kernel
 def _fill(film: ti.template()):
     for x, y in film.canvas:
-        film.put(x, y, tm.vec3(x, y, 0))
+        film.put(x, y, tm.vec3(x, y, 0), ti.u32(0))
 
 
 @ti.kernel
