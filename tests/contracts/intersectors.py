@@ -34,7 +34,8 @@ def every_form():
     forms = []
     for part in PARTS.all("intersector"):
         has_fast_form = intersector_class(part, True)[1].is_fast
-        forms.append(pytest.param(part, True, id=part.name))
+        is_long = part is TRUTH  # whose fast form is the same loop
+        forms.append(pytest.param(part, True, id=part.name, marks=pytest.mark.long if is_long else ()))
         if has_fast_form and part is not TRUTH:
             forms.append(pytest.param(part, False, id=f"{part.name}, plain"))
     return pytest.mark.parametrize(("part", "fast"), forms)

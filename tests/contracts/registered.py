@@ -7,10 +7,16 @@ import pytest
 from taichi_tracer.system.registry import PARTS
 
 
-def every(kind, only=lambda part: True):
-    """A decorator: runs the test with ``part`` set to each registered part of a kind, named by its name."""
+def every(kind, only=lambda part: True, alike=()):
+    """A decorator: runs the test with ``part`` set to each registered part of a kind, named by its name.
+
+    Args:
+        only: which parts of the kind.
+        alike: names of parts that share most of their code with another: they are tested with what takes long.
+    """
     parts = [part for part in PARTS.all(kind) if only(part)]
-    return pytest.mark.parametrize("part", parts, ids=[part.name for part in parts])
+    marks = {True: pytest.mark.long, False: ()}
+    return pytest.mark.parametrize("part", [pytest.param(p, id=p.name, marks=marks[p.name in alike]) for p in parts])
 
 
 @contextmanager
