@@ -74,7 +74,7 @@ class Picture:
 
     @property
     def is_quick(self) -> bool:
-        """Whether it is compared in every run of the tests: every scene, view and sampler, and most estimators, at least once."""
+        """Whether it is compared in every run of the tests: every scene, view, estimator and sampler at least once."""
         if self.precision == "f64" or "triangle_test" in self.scene_options:
             return False
         if self.scene.startswith("rt3/"):
@@ -86,7 +86,7 @@ class Picture:
             return self.shows == "mis" and self.scene_options == STUDIO and self.options == {"sampler": "sobol"}
         if self.scene == "cube":
             sampler = "independent" if self.shows == "brdf" else "sobol"
-            return self.shows in ("uniform", "brdf", "environment") and self.options == {"sampler": sampler}
+            return self.shows in ESTIMATORS and self.shows != "mis" and self.options == {"sampler": sampler}
         return self.spp == 0 and self.shows == "normal"
 
 
