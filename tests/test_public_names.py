@@ -19,7 +19,7 @@ MODULES = sorted(
     for path in PACKAGE.rglob("*.py")
     if path.name != "__main__.py"  # importing it runs the program
 )
-CPU_SECONDS = 1.5
+MOST_MODULES = 20  # that importing the package may load, so that it takes no time
 
 # Put before a program, it refuses every network call, and prints at the end which were tried.
 OFFLINE = """
@@ -96,13 +96,9 @@ def test_everything_public_is_explained(name):
 def test_importing_the_package_loads_nothing_heavy():
     program = "import sys; before = set(sys.modules); import taichi_tracer; print(*sorted(set(sys.modules) - before))"
     loaded = {name.split(".")[0] for name in python(program).split()}
+    assert len(loaded) < MOST_MODULES
     assert not loaded & {"taichi", "numpy", "trimesh", "PIL", "tqdm", "matplotlib"}
     assert "taichi_tracer" in loaded
-
-
-def test_importing_the_package_takes_no_time():
-    program = "import time; start = time.process_time(); import taichi_tracer; print(time.process_time() - start)"
-    assert float(python(program)) < CPU_SECONDS
 
 
 def test_importing_the_package_says_nothing_and_calls_nobody():

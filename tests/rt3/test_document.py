@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import time
 
 import numpy as np
 import pytest
@@ -13,8 +12,6 @@ from rt3_text import HEAD, document, read
 from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, TAGS, FilmSettings, crop_pixels
 from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.system.errors import InputError
-
-SECONDS = 5.0
 
 
 def shot_of(tmp_path, *settings_):
@@ -278,7 +275,6 @@ def test_malformed_documents_are_one_clear_line(name, tmp_path):
     text, message = MALFORMED[name]
     if isinstance(text, str) and text.startswith("<RT3>") and "</RT3>" not in text and "truncated" not in name:
         text += "<world_begin/><world_end/></RT3>"
-    start = time.perf_counter()
     with pytest.raises(InputError) as error:
         read(tmp_path, text)
     told = str(error.value)
@@ -286,7 +282,6 @@ def test_malformed_documents_are_one_clear_line(name, tmp_path):
     assert "scene.xml" in told
     assert "\n" not in told
     assert len(told) < 1_000
-    assert time.perf_counter() - start < SECONDS
 
 
 def test_there_are_enough_malformed_documents():
