@@ -1,25 +1,10 @@
-"""Checkpoints: to the last bit, atomic, and refused with a reason where something is wrong."""
+"""Files of samples: to the last bit, written whole or not at all, and refused where they are damaged."""
 
 import numpy as np
 import pytest
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.files import checkpoint
-
-
-def load(name, environment="studio"):
-    return tt.load_scene_data(name, environment=environment, intersector="brute_force")  # compiles soonest
-
-
-@pytest.fixture(scope="module")
-def scene():
-    start("f32")
-    return load("cube")
-
-
-def renderer(scene, **options):
-    return tt.A2Renderer(scene, 12, 10, **options).use("brdf")
 
 
 def test_what_is_written_is_read(tmp_path, rng):
@@ -32,51 +17,11 @@ def test_what_is_written_is_read(tmp_path, rng):
     assert [p.name for p in tmp_path.iterdir()] == ["a.checkpoint"]
 
 
-def test_a_continued_picture_is_that_of_one_run(scene, tmp_path):
-    whole, first, second = (renderer(scene) for _ in range(3))
-    whole.render(13)
-    first.render(6)
-    first.save_checkpoint(tmp_path / "a.checkpoint")
-    second.load_checkpoint(tmp_path / "a.checkpoint")
-    assert second.samples == 6
-    second.render(7)
-    np.testing.assert_array_equal(second.image(), whole.image())
-    np.testing.assert_array_equal(second.film.variance_of_mean(), whole.film.variance_of_mean())
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda r: r.use("mis"), "another estimator: brdf there, mis here"),
-        (lambda r: setattr(r, "seed", 4), "another seed: 0 there, 4 here"),
-        (lambda r: r.camera.set_camera_parameters(fov=50), "another camera"),
-        (lambda r: setattr(r, "first_sample", 3), "holds the samples 0 to 1, not those from 3 on"),
-    ],
-)
-def test_samples_of_something_else_are_refused(scene, tmp_path, change, message):
+def test_damage_is_noticed(tmp_path, rng):
     path = tmp_path / "a.checkpoint"
-    renderer(scene).render(2).save_checkpoint(path)
-    before, other = path.read_bytes(), renderer(scene)
-    change(other)
-    with pytest.raises(tt.InputError, match=message):
-        other.load_checkpoint(path)
-    assert path.read_bytes() == before
-
-
-def test_another_scene_light_or_size_is_refused(scene, tmp_path):
-    path = tmp_path / "a.checkpoint"
-    renderer(scene).render(2).save_checkpoint(path)
-    lit = load("cube", "white")
-    for other in (renderer(lit), renderer(load("sphere"))):
-        with pytest.raises(tt.InputError, match="another scene"):
-            other.load_checkpoint(path)
-    with pytest.raises(tt.InputError, match="another (camera|size)"):
-        tt.A2Renderer(scene, 10, 12).use("brdf").load_checkpoint(path)
-
-
-def test_damage_is_noticed(scene, tmp_path):
-    path = tmp_path / "a.checkpoint"
-    renderer(scene).render(2).save_checkpoint(path)
+    facts = {"samples": [[0, 2]], "scene": "0123456789abcdef", "seed": 0, "crop": [0, 12, 0, 10]}
+    arrays = {"values": rng.random((12, 10, 4, 3)).astype(np.float32), "counts": np.full((12, 10, 2), 2, np.int32)}
+    checkpoint.write_checkpoint(path, facts, arrays)
     raw = path.read_bytes()
     damaged = [raw[:n] for n in (len(checkpoint.MAGIC), len(checkpoint.MAGIC) + 70, len(raw) - 1)]
     for at in range(len(checkpoint.MAGIC), len(raw), len(raw) // 97):  # in the hash, the facts, and the arrays
@@ -102,6 +47,31 @@ def test_ranges_join_where_they_touch_and_may_not_overlap():
         checkpoint.joined([[0, 5]], [[3, 9]])
 
 
-def test_views_have_nothing_to_keep(scene, tmp_path):
-    with pytest.raises(tt.InputError, match="every sample of hit is the picture itself"):
-        tt.A1Renderer(scene, 8, 8).use("hit").render().save_checkpoint(tmp_path / "a.checkpoint")
+def test_a_file_is_replaced_only_when_the_other_one_is_complete(tmp_path, monkeypatch):
+    path = tmp_path / "a.checkpoint"
+    checkpoint.write_checkpoint(path, {"seed": 1}, {"x": np.zeros(3)})
+    before = path.read_bytes()
+
+    def fails(*arguments):
+        raise OSError("the disk is full")
+
+    monkeypatch.setattr(checkpoint, "replace_file", fails)
+    with pytest.raises(OSError, match="the disk is full"):
+        checkpoint.write_checkpoint(path, {"seed": 2}, {"x": np.ones(3)})
+    assert path.read_bytes() == before
+
+
+def test_what_does_not_belong_together_is_told_by_its_first_difference():
+    facts = {"scene": "abc", "seed": 3, "size": [2, 2]}
+    checkpoint.check_same("a", facts, "b", dict(facts))
+    with pytest.raises(tt.InputError, match=r"^a: its samples do not belong to b: another seed: 3 there, 4 here$"):
+        checkpoint.check_same("a", facts, "b", facts | {"seed": 4})
+    with pytest.raises(tt.InputError, match="another scene$"):  # a hash tells nobody anything
+        checkpoint.check_same("a", facts, "b", facts | {"scene": "def"})
+    with pytest.raises(tt.InputError, match="another light: 1 there, None here"):
+        checkpoint.check_same("a", facts | {"light": 1}, "b", facts)
+
+
+def test_ranges_in_words():
+    assert checkpoint.show_ranges([[0, 64]]) == "0 to 63"
+    assert checkpoint.show_ranges([[0, 2], [5, 6]]) == "0 to 1, 5 to 5"
