@@ -15,6 +15,7 @@ import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
+from taichi_tracer.files.images import save_image
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.picture import checkpoint
@@ -336,6 +337,13 @@ class ProgressiveRenderer:
         if self.samples == 0 or not self.is_current():
             self.render()
         return self.film.image()
+
+    def save(self, path: str | Path) -> None:
+        """Write the picture so far in the format of the path's extension; it is rendered first if it has no sample.
+
+        Only the crop is written. Radiance gets the sRGB transfer function in 8-bit formats, and data does not (C-14).
+        """
+        save_image(path, self.film.own_pixels(self.image()), srgb=self.srgb)
 
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""

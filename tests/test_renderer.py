@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
+from PIL import Image
 from shapes import SQUARE
 from support import start
 
 import taichi_tracer as tt
+from taichi_tracer.files.images import to_bytes
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -180,3 +182,15 @@ def test_a_view_that_is_not_finite_is_counted_and_black():
     assert renderer.non_finite == (tt.A1Renderer(scene, 16, 16).use("hit").image()[..., 0] > 0).sum()
     assert not renderer.image().any()
     assert renderer.use("normal").render().non_finite == 0
+
+
+def test_a_saved_picture_has_its_own_encoding_and_its_crop_alone(tmp_path):
+    scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 0.25))
+    light, view = (one(scene, 16, 12, crop=(4, 10, 2, 7)) for one in (tt.A2Renderer, tt.A1Renderer))
+    for renderer in (light, view):
+        renderer.save(tmp_path / "a.png")
+        image = renderer.image()[12 - 7 : 12 - 2, 4:10]
+        expected = to_bytes(image, srgb=renderer is light)
+        np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "a.png")), expected)
+    assert light.srgb
+    assert not view.srgb

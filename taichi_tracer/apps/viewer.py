@@ -21,7 +21,7 @@ from taichi_tracer.apps.plot import draw_curve
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
-from taichi_tracer.files.images import check_writable, save_image
+from taichi_tracer.files.images import check_writable
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data_loader import name_of
 from taichi_tracer.system.errors import InputError
@@ -98,7 +98,7 @@ def save(renderer: ProgressiveRenderer, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{Path(renderer.scene_data.source).stem}_{renderer.active.name}.png"
     check_writable(path)
-    save_image(path, renderer.image(), srgb=renderer.srgb)
+    renderer.save(path)
     return path
 
 

@@ -10,6 +10,7 @@ import io
 import os
 import re
 import tempfile
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -52,7 +53,7 @@ def linear_from_srgb(values: np.ndarray) -> np.ndarray:
 
 def encode_png(image: np.ndarray, srgb: bool = False) -> bytes:
     """The bytes of a PNG file; arguments as for ``save_image``."""
-    return _encode_pillow(_as_rgb(np.asarray(image), "image"), srgb, "PNG")
+    return _encode_pillow(_as_rgb(_as_float(np.asarray(image)), "image"), srgb, "PNG")
 
 
 def _encode_pillow(image: np.ndarray, srgb: bool, kind: str) -> bytes:
@@ -136,6 +137,7 @@ ENCODERS: dict[str, Callable[[np.ndarray, bool], bytes]] = {
     ".npy": _encode_npy,
     ".ppm": _encode_ppm,
 }
+KEEP_NAN = (".exr", ".pfm", ".npy")
 NEED_OPENIMAGEIO = (".exr", ".hdr")
 
 
@@ -157,21 +159,37 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
 
     Args:
         path: .png .jpg .jpeg .ppm (8 bits), or .exr .hdr .pfm .npy (floating point, always linear).
-        image: (h, w, 3) float, top row first; (h, w) and (h, w, 1) are grey, and a fourth channel is ignored.
+        image: (h, w, 3) float, top row first; (h, w) and (h, w, 1) are grey, and a fourth channel is ignored. In whole
+            numbers without sign, as other programs have them, the largest one stands for 1: 255 of 8 bits.
         srgb: whether to apply the sRGB transfer function, for radiance in 8-bit formats; data such as normals is
-            written unchanged.
+            written unchanged. ``renderer.save`` knows which it is.
+
+    Warns:
+        UserWarning: there is NaN, which the format does not have: it is written as 0.
 
     Raises:
         InputError: the extension is unknown, its library is missing, or the file cannot be written.
     """
     path = Path(path)
     check_writable(path)
-    rgb = _as_rgb(np.asarray(image), str(path))
+    rgb = _as_float(_as_rgb(np.asarray(image), str(path)))
+    extension = path.suffix.lower()
+    if extension not in KEEP_NAN and np.isnan(rgb).any():
+        count, others = int(np.isnan(rgb).any(axis=2).sum()), ", ".join(KEEP_NAN)
+        told = f"{count} of {rgb.shape[0] * rgb.shape[1]} pixels are NaN and written as 0, for {extension} has no NaN"
+        warnings.warn(f"{path}: {told}: {others} have", stacklevel=2)
     try:
-        content = ENCODERS[path.suffix.lower()](rgb, srgb)
+        content = ENCODERS[extension](rgb, srgb)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     replace_file(path, content)
+
+
+def _as_float(image: np.ndarray) -> np.ndarray:
+    """The same image in floating point; of whole numbers without sign, the largest becomes 1."""
+    if image.dtype.kind == "u":
+        return image / np.iinfo(image.dtype).max
+    return image.astype(np.float32) if image.dtype.kind in "bi" else image
 
 
 def _as_rgb(image: np.ndarray, source: str) -> np.ndarray:

@@ -192,6 +192,23 @@ def test_npy_of_any_number_is_read_as_float32(tmp_path, dtype):
     assert read.ravel().tolist() == list(range(12))
 
 
+def test_whole_numbers_without_sign_count_their_largest_as_one(tmp_path):
+    steps = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    for name, image in (("8.png", steps), ("16.png", steps.astype(np.uint16) * 257), ("8.pfm", steps)):
+        save_image(tmp_path / name, image)
+        np.testing.assert_allclose(read_image(tmp_path / name)[..., 0] * 255, steps, rtol=1e-6)
+
+
+@pytest.mark.parametrize("extension", [".png", ".jpg", ".ppm", ".hdr"])
+def test_nan_is_told_where_the_format_has_none(tmp_path, extension):
+    if extension == ".hdr":
+        pytest.importorskip("OpenImageIO")
+    image = np.ones((2, 3, 3))
+    image[0, 0, 1] = np.nan
+    with pytest.warns(UserWarning, match=rf"a\{extension}: 1 of 6 pixels are NaN and written as 0.*\.pfm, \.npy have"):
+        save_image(tmp_path / f"a{extension}", image)
+
+
 # Bytes and transfer functions
 
 
