@@ -52,13 +52,78 @@ def test_the_second_picture_by_packets_equals_the_first(renderer):
     assert renderer.eye_rays.packets is not None
 
 
-def test_every_view_has_a_setter_that_is_use(renderer):
-    for view in renderer.offers:
+def test_every_view_of_the_handout_has_a_setter_that_is_use(renderer):
+    """Under each of its names, explained."""
+    views = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")
+    for view in (view for view in renderer.offers if view.name in views):
         for name in (view.name, *view.aliases):
-            getattr(renderer, f"set_shade_{name}")()
+            setter = getattr(renderer, f"set_shade_{name}")
+            assert setter() is renderer
             assert renderer.active.name == view.name
             assert renderer.use(name).active.name == view.name
-            assert view.label in getattr(renderer, f"set_shade_{name}").__doc__
+            assert setter.__doc__.startswith("Show ")
+
+
+def test_what_is_rendered_is_chosen_by_name_class_or_object(renderer):
+    @ti.data_oriented
+    class Red(tt.View):
+        name, label, aliases = "red", "Red", ("rot",)
+
+        @ti.func
+        def color(self, hit):
+            return tm.vec3(1, 0, 0)
+
+    assert renderer.use("normals").active.name == "normal"
+    assert "red" not in renderer.names()
+    own = Red()
+    for chosen in (Red, own, "red", "rot"):
+        assert renderer.use(chosen).active.name == "red"
+    assert [view.name for view in renderer.offers][-1] == "red"
+    image = renderer.image()
+    assert image[6, 8].tolist() == [1, 0, 0]
+    assert not image[0, 0].any()
+    made = tt.A1Renderer(renderer.scene_data, 16, 12, integrator=own)
+    np.testing.assert_array_equal(made.image(), image)
+    with pytest.raises(tt.InputError, match="integrator: 7 is neither a name nor a part of this kind"):
+        renderer.use(7)
+
+
+def test_an_integrator_belongs_to_one_renderer():
+    """What one keeps of its picture, such as a range of depths, is not another's."""
+    scene = tt.scene_from_mesh(*SQUARE)
+    a, b = (tt.RT3Renderer(scene, 8, 8).use("depth_map") for _ in range(2))
+    assert a.active is not b.active
+    assert a.use("flat").use("depth_map").active is a.use("depth_map").active
+
+
+def test_the_plain_forms_give_the_same_bits():
+    """Views and light, with jitter and without; the receipt says which forms ran."""
+    for one, options in ((tt.A1Renderer, {}), (tt.A1Renderer, {"jitter": True}), (tt.A2Renderer, {})):
+        scene = tt.scene_from_mesh(*SQUARE, environment="studio")
+        fast, plain = (one(scene, 16, 12, fast=fast, **options).render(3) for fast in (None, False))
+        np.testing.assert_array_equal(fast.image(), plain.image())
+        assert any(line.startswith("eye rays        hits are kept") for line in fast.receipt())
+        assert any(
+            line.startswith("eye rays        one by one, as they are written: fast=False") for line in plain.receipt()
+        )
+    quick, readable = (tt.scene_from_mesh(*SQUARE, environment="studio", fast=fast) for fast in (True, False))
+    images = [tt.A2Renderer(scene, 16, 12).use("mis").render(3).image() for scene in (quick, readable)]
+    np.testing.assert_array_equal(*images)
+
+
+def test_a_camera_is_chosen_by_name_class_or_object():
+    """By name or class it shows where the scene's own view looks."""
+    view = {"eye": (0, 0, 3), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 60.0}
+    scene = tt.scene_from_mesh(*SQUARE, view=view)
+    by_name, by_class = (tt.A1Renderer(scene, 16, 12, camera=c) for c in ("orthographic", tt.OrthographicCamera))
+    own = tt.A1Renderer(
+        scene, 3, 3, camera=tt.OrthographicCamera(16, 12, eye=(0, 0, 3), screen_window=(-2, 2, -1.5, 1.5))
+    )
+    assert (own.width, own.height) == (16, 12)
+    np.testing.assert_array_equal(by_name.use("hit").image(), by_class.use("hit").image())
+    assert by_name.camera.name == "orthographic"
+    assert by_name.camera.screen_window[3] == pytest.approx(3 * np.tan(np.deg2rad(30)))
+    assert own.use("hit").image().any()
 
 
 def test_canvas_and_image_differ_only_in_which_way_is_up(renderer):
@@ -159,8 +224,11 @@ def test_unknown_samplers_and_seeds_are_refused():
     scene = tt.scene_from_mesh(*SQUARE)
     with pytest.raises(tt.InputError, match="did you mean 'sobol'"):
         tt.A1Renderer(scene, 4, 4, sampler="sobl")
-    with pytest.raises(tt.InputError, match="seed must be a whole number"):
-        tt.A1Renderer(scene, 4, 4, seed=-1)
+    for name, value in (("seed", -1), ("seed", 2**32), ("first_sample", 0.5)):
+        with pytest.raises(tt.InputError, match=f"{name} must be a whole number"):
+            tt.A1Renderer(scene, 4, 4, **{name: value})
+    with pytest.raises(tt.InputError, match="film: crop"):
+        tt.A1Renderer(scene, 4, 4, crop=(0, 5, 0, 4))
 
 
 @pytest.mark.parametrize("renderer_class", [tt.A1Renderer, tt.A2Renderer, tt.RT3Renderer])
