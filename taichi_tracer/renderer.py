@@ -279,7 +279,7 @@ class ProgressiveRenderer:
         """Everything that the picture depends on. Samples of different states must not be added up."""
         scene = self.scene_data
         sky = 0 if scene.environment is None else scene.environment.version
-        return id(self.active), self.camera.version, scene.version, sky, *(light.version for light in scene.lights)
+        return self.active, self.camera.version, scene.version, sky, *(light.version for light in scene.lights)
 
     def is_current(self) -> bool:
         """Whether the samples on the film belong to the present ``state``."""

@@ -9,7 +9,8 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.renderer import SAMPLERS, A2Renderer
+from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.system.registry import PARTS
 
 PROGRAM = """
 import sys, hashlib
@@ -54,7 +55,7 @@ def test_threads_and_processes_do_not_matter(picture, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "sampler", [pytest.param(s, marks=pytest.mark.long) if s == "independent" else s for s in SAMPLERS]
+    "sampler", [pytest.param(s, marks=pytest.mark.long) if s == "independent" else s for s in PARTS.names("sampler")]
 )
 def test_two_halves_merged_are_the_whole(plain, sampler):
     whole = plain(sampler=sampler).render(16)

@@ -1,13 +1,19 @@
-"""Questions asked of a scene from Python: shapes in, shapes out, and the oracle's answers on the Cornell box."""
+"""Questions asked of a scene from Python, and what a scene is made of: its parts, its effects, its fingerprint."""
 
 import numpy as np
 import pytest
+import taichi as ti
+import taichi.math as tm
 from oracles import rays as oracle
-from shapes import SQUARE, sphere
+from shapes import SQUARE, sphere, with_spheres
 from support import DEBUG, start
 
 import taichi_tracer as tt
-from taichi_tracer.scene_data import INTERSECTORS
+from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.lights.base import Light
+from taichi_tracer.scene_data import brdfs_of
+from taichi_tracer.system.registry import PARTS
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -30,8 +36,7 @@ def test_a_million_rays_in_the_cornell_box_agree_with_the_oracle():
     origins = rng.uniform(low - 0.5, high + 0.5, (count, 3)).astype(np.float32)
     directions = rng.normal(size=(count, 3)).astype(np.float32)
     hits = scene.intersect(origins, directions)
-    vertices, faces = scene.geometry.arrays
-    ids, t, _, _, margin = oracle.nearest(origins, directions, vertices, faces)
+    ids, t, _, _, margin = oracle.nearest(origins, directions, scene.mesh.vertices, scene.mesh.faces)
     sure = margin > 1e-5
     assert sure.mean() > 0.999
     np.testing.assert_array_equal(hits.triangle_id[sure], ids[sure])
@@ -120,7 +125,7 @@ def test_a_trimesh_is_a_scene_too():
     assert by_arrays.distance[0] == by_trimesh.distance[0]
 
 
-@pytest.mark.parametrize("name", list(INTERSECTORS))
+@pytest.mark.parametrize("name", PARTS.names("intersector"))
 def test_notebooks_show_a_table(name):
     scene = tt.scene_from_mesh(*SQUARE, intersector=name)
     html = scene.intersect(np.zeros((30, 3)) + [0, 0.5, 1], [0, 0, -1])._repr_html_()
@@ -135,3 +140,97 @@ def test_destroyed_scenes_free_their_memory_once():
     scene.destroy()
     scene.destroy()
     assert tt.scene_from_mesh(*SQUARE).intersect([0, 0.1, 1], [0, 0, -1]).is_hit[0]
+
+
+# ── what a scene is made of ──
+
+
+@ti.data_oriented
+class Velvet(Diffuse):
+    """A BRDF of a user's own, for every material."""
+
+    name = "velvet"
+
+    def describes(self, material, dtype):
+        return True
+
+
+@ti.data_oriented
+class Lamp(Light):
+    """A point light."""
+
+    name, is_delta = "lamp", True
+
+    def __init__(self, power=1.0):
+        self.power = power
+
+    @ti.func
+    def sample(self, x, xi):
+        return tm.vec3(0, 0, 1), 1.0, tm.vec3(self.power), 1.0
+
+
+def test_the_brdfs_that_were_given_come_last_the_first_of_them_at_the_very_end():
+    """Of those that describe a material, the last is taken."""
+    first, second = Velvet(), Velvet()
+    known = brdfs_of([first, second])
+    assert known[-2:] == [second, first]
+    assert known[:-2] == PARTS.all("BRDF")
+    assert brdfs_of(["phong"])[-1] is PARTS.find("BRDF", "phong")
+    assert len(brdfs_of(["phong"])) == len(PARTS.all("BRDF"))
+    scene = tt.scene_from_mesh(*SQUARE, brdfs=[Velvet])
+    assert [scene.material_library.brdfs[i].name for i in scene.effects.brdfs] == ["velvet"]
+
+
+def test_a_change_of_the_scene_makes_its_kernels_anew_and_is_counted():
+    scene = tt.scene_from_mesh(*SQUARE, environment="white")
+    before, version = scene.in_kernels(), scene.version
+    assert scene.in_kernels() is before
+    scene.set_environment("white")
+    assert scene.version == version + 1
+    assert scene.in_kernels() is not before
+    scene.set_background((1, 0, 0))
+    assert scene.version == version + 2
+    assert scene.in_kernels().background is scene.background
+
+
+def test_the_fingerprint_tells_scenes_apart_by_all_that_a_picture_depends_on():
+    mesh = Mesh(*SQUARE)
+    usual = tt.SceneData(mesh, environment="studio").fingerprint()
+    assert tt.SceneData(Mesh(*SQUARE), environment="studio").fingerprint() == usual
+    culled = Mesh(*SQUARE, face_culls=np.array([True, False]))
+    shiny = Mesh(*SQUARE, materials=[tt.Material(Ns=3)])
+    moved = Mesh(SQUARE[0] + 1e-3, SQUARE[1])
+    others = [
+        tt.SceneData(culled, environment="studio"),
+        tt.SceneData(shiny, environment="studio"),
+        tt.SceneData(moved, environment="studio"),
+        tt.SceneData(mesh),
+        tt.SceneData(mesh, environment=tt.Environment(np.ones((2, 4, 3)))),
+        tt.SceneData(mesh, environment="studio", background=(1, 0, 0)),
+        tt.SceneData(mesh, environment="studio", lights=[Lamp()]),
+        tt.SceneData(mesh, environment="studio", lights=[Lamp(2.0)]),
+    ]
+    prints = [scene.fingerprint() for scene in others]
+    assert usual not in prints
+    assert len(set(prints)) == len(prints)
+
+
+def test_the_receipt_says_what_is_simulated_and_which_form_runs():
+    fast, plain = (tt.scene_from_mesh(*SQUARE, fast=fast).receipt() for fast in (True, False))
+    assert fast[:-1] == plain[:-1]
+    assert fast[-1] == "rays            hierarchy of eight boxes a node: nothing of BVHRayIntersector is replaced"
+    assert plain[-1] == "rays            BVHRayIntersector, the plain form: fast=False"
+
+
+def test_a_scene_that_cannot_be_made_leaves_taichi_usable():
+    with pytest.raises(tt.InputError):
+        tt.SceneData(Mesh(*SQUARE), brdfs=[7])
+    with pytest.raises(tt.InputError):
+        tt.SceneData(Mesh(*SQUARE), lights=["no such light"])
+    assert tt.scene_from_mesh(*SQUARE).intersect([0, 0.1, 1], [0, 0, -1]).is_hit[0]
+
+
+def test_meshes_and_spheres_are_counted():
+    scene = tt.SceneData(with_spheres([(0, 0, 0, 1), (2, 0, 0, 1)], *SQUARE))
+    assert (scene.num_triangles, scene.num_spheres) == (2, 2)
+    assert "2 triangles, 2 spheres, 1 materials, bvh, watertight" in repr(scene)

@@ -219,7 +219,7 @@ def test_brute_force_and_replaced_cameras_go_ray_by_ray():
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        ({}, "camera and intersector are the package's"),
+        ({}, "camera and intersector belong to the package"),
         ({"fast": False}, "fast=False"),
         ({"intersector": BVHRayIntersector()}, "BVHRayIntersector is a plain form"),
     ],

@@ -1,4 +1,4 @@
-"""A fast form runs only while nothing of the plain one is replaced, and the receipt says which runs and why."""
+"""A fast form runs only while no method of the plain one is replaced, and the receipt says which runs and why."""
 
 import pytest
 import taichi as ti
@@ -31,7 +31,7 @@ def test_the_fast_form_stands_in_while_nothing_is_replaced(plain, quick):
     runs, form = intersector_class(plain, True)
     assert runs is quick
     assert form.is_fast
-    assert str(form) == f"{'rays':<15} {quick.form}: nothing of {plain.__name__} is replaced"
+    assert str(form) == f"{'rays':<15} {quick.form}: no method of {plain.__name__} is replaced"
 
 
 @pytest.mark.parametrize(("plain", "quick"), PAIRS)
