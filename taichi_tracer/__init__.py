@@ -4,7 +4,7 @@
     scene = tt.load_scene_data("cornell_box")
     renderer = tt.A1Renderer(scene_data=scene)
     renderer.use("normal").render()
-    tt.save_image("normal.png", renderer.image())
+    renderer.save("normal.png")
 
 A name is loaded when it is first used. Importing the package does not start Taichi.
 """
