@@ -19,8 +19,8 @@ SHIPPED = (Diffuse(), Phong(), Mirror())
 def library_of(materials, brdfs=SHIPPED):
     """A library that is ready for kernels, and the memory that holds it."""
     owner = memory.Memory()
-    library = MaterialLibrary(materials, list(brdfs), owner.fields)
-    owner.allocate()
+    with owner as fields:
+        library = MaterialLibrary(materials, list(brdfs), fields)
     library.load()
     return library, owner
 
