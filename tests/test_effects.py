@@ -114,7 +114,7 @@ def test_the_receipt_names_every_effect_with_its_reason():
         "look-up         not simulated, its radiance is the same in every direction",
         "light lamp      simulated, Lamp",
         "emitters        not simulated, no triangle has a material with Ke > 0",
-        "vertex normals  not simulated, the face's normal is that of every point",
+        "vertex normals  not simulated, no triangle has them",
         "spheres         not simulated, the scene has none",
         "backface cull   not simulated, all triangles have two sides",
         "background      not simulated, the scene has none",
