@@ -17,7 +17,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import powers
+from taichi_tracer.system import front_end, powers
 from taichi_tracer.system.cache import cache_folder
 from taichi_tracer.system.errors import InputError, one_of
 
@@ -99,6 +99,7 @@ def init(
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
     powers.write_as_products()
+    front_end.keep_what_is_read()
     cache, note = cache_folder(impl.default_cfg().offline_cache_file_path)
     with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
         ti.init(

@@ -1,0 +1,118 @@
+"""What Taichi keeps of sources is what it would read again: lines, messages, and functions that share a name."""
+
+import linecache
+import textwrap
+
+import pytest
+import taichi as ti
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support import start
+from taichi.lang import kernel_impl
+from taichi.lang.ast import ast_transformer_utils
+
+from taichi_tracer.system import front_end
+
+SHORT_AND_LONG = st.text(alphabet=st.sampled_from("ab_(-. \t\n\r\x0b\x0c\u3000"), max_size=40)
+
+
+@settings(deadline=None)
+@given(line=SHORT_AND_LONG, width=st.integers(1, 50), tabsize=st.sampled_from([4, 8]))
+def test_lines_are_wrapped_as_by_the_standard_library(line, width, tabsize):
+    assert front_end.LineWrapper(width, tabsize=tabsize).wrap(line) == textwrap.wrap(line, width, tabsize=tabsize)
+    assert front_end.fill(line, width=width, tabsize=tabsize) == textwrap.fill(line, width=width, tabsize=tabsize)
+
+
+def test_a_source_is_read_once(f32, monkeypatch):
+    """A function that is called from eight places is found in its file once."""
+    read = []
+    monkeypatch.setattr(kernel_impl, "getsourcelines", front_end.kept_per_function(counting(read)))
+
+    @ti.func
+    def twice(x):
+        return 2 * x
+
+    @ti.kernel
+    def eight() -> int:
+        return twice(1) + twice(2) + twice(3) + twice(twice(4)) + twice(twice(twice(5)))
+
+    assert eight() == 2 + 4 + 6 + 16 + 40
+    assert read == ["eight", "twice"]
+
+
+def counting(read):
+    """``getsourcelines``, which notes the functions that it is asked for."""
+    original = kernel_impl.getsourcelines.__wrapped__
+
+    def getsourcelines(function):
+        read.append(function.__name__)
+        return original(function)
+
+    return getsourcelines
+
+
+def test_functions_of_one_name_are_not_confused(f32):
+    def made(number):
+        @ti.func
+        def value():
+            return number
+
+        return value
+
+    one, two = made(1), made(2)
+
+    @ti.kernel
+    def both() -> int:
+        return 10 * one() + two()
+
+    assert both() == 12
+
+
+def test_a_function_that_is_defined_again_is_read_again(f32, tmp_path):
+    """As in a notebook's cell that is run a second time: the same file, name and line."""
+    found = []
+    for number in (1, 2):
+        file = tmp_path / "cell.py"
+        source = f"import taichi as ti\n@ti.func\ndef value():\n    return {number}\n"
+        file.write_text(source)
+        linecache.checkcache(str(file))
+        cell = {"__name__": "cell"}
+        exec(compile(source, str(file), "exec"), cell)
+        value = cell["value"]
+
+        @ti.kernel
+        def asked() -> int:
+            return value()  # noqa: B023 (called in this turn of the loop)
+
+        found.append(asked())
+    assert found == [1, 2]
+
+
+@ti.func
+def wrong_in_the_second_line(a):
+    b = a + 1
+    return b + not_defined_anywhere + "a very long text, so that the line is longer than eighty characters"  # noqa: F821
+
+
+@ti.kernel
+def asks_it() -> int:
+    return wrong_in_the_second_line(1)
+
+
+def test_messages_are_those_of_taichi_alone():
+    """Word for word what Taichi prints when it reads and describes everything anew."""
+    start("f32")
+    with pytest.raises(ti.TaichiNameError) as kept:
+        asks_it()
+    context = ast_transformer_utils.ASTTransformerContext
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(context, "get_pos_info", context.get_pos_info.__wrapped__)
+        patch.setattr(ast_transformer_utils, "TextWrapper", textwrap.TextWrapper)
+        patch.setattr(kernel_impl, "textwrap", textwrap)
+        for name in ("getsourcefile", "getsourcelines"):
+            patch.setattr(kernel_impl, name, getattr(kernel_impl, name).__wrapped__)
+        with pytest.raises(ti.TaichiNameError) as alone:
+            asks_it()
+    assert str(kept.value) == str(alone.value)
+    assert "test_front_end.py" in str(kept.value)
+    assert "^^^^^^^^^^^^^^^^^^^^" in str(kept.value)
