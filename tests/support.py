@@ -18,6 +18,12 @@ def start(precision: str = "f32", **options) -> None:
         runtime.init("cpu", precision, force=True, debug=DEBUG, **options)
 
 
+def long_except(values, *quick) -> list:
+    """Values for ``parametrize``: all but the quick ones are marked long, because they repeat what those check."""
+    rows = [(value, value if isinstance(value, tuple) else (value,)) for value in values]
+    return [value if value in quick else pytest.param(*row, marks=pytest.mark.long) for value, row in rows]
+
+
 def data_file(name: str) -> Path:
     """A real mesh from beside the checkout; the test is skipped where there is none."""
     path = DATA / name

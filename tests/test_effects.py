@@ -11,7 +11,7 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 from shapes import SQUARE, random_rays, soup, with_spheres
-from support import start
+from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.background import Background
@@ -242,7 +242,7 @@ CODE = {
 
 
 @pytest.mark.filterwarnings("ignore:nothing in this scene emits light")
-@pytest.mark.parametrize("effect", CODE)
+@pytest.mark.parametrize("effect", long_except(CODE, *list(CODE)[::3]))
 def test_the_code_of_an_effect_is_compiled_only_where_the_scene_calls_for_it(monkeypatch, effect):
     owner, name, scenes = CODE[effect]
     without, with_it = scenes()
@@ -262,7 +262,7 @@ FIELDS = {
 }
 
 
-@pytest.mark.parametrize("fast", [True, False])
+@pytest.mark.parametrize("fast", long_except([True, False], True))
 @pytest.mark.parametrize("effect", FIELDS)
 def test_the_fields_of_an_effect_exist_and_are_read_only_where_the_scene_calls_for_it(effect, fast):
     """Without the field, the kernels of a scene with the effect cannot be compiled: they do read it."""

@@ -289,7 +289,8 @@ def table_row(seam: Seam, way: str, what: tuple[str, ...]) -> dict[str, str]:
 
 
 ALIKE = ("evaluate_brdf", "evaluate_brdf_factor", "shade_hit", "shade_triangle_id", "shade_distance")
-ALIKE += ("shade_barycentric", "shade_material_id")  # live by the same lines as others: tested with what takes long
+ALIKE += ("shade_barycentric", "shade_material_id", "evaluate_probability", "generate_ndc_coords")
+ALIKE += ("generate_camera_coords", "compute_matrix")  # live by the same lines as others: tested with what takes long
 
 
 @pytest.mark.parametrize("seam", [s for s in SEAMS if s.method not in ALIKE], ids=lambda seam: seam.id)

@@ -44,6 +44,7 @@ def test_a_new_view_or_camera_starts_over(renderer):
     assert renderer.samples == 0
 
 
+@pytest.mark.long
 def test_the_second_picture_by_packets_equals_the_first(renderer):
     first = renderer.use("barycentric").render().image()
     renderer.camera.set_camera_parameters()
@@ -96,6 +97,7 @@ def test_an_integrator_belongs_to_one_renderer():
     assert a.use("flat").use("depth_map").active is a.use("depth_map").active
 
 
+@pytest.mark.long
 def test_the_plain_forms_give_the_same_bits():
     """Views and light, with jitter and without; the receipt says which forms ran."""
     for one, options in ((tt.A1Renderer, {}), (tt.A1Renderer, {"jitter": True}), (tt.A2Renderer, {})):
@@ -155,6 +157,7 @@ def test_a_camera_of_ones_own_gives_the_size():
     assert renderer.image().shape == (7, 5, 3)
 
 
+@pytest.mark.long
 def test_jittered_views_are_means_over_the_pixel():
     """The edge of the square is grey, and the more samples, the nearer to the covered part of the pixel."""
     view = {"eye": (0.1, 0, 4), "at": (0.1, 0, 0), "up": (0, 1, 0), "fov": 40.0}
@@ -182,6 +185,7 @@ def test_a2_has_the_handouts_setters_and_modes(lit):
         lit.use("brfd")
 
 
+@pytest.mark.long
 def test_any_change_of_light_camera_or_estimator_starts_over(lit):
     lit.use("brdf").render(4)
     for change in (
@@ -205,6 +209,7 @@ def test_a_new_environment_is_the_one_that_is_seen(lit):
     assert lit.image()[0, 0].tolist() == [3, 3, 3]
 
 
+@pytest.mark.long
 def test_darkness_is_told():
     dark = tt.A2Renderer(scene_data=tt.load_scene_data("cube", environment="black"), width=8, height=8)
     with pytest.warns(UserWarning, match="nothing in this scene emits light"):
@@ -213,6 +218,7 @@ def test_darkness_is_told():
     assert lamp.image().max() > 1  # a lamp is seen without an environment
 
 
+@pytest.mark.long
 def test_the_error_falls_with_samples(lit):
     lit.scene_data.set_environment("studio")
     lit.use("uniform").render(4)

@@ -42,6 +42,7 @@ def pixels(path):
     return np.asarray(Image.open(path))
 
 
+@pytest.mark.long
 def test_the_film_says_where_how_large_and_how(scene):
     """The file's name, type and size; without gamma correction values stand as they are."""
     folder = scene()
@@ -95,6 +96,7 @@ def test_a_crop_is_that_part_of_the_picture(scene):
     np.testing.assert_array_equal(pixels(folder / "part.png"), pixels(folder / "whole.png")[12:, 8:24])
 
 
+@pytest.mark.long
 def test_another_projection_shows_the_same_where_the_camera_looks(scene):
     """--camera orthographic takes its window from the angle; --window is that window."""
     folder = scene()

@@ -113,6 +113,7 @@ def _headings(
             heading = store.next_heading(c)
 
 
+@pytest.mark.long
 def test_rays_are_taken_by_their_heading_and_know_what_they_have_in_common(rng):
     """Each ray once; the extremes of 1/d and of the moved origins hold those of every ray of the heading."""
     start("f32")

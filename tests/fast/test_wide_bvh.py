@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from compare import assert_same_answers
 from shapes import SQUARE, random_rays, random_spheres, soup, sphere, with_spheres
-from support import start
+from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.fast.wide_bvh import WideBVH
@@ -43,7 +43,10 @@ def test_a_destroyed_tree_leaves_others_alone():
     np.testing.assert_array_equal(second.occluded([0, 0.1, 1], [0, 0, -1]), [True])
 
 
-@pytest.mark.parametrize("name", ["culled triangles", "spheres", "culled triangles among spheres"])
+KINDS = ["culled triangles", "spheres", "culled triangles among spheres"]
+
+
+@pytest.mark.parametrize("name", long_except(KINDS, "culled triangles among spheres"))
 def test_special_primitives_are_met_as_by_the_plain_hierarchy(precision, name, rng):
     vertices, faces = soup(rng, 300)
     culls = np.arange(300) % 2 == 0 if "culled" in name else None

@@ -11,7 +11,7 @@ import taichi as ti
 import taichi.math as tm
 from oracles import light
 from shapes import SQUARE, sphere, with_spheres
-from support import DEBUG, start
+from support import DEBUG, long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -108,7 +108,7 @@ def test_mirror_wall_shows_what_it_faces(wall, estimator):
     np.testing.assert_allclose(wall(estimator, 1e21).image(), np.tile(KD * 1.5, (SIZE, SIZE, 1)), rtol=1e-5)
 
 
-@pytest.mark.parametrize("ns", [1.0, 8.0, 300.0, 1e21])
+@pytest.mark.parametrize("ns", long_except([1.0, 8.0, 300.0, 1e21], 8.0))
 def test_furnace(ns):
     """A closed white sphere under constant light looks as the BRDF's albedo at each angle says; never above L."""
     vertices, faces = sphere(96, 49)
@@ -133,7 +133,7 @@ def test_furnace(ns):
 PAIRS = [("specular_spheres", "studio"), ("cornell_box", "studio")]
 if os.environ.get("TAICHI_TRACER_LONG") == "1":
     PAIRS = [(s, e) for s in tt.scene_names() if "/" not in s for e in ("studio", "white")]
-PAIRS = [pytest.param(*pair, marks=pytest.mark.long) if pair[0] == "cornell_box" else pair for pair in PAIRS]
+PAIRS = long_except(PAIRS, ("specular_spheres", "studio"))
 
 
 @pytest.mark.parametrize(("scene", "environment"), PAIRS)

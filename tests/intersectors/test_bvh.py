@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from compare import assert_same_answers
 from shapes import BOXES, SQUARE, lattice, random_rays, random_spheres, soup, sphere, with_spheres
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.fast.wide_bvh import WideBVH
@@ -173,7 +174,10 @@ MESHES = {
 }
 
 
-@pytest.mark.parametrize("name", MESHES)
+QUICK = ("closed", "lattice", "culled triangles among spheres")
+
+
+@pytest.mark.parametrize("name", long_except(MESHES, *QUICK))
 def test_it_answers_as_brute_force_and_as_the_wide_tree(precision, name, rng):
     mesh = MESHES[name](rng)
     if len(mesh.faces) > 0:

@@ -7,7 +7,7 @@ import taichi.math as tm
 from oracles import light as oracle
 from probe import put, vec3
 from shapes import SQUARE
-from support import start
+from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.formulas.warps import uniform_sphere
@@ -185,7 +185,7 @@ def centre(scene, estimator="uniform", spp=1, **options):
     return renderer.render(spp).image().astype(float)
 
 
-@pytest.mark.parametrize("estimator", ["uniform", "brdf", "environment", "mis"])
+@pytest.mark.parametrize("estimator", long_except(["uniform", "brdf", "environment", "mis"], "mis"))
 def test_a_point_light_is_the_closed_form_in_every_estimator(estimator):
     """Kd/π I cos θ / d²: without noise, and the same for all, though no ray meets it."""
     place = np.array([0.3, -0.2, 1.5])
@@ -201,12 +201,14 @@ def test_a_point_light_is_the_closed_form_in_every_estimator(estimator):
     np.testing.assert_allclose(image, expected, rtol=2e-5)
 
 
+@pytest.mark.long
 def test_light_of_several_single_lights_adds_up():
     a, b = Point((0.3, 0, 1), (1, 0, 0)), Point((-0.5, 0.2, 2), (0, 2, 0))
     both = centre(lit_square(lights=[a, b]))
     np.testing.assert_allclose(both, centre(lit_square(lights=[a])) + centre(lit_square(lights=[b])), rtol=1e-5)
 
 
+@pytest.mark.long
 def test_a_single_light_behind_the_surface_or_hidden_gives_nothing():
     assert not centre(lit_square(lights=[Point((0, 0, -1), (1, 1, 1))])).any()
     roof = SQUARE[0] * 3 + [0, 0, 5]  # above the eye, below the light

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from contracts import brdfs, cameras, integrators, intersectors, lights, samplers, views
 from shapes import SQUARE, sphere
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
@@ -91,6 +92,7 @@ def test_parts_are_short_and_use_public_names():
 # ── a BRDF ──
 
 
+@pytest.mark.long
 def test_ggx_keeps_the_contract():
     brdfs.check_brdf(part("ggx"))
 
@@ -169,6 +171,7 @@ def test_two_bounces_fill_a_bowl(rho):
 # ── a sampler ──
 
 
+@pytest.mark.long
 def test_strata_keep_the_contract():
     samplers.check_sampler(part("stratified"))
 
@@ -183,6 +186,7 @@ def test_every_stratum_has_a_sample():
             assert (np.sort(squares, axis=0) == np.arange(16)[:, None]).all()
 
 
+@pytest.mark.long
 def test_strata_lower_the_error():
     """16 samples of a smooth integrand, the cosine under even light: a quarter of the spread of independent ones."""
     scene = write_obj("wall", *SQUARE, "Kd 0.5 0.5 0.5")
@@ -238,13 +242,18 @@ def test_heat_map_shows_distances():
 # ── an intersector ──
 
 
-@pytest.mark.parametrize(("scene", "view"), [("cornell_box", "normal"), ("specular_spheres", "triangle_id")])
+SEEN = [("cornell_box", "normal"), ("specular_spheres", "triangle_id")]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("scene", "view"), long_except(SEEN, ("specular_spheres", "triangle_id")))
 def test_grid_has_the_bits_of_the_hierarchy(scene, view):
     by_grid, by_bvh = (rendered("grid", scene, "--view", view, "--intersector", name) for name in ("grid", "bvh"))
     np.testing.assert_array_equal(by_grid, by_bvh)
     assert by_grid.any()
 
 
+@pytest.mark.long
 def test_grid_answers_as_brute_force():
     """Rays of every kind, with shadow rays and intervals."""
     intersectors.truth.cache_clear()

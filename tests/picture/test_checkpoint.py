@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import start
+from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.brdfs.diffuse import Diffuse
@@ -26,6 +26,7 @@ def renderer(scene, **options):
     return tt.A2Renderer(scene, 12, 10, **options).use("brdf")
 
 
+@pytest.mark.long
 def test_a_continued_picture_is_that_of_one_run(scene, tmp_path):
     whole, first, second = (renderer(scene) for _ in range(3))
     whole.render(13)
@@ -73,7 +74,7 @@ def test_views_have_nothing_to_keep(scene, tmp_path):
         tt.A1Renderer(scene, 8, 8).use("hit").render().save_checkpoint(tmp_path / "a.checkpoint")
 
 
-@pytest.mark.parametrize("sampler", ["sobol", "independent"])
+@pytest.mark.parametrize("sampler", long_except(["sobol", "independent"], "sobol"))
 def test_each_sampler_goes_on_where_it_was(scene, tmp_path, sampler):
     """Also from a first sample that is not 0, with a crop, and with the film's own kind of sums."""
     options = {"sampler": sampler, "first_sample": 5, "crop": (2, 9, 1, 8), "seed": 3}
@@ -84,6 +85,7 @@ def test_each_sampler_goes_on_where_it_was(scene, tmp_path, sampler):
     np.testing.assert_array_equal(second.render(3).image(), whole.image())
 
 
+@pytest.mark.long
 def test_a_checkpoint_of_a_checkpoint_holds_all_samples(scene, tmp_path):
     path = tmp_path / "a.checkpoint"
     whole, part = renderer(scene).render(6), renderer(scene).render(2)

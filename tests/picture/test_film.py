@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import DEBUG, start
+from support import DEBUG, long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.picture.film import Film
@@ -72,6 +72,7 @@ def test_two_replicas_tell_the_variance_by_their_difference(precision, rng):
     assert np.isnan(one.error())
 
 
+@pytest.mark.long
 def test_a_film_goes_to_arrays_and_back_to_the_last_bit(precision, rng):
     values = rng.lognormal(size=(9, 3)).astype(runtime.dtype())
     values[3, 1] = np.nan
@@ -88,7 +89,7 @@ def test_a_film_goes_to_arrays_and_back_to_the_last_bit(precision, rng):
     assert film.non_finite_samples() == other.non_finite_samples()
 
 
-@pytest.mark.parametrize("keeps_deviation", [False, True])
+@pytest.mark.parametrize("keeps_deviation", long_except([False, True], True))
 def test_old_checkpoints_stay_readable_to_the_last_bit(precision, rng, keeps_deviation):
     """The layout of checkpoint files, version 1: total, rest, odd total, odd rest, deviation; all samples, odd ones."""
     shape, dtype = (3, 2), runtime.dtype()
@@ -153,6 +154,7 @@ def test_merged_halves_are_the_whole(rng):
         first.merge(Film(2, 1))
 
 
+@pytest.mark.long
 def test_merged_replicas_keep_even_and_odd_samples_apart(rng):
     start("f32")
     values = rng.lognormal(size=(9, 3)).astype(np.float32)

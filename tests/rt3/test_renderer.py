@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from oracles import backgrounds, cameras, spheres
-from support import start
+from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.camera import make_camera
@@ -45,7 +45,7 @@ def oracle_hits(view, shape):
     return tuple(part[::-1] for part in parts)
 
 
-@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("number", long_except([0, 1], 1))
 def test_pictures_are_those_of_the_closed_form(ball, number):
     """Both cameras, every integrator, the background behind."""
     shot = ball.shots[number]
@@ -61,6 +61,7 @@ def test_pictures_are_those_of_the_closed_form(ball, number):
         np.testing.assert_allclose(renderer.use(name).image()[clear], expected[clear], atol=1e-5, err_msg=name)
 
 
+@pytest.mark.long
 def test_another_range_of_depth_starts_over(ball):
     renderer = RT3Renderer(ball, 60, 41).use("depth_map")
     renderer.set_depth((0, 0, 0), (1, 1, 1))
@@ -95,7 +96,10 @@ def test_a_crop_is_cut_out_of_the_whole_bit_for_bit(ball, renderer_class, use_pa
     assert full[inside].any()
 
 
-@pytest.mark.parametrize("name", [name for name in tt.scene_names() if name.startswith("rt3/")])
+DOCUMENTS = [name for name in tt.scene_names() if name.startswith("rt3/")]
+
+
+@pytest.mark.parametrize("name", long_except(DOCUMENTS, "rt3/two_views"))
 def test_every_shipped_document_loads_and_renders(name):
     scene = tt.load_scene_data(name)
     told = [note for note in scene.notes if "C-11" not in note]
@@ -105,6 +109,7 @@ def test_every_shipped_document_loads_and_renders(name):
     assert renderer.non_finite == 0
 
 
+@pytest.mark.long
 def test_the_examples_of_the_document_render_as_it_says():
     """One colour on every pixel; C-11 of the first is told, and the second has its own window (C-10)."""
     first, second = (tt.load_scene_data(f"rt3/document_{name}") for name in ("orthographic", "perspective"))

@@ -131,6 +131,7 @@ def test_forms_and_intersectors_are_knobs_that_are_turned_on_request():
     assert ("plain", "fast forms", "plain forms") in [(r["knob"], r["from"], r["to"]) for r in rows]
 
 
+@pytest.mark.long
 def test_a_small_study_of_a_loaded_scene(tmp_path):
     start("f32")
     scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
