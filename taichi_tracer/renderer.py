@@ -16,6 +16,7 @@ import taichi.math as tm
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
 from taichi_tracer.files.images import save_image
+from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.picture import checkpoint
@@ -331,19 +332,22 @@ class ProgressiveRenderer:
         """
         return np.sqrt(self.film.variance_of_mean())
 
-    def image(self) -> np.ndarray:
-        """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered."""
+    def image(self) -> Picture:
+        """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered.
+
+        The array knows whether it is light (``srgb``), so that ``save_image`` writes it as ``save`` does.
+        """
         self.scene_data.check_alive()
         if self.samples == 0 or not self.is_current():
             self.render()
-        return self.film.image()
+        return Picture(self.film.image(), self.srgb)
 
     def save(self, path: str | Path) -> None:
         """Write the picture so far in the format of the path's extension; it is rendered first if it has no sample.
 
         Only the crop is written. Radiance gets the sRGB transfer function in 8-bit formats, and data does not (C-14).
         """
-        save_image(path, self.film.own_pixels(self.image()), srgb=self.srgb)
+        save_image(path, self.film.own_pixels(self.image()))
 
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""
@@ -372,7 +376,7 @@ class ProgressiveRenderer:
         """The picture so far, for notebooks."""
         from taichi_tracer.files.images import encode_png
 
-        return encode_png(self.image(), srgb=self.srgb)
+        return encode_png(self.image())
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.active.name}, {self.width}×{self.height}, {self.samples} samples)"
