@@ -48,6 +48,7 @@ class ProjectiveCamera(ABC):
     """
 
     kind, name = "camera", ""
+    from_python = "in Python, camera.rays(x, y) gives the rays of pixels as arrays"
     is_parallel = False  # whether all rays are parallel; then there is no angle between them
     default_fov: float | None = None  # the angle if neither an angle nor a window is given
 
@@ -166,7 +167,10 @@ class ProjectiveCamera(ABC):
 
     @property
     def eye(self):
-        """The position in world space: a copy, (3,) float64; in a kernel, a vec3. To move the camera, assign a new one."""
+        """The position in world space: (3,) float64; in a kernel, a vec3. To move the camera, assign three numbers.
+
+        The array is a copy: a change of one of its elements does not move the camera.
+        """
         return self._vector("eye", 0)
 
     @eye.setter

@@ -2,7 +2,9 @@
 
 import hashlib
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -31,9 +33,27 @@ FINGERPRINT_DIGITS = 32
 ROWS_SHOWN = 20  # of a table of hits in a notebook
 
 
+class RayHit(NamedTuple):
+    """What one ray hit: a row of ``RayHits``, with the same members."""
+
+    is_hit: bool
+    distance: float
+    triangle_id: int
+    barycentric_coords: np.ndarray
+    normal: np.ndarray
+    geometric_normal: np.ndarray
+    material_id: int
+    is_backfacing: bool
+    position: np.ndarray
+
+
 @dataclass
 class RayHits:
-    """The result of ``SceneData.intersect``: arrays with one row per ray. The members are those of ``HitData``."""
+    """The result of ``SceneData.intersect``: arrays with one row per ray. The members are those of ``HitData``.
+
+    ``hits[i]`` and iteration give a ``RayHit`` for each ray. ``hits[hits.is_hit]``, or another mask, list of numbers or
+    slice, gives the ``RayHits`` of some of the rays.
+    """
 
     is_hit: np.ndarray
     distance: np.ndarray
@@ -43,9 +63,41 @@ class RayHits:
     geometric_normal: np.ndarray
     material_id: np.ndarray
     is_backfacing: np.ndarray
+    position: np.ndarray
 
     def __len__(self) -> int:
         return len(self.is_hit)
+
+    def __getitem__(self, which) -> "RayHit | RayHits":
+        rows = {f.name: getattr(self, f.name)[which] for f in fields(self)}
+        return RayHit(**rows) if np.ndim(rows["is_hit"]) == 0 else RayHits(**rows)
+
+    def __iter__(self) -> Iterator[RayHit]:
+        return map(RayHit._make, zip(*(getattr(self, f.name) for f in fields(self)), strict=True))
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n, 3) ``position``, with NaN instead of 0 for the rays that hit nothing."""
+        return np.where(self.is_hit[:, None], self.position, np.nan).astype(self.position.dtype)
+
+    def to_dict(self) -> dict[str, np.ndarray]:
+        """Name → (n,) array, one for each component: is_hit, …, normal_x, normal_y, normal_z, …
+
+        ``pandas.DataFrame(hits.to_dict())`` is a table with one row per ray. The two components of
+        ``barycentric_coords`` have the names u and v.
+        """
+        columns = {}
+        for f in fields(self):
+            values = getattr(self, f.name)
+            if values.ndim == 1:
+                columns[f.name] = values
+            else:
+                letters = "uv" if values.shape[1] == 2 else "xyz"
+                columns |= {f"{f.name}_{letter}": values[:, k] for k, letter in enumerate(letters)}
+        return columns
+
+    def __repr__(self) -> str:
+        return f"RayHits({len(self):,} rays, {int(self.is_hit.sum()):,} hits)"
 
     def _repr_html_(self, most: int = ROWS_SHOWN) -> str:
         """The first rows as an HTML table, for notebooks."""
@@ -147,6 +199,8 @@ class SceneData:
         notes: what the user should know about the input, one line each.
         forms: which form of the intersector runs, and why; see ``fast.stand_ins``.
     """
+
+    from_python = RayIntersector.from_python
 
     def __init__(
         self,
@@ -267,6 +321,11 @@ class SceneData:
         self._memory.free()
         self.ray_intersector.destroy()
 
+    @ti.func
+    def query_ray(self, ray):
+        """HitData of the nearest hit of one ray, for kernels; Python calls ``intersect`` with any number of rays."""
+        return self.ray_intersector.query_ray(ray)
+
     def intersect(self, origins, directions, t_min=0.0, t_max=np.inf) -> RayHits:
         """The nearest hit of every ray with t_min < t < t_max.
 
@@ -286,6 +345,7 @@ class SceneData:
             geometric_normal=np.empty((n, 3), dtype),
             material_id=np.empty(n, np.int32),
             is_backfacing=np.empty(n, np.int32),
+            position=np.empty((n, 3), dtype),
         )
         if n > 0:
             self._intersect(*rays, *(getattr(hits, f.name) for f in fields(hits)))
@@ -337,6 +397,7 @@ class SceneData:
         geometric_normal: ti.types.ndarray(ndim=2),
         material_id: ti.types.ndarray(ndim=1),
         is_backfacing: ti.types.ndarray(ndim=1),
+        position: ti.types.ndarray(ndim=2),
     ):
         for i in range(origins.shape[0]):
             ray = ray_from(origins, directions, i)
@@ -351,6 +412,7 @@ class SceneData:
             for k in ti.static(range(3)):
                 normal[i, k] = data.normal[k]
                 geometric_normal[i, k] = data.geometric_normal[k]
+                position[i, k] = data.position[k]
 
     @ti.kernel
     def _occluded(

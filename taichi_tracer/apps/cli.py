@@ -212,7 +212,14 @@ def add_render(parser: Parser) -> None:
         help="picture to write, or a folder; its ending says the format (default: the scene file's, or "
         f"{PICTURE_FOLDER}/SCENE_VIEW.png)",
     )
-    parser.lists = ("pictures", "scenes")
+    parser.add_argument(
+        "--aov",
+        type=names,
+        default=(),
+        metavar="A,B",
+        help="raw arrays that an .exr file has beside the picture, such as the distance: names with commas",
+    )
+    parser.lists = ("pictures", "aovs", "scenes")
 
 
 def add_accuracy(parser: Parser) -> None:
