@@ -2,7 +2,7 @@
 
 import hashlib
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
@@ -15,11 +15,12 @@ from taichi_tracer.brdfs.surface import surface_at
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
 from taichi_tracer.fast.stand_ins import Form, intersector_class
+from taichi_tracer.files.arrays import dressed, mesh_from_arrays
 from taichi_tracer.formulas.camera_frame import view_of_box
-from taichi_tracer.geometry import Geometry, Mesh, check, clean
+from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
-from taichi_tracer.materials import MaterialLibrary
+from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF
@@ -189,6 +190,8 @@ class SceneData:
         brdfs: BRDFs, by name or as objects. They take precedence over the registered BRDFs.
         lights: lights other than the environment, by name or as objects.
         fast: False runs only the plain forms, which a student reads. They are slower and give the same bits.
+        smooth: whether corners without a normal get a smooth one; or the angle in degrees from which an edge stays
+            sharp, see ``geometry.smoothed``. True is 30 degrees.
 
     Attributes:
         effects: the effects for which rendering is compiled, see ``effects.Effects``.
@@ -214,11 +217,12 @@ class SceneData:
         brdfs=(),
         lights=(),
         fast: bool = True,
+        smooth: bool | float = False,
     ) -> None:
         chosen = PARTS.find("intersector", intersector)
         runtime.ensure()
         check(mesh)
-        mesh = clean(mesh, runtime.dtype())
+        mesh = clean(smoothed(mesh, smooth), runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
@@ -280,7 +284,7 @@ class SceneData:
     def fingerprint(self) -> str:
         """A hash of everything in the scene on which a picture depends."""
         mesh, sky = self.mesh, self.environment
-        digest = hashlib.sha256(repr(mesh.materials).encode())
+        digest = hashlib.sha256(described(mesh.materials).encode())
         arrays = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
         arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
         if mesh.face_culls is not None:
@@ -435,6 +439,12 @@ class SceneData:
         )
 
 
+def described(materials: list[Material]) -> str:
+    """All members of all materials as text, for the fingerprint: checkpoints keep it, so that it must not change."""
+    words = ["Material(" + ", ".join(f"{f.name}={getattr(m, f.name)!r}" for f in fields(m)) + ")" for m in materials]
+    return f"[{', '.join(words)}]"
+
+
 def brdfs_of(chosen) -> list:
     """The BRDFs that a scene knows. If several of them describe a material, the last one in this list is used.
 
@@ -466,32 +476,36 @@ def ray_from(origins: ti.template(), directions: ti.template(), i):
     )
 
 
-def scene_from_mesh(vertices, faces=None, **options) -> SceneData:
+def scene_from_mesh(
+    vertices,
+    faces=None,
+    *,
+    color=None,
+    material: Material | Sequence[Material] | None = None,
+    normals=None,
+    face_materials=None,
+    **options,
+) -> SceneData:
     """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
 
     Args:
         vertices: (V, 3) float positions, or the trimesh object.
         faces: (F, 3) int vertex ids, counted from 0, counter-clockwise when seen from the front.
-        options: arguments of ``SceneData``.
+        color: the reflectance Kd of a diffuse material, three numbers from 0 to 1, linear RGB; or (M, 3), one row for
+            each of several materials. None, without a ``material``, is a light grey, or what the trimesh object has.
+        material: a ``Material`` instead of a colour, or a list of several.
+        normals: (V, 3), a normal for each vertex, or (F, 3, 3), a normal for each corner of each triangle. They need
+            not have unit length. Without them, triangles are flat; ``smooth=True`` computes normals.
+        face_materials: (F,) ids into the colours or materials, counted from 0, one for each triangle.
+        options: arguments of ``SceneData``, such as ``smooth``, ``environment`` and ``view``.
+
+    Raises:
+        InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
     """
     if faces is None:
         from taichi_tracer.files.meshes import from_trimesh
 
-        return SceneData(from_trimesh(vertices), **options)
-    return SceneData(mesh_from_arrays(vertices, faces), **options)
-
-
-def mesh_from_arrays(vertices, faces) -> Mesh:
-    """A ``Mesh`` with one material from (V, 3) and (F, 3) arrays or lists."""
-    try:
-        vertices = np.asarray(vertices, dtype=np.float64)
-        ids = np.asarray(faces)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"mesh: vertices and faces must be (n, 3) arrays of numbers ({error})") from None
-    if ids.size == 0:
-        ids = np.zeros((0, 3), np.int32)
-    if vertices.size == 0:
-        vertices = np.zeros((0, 3))
-    if ids.dtype.kind not in "iu":
-        raise InputError(f"mesh: faces must be integers, not {ids.dtype}")
-    return Mesh(vertices=vertices, faces=ids.astype(np.int64), source="mesh")
+        mesh = from_trimesh(vertices)
+    else:
+        mesh = mesh_from_arrays(vertices, faces)
+    return SceneData(dressed(mesh, color, material, normals, face_materials), **options)

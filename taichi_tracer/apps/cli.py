@@ -16,10 +16,12 @@ from taichi_tracer.apps.words import (
     LIGHT,
     PICTURE_FOLDER,
     PICTURE_SIZE,
+    SMOOTH,
     USER_ERROR,
     OneOfOptions,
     as_value,
     at_least_one,
+    degrees,
     let_every_character_print,
     names,
     note,
@@ -285,6 +287,15 @@ def add_scene_options(parser: Parser) -> None:
     light = add_light_options(parser, f"or none (default: the scene file's, or {LIGHT} where light is asked for)")
     light.add_argument("--lookup", metavar="NAME", help="nearest texel of the environment, or bilinear")
     add_surface_options(parser)
+    parser.add_argument(
+        "--smooth",
+        nargs="?",
+        type=degrees,
+        const=SMOOTH,
+        metavar="DEGREES",
+        help="smooth normals where the file has none; edges that bend by more stay sharp (default of DEGREES: "
+        f"{SMOOTH:g})",
+    )
     parser.add_argument("--effects", metavar="scene|all", help="compile what the scene calls for, or everything")
     rays = parser.add_argument_group("how rays are intersected")
     rays.add_argument("--intersector", metavar="NAME", help="which intersector finds what a ray meets")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.files.disk import check_is_file, read_bytes
+from taichi_tracer.files.ply_strips import without_strips
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
@@ -40,6 +41,8 @@ def read_mesh(path: str | Path) -> Mesh:
             raise InputError("the file is empty")
         if kind in ("glb", "gltf"):
             raw, materials = _number_materials(raw, notes)
+        if kind == "ply":
+            raw = without_strips(raw)
         announced = ANNOUNCED[kind](raw) if kind in ANNOUNCED else 0
         parts = [_Part(*part) for part in _placed(_load(raw, path))]
     except Exception as error:  # trimesh passes on all kinds of errors
