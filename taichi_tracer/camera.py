@@ -6,6 +6,7 @@ gaze. Your own camera derives from one of the two and replaces ``generate_ray`` 
 """
 
 import math
+import reprlib
 import warnings
 from abc import ABC, abstractmethod
 
@@ -359,8 +360,8 @@ class ProjectiveCamera(ABC):
             dtype = np.int32 if is_whole else runtime.dtype()
             x, y = (np.ascontiguousarray(one.reshape(-1).astype(dtype, casting="same_kind")) for one in pixels)
         except (TypeError, ValueError):
-            shapes = " and ".join(f"{np.asarray(one).dtype} {np.shape(one)}" for one in (x, y))
-            raise InputError(f"camera: rays takes two numbers, or two arrays that fit together, not {shapes}") from None
+            given = f"{reprlib.repr(x)} and {reprlib.repr(y)}"
+            raise InputError(f"camera: rays takes two numbers, or two arrays that fit together, not {given}") from None
         return x, y
 
     @ti.kernel
