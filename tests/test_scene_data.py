@@ -243,7 +243,9 @@ def test_meshes_and_spheres_are_counted():
 
 @pytest.fixture(scope="module")
 def hits():
-    return tt.scene_from_mesh(*SQUARE).intersect([[0.5, 0.25, 2], [5, 5, 2], [0, 0.5, -1]], [[0, 0, -1], [0, 0, -1], [0, 0, 2]])
+    return tt.scene_from_mesh(*SQUARE).intersect(
+        [[0.5, 0.25, 2], [5, 5, 2], [0, 0.5, -1]], [[0, 0, -1], [0, 0, -1], [0, 0, 2]]
+    )
 
 
 def test_hits_have_points_and_misses_have_none(hits):

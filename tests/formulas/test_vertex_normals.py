@@ -127,3 +127,14 @@ def test_welded_numbers_are_shared_by_equal_positions_alone():
     number = welded(np.array([[0, 0, 1], [1, 0, 0], [-0.0, 0, 1], [np.nan, 0, 0], [np.nan, 0, 0]]))
     assert number[0] == number[2]
     assert len(set(number.tolist())) == 4
+
+
+def test_vertex_normals_are_weighted_by_area():
+    """Of a roof, whose one side is twice as large as the other."""
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 2, 0.0]])
+    faces = np.array([[0, 2, 1], [0, 3, 2]])
+    normals = area_weighted(vertices, faces)
+    sides = [np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a]) for a, b, c in faces]
+    np.testing.assert_allclose(normals[0], sides[0] + sides[1])
+    np.testing.assert_allclose(normals[1], sides[0])
+    np.testing.assert_allclose(normals[3], sides[1])
