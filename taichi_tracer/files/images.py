@@ -214,6 +214,8 @@ def save_image(
 def _as_channel(name: str, values: np.ndarray, image: np.ndarray) -> np.ndarray:
     """(h, w) float32 of a channel of an image."""
     values = np.asarray(values)
+    if name in ("R", "G", "B"):
+        raise InputError(f"channel {name} is a channel of the image itself: give another name")
     if values.shape != image.shape[:2]:
         raise InputError(f"channel {name} must have the shape {image.shape[:2]} of the image, not {values.shape}")
     with np.errstate(over="ignore"):

@@ -282,6 +282,8 @@ def test_channels_that_do_not_fit_are_refused(tmp_path, picture):
     pytest.importorskip("OpenImageIO")
     with pytest.raises(InputError, match=r"a\.exr: channel Z must have the shape .* of the image, not \(3,\)"):
         save_image(tmp_path / "a.exr", picture, channels={"Z": np.zeros(3)})
+    with pytest.raises(InputError, match="channel R is a channel of the image itself: give another name"):
+        save_image(tmp_path / "a.exr", picture, channels={"R": picture[..., 0]})
     for name in ("a.png", "a.hdr", "a.npy"):
         with pytest.raises(InputError, match="file has no place for Z: give a name that ends in .exr"):
             save_image(tmp_path / name, picture, channels={"Z": picture[..., 0]})
