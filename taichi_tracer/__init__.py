@@ -57,6 +57,7 @@ _HOME_OF = {
     "A1Renderer": "renderer",
     "A2Renderer": "renderer",
     "RT3Renderer": "rt3.renderer",
+    "Picture": "files.picture",
     "save_image": "files.images",
     "read_image": "files.images",
 }

@@ -6,6 +6,7 @@ gaze. Your own camera derives from one of the two and replaces ``generate_ray`` 
 """
 
 import math
+import reprlib
 import warnings
 from abc import ABC, abstractmethod
 
@@ -23,6 +24,7 @@ from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, runs_in_kernels, seams, takes, takes_whole_numbers
 
 HANDEDNESS = ("left", "right")
+PLACE = ("eye", "at", "up")
 # Asks for the default window of RT-3. A perspective camera without any window would take its default angle instead.
 DEFAULT_WINDOW = "default"
 
@@ -47,6 +49,7 @@ class ProjectiveCamera(ABC):
     """
 
     kind, name = "camera", ""
+    from_python = "in Python, camera.rays(x, y) gives the rays of pixels as arrays"
     is_parallel = False  # whether all rays are parallel; then there is no angle between them
     default_fov: float | None = None  # the angle if neither an angle nor a window is given
 
@@ -63,17 +66,10 @@ class ProjectiveCamera(ABC):
         frame_aspect: float | None = None,
         focal_distance: float = 1.0,
     ) -> None:
-        for name, size in (("width", width), ("height", height)):
-            if int(size) != size or size < 1:
-                raise InputError(f"camera: {name} must be a whole number of at least 1, not {size!r}")
-        self.width, self.height = int(width), int(height)
+        self.width, self.height = width, height
         self.version = 0  # counts changes, so that a renderer knows when its samples belong to an older picture
-        if isinstance(screen_window, str) and screen_window != DEFAULT_WINDOW:
-            raise one_of("screen_window", screen_window, [DEFAULT_WINDOW, "or four numbers"])
-        values = {"eye": eye, "at": at, "up": up, "handedness": handedness}
-        values["screen_window"] = None if isinstance(screen_window, str) else screen_window
-        values["fov"] = self.default_fov if fov is None and screen_window is None else fov
-        self._values = self.check({**values, "frame_aspect": frame_aspect, "focal_distance": focal_distance})
+        values = {"eye": eye, "at": at, "up": up, "handedness": handedness, "fov": fov, "screen_window": screen_window}
+        self._values = self.completed({**values, "frame_aspect": frame_aspect, "focal_distance": focal_distance})
         self._memory = memory.Memory()
         self.camera_to_world = ti.Matrix.field(4, 4, float)
         self.half_size = ti.Vector.field(2, float)
@@ -90,15 +86,31 @@ class ProjectiveCamera(ABC):
         Args:
             window: ``screen_window``, ``frame_aspect`` or ``focal_distance``. A new ``fov`` replaces a window.
         """
-        self._memory.check("camera")
         given = {"eye": eye, "at": at, "up": up, "fov": fov, "handedness": handedness, **window}
         given = {name: value for name, value in given.items() if value is not None}
         unknown = sorted(set(given) - set(self._values))
         if unknown:
             raise one_of("camera parameter", unknown[0], self._values)
-        either = {"fov": None, "screen_window": None} if {"fov", "screen_window"} & set(given) else {}
-        self._values = self.check({**self._values, **either, **given})
+        self._change(given)
+
+    def _change(self, given: dict) -> None:
+        """Replace some of the constructor's arguments by others; after an InputError, nothing has changed."""
+        self._memory.check("camera")
+        if {"fov", "screen_window"} & set(given):
+            values = self.completed({**self._values, "fov": None, "screen_window": None, **given})
+        else:
+            values = self.check({**self._values, **given})
+        self._values = values
         self._update()
+
+    @classmethod
+    def completed(cls, values: dict) -> dict:
+        """``check`` of the constructor's arguments, with the default of the angle and of the window."""
+        fov, window = values["fov"], values["screen_window"]
+        if isinstance(window, str) and window != DEFAULT_WINDOW:
+            raise one_of("screen_window", window, [DEFAULT_WINDOW, "or four numbers"])
+        shown = {"fov": cls.default_fov if fov is None and window is None else fov}
+        return cls.check({**values, **shown, "screen_window": None if isinstance(window, str) else window})
 
     @classmethod
     def check(cls, values: dict) -> dict:
@@ -106,7 +118,7 @@ class ProjectiveCamera(ABC):
         checked = dict(values)
         if values["handedness"] not in HANDEDNESS:
             raise one_of("handedness", values["handedness"], HANDEDNESS)
-        for name in ("eye", "at", "up"):
+        for name in PLACE:
             checked[name] = numbers(name, values[name], 3)
         if values["screen_window"] is not None:
             checked["screen_window"] = l, r, b, t = numbers("screen_window", values["screen_window"], 4)
@@ -115,7 +127,7 @@ class ProjectiveCamera(ABC):
                     f"camera: screen_window is l r b t with l < r and b < t, not {show(checked['screen_window'])}"
                 )
         for name in ("frame_aspect", "focal_distance"):
-            if values[name] is not None and not 0 < float(values[name]) < math.inf:
+            if values[name] is not None and not 0 < as_number(name, values[name]) < math.inf:
                 raise InputError(f"camera: {name} must be a finite number above 0, not {values[name]:g}")
         checked["fov"] = cls.check_fov(values["fov"], values["screen_window"])
         camera_frame(checked["eye"], checked["at"], checked["up"])
@@ -127,27 +139,98 @@ class ProjectiveCamera(ABC):
         """The angle that the camera uses, or None if the window determines it; an InputError if it is impossible."""
 
     @property
+    def width(self) -> int:
+        """The width of the image in pixels. It is compiled into kernels, and therefore it cannot be changed."""
+        return self._width
+
+    @width.setter
+    def width(self, pixels: int) -> None:
+        self._width = self._fixed("width", pixels)
+
+    @property
+    def height(self) -> int:
+        """The height of the image in pixels. It is compiled into kernels, and therefore it cannot be changed."""
+        return self._height
+
+    @height.setter
+    def height(self, pixels: int) -> None:
+        self._height = self._fixed("height", pixels)
+
+    def _fixed(self, name: str, size: int) -> int:
+        """A size that is set for the first time, or to the value that it has; an InputError if it is something else."""
+        if not isinstance(size, (int, float, np.number)) or not (size >= 1 and float(size).is_integer()):
+            raise InputError(f"camera: {name} must be a whole number of at least 1, not {size!r}")
+        former = getattr(self, f"_{name}", size)
+        if size != former:
+            advice = f"make a renderer, or a camera, with {name}={int(size)}"
+            raise InputError(f"camera: {name} is {former} and cannot be changed to {size}: {advice}")
+        return int(size)
+
+    @property
     def eye(self):
-        """The position in world space: (3,) float64; in a kernel, a vec3."""
+        """The position in world space: (3,) float64; in a kernel, a vec3. To move the camera, assign three numbers.
+
+        The array is a copy: a change of one of its elements does not move the camera.
+        """
         return self._vector("eye", 0)
+
+    @eye.setter
+    def eye(self, position) -> None:
+        self._change({"eye": position})
 
     @property
     def at(self):
-        """The point that the camera looks at, in world space: (3,) float64; in a kernel, a vec3."""
+        """The point that the camera looks at, in world space, as ``eye``."""
         return self._vector("at", 3)
+
+    @at.setter
+    def at(self, position) -> None:
+        self._change({"at": position})
 
     @property
     def up(self):
-        """The upward direction, in world space: (3,) float64; in a kernel, a vec3."""
+        """The upward direction, in world space, as ``eye``."""
         return self._vector("up", 6)
+
+    @up.setter
+    def up(self, direction) -> None:
+        self._change({"up": direction})
 
     def _vector(self, name: str, first: int):
         if impl.inside_kernel():
             return tm.vec3([_read(self._parameters, first + k) for k in range(3)])
         return self._values[name].copy()
 
-    handedness = property(lambda self: self._values["handedness"], doc='"left" or "right" (C-5).')
-    focal_distance = property(lambda self: self._values["focal_distance"], doc="The distance to the window (RT-5).")
+    @property
+    def fov(self) -> float:
+        """Vertical field of view in degrees; a new one replaces a window. Parallel rays have none."""
+        if self.is_parallel:
+            raise AttributeError(f"{type(self).__name__} has no fov, because its rays are parallel: see screen_window")
+        if impl.inside_kernel():
+            return _read(self._parameters, 9)
+        return self._angle()
+
+    @fov.setter
+    def fov(self, degrees: float | None) -> None:
+        self._change({"fov": degrees})
+
+    @property
+    def handedness(self) -> str:
+        """ "left" or "right" (C-5)."""
+        return self._values["handedness"]
+
+    @handedness.setter
+    def handedness(self, side: str) -> None:
+        self._change({"handedness": side})
+
+    @property
+    def focal_distance(self) -> float:
+        """The distance from the eye to the window (RT-5)."""
+        return self._values["focal_distance"]
+
+    @focal_distance.setter
+    def focal_distance(self, distance: float) -> None:
+        self._change({"focal_distance": distance})
 
     @property
     def frame_aspect(self) -> float:
@@ -155,11 +238,22 @@ class ProjectiveCamera(ABC):
         given = self._values["frame_aspect"]
         return self.width / self.height if given is None else given
 
+    @frame_aspect.setter
+    def frame_aspect(self, ratio: float | None) -> None:
+        self._change({"frame_aspect": ratio})
+
     @property
     def screen_window(self) -> tuple[float, float, float, float]:
-        """(l, r, b, t) at the focal distance: the given window, or that of the angle, or the default (RT-3, RT-4)."""
+        """(l, r, b, t) at the focal distance: the given window, or that of the angle, or the default (RT-3, RT-4).
+
+        A new window replaces an angle.
+        """
         values = self._values
         return window_of(self.frame_aspect, values["fov"], values["screen_window"], self.focal_distance)
+
+    @screen_window.setter
+    def screen_window(self, edges: tuple[float, float, float, float] | str | None) -> None:
+        self._change({"screen_window": edges})
 
     @property
     def has_window(self) -> bool:
@@ -175,6 +269,13 @@ class ProjectiveCamera(ABC):
         """The arguments with which ``make_camera`` makes this camera again, except for its size."""
         values = {"projection": self.name, **{k: v for k, v in self._values.items() if v is not None}}
         return values if "fov" in values else {"screen_window": DEFAULT_WINDOW, **values}
+
+    def __repr__(self) -> str:
+        values, usual = self.parameters(), {"handedness": HANDEDNESS[0], "focal_distance": 1}
+        order = [name for name in (*PLACE, "fov", *values) if name in values and name != "projection"]
+        told = [name for name in dict.fromkeys(order) if name not in usual or values[name] != usual[name]]
+        words = [f"{name}={word(values[name])}" for name in told]
+        return f"{type(self).__name__}({', '.join([str(self.width), str(self.height), *words])})"
 
     @in_kernels
     def compute_matrix(self):
@@ -232,6 +333,49 @@ class ProjectiveCamera(ABC):
     @ti.kernel
     def _load_own_matrix(self):
         self.camera_to_world[None] = self.compute_matrix()
+
+    def rays(self, x, y) -> tuple[np.ndarray, np.ndarray]:
+        """Origins and directions of the rays that ``generate_ray`` makes, without jitter; for ``scene.intersect``.
+
+        Args:
+            x, y: the pixels, as numbers or as arrays that fit together, such as (n,); (0, 0) is at the bottom left.
+                Fractions of a pixel are allowed: (0.5, 0) lies between the first two pixels of the bottom row.
+
+        Returns:
+            Two (n, 3) arrays in the running precision, with one row per pixel in the order of ``x`` and ``y``.
+        """
+        self._memory.check("camera")
+        x, y = self._pixels(x, y)
+        origins, directions = (np.empty((len(x), 3), runtime.dtype()) for _ in range(2))
+        if len(x) > 0:
+            self._rays(x, y, origins, directions)
+        return origins, directions
+
+    @staticmethod
+    def _pixels(x, y) -> tuple[np.ndarray, np.ndarray]:
+        """Two (n,) arrays of one type: whole numbers if both are, because a student's method may count on them."""
+        try:
+            pixels = np.broadcast_arrays(x, y)
+            is_whole = all(one.dtype.kind in "iu" for one in pixels)
+            dtype = np.int32 if is_whole else runtime.dtype()
+            x, y = (np.ascontiguousarray(one.reshape(-1).astype(dtype, casting="same_kind")) for one in pixels)
+        except (TypeError, ValueError):
+            given = f"{reprlib.repr(x)} and {reprlib.repr(y)}"
+            raise InputError(f"camera: rays takes two numbers, or two arrays that fit together, not {given}") from None
+        return x, y
+
+    @ti.kernel
+    def _rays(
+        self,
+        x: ti.types.ndarray(ndim=1),
+        y: ti.types.ndarray(ndim=1),
+        origins: ti.types.ndarray(ndim=2),
+        directions: ti.types.ndarray(ndim=2),
+    ):
+        for i in range(x.shape[0]):
+            ray = through_pixel(self.generate_ray, x[i], y[i], False, None)
+            for k in ti.static(range(3)):
+                origins[i, k], directions[i, k] = ray.origin[k], ray.direction[k]
 
     @ti.func
     def generate_ray(self, pixel_x, pixel_y, jitter: ti.template() = False, xi: ti.template() = None):
@@ -298,6 +442,21 @@ def moved_within(pixel, within, axis: ti.template()):
     return pixel + within[axis] - 0.5
 
 
+def word(value) -> str:
+    """A parameter of a camera as Python would write it, with at most six digits."""
+    if isinstance(value, str):
+        return repr(value)
+    return show(value) if np.ndim(value) == 1 else f"{value:g}"
+
+
+def as_number(name: str, value) -> float:
+    """A parameter of a camera as a number; an InputError if it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"camera: {name} must be a number, not {value!r}") from None
+
+
 def _read(field, index):
     """An element of a field, inside a kernel; for properties that Python and kernels can read."""
     return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), field, index)
@@ -320,7 +479,7 @@ class Camera(ProjectiveCamera):
         """Between 0 and 180 degrees. If there is a window too, the angle is ignored, and a warning says so (C-9)."""
         if fov is None:
             return None
-        fov = float(fov)
+        fov = as_number("fov", fov)
         if not 0.0 < fov < 180.0:
             raise InputError(f"camera: fov must be between 0 and 180 degrees (both excluded), not {fov:g}")
         if screen_window is not None:
@@ -328,13 +487,6 @@ class Camera(ProjectiveCamera):
             warnings.warn(f"camera: fov {fov:g} does not count beside screen_window {told}", stacklevel=4)
             return None
         return fov
-
-    @property
-    def fov(self) -> float:
-        """Vertical field of view in degrees."""
-        if impl.inside_kernel():
-            return _read(self._parameters, 9)
-        return self._angle()
 
     def _angle(self) -> float:
         if self._values["fov"] is not None:
@@ -382,7 +534,7 @@ class OrthographicCamera(ProjectiveCamera):
     def check_fov(cls, fov, screen_window) -> float | None:
         """None, because there is no angle between parallel rays."""
         if fov is not None:
-            raise InputError(f"camera: an orthographic camera has no fov ({fov:g}): give it a screen_window")
+            raise InputError(f"camera: an orthographic camera has no fov ({fov}): give it a screen_window")
 
     @ti.func
     def ray_through(self, ndc):

@@ -13,7 +13,7 @@ from taichi_tracer.system.seams import replaced
 MODES = ("scene", "all")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Effects:
     """What the kernels of one scene are compiled for.
 
@@ -49,6 +49,10 @@ class Effects:
     def is_dark(self) -> bool:
         """Whether nothing emits light at all."""
         return not self.is_lit and not self.emitters
+
+    def __repr__(self) -> str:
+        names = {is_on: [name for name, on, _ in self.reasons if on == is_on] for is_on in (True, False)}
+        return f"Effects({', '.join(names[True]) or 'nothing'}; not simulated: {', '.join(names[False]) or 'nothing'})"
 
     def receipt(self) -> list[str]:
         """One line per effect: whether it is simulated, and why."""

@@ -6,12 +6,13 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.formulas.triangles import stable_normal, thinness, unit
+from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
 
-@dataclass
+@dataclass(repr=False)
 class Mesh:
     """Indexed triangles with materials, and spheres, in numpy arrays. Ids count from 0; −1 means none (C-16).
 
@@ -53,6 +54,14 @@ class Mesh:
     def __post_init__(self) -> None:
         if self.face_materials is None:
             self.face_materials = np.zeros(len(self.faces), np.int32)
+
+    def __repr__(self) -> str:
+        spheres = f", {len(self.spheres):,} spheres" if len(self.spheres) > 0 else ""
+        normals = ", with vertex normals" if self.has_vertex_normals else ""
+        return (
+            f"Mesh({self.source!r}: {len(self.faces):,} triangles, {len(self.vertices):,} vertices{spheres}, "
+            f"{len(self.materials)} materials{normals})"
+        )
 
     @property
     def num_primitives(self) -> int:
@@ -97,6 +106,30 @@ def check(mesh: Mesh) -> None:
                 f"{mesh.source}: triangle {triangle} has {name} index {ids[triangle, corner]}, which is out of range "
                 f"(there are {len(of)}, counted from 0)"
             )
+
+
+def smoothed(mesh: Mesh, smooth: bool | float) -> Mesh:
+    """``mesh`` with smooth normals at all corners that have none, see ``formulas.vertex_normals.smooth_normals``.
+
+    Args:
+        smooth: the crease angle in degrees, from 0 to 180: edges at which the mesh bends by more stay sharp. True takes
+            the usual angle, 30; False, but not 0, changes nothing.
+    """
+    if smooth is False:
+        return mesh
+    crease = USUAL_CREASE if smooth is True else smooth
+    if not isinstance(crease, (int, float, np.number)) or not 0 <= crease <= 180:
+        raise InputError(f"smooth must be True or an angle from 0 to 180 degrees, not {smooth!r}")
+    face_normals = np.full(mesh.faces.shape, -1, np.int32) if len(mesh.face_normals) == 0 else mesh.face_normals
+    if len(mesh.faces) == 0 or (face_normals >= 0).all():
+        why = "it has no triangles" if len(mesh.faces) == 0 else "every corner has a normal in the file"
+        return replace(mesh, notes=[*mesh.notes, f"{mesh.source}: smooth changes nothing: {why}"])
+    normals, ids = smooth_normals(mesh.vertices, mesh.faces, float(crease))
+    return replace(
+        mesh,
+        normals=np.concatenate([mesh.normals, normals]),
+        face_normals=np.where(face_normals < 0, len(mesh.normals) + ids, face_normals),
+    )
 
 
 def unhittable(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Material:
     """One material, as a Python object. Colours are linear RGB; values that are not set are the defaults of MTL.
 
@@ -44,6 +44,11 @@ class Material:
     F0: tuple[float, float, float] = (0.0, 0.0, 0.0)
     extra: dict[str, tuple[float, ...]] = field(default_factory=dict, hash=False)
 
+    def __repr__(self) -> str:
+        usual, values = vars(Material()), vars(self)
+        told = [f"{name}={value!r}" for name, value in values.items() if value != usual[name]]
+        return f"Material({', '.join(told)})"
+
     def value(self, name: str, default):
         """A parameter of a BRDF, from the file, or the default: one number or three numbers, like the default.
 
@@ -69,6 +74,10 @@ class Materials(list):
     """The ``Material`` of every id. In a kernel, ``materials[material_id]`` is the struct of its numbers."""
 
     library: "MaterialLibrary"
+
+    def __repr__(self) -> str:
+        lines = [f"  {i}: {material!r}" for i, material in enumerate(self)]
+        return "\n".join([f"{len(self)} materials", *lines])
 
     def __getitem__(self, index):
         if isinstance(index, Expr):

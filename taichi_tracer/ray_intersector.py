@@ -36,6 +36,7 @@ class RayIntersector:
 
     kind = "intersector"
     name = ""
+    from_python = "in Python, scene.intersect(origins, directions) gives the hits of many rays as arrays"
     EPSILON = 1e-7
 
     def __init__(self, geometry: Geometry | None = None, triangle_test="watertight") -> None:

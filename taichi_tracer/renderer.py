@@ -6,6 +6,7 @@ assignments define which integrators they offer, and have the methods of the han
 
 import copy
 import warnings
+from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
 
@@ -15,17 +16,19 @@ import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
-from taichi_tracer.files.images import save_image
+from taichi_tracer.files.images import check_writable, save_image
+from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
+from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import RandomNumbers, Sampler, UniformSampler, sampler_of
-from taichi_tracer.scene_data import SceneData, SceneInKernels
+from taichi_tracer.scene_data import RayHits, SceneData, SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
@@ -331,19 +334,61 @@ class ProgressiveRenderer:
         """
         return np.sqrt(self.film.variance_of_mean())
 
-    def image(self) -> np.ndarray:
-        """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered."""
+    def image(self) -> Picture:
+        """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered.
+
+        The array knows whether it is light (``srgb``), so that ``save_image`` writes it as ``save`` does.
+        """
         self.scene_data.check_alive()
         if self.samples == 0 or not self.is_current():
             self.render()
-        return self.film.image()
+        return Picture(self.film.image(), self.srgb)
 
-    def save(self, path: str | Path) -> None:
+    def aov(self, name: str) -> np.ndarray:
+        """A raw array: what the rays through the centres of the pixels hit, whatever the picture shows.
+
+        Args:
+            name: "distance", (height, width), from the eye, infinite for a miss; "position" and "normal",
+                (height, width, 3) in world space, and "barycentric", (height, width, 2), the weights (u, v) of the
+                second and the third vertex: NaN for a miss; "triangle_id" and "material_id", (height, width), −1 for a
+                miss.
+
+        Returns:
+            The array in the layout of ``image()``: top row first. Ids are int32, the others have the running precision.
+        """
+        (aov,) = find_aovs(name)
+        return self._as_image(aov.of(self._hits()))
+
+    def _hits(self) -> RayHits:
+        """What the rays through the centres of all pixels hit, row by row from the top."""
+        y, x = np.mgrid[self.height - 1 : -1 : -1, : self.width]
+        return self.scene_data.intersect(*self.camera.rays(x, y))
+
+    def _as_image(self, rows: np.ndarray) -> np.ndarray:
+        """(height, width, …) from an array with one row per pixel."""
+        return rows.reshape(self.height, self.width, *rows.shape[1:])
+
+    def save(self, path: str | Path, aovs: Sequence[str] = ()) -> None:
         """Write the picture so far in the format of the path's extension; it is rendered first if it has no sample.
 
         Only the crop is written. Radiance gets the sRGB transfer function in 8-bit formats, and data does not (C-14).
+
+        Args:
+            aovs: names of raw arrays, see ``aov``, that an EXR file has beside the picture as channels of float32:
+                Z for the distance, N.X, N.Y, N.Z for the normal, P.X … for the position, triangle_id, material_id,
+                barycentric.u and barycentric.v.
         """
-        save_image(path, self.film.own_pixels(self.image()), srgb=self.srgb)
+        check_writable(path, channel_names(find_aovs(aovs)))
+        channels = self.channels(aovs)  # first, because the picture may take hours
+        save_image(path, self.film.own_pixels(self.image()), channels=channels)
+
+    def channels(self, aovs: Sequence[str]) -> dict[str, np.ndarray]:
+        """Name → (height, width) array of the crop, for each channel that some AOVs have in an EXR file."""
+        chosen, found = find_aovs(aovs), {}
+        hits = self._hits() if chosen else None
+        for aov in chosen:
+            found |= as_channels(aov, self.film.own_pixels(self._as_image(aov.of(hits))))
+        return found
 
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""
@@ -372,7 +417,7 @@ class ProgressiveRenderer:
         """The picture so far, for notebooks."""
         from taichi_tracer.files.images import encode_png
 
-        return encode_png(self.image(), srgb=self.srgb)
+        return encode_png(self.image())
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.active.name}, {self.width}×{self.height}, {self.samples} samples)"

@@ -2,7 +2,9 @@
 
 import hashlib
 import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -13,11 +15,12 @@ from taichi_tracer.brdfs.surface import surface_at
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
 from taichi_tracer.fast.stand_ins import Form, intersector_class
+from taichi_tracer.files.arrays import dressed, mesh_from_arrays
 from taichi_tracer.formulas.camera_frame import view_of_box
-from taichi_tracer.geometry import Geometry, Mesh, check, clean
+from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
-from taichi_tracer.materials import MaterialLibrary
+from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF
@@ -31,9 +34,27 @@ FINGERPRINT_DIGITS = 32
 ROWS_SHOWN = 20  # of a table of hits in a notebook
 
 
+class RayHit(NamedTuple):
+    """What one ray hit: a row of ``RayHits``, with the same members."""
+
+    is_hit: bool
+    distance: float
+    triangle_id: int
+    barycentric_coords: np.ndarray
+    normal: np.ndarray
+    geometric_normal: np.ndarray
+    material_id: int
+    is_backfacing: bool
+    position: np.ndarray
+
+
 @dataclass
 class RayHits:
-    """The result of ``SceneData.intersect``: arrays with one row per ray. The members are those of ``HitData``."""
+    """The result of ``SceneData.intersect``: arrays with one row per ray. The members are those of ``HitData``.
+
+    ``hits[i]`` and iteration give a ``RayHit`` for each ray. ``hits[hits.is_hit]``, or another mask, list of numbers or
+    slice, gives the ``RayHits`` of some of the rays.
+    """
 
     is_hit: np.ndarray
     distance: np.ndarray
@@ -43,9 +64,41 @@ class RayHits:
     geometric_normal: np.ndarray
     material_id: np.ndarray
     is_backfacing: np.ndarray
+    position: np.ndarray
 
     def __len__(self) -> int:
         return len(self.is_hit)
+
+    def __getitem__(self, which) -> "RayHit | RayHits":
+        rows = {f.name: getattr(self, f.name)[which] for f in fields(self)}
+        return RayHit(**rows) if np.ndim(rows["is_hit"]) == 0 else RayHits(**rows)
+
+    def __iter__(self) -> Iterator[RayHit]:
+        return map(RayHit._make, zip(*(getattr(self, f.name) for f in fields(self)), strict=True))
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n, 3) ``position``, with NaN instead of 0 for the rays that hit nothing."""
+        return np.where(self.is_hit[:, None], self.position, np.nan).astype(self.position.dtype)
+
+    def to_dict(self) -> dict[str, np.ndarray]:
+        """Name → (n,) array, one for each component: is_hit, …, normal_x, normal_y, normal_z, …
+
+        ``pandas.DataFrame(hits.to_dict())`` is a table with one row per ray. The two components of
+        ``barycentric_coords`` have the names u and v.
+        """
+        columns = {}
+        for f in fields(self):
+            values = getattr(self, f.name)
+            if values.ndim == 1:
+                columns[f.name] = values
+            else:
+                letters = "uv" if values.shape[1] == 2 else "xyz"
+                columns |= {f"{f.name}_{letter}": values[:, k] for k, letter in enumerate(letters)}
+        return columns
+
+    def __repr__(self) -> str:
+        return f"RayHits({len(self):,} rays, {int(self.is_hit.sum()):,} hits)"
 
     def _repr_html_(self, most: int = ROWS_SHOWN) -> str:
         """The first rows as an HTML table, for notebooks."""
@@ -137,6 +190,8 @@ class SceneData:
         brdfs: BRDFs, by name or as objects. They take precedence over the registered BRDFs.
         lights: lights other than the environment, by name or as objects.
         fast: False runs only the plain forms, which a student reads. They are slower and give the same bits.
+        smooth: whether corners without a normal get a smooth one; or the angle in degrees from which an edge stays
+            sharp, see ``geometry.smoothed``. True is 30 degrees.
 
     Attributes:
         effects: the effects for which rendering is compiled, see ``effects.Effects``.
@@ -147,6 +202,8 @@ class SceneData:
         notes: what the user should know about the input, one line each.
         forms: which form of the intersector runs, and why; see ``fast.stand_ins``.
     """
+
+    from_python = RayIntersector.from_python
 
     def __init__(
         self,
@@ -160,11 +217,12 @@ class SceneData:
         brdfs=(),
         lights=(),
         fast: bool = True,
+        smooth: bool | float = False,
     ) -> None:
         chosen = PARTS.find("intersector", intersector)
         runtime.ensure()
         check(mesh)
-        mesh = clean(mesh, runtime.dtype())
+        mesh = clean(smoothed(mesh, smooth), runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
@@ -226,7 +284,7 @@ class SceneData:
     def fingerprint(self) -> str:
         """A hash of everything in the scene on which a picture depends."""
         mesh, sky = self.mesh, self.environment
-        digest = hashlib.sha256(repr(mesh.materials).encode())
+        digest = hashlib.sha256(described(mesh.materials).encode())
         arrays = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
         arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
         if mesh.face_culls is not None:
@@ -267,6 +325,11 @@ class SceneData:
         self._memory.free()
         self.ray_intersector.destroy()
 
+    @ti.func
+    def query_ray(self, ray):
+        """HitData of the nearest hit of one ray, for kernels; Python calls ``intersect`` with any number of rays."""
+        return self.ray_intersector.query_ray(ray)
+
     def intersect(self, origins, directions, t_min=0.0, t_max=np.inf) -> RayHits:
         """The nearest hit of every ray with t_min < t < t_max.
 
@@ -286,6 +349,7 @@ class SceneData:
             geometric_normal=np.empty((n, 3), dtype),
             material_id=np.empty(n, np.int32),
             is_backfacing=np.empty(n, np.int32),
+            position=np.empty((n, 3), dtype),
         )
         if n > 0:
             self._intersect(*rays, *(getattr(hits, f.name) for f in fields(hits)))
@@ -337,6 +401,7 @@ class SceneData:
         geometric_normal: ti.types.ndarray(ndim=2),
         material_id: ti.types.ndarray(ndim=1),
         is_backfacing: ti.types.ndarray(ndim=1),
+        position: ti.types.ndarray(ndim=2),
     ):
         for i in range(origins.shape[0]):
             ray = ray_from(origins, directions, i)
@@ -351,6 +416,7 @@ class SceneData:
             for k in ti.static(range(3)):
                 normal[i, k] = data.normal[k]
                 geometric_normal[i, k] = data.geometric_normal[k]
+                position[i, k] = data.position[k]
 
     @ti.kernel
     def _occluded(
@@ -371,6 +437,12 @@ class SceneData:
             f"SceneData({self.source!r}: {self.num_triangles:,} triangles, {spheres}{len(self.materials)} materials, "
             f"{self.ray_intersector.name}, {self.ray_intersector.triangle_test})"
         )
+
+
+def described(materials: list[Material]) -> str:
+    """All members of all materials as text, for the fingerprint: checkpoints keep it, so that it must not change."""
+    words = ["Material(" + ", ".join(f"{f.name}={getattr(m, f.name)!r}" for f in fields(m)) + ")" for m in materials]
+    return f"[{', '.join(words)}]"
 
 
 def brdfs_of(chosen) -> list:
@@ -404,32 +476,36 @@ def ray_from(origins: ti.template(), directions: ti.template(), i):
     )
 
 
-def scene_from_mesh(vertices, faces=None, **options) -> SceneData:
+def scene_from_mesh(
+    vertices,
+    faces=None,
+    *,
+    color=None,
+    material: Material | Sequence[Material] | None = None,
+    normals=None,
+    face_materials=None,
+    **options,
+) -> SceneData:
     """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
 
     Args:
         vertices: (V, 3) float positions, or the trimesh object.
         faces: (F, 3) int vertex ids, counted from 0, counter-clockwise when seen from the front.
-        options: arguments of ``SceneData``.
+        color: the reflectance Kd of a diffuse material, three numbers from 0 to 1, linear RGB; or (M, 3), one row for
+            each of several materials. None, without a ``material``, is a light grey, or what the trimesh object has.
+        material: a ``Material`` instead of a colour, or a list of several.
+        normals: (V, 3), a normal for each vertex, or (F, 3, 3), a normal for each corner of each triangle. They need
+            not have unit length. Without them, triangles are flat; ``smooth=True`` computes normals.
+        face_materials: (F,) ids into the colours or materials, counted from 0, one for each triangle.
+        options: arguments of ``SceneData``, such as ``smooth``, ``environment`` and ``view``.
+
+    Raises:
+        InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
     """
     if faces is None:
         from taichi_tracer.files.meshes import from_trimesh
 
-        return SceneData(from_trimesh(vertices), **options)
-    return SceneData(mesh_from_arrays(vertices, faces), **options)
-
-
-def mesh_from_arrays(vertices, faces) -> Mesh:
-    """A ``Mesh`` with one material from (V, 3) and (F, 3) arrays or lists."""
-    try:
-        vertices = np.asarray(vertices, dtype=np.float64)
-        ids = np.asarray(faces)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"mesh: vertices and faces must be (n, 3) arrays of numbers ({error})") from None
-    if ids.size == 0:
-        ids = np.zeros((0, 3), np.int32)
-    if vertices.size == 0:
-        vertices = np.zeros((0, 3))
-    if ids.dtype.kind not in "iu":
-        raise InputError(f"mesh: faces must be integers, not {ids.dtype}")
-    return Mesh(vertices=vertices, faces=ids.astype(np.int64), source="mesh")
+        mesh = from_trimesh(vertices)
+    else:
+        mesh = mesh_from_arrays(vertices, faces)
+    return SceneData(dressed(mesh, color, material, normals, face_materials), **options)

@@ -362,3 +362,128 @@ def test_a_view_is_checked_without_making_a_camera():
         check_view(8, 8, **place, fov=200)
     with pytest.raises(tt.InputError, match="an orthographic camera has no fov"):
         check_view(8, 8, "orthographic", **place, fov=50)
+
+
+# ── from Python ──
+
+
+@ti.data_oriented
+class Handouts(tt.Camera):
+    """A camera with the signature of the first handout, whose method needs whole numbers."""
+
+    @ti.func
+    def generate_ray(self, pixel_x: ti.i32, pixel_y: ti.i32):
+        return tt.Ray(origin=self.eye, direction=ti.math.vec3(pixel_x % 2, pixel_y // 2, 1))
+
+
+def test_python_gets_the_rays_of_pixels(precision):
+    """In one call as in many, for whole pixels and fractions, in the shape of intersect; y counts from the bottom."""
+    camera = tt.Camera(7, 5, eye=(1, 2, 3), at=(0, 0, 0), fov=40)
+    origins, directions = camera.rays(*np.mgrid[:7, :5])
+    assert origins.shape == directions.shape == (35, 3)
+    assert origins.dtype == directions.dtype == runtime.dtype()
+    expected = directions_of(camera).transpose(1, 0, 2).reshape(35, 3)
+    np.testing.assert_array_equal(directions, expected)
+    np.testing.assert_array_equal(origins, np.tile(camera.eye, (35, 1)))
+    np.testing.assert_array_equal(camera.rays(6, [0, 4])[1], expected[[30, 34]])
+    origin, direction = camera.rays(0.25, -0.5)
+    out = np.zeros((3, 3), runtime.dtype())
+    _origin_and_jittered(camera, 0.25, -0.5, out)
+    np.testing.assert_array_equal(direction[0], out[1])
+    assert origin.shape == (1, 3)
+    assert len(camera.rays([], [])[0]) == 0
+
+
+def test_python_gets_the_rays_of_a_students_method(f32):
+    camera = Handouts(4, 4, eye=(7, 8, 9))
+    origins, directions = camera.rays([0, 1, 2, 3], [0, 1, 2, 3])
+    np.testing.assert_array_equal(origins, [[7, 8, 9]] * 4)
+    np.testing.assert_array_equal(directions, [[0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]])
+
+
+@pytest.mark.parametrize("pixels", [([1, 2], [1, 2, 3]), ("a", 1), (None, 1), ([1j], 1), ([[1], [2, 3]], 0)])
+def test_pixels_that_do_not_fit_are_one_line(f32, pixels):
+    with pytest.raises(tt.InputError, match="rays takes two numbers, or two arrays that fit together, not") as error:
+        tt.Camera(4, 4).rays(*pixels)
+    assert "\n" not in str(error.value)
+
+
+SETTINGS = {
+    "eye": (3, 2, 1),
+    "at": [0, 1, 0],
+    "up": np.array([1.0, 1.0, 0.0]),
+    "fov": 30,
+    "handedness": "right",
+    "screen_window": (-2, 1, -1, 3),
+    "frame_aspect": 2.0,
+    "focal_distance": 0.5,
+}
+
+
+@pytest.mark.parametrize("projection", CAMERAS)
+def test_parameters_can_be_assigned_as_they_can_be_given(f32, projection):
+    """Each assignment makes the camera that the constructor makes, and counts as a change."""
+    camera = make_camera(5, 4, projection)
+    values = {}
+    for name, value in SETTINGS.items():
+        if projection == "orthographic" and name == "fov":
+            continue
+        if name == "screen_window":
+            values.pop("fov", None)
+        version = camera.version
+        setattr(camera, name, value)
+        values[name] = value
+        assert camera.version == version + 1
+        np.testing.assert_array_equal(getattr(camera, name), value)
+        for found, expected in zip(rays_of(camera), rays_of(make_camera(5, 4, projection, **values)), strict=True):
+            np.testing.assert_array_equal(found, expected, err_msg=name)
+    camera.screen_window = "default"
+    assert camera.screen_window == (-2, 2, -1, 1)
+    camera.frame_aspect = None
+    assert camera.frame_aspect == 5 / 4
+    camera.eye += (0, 0, 1)
+    np.testing.assert_array_equal(camera.eye, [3, 2, 2])
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("eye", "here", "eye must be 3 numbers, not 'here'"),
+        ("eye", None, "eye must be 3 finite numbers, not None"),
+        ("at", (0, 0, 5), "eye and at are the same point"),
+        ("up", (0, 0, 1), "up (0, 0, 1) is parallel to the gaze"),
+        ("fov", 180, "fov must be between 0 and 180 degrees"),
+        ("fov", "wide", "fov must be a number, not 'wide'"),
+        ("handedness", "both", "unknown handedness 'both'"),
+        ("screen_window", (1, -1, 0, 1), "screen_window is l r b t with l < r"),
+        ("screen_window", "whole", "unknown screen_window 'whole': known are default, or four numbers"),
+        ("focal_distance", 0, "focal_distance must be a finite number above 0, not 0"),
+        ("frame_aspect", [1, 2], "frame_aspect must be a number, not [1, 2]"),
+        ("width", 8, "width is 4 and cannot be changed to 8: make a renderer, or a camera, with width=8"),
+        ("height", 0, "height must be a whole number of at least 1, not 0"),
+    ],
+)
+def test_an_assignment_is_checked_as_the_constructor_checks(f32, name, value, message):
+    camera = tt.Camera(4, 4)
+    before, version = camera.parameters(), camera.version
+    with pytest.raises(tt.InputError) as error:
+        setattr(camera, name, value)
+    assert message in str(error.value)
+    assert camera.version == version
+    assert repr(camera.parameters()) == repr(before)
+
+
+def test_an_orthographic_camera_has_no_angle(f32):
+    camera = tt.OrthographicCamera(4, 4)
+    with pytest.raises(tt.InputError, match="an orthographic camera has no fov"):
+        camera.fov = 30
+    assert not hasattr(camera, "fov")
+
+
+def test_a_camera_is_shown_as_the_call_that_makes_it(f32):
+    camera = tt.Camera(640, 480, eye=(0, 1, 3.5), at=(0, 1, 0))
+    assert repr(camera) == "Camera(640, 480, eye=(0, 1, 3.5), at=(0, 1, 0), up=(0, 1, 0), fov=60)"
+    other = tt.OrthographicCamera(4, 3, handedness="right")
+    assert repr(other).endswith("up=(0, 1, 0), screen_window='default', handedness='right')")
+    for one in (camera, other, Handouts(2, 2)):
+        assert repr(eval(repr(one), {type(one).__name__: type(one)})) == repr(one)

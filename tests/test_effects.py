@@ -331,3 +331,12 @@ def test_a_scene_of_spheres_alone_says_so():
     assert (scene.num_spheres, scene.num_triangles) == (2, 0)
     assert any(line.startswith("spheres") and line.endswith("simulated, 2 of them") for line in scene.receipt())
     np.testing.assert_array_equal([scene.geometry.low, scene.geometry.high], [[-1, -1, -1], [4, 1, 1]])
+
+
+def test_effects_are_shown_by_their_names():
+    effects = tt.scene_from_mesh(*SQUARE).effects
+    names = [name for name, _, _ in effects.reasons]
+    shown = repr(effects)
+    assert shown.startswith("Effects(diffuse; not simulated: ")
+    assert all(name in shown for name in names)
+    assert "\n" not in shown

@@ -1,12 +1,15 @@
 """What is taken out of a mesh before rays meet it, what is refused, and what of it kernels can read."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import taichi as ti
 from shapes import SQUARE, with_spheres
 
 import taichi_tracer as tt
-from taichi_tracer.geometry import Mesh, check, clean
+from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
+from taichi_tracer.geometry import Mesh, check, clean, smoothed
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import runtime
 
@@ -217,3 +220,48 @@ def test_normals_that_were_added_shade_nothing(f32):
     origins = [[0.5, 0.25, 1], [-0.5, 0.25, 1]]
     for scene in scenes:
         np.testing.assert_allclose(scene.intersect(origins, [0, 0, -1]).normal, [[0.6, 0, 0.8], [0, 0, 1]], rtol=1e-6)
+
+
+# ── smooth normals ──
+
+FOLD = np.array([[0, 0, 0], [0, 1, 0], [-1, 0, 0], [1, 0, -1]], float), np.array([[0, 1, 2], [1, 0, 3]])  # by 45°
+
+
+def fold(**more):
+    return Mesh(vertices=FOLD[0], faces=FOLD[1], source="fold.ply", **more)
+
+
+def test_smooth_is_an_angle_or_the_usual_one():
+    assert not smoothed(fold(), False).has_vertex_normals
+    bend = {}
+    for smooth in (True, 0, 44.9, 45.1, np.float32(180)):
+        mesh = smoothed(fold(), smooth)
+        corners = mesh.normals[mesh.face_normals]
+        bend[float(smooth)] = np.degrees(np.arccos(np.clip(corners[0, 0] @ corners[1, 1], -1, 1)))
+    assert [round(angle) for angle in bend.values()] == [45, 45, 45, 0, 0]
+    assert USUAL_CREASE == 30
+
+
+def test_corners_with_normals_keep_them():
+    own = np.array([[0, 0, 7.0]])
+    mesh = smoothed(fold(normals=own, face_normals=np.array([[0, 0, 0], [-1, 0, -1]], np.int32)), 60)
+    corners = mesh.normals[mesh.face_normals]
+    np.testing.assert_array_equal(corners[0], [[0, 0, 7]] * 3)
+    np.testing.assert_array_equal(corners[1, 1], [0, 0, 7])
+    assert 0 < corners[1, 0, 0] < np.sqrt(0.5)  # between the normals of the two triangles, (0, 0, 1) and (1, 0, 1)/√2
+    complete = fold(normals=own, face_normals=np.zeros((2, 3), np.int32))
+    assert smoothed(complete, True).notes == ["fold.ply: smooth changes nothing: every corner has a normal in the file"]
+    empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+    assert "it has no triangles" in smoothed(empty, True).notes[0]
+
+
+@pytest.mark.parametrize("smooth", ["yes", -1, 181, float("nan"), None, [30]])
+def test_what_is_no_angle_is_told(smooth):
+    with pytest.raises(tt.InputError, match="smooth must be True or an angle from 0 to 180 degrees, not "):
+        smoothed(fold(), smooth)
+
+
+def test_a_mesh_is_shown_by_what_it_has():
+    assert repr(fold()) == "Mesh('fold.ply': 2 triangles, 4 vertices, 1 materials)"
+    with_more = replace(smoothed(fold(), 60), spheres=np.ones((2, 4)))
+    assert repr(with_more) == "Mesh('fold.ply': 2 triangles, 4 vertices, 2 spheres, 1 materials, with vertex normals)"

@@ -171,3 +171,13 @@ def test_a_parameter_with_another_count_of_numbers_is_told(f32):
     material = Material("cloth", extra={"sheen": (1.0, 2.0)})
     with pytest.raises(tt.InputError, match="material 'cloth': sheen needs 1 numbers, not 2"):
         library_of([material], [*SHIPPED, Velvet()])
+
+
+def test_materials_are_shown_by_what_is_not_usual(f32):
+    material = Material("gold", Kd=(1, 0.7, 0.2), Ns=50.0, extra={"pr": (0.5,)})
+    assert repr(material) == "Material(name='gold', Kd=(1, 0.7, 0.2), Ns=50.0, extra={'pr': (0.5,)})"
+    assert eval(repr(material)) == material
+    assert repr(Material()) == "Material()"
+    materials = tt.load_scene_data("cube").materials
+    assert repr(materials).splitlines()[0] == "6 materials"
+    assert repr(materials).splitlines()[1] == f"  0: {materials[0]!r}"

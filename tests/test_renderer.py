@@ -10,6 +10,7 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.files.images import to_bytes
+from taichi_tracer.picture.aovs import AOVS
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -258,6 +259,30 @@ def test_a_view_that_is_not_finite_is_counted_and_black():
     assert renderer.use("normal").render().non_finite == 0
 
 
+@pytest.mark.parametrize(("name", "value"), [("eye", (3, 0, 3)), ("fov", 20), ("handedness", "right")])
+def test_a_parameter_that_is_assigned_to_the_camera_starts_over(renderer, name, value):
+    before = renderer.use("normal").render(3).image()
+    setattr(renderer.camera, name, value)
+    assert not renderer.is_current()
+    renderer.image()
+    assert renderer.samples == 1
+    assert name == "handedness" or np.abs(renderer.use("hit").image() - before).max() > 0
+
+
+def test_an_image_is_saved_as_the_renderer_saves_it(tmp_path):
+    """Light gets the sRGB curve in 8 bits, views do not, and no argument is needed."""
+    scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 0.25))
+    for one in (tt.A2Renderer(scene, 16, 12), tt.A1Renderer(scene, 16, 12).use("normal")):
+        assert one.image().srgb == one.srgb
+        for extension in (".png", ".jpg", ".pfm", ".npy"):
+            one.save(tmp_path / f"a{extension}")
+            tt.save_image(tmp_path / f"b{extension}", one.image())
+            tt.save_image(tmp_path / f"c{extension}", np.asarray(one.image()), srgb=one.srgb)
+            a, b, c = ((tmp_path / f"{name}{extension}").read_bytes() for name in "abc")
+            assert a == c
+            assert b == c
+
+
 def test_a_saved_picture_has_its_own_encoding_and_its_crop_alone(tmp_path):
     scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 0.25))
     light, view = (one(scene, 16, 12, crop=(4, 10, 2, 7)) for one in (tt.A2Renderer, tt.A1Renderer))
@@ -268,3 +293,58 @@ def test_a_saved_picture_has_its_own_encoding_and_its_crop_alone(tmp_path):
         np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "a.png")), expected)
     assert light.srgb
     assert not view.srgb
+
+
+# ── raw arrays ──
+
+MISS = {"distance": np.inf, "triangle_id": -1, "material_id": -1}
+
+
+@pytest.fixture(scope="module")
+def box():
+    return tt.A1Renderer(tt.load_scene_data("cornell_box"), 24, 16, crop=(4, 20, 3, 13), jitter=True)
+
+
+@pytest.mark.parametrize("name", AOVS)
+def test_raw_arrays_are_what_the_rays_of_the_pixels_hit(box, name):
+    """In the layout of image(), at the centres of the pixels, whatever the picture shows."""
+    found = box.aov(name)
+    hits = box.scene_data.intersect(*box.camera.rays(*np.mgrid[:24, :16][:, :, ::-1].transpose(0, 2, 1)))
+    expected = getattr(hits, AOVS[name].member).copy()
+    expected[~hits.is_hit] = MISS.get(name, np.nan)
+    assert 0 < hits.is_hit.sum() < 24 * 16
+    assert found.dtype == (np.int32 if name.endswith("_id") else np.float32)
+    np.testing.assert_array_equal(found, expected.reshape(16, 24, *expected.shape[1:]))
+
+
+def test_raw_arrays_agree_with_the_views(box):
+    views = tt.A1Renderer(box.scene_data, 24, 16)
+    hit = views.use("hit").image()[..., 0] > 0
+    np.testing.assert_array_equal(np.isfinite(box.aov("distance")), hit)
+    np.testing.assert_allclose(box.aov("normal")[hit], 2 * views.use("normal").image()[hit] - 1, atol=1e-6)
+    near = hit & (box.aov("distance") < 10)
+    np.testing.assert_allclose(box.aov("distance")[near] / 10, views.use("distance").image()[near][:, 0], rtol=1e-6)
+    np.testing.assert_allclose(box.aov("barycentric")[hit], views.use("barycentric").image()[hit][:, :2], atol=1e-7)
+
+
+def test_an_exr_has_the_raw_arrays_of_its_crop_under_the_names_of_the_convention(box, tmp_path):
+    oiio = pytest.importorskip("OpenImageIO")
+    box.use("normal").save(tmp_path / "a.exr", aovs=AOVS)
+    file = oiio.ImageInput.open(str(tmp_path / "a.exr"))
+    names, pixels = list(file.spec().channelnames), file.read_image("float")
+    layers = ["Z", "P.X", "P.Y", "P.Z", "N.X", "N.Y", "N.Z", "barycentric.u", "barycentric.v"]
+    assert sorted(names) == sorted(["R", "G", "B", *layers, "triangle_id", "material_id"])
+    for aov in AOVS.values():
+        stored = np.squeeze(pixels[..., [names.index(channel) for channel in aov.channels]])
+        np.testing.assert_array_equal(stored, box.film.own_pixels(box.aov(aov.name)))
+    np.testing.assert_array_equal(tt.read_image(tmp_path / "a.exr"), box.film.own_pixels(box.image()))
+
+
+def test_raw_arrays_that_cannot_be_had_are_told_before_anything_is_rendered(box, tmp_path):
+    box.reset()
+    with pytest.raises(tt.InputError, match="unknown AOV 'depth': known are distance, position"):
+        box.aov("depth")
+    with pytest.raises(tt.InputError, match=r"a\.png: a \.png file has no place for Z: give a name that ends in \.exr"):
+        box.save(tmp_path / "a.png", aovs="distance")
+    assert box.samples == 0
+    assert list(tmp_path.iterdir()) == []

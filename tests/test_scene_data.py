@@ -1,5 +1,7 @@
 """Questions asked of a scene from Python, and what a scene is made of: its parts, its effects, its fingerprint."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 import taichi as ti
@@ -12,7 +14,7 @@ import taichi_tracer as tt
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
-from taichi_tracer.scene_data import brdfs_of
+from taichi_tracer.scene_data import RayHit, RayHits, brdfs_of, described
 from taichi_tracer.system.registry import PARTS
 
 
@@ -234,3 +236,86 @@ def test_meshes_and_spheres_are_counted():
     scene = tt.SceneData(with_spheres([(0, 0, 0, 1), (2, 0, 0, 1)], *SQUARE))
     assert (scene.num_triangles, scene.num_spheres) == (2, 2)
     assert "2 triangles, 2 spheres, 1 materials, bvh, watertight" in repr(scene)
+
+
+# ── the answers as a table ──
+
+
+@pytest.fixture(scope="module")
+def hits():
+    origins, directions = [[0.5, 0.25, 2], [5, 5, 2], [0, 0.5, -1]], [[0, 0, -1], [0, 0, -1], [0, 0, 2]]
+    return tt.scene_from_mesh(*SQUARE).intersect(origins, directions)
+
+
+def test_hits_have_points_and_misses_have_none(hits):
+    np.testing.assert_array_equal(hits.points, [[0.5, 0.25, 0], [np.nan] * 3, [0, 0.5, 0]])
+    np.testing.assert_array_equal(hits.position, [[0.5, 0.25, 0], [0, 0, 0], [0, 0.5, 0]])
+    assert hits.points.dtype == hits.distance.dtype
+
+
+def test_hits_can_be_counted_iterated_and_chosen(hits):
+    assert len(hits) == 3
+    rows = list(hits)
+    assert [row.distance for row in rows] == [2, np.inf, 0.5]
+    assert [bool(row.is_backfacing) for row in rows] == [False, False, True]
+    assert rows[2].normal.tolist() == hits[-1].normal.tolist() == [0, 0, -1]
+    assert RayHit._fields == tuple(f.name for f in fields(RayHits))
+    chosen = hits[hits.is_hit]
+    assert len(chosen) == 2
+    np.testing.assert_array_equal(chosen.points, hits.points[[0, 2]])
+    assert len(hits[1:]) == 2
+    assert repr(hits) == "RayHits(3 rays, 2 hits)"
+    with pytest.raises(IndexError):
+        hits[3]
+
+
+def test_hits_are_columns_of_a_table(hits):
+    columns = hits.to_dict()
+    assert all(values.shape == (3,) for values in columns.values())
+    vectors = [f"{name}_{letter}" for name in ("normal", "geometric_normal", "position") for letter in "xyz"]
+    numbers = ["is_hit", "distance", "triangle_id", "material_id", "is_backfacing"]
+    assert sorted(columns) == sorted([*numbers, "barycentric_coords_u", "barycentric_coords_v", *vectors])
+    np.testing.assert_array_equal(columns["position_y"], hits.position[:, 1])
+    np.testing.assert_array_equal(columns["barycentric_coords_v"], hits.barycentric_coords[:, 1])
+
+
+# ── scenes from arrays ──
+
+
+def test_a_mesh_has_the_colour_the_material_and_the_normals_that_are_given():
+    normals = np.tile([0.6, 0, 0.8], (4, 1))
+    scene = tt.scene_from_mesh(*SQUARE, color=(0.25, 0.5, 1), normals=normals)
+    hits = scene.intersect([0, 0.1, 1], [0, 0, -1])
+    assert scene.materials[hits.material_id[0]].Kd == (0.25, 0.5, 1)
+    np.testing.assert_allclose(hits.normal, [[0.6, 0, 0.8]], atol=1e-7)
+    lamps = [tt.Material("lamp", Ke=(1, 1, 1)), tt.Material("wall")]
+    several = tt.scene_from_mesh(*SQUARE, material=lamps, face_materials=[1, 0])
+    hits = several.intersect([[0.5, -0.5, 1], [-0.5, 0.5, 1]], [0, 0, -1])
+    assert [several.materials[i].name for i in hits.material_id] == ["wall", "lamp"]
+    assert several.effects.emitters
+
+
+def test_a_trimesh_can_have_another_colour():
+    import trimesh
+
+    scene = tt.scene_from_mesh(trimesh.Trimesh(*SQUARE, process=False), color=(1, 0, 0))
+    assert [material.Kd for material in scene.materials] == [(1, 0, 0)]
+
+
+def test_smooth_normals_are_computed_on_request():
+    vertices, faces = sphere(24, 12)
+    rays = np.random.default_rng(1).normal(size=(200, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    hits = tt.scene_from_mesh(vertices, faces, smooth=40).intersect(3 * rays, -rays)
+    assert np.abs((hits.geometric_normal * rays).sum(axis=1) - 1).max() > 0.005
+    assert np.abs((hits.normal * rays).sum(axis=1) - 1).max() < 0.001
+
+
+def test_the_fingerprint_does_not_depend_on_how_materials_are_shown():
+    materials = [tt.Material("a", Kd=(1, 0, 0)), tt.Material(extra={"pr": (0.5,)})]
+    assert described(materials) == (
+        "[Material(name='a', Kd=(1, 0, 0), Ka=(0.0, 0.0, 0.0), Ks=(0.0, 0.0, 0.0), Ke=(0.0, 0.0, 0.0), Ns=1.0, Ni=1.0, "
+        "d=1.0, alpha_x=0.0, alpha_y=0.0, F0=(0.0, 0.0, 0.0), extra={}), Material(name='default', Kd=(0.8, 0.8, 0.8), "
+        "Ka=(0.0, 0.0, 0.0), Ks=(0.0, 0.0, 0.0), Ke=(0.0, 0.0, 0.0), Ns=1.0, Ni=1.0, d=1.0, alpha_x=0.0, alpha_y=0.0, "
+        "F0=(0.0, 0.0, 0.0), extra={'pr': (0.5,)})]"
+    )

@@ -16,10 +16,12 @@ from taichi_tracer.apps.words import (
     LIGHT,
     PICTURE_FOLDER,
     PICTURE_SIZE,
+    SMOOTH,
     USER_ERROR,
     OneOfOptions,
     as_value,
     at_least_one,
+    degrees,
     let_every_character_print,
     names,
     note,
@@ -212,7 +214,14 @@ def add_render(parser: Parser) -> None:
         help="picture to write, or a folder; its ending says the format (default: the scene file's, or "
         f"{PICTURE_FOLDER}/SCENE_VIEW.png)",
     )
-    parser.lists = ("pictures", "scenes")
+    parser.add_argument(
+        "--aov",
+        type=names,
+        default=(),
+        metavar="A,B",
+        help="raw arrays that an .exr file has beside the picture, such as the distance: names with commas",
+    )
+    parser.lists = ("pictures", "aovs", "scenes")
 
 
 def add_accuracy(parser: Parser) -> None:
@@ -278,6 +287,15 @@ def add_scene_options(parser: Parser) -> None:
     light = add_light_options(parser, f"or none (default: the scene file's, or {LIGHT} where light is asked for)")
     light.add_argument("--lookup", metavar="NAME", help="nearest texel of the environment, or bilinear")
     add_surface_options(parser)
+    parser.add_argument(
+        "--smooth",
+        nargs="?",
+        type=degrees,
+        const=SMOOTH,
+        metavar="DEGREES",
+        help="smooth normals where the file has none; edges that bend by more stay sharp (default of DEGREES: "
+        f"{SMOOTH:g})",
+    )
     parser.add_argument("--effects", metavar="scene|all", help="compile what the scene calls for, or everything")
     rays = parser.add_argument_group("how rays are intersected")
     rays.add_argument("--intersector", metavar="NAME", help="which intersector finds what a ray meets")

@@ -15,6 +15,7 @@ from taichi_tracer.effects import MODES
 from taichi_tracer.environment import LOOKUPS, Environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
@@ -128,6 +129,11 @@ def names_of_samplers() -> dict[str, Names]:
     return {"samplers": Names.of_parameter(PARTS.names("sampler"), ProgressiveRenderer, "sampler")}
 
 
+def names_of_aovs() -> dict[str, Names]:
+    """Which raw arrays a picture can have beside it."""
+    return {"AOVs": Names(tuple(AOVS))}
+
+
 def names_of_estimators() -> dict[str, Names]:
     """How light is sampled."""
     return {title: names for title, names in names_of_views().items() if title == "estimators"}
@@ -187,6 +193,7 @@ LISTS = {
     "estimators": names_of_estimators,
     "cameras": names_of_cameras,
     "samplers": names_of_samplers,
+    "aovs": names_of_aovs,
     "rays": names_of_rays,
     "surfaces": names_of_surfaces,
     "knobs": names_of_knobs,

@@ -15,7 +15,8 @@ from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_
 from taichi_tracer.apps.rescue import written, written_picture
 from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR
 from taichi_tracer.files.disk import check_place, make_folder
-from taichi_tracer.files.images import check_writable
+from taichi_tracer.files.images import HAVE_CHANNELS, check_writable
+from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
@@ -35,6 +36,7 @@ class RenderRequest:
         spp, time, error: what ends the rendering, as for ``ProgressiveRenderer.render``. Where all are None, it is the
             samples of the picture.
         checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
+        aovs: the raw arrays that each file has beside its picture.
     """
 
     scene: SceneRequest
@@ -45,6 +47,7 @@ class RenderRequest:
     error: float | None
     checkpoint: str | None
     checkpoint_every: float
+    aovs: tuple[Aov, ...]
 
     def samples_of(self, picture: PictureRequest) -> int | None:
         """How many samples end the rendering of a picture; None where only time or error do."""
@@ -54,9 +57,16 @@ class RenderRequest:
 def render_of(args: Namespace) -> RenderRequest:
     """What the options ask for."""
     scene, pictures = scene_and_pictures_of(args)
-    error = None if args.error is None else args.error / 100
     return RenderRequest(
-        scene, pictures, args.output, args.spp, args.time, error, args.checkpoint, args.checkpoint_every
+        scene=scene,
+        pictures=pictures,
+        output=args.output,
+        spp=args.spp,
+        time=args.time,
+        error=None if args.error is None else args.error / 100,
+        checkpoint=args.checkpoint,
+        checkpoint_every=args.checkpoint_every,
+        aovs=find_aovs(args.aov),
     )
 
 
@@ -68,7 +78,7 @@ def run(args: Namespace) -> int:
         number of the signal: 130 for Ctrl-C.
     """
     request = render_of(args)
-    paths = paths_of(request.pictures, request.output, request.scene.name)
+    paths = paths_of(request)
     if request.checkpoint is not None:
         count = sum(len(places) for places in paths)
         if count > 1:
@@ -107,27 +117,30 @@ def make_picture(
         loading: how long the scene took, to be told.
     """
     renderer.reset()
+    channels = renderer.channels([aov.name for aov in request.aovs])  # first, because the picture may take hours
     keeper = Keeper(renderer, request.checkpoint, request.checkpoint_every)
     add_samples(renderer, keeper, request.samples_of(picture), request, interruption)
     is_in_place = keeper.is_in_place
     if renderer.samples > 0:
         image = renderer.film.own_pixels(renderer.image())
-        place = written_picture(path, image, renderer.srgb and picture.is_encoded)
+        place = written_picture(path, image, renderer.srgb and picture.is_encoded, channels)
         print(f"{place}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})", flush=True)
         report_non_finite(renderer)
         is_in_place &= place == path
     return is_in_place
 
 
-def paths_of(asked: tuple[PictureRequest, ...], output: str | None, scene: str) -> list[list[Path]]:
+def paths_of(request: RenderRequest) -> list[list[Path]]:
     """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``."""
+    asked, output = request.pictures, request.output
     names = [(picture.filename, integrator.name) for picture in asked for _, integrator in picture.views]
     if output is None and all(filename is not None for filename, _ in names):
         paths = [Path(filename) for filename, _ in names]
         for path in paths:
             make_folder(path.parent, f"filename {path}")
     else:
-        paths = output_paths(output, scene, [name for _, name in names])
+        extension = HAVE_CHANNELS[0] if request.aovs else ".png"
+        paths = output_paths(output, request.scene.name, [name for _, name in names], extension)
         if len(paths) > 1 or Path(output or PICTURE_FOLDER).is_dir():
             paths = [
                 path.parent / Path(path.name if filename is None else filename).name
@@ -135,7 +148,7 @@ def paths_of(asked: tuple[PictureRequest, ...], output: str | None, scene: str) 
             ]
     paths = distinct(paths)
     for path in paths:
-        check_writable(path)
+        check_writable(path, channel_names(request.aovs))
     places = iter(paths)
     return [[next(places) for _ in picture.views] for picture in asked]
 
@@ -276,12 +289,12 @@ def report_non_finite(renderer: ProgressiveRenderer) -> None:
         )
 
 
-def output_paths(output: str | None, scene: str, names: list[str]) -> list[Path]:
+def output_paths(output: str | None, scene: str, names: list[str], extension: str = ".png") -> list[Path]:
     """Where each view goes, known to be writable before any work is done.
 
     Args:
         output: a file, a folder, or None for ``PICTURE_FOLDER``. Folders are made.
-        scene: name or path of the scene: in a folder, files are called <scene>_<view>.png.
+        scene: name or path of the scene: in a folder, files are called <scene>_<view><extension>.
         names: of the views.
 
     Raises:
@@ -296,7 +309,7 @@ def output_paths(output: str | None, scene: str, names: list[str]) -> list[Path]
     paths = [folder]
     if is_folder:
         make_folder(folder, f"-o {output}")
-        paths = [folder / f"{Path(scene).stem}_{name}.png" for name in names]
+        paths = [folder / f"{Path(scene).stem}_{name}{extension}" for name in names]
     for path in paths:
         check_writable(path)
     return paths

@@ -67,6 +67,7 @@ class SceneRequest:
         environment: None is no light from far away.
         intersector, triangle_test, effects: None is the default of ``SceneData``.
         brdfs, lights: names of registered parts.
+        smooth: the crease angle of smooth normals in degrees; None leaves triangles without normals flat.
         plain: whether only the plain forms run.
         parts: the files of ``--parts``, which are loaded already.
     """
@@ -79,6 +80,7 @@ class SceneRequest:
     brdfs: tuple[str, ...]
     lights: tuple[str, ...]
     effects: str | None
+    smooth: float | None
     plain: bool
     machine: MachineRequest
     parts: tuple[str, ...]
@@ -87,6 +89,7 @@ class SceneRequest:
         """Start Taichi and read the scene; what the user should know about it goes to stderr."""
         self.machine.start()
         options = given(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
+        options |= given(smooth=self.smooth)
         options["environment"] = None if self.environment is None else self.environment.load()
         options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain}
         if self.document is None:
@@ -105,6 +108,7 @@ class SceneRequest:
             light = self.environment
             words += options_of(intensity=light.intensity, rotation=light.rotation, lookup=light.lookup)
         words += options_of(brdfs=",".join(self.brdfs) or None, lights=",".join(self.lights) or None)
+        words += options_of(smooth=self.smooth)
         return words + ["--plain"] * self.plain + self.machine.words()
 
 
@@ -247,6 +251,7 @@ def scene_of(args: Namespace, document: rt3.Document | None, needs_light: bool) 
         brdfs=args.brdfs,
         lights=args.lights,
         effects=args.effects,
+        smooth=args.smooth,
         plain=args.plain,
         machine=taken(MachineRequest, args),
         parts=tuple(args.parts),

@@ -42,9 +42,17 @@ def other_folders() -> Iterator[Path]:
             yield Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=parent()))
 
 
-def written_picture(path: Path, image, srgb: bool) -> Path:
-    """Where a picture was written; floating-point numbers that need no library are the last resort."""
-    return written(path, lambda place: save_image(place, image, srgb=srgb), [f"{path.stem}.pfm"])
+def written_picture(path: Path, image, srgb: bool, channels: dict | None = None) -> Path:
+    """Where a picture was written; floating-point numbers that need no library are the last resort.
+
+    Args:
+        channels: those beside the picture, for a format that has a place for them.
+    """
+
+    def write(place: Path) -> None:
+        save_image(place, image, srgb=srgb, channels=channels if place.suffix == path.suffix else None)
+
+    return written(path, write, [f"{path.stem}.pfm"])
 
 
 def written_bytes(path: Path, content: bytes) -> Path:

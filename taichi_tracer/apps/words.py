@@ -11,6 +11,7 @@ from typing import TypeVar
 MOST_PIXELS = 8192**2  # their fields take 3 GB
 PICTURE_SIZE = "512x512"  # of a picture for which neither the command line nor the scene file names a size
 LIGHT = "studio"  # the environment of a picture that shows light, in a scene that has none
+SMOOTH = 30.0  # degrees of ``--smooth`` alone, as in ``formulas.vertex_normals``, which would load numpy
 USER_ERROR = 2  # exit code: the input cannot be used, or a file could not be written where it was wanted
 PICTURE_FOLDER = "renders"  # where pictures go for which nobody names a place
 
@@ -84,6 +85,19 @@ def positive(text: str) -> float:
     value = number(text)
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a number more than 0")
+    return value
+
+
+def degrees(text: str) -> float:
+    """An angle from 0 to 180 degrees, for argparse."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value <= 180:
+        raise argparse.ArgumentTypeError(
+            f"{text.strip()!r} is not an angle from 0 to 180 degrees (if it is the scene, put it before this option)"
+        )
     return value
 
 

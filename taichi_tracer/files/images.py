@@ -11,12 +11,13 @@ import os
 import re
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from taichi_tracer.files.disk import check_place, read_bytes, replace_file
+from taichi_tracer.files.picture import Picture
 from taichi_tracer.system.errors import InputError
 
 # 16384 x 8192, the size of the largest usual environments. A header with more pixels is damaged, or an attack.
@@ -51,9 +52,14 @@ def linear_from_srgb(values: np.ndarray) -> np.ndarray:
     return np.where(values <= 0.04045, values / 12.92, ((np.maximum(values, 0.04045) + 0.055) / 1.055) ** 2.4)
 
 
-def encode_png(image: np.ndarray, srgb: bool = False) -> bytes:
+def encode_png(image: np.ndarray, srgb: bool | None = None) -> bytes:
     """The bytes of a PNG file; arguments as for ``save_image``."""
-    return _encode_pillow(_as_rgb(_as_float(np.asarray(image)), "image"), srgb, "PNG")
+    return _encode_pillow(_as_rgb(_as_float(np.asarray(image)), "image"), is_light(image, srgb), "PNG")
+
+
+def is_light(image: np.ndarray, srgb: bool | None = None) -> bool:
+    """Whether files of 8 bits get the sRGB transfer function: as ``srgb`` says, or else as the image itself says."""
+    return bool(getattr(image, "srgb", None) if srgb is None else srgb)
 
 
 def _encode_pillow(image: np.ndarray, srgb: bool, kind: str) -> bytes:
@@ -84,15 +90,18 @@ def _encode_npy(image: np.ndarray, srgb: bool) -> bytes:
     return buffer.getvalue()
 
 
-def _encode_openimageio(image: np.ndarray, extension: str) -> bytes:
+def _encode_openimageio(image: np.ndarray, extension: str, channels: Sequence[str] = ("R", "G", "B")) -> bytes:
+    """The bytes of an EXR or HDR file; ``channels`` has the names of the image's channels, in their order."""
     oiio = _openimageio(extension)
     height, width, _ = image.shape
+    spec = oiio.ImageSpec(width, height, len(channels), "float")
+    spec.channelnames = tuple(channels)
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "image" + extension)
         output = oiio.ImageOutput.create(path)
         written = (
             output is not None
-            and output.open(path, oiio.ImageSpec(width, height, 3, "float"))
+            and output.open(path, spec)
             and output.write_image(np.ascontiguousarray(image, np.float32))
             and output.close()
         )
@@ -128,7 +137,7 @@ def _openimageio(extension: str):
 
 
 ENCODERS: dict[str, Callable[[np.ndarray, bool], bytes]] = {
-    ".png": encode_png,
+    ".png": lambda image, srgb: _encode_pillow(image, srgb, "PNG"),
     ".jpg": lambda image, srgb: _encode_pillow(image, srgb, "JPEG"),
     ".jpeg": lambda image, srgb: _encode_pillow(image, srgb, "JPEG"),
     ".exr": lambda image, srgb: _encode_openimageio(image, ".exr"),
@@ -139,39 +148,52 @@ ENCODERS: dict[str, Callable[[np.ndarray, bool], bytes]] = {
 }
 KEEP_NAN = (".exr", ".pfm", ".npy")
 NEED_OPENIMAGEIO = (".exr", ".hdr")
+HAVE_CHANNELS = (".exr",)  # formats with named channels beside red, green and blue
 
 
-def check_writable(path: str | Path) -> None:
-    """Raise an InputError if ``save_image`` could not write there later."""
+def check_writable(path: str | Path, channels: Collection[str] = ()) -> None:
+    """Raise an InputError if ``save_image`` could not write there later; ``channels`` are those beside R, G and B."""
     path = Path(path)
     extension = path.suffix.lower()
     if extension == "":
         raise InputError(f"{path}: the name has no ending that says the format: give {path}.png, say")
     if extension not in ENCODERS:
         raise InputError(f"{path}: unknown image type {path.suffix!r}: known are {', '.join(ENCODERS)}")
+    if channels and extension not in HAVE_CHANNELS:
+        names = ", ".join(channels)
+        raise InputError(f"{path}: a {extension} file has no place for {names}: give a name that ends in .exr")
     if extension in NEED_OPENIMAGEIO:
         _openimageio(extension)
     check_place(path)
 
 
-def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
+def save_image(
+    path: str | Path,
+    image: np.ndarray,
+    srgb: bool | None = None,
+    channels: Mapping[str, np.ndarray] | None = None,
+) -> None:
     """Write an image in the format of its extension. An older file is replaced only when the new file is complete.
 
     Args:
         path: .png .jpg .jpeg .ppm (8 bits), or .exr .hdr .pfm .npy (floating point, always linear).
         image: (h, w, 3) float, top row first; (h, w) and (h, w, 1) are grey, and a fourth channel is ignored. In whole
             numbers without sign, as other programs have them, the largest one stands for 1: 255 of 8 bits.
-        srgb: whether to apply the sRGB transfer function, for radiance in 8-bit formats; data such as normals is
-            written unchanged. ``renderer.save`` knows which it is.
+        srgb: whether to apply the sRGB transfer function in 8-bit formats: True for radiance, False for data such as
+            normals. With None, a ``Picture``, which ``renderer.image()`` returns, knows which it is, and the values of
+            any other array are written unchanged.
+        channels: name → (h, w) array of each other channel of an EXR file, such as {"Z": depth}. Their values are
+            stored as float32, unchanged.
 
     Warns:
         UserWarning: there is NaN, which the format does not have: it is written as 0.
 
     Raises:
-        InputError: the extension is unknown, its library is missing, or the file cannot be written.
+        InputError: the extension is unknown, its library is missing, or the file cannot be written; or there are more
+            channels, and the format has no place for them.
     """
     path = Path(path)
-    check_writable(path)
+    check_writable(path, channels or ())
     rgb = _as_float(_as_rgb(np.asarray(image), str(path)))
     extension = path.suffix.lower()
     if extension not in KEEP_NAN and np.isnan(rgb).any():
@@ -179,10 +201,25 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
         told = f"{count} of {rgb.shape[0] * rgb.shape[1]} pixels are NaN and written as 0, for {extension} has no NaN"
         warnings.warn(f"{path}: {told}: {others} have", stacklevel=2)
     try:
-        content = ENCODERS[extension](rgb, srgb)
+        if channels:
+            rgb = np.dstack([rgb, *(_as_channel(name, array, rgb) for name, array in channels.items())])
+            content = _encode_openimageio(rgb, extension, ("R", "G", "B", *channels))
+        else:
+            content = ENCODERS[extension](rgb, is_light(image, srgb))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     replace_file(path, content)
+
+
+def _as_channel(name: str, values: np.ndarray, image: np.ndarray) -> np.ndarray:
+    """(h, w) float32 of a channel of an image."""
+    values = np.asarray(values)
+    if name in ("R", "G", "B"):
+        raise InputError(f"channel {name} is a channel of the image itself: give another name")
+    if values.shape != image.shape[:2]:
+        raise InputError(f"channel {name} must have the shape {image.shape[:2]} of the image, not {values.shape}")
+    with np.errstate(over="ignore"):
+        return values.astype(np.float32)
 
 
 def _as_float(image: np.ndarray) -> np.ndarray:
@@ -207,7 +244,8 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
     Args:
         path: .png .jpg .jpeg .exr .hdr .pfm .npy; grey images become RGB, and a fourth channel is ignored.
         srgb: whether to convert PNG and JPEG files from sRGB to linear values. With False, their values are only
-            divided by 255, or by 65535 (16 bits).
+            divided by 255, or by 65535 (16 bits). The result then is a ``Picture`` of linear colour, so that
+            ``save_image`` encodes it again.
 
     Raises:
         InputError: the file is missing, damaged, too large, or of an unknown type.
@@ -226,9 +264,9 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
         raise InputError(f"{path}: cannot be read as {extension[1:].upper()} ({reason})") from None
     if image.dtype.kind not in "fiu":
         raise InputError(f"{path}: an image must hold numbers, not {image.dtype}")
-    if srgb and extension in (".png", ".jpg", ".jpeg"):
-        image = linear_from_srgb(image)
-    return np.ascontiguousarray(_as_rgb(image, str(path)), np.float32)
+    is_decoded = srgb and extension in (".png", ".jpg", ".jpeg")
+    rgb = np.ascontiguousarray(_as_rgb(linear_from_srgb(image) if is_decoded else image, str(path)), np.float32)
+    return Picture(rgb, srgb=True) if is_decoded else rgb
 
 
 def _one_line(message: str) -> str:

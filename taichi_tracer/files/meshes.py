@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.files.disk import check_is_file, read_bytes
+from taichi_tracer.files.ply_strips import without_strips
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
@@ -19,6 +20,7 @@ STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
 OFF_HEADER = 4096  # bytes after the first line of an OFF file in which the counts must stand, after any comments
 GLB_HEADER = struct.Struct("<4sIIII")  # magic, version, length of the file, length and type of the JSON chunk
 GLB_JSON = 0x4E4F534A  # the type of a JSON chunk: the letters JSON as a little-endian number
+COLOURS_NOT_USED = "colours of vertices and faces are not used"
 LONGEST_REASON = 200  # characters of trimesh's own message that are shown
 # Extensions that a file may require, because they do not change the triangles. With others, trimesh finds no triangles.
 HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
@@ -40,8 +42,12 @@ def read_mesh(path: str | Path) -> Mesh:
             raise InputError("the file is empty")
         if kind in ("glb", "gltf"):
             raw, materials = _number_materials(raw, notes)
+        if kind == "ply":
+            raw = without_strips(raw)
         announced = ANNOUNCED[kind](raw) if kind in ANNOUNCED else 0
         parts = [_Part(*part) for part in _placed(_load(raw, path))]
+        if kind == "off" and _has_colours(raw):
+            notes.append(COLOURS_NOT_USED)
     except Exception as error:  # trimesh passes on all kinds of errors
         reason = " ".join(str(error).split()) or type(error).__name__
         if "unexpected length" in reason:  # in a binary PLY, trimesh gives all polygons the size of the first
@@ -91,6 +97,16 @@ def _announced_by_off(raw: bytes) -> int:
     """The number of polygons in the header of an OFF: the second number after the keyword and the comments."""
     words = re.sub(rb"#[^\n]*", b"", raw[: raw.find(b"\n") + OFF_HEADER]).split()
     return int(words[2]) if words[0].upper().endswith(b"OFF") else 0
+
+
+def _has_colours(raw: bytes) -> bool:
+    """Whether an OFF file has colours: its keyword begins with C, or the first face has numbers after its vertices."""
+    lines = [line for line in re.sub(rb"#[^\n]*", b"", raw).splitlines() if line.strip()]
+    keyword, *counts = lines[0].split()
+    first_vertex = 1 if counts else 2
+    vertices = int((counts or lines[1].split())[0])
+    face = [float(word) for line in lines[first_vertex + vertices :][:1] for word in line.split()]
+    return keyword.upper().startswith(b"C") or len(face) > 1 + (face or [0])[0]
 
 
 ANNOUNCED = {"stl": _announced_by_stl, "ply": _announced_by_ply, "off": _announced_by_off}
@@ -199,7 +215,7 @@ def _assemble(parts: list[_Part], source: str, materials: list[Material] | None,
         num_vertices += len(vertices[-1])
         num_normals += len(own_normals)
     if any(getattr(part.mesh.visual, "kind", None) in ("vertex", "face") for part in parts):
-        notes.append(f"{source}: colours of vertices and faces are not used")
+        notes.append(f"{source}: {COLOURS_NOT_USED}")
     return Mesh(
         vertices=np.concatenate([np.zeros((0, 3)), *vertices]),
         faces=np.concatenate([np.zeros((0, 3), np.int32), *faces]).astype(np.int32),

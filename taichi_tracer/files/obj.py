@@ -25,6 +25,7 @@ DIGITS = bytes(ord(" ") if c in b" \t\r\f\v" else ord("0") if c in b"0123456789"
 
 CORNER = re.compile(r"([+-]?\d+)(?:/([+-]?\d+)?(?:/([+-]?\d+)?)?)?", re.ASCII)  # v, v/vt, v//vn, v/vt/vn
 INT64 = np.iinfo(np.int64)
+COLOURED = 6  # numbers of a v line with a colour: x y z r g b
 IGNORED = ["o", "g", "s", "l", "p", "vt", "vp"]
 
 
@@ -52,10 +53,13 @@ def read_obj(path: str | Path) -> Mesh:
     has_normals = bool((normal_ids >= 0).any())
     notes: list[str] = []
     material_ids, materials = _materials(lines, faces.ids, path, notes)
+    vertices, most = _rows(positions, path)
+    if most >= COLOURED:
+        notes.append(f"{path}: colours of vertices are not used")
     return Mesh(
-        vertices=_rows(positions, path),
+        vertices=vertices,
         faces=vertex_ids[corners],
-        normals=_rows(directions, path) if has_normals else np.zeros((0, 3)),
+        normals=_rows(directions, path)[0] if has_normals else np.zeros((0, 3)),
         face_normals=normal_ids[corners] if has_normals else np.zeros((0, 3), np.int32),
         face_materials=material_ids[polygon_of],
         materials=materials,
@@ -94,15 +98,18 @@ def fan(sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([first_corner, second_corner, second_corner + 1], axis=-1), polygon_of
 
 
-def _rows(block: Block, path: Path) -> np.ndarray:
-    """(n, 3) float64 from ``v`` or ``vn`` lines. Everything after the third number (w, a colour) is ignored."""
+def _rows(block: Block, path: Path) -> tuple[np.ndarray, int]:
+    """(n, 3) float64 from ``v`` or ``vn`` lines, and the largest number of words of a line.
+
+    Everything after the third number (w, a colour) is ignored.
+    """
     if len(block) == 0:
-        return np.zeros((0, 3))
+        return np.zeros((0, 3)), 0
     rows = _rows_at_once(block)
     return rows if rows is not None else _rows_one_by_one(block, path)
 
 
-def _rows_at_once(block: Block) -> np.ndarray | None:
+def _rows_at_once(block: Block) -> tuple[np.ndarray, int] | None:
     known, which = shapes(block.text, WORDS)
     words = np.array([shape.count(b"x") for shape in known])
     widths = words[which]
@@ -111,19 +118,21 @@ def _rows_at_once(block: Block) -> np.ndarray | None:
     numbers = all_numbers(block.text, np.float64)
     if numbers is None or numbers.size != widths.sum():
         return None
+    most = int(words.max())
     if len(known) == 1:
-        return np.ascontiguousarray(numbers.reshape(len(block), -1)[:, :3])
-    return numbers[(np.cumsum(widths) - widths)[:, None] + np.arange(3)]
+        return np.ascontiguousarray(numbers.reshape(len(block), -1)[:, :3]), most
+    return numbers[(np.cumsum(widths) - widths)[:, None] + np.arange(3)], most
 
 
-def _rows_one_by_one(block: Block, path: Path) -> np.ndarray:
-    rows = []
+def _rows_one_by_one(block: Block, path: Path) -> tuple[np.ndarray, int]:
+    rows, most = [], 0
     for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
         words = line.split()
         if len(words) < 3:
             raise InputError(f"{path}:{line_number}: x y z are needed, and there are {len(words)} numbers")
         rows.append([number(word, f"{path}:{line_number}") for word in words[:3]])
-    return np.array(rows)
+        most = max(most, len(words))
+    return np.array(rows), most
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ class Target:
                 raise InputError(f"render: {name} must be more than 0, not {value!r}")
 
 
-@dataclass
+@dataclass(repr=False)
 class Progress:
     """The progress of a rendering. Times are in seconds; those of single passes separate compilation from rendering.
 
@@ -71,6 +71,14 @@ class Progress:
     _look_seconds: float = 0.0
     _first_look: float = 0.0
     _next_look: float = 2
+
+    def __repr__(self) -> str:
+        words = [f"{self.samples:g} samples"]
+        if self.samples > 0:
+            words += [f"{self.seconds:.2f} s of rendering", f"{self.compile_seconds:.2f} s of compiling"]
+        if not math.isnan(self.error):
+            words.append(f"error {self.error}")
+        return f"Progress({', '.join(words)})"
 
     def took(self, seconds: float, samples: float = 1, compiles: bool = False) -> None:
         """Record one more pass over all pixels.

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.rt3.values import LONGEST_SHOWN, Element
@@ -135,7 +136,8 @@ class World:
         if element.flag("reverse_vertex_order", default=False):
             reverse(mesh)
         if element.flag("compute_normals", default=False):
-            mesh.normals, mesh.face_normals = vertex_normals(mesh), mesh.faces.astype(np.int32)
+            mesh.normals = area_weighted(mesh.vertices, mesh.faces)
+            mesh.face_normals = mesh.faces.astype(np.int32)
         if element.flag("backface_cull", default=False):
             mesh.face_culls = np.ones(len(mesh.faces), bool)
         place(mesh, self.state.ctm)
@@ -287,17 +289,6 @@ def reverse(mesh: Mesh) -> None:
     mesh.faces = mesh.faces[:, [0, 2, 1]]
     if len(mesh.face_normals) > 0:
         mesh.face_normals = mesh.face_normals[:, [0, 2, 1]]
-
-
-def vertex_normals(mesh: Mesh) -> np.ndarray:
-    """(V, 3) vertex normals: for each vertex, the sum of its triangles' normals, weighted by area."""
-    v0, v1, v2 = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    with np.errstate(all="ignore"):
-        normal = np.nan_to_num(np.cross(v1 - v0, v2 - v0))
-    total = np.zeros_like(mesh.vertices)
-    for k in range(3):
-        np.add.at(total, mesh.faces[:, k], normal)
-    return total
 
 
 def place(mesh: Mesh, ctm: np.ndarray) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import front_end, powers
+from taichi_tracer.system import from_python, front_end, powers
 from taichi_tracer.system.cache import cache_folder
 from taichi_tracer.system.errors import InputError, one_of
 
@@ -99,6 +99,7 @@ def init(
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
     powers.write_as_products()
+    from_python.explain()
     front_end.keep_what_is_read()
     cache, note = cache_folder(impl.default_cfg().offline_cache_file_path)
     with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
@@ -134,6 +135,7 @@ _fell_back_from: str | None = None  # the requested arch, if the running Taichi 
 def ensure() -> Settings:
     """The settings of the running Taichi. If it does not run yet, it is started with the defaults."""
     check_not_forked()
+    from_python.explain()  # here too, because other code may have started Taichi
     running = current()
     return init() if running is None else running
 

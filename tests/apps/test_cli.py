@@ -15,9 +15,10 @@ import pytest
 from PIL import Image
 
 import taichi_tracer as tt
-from taichi_tracer.apps import cli, names
+from taichi_tracer.apps import cli, names, rescue
 from taichi_tracer.apps.cli import as_value, main, make_parser
-from taichi_tracer.apps.requests import SceneRequest
+from taichi_tracer.apps.requests import SceneRequest, scene_and_pictures_of
+from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.picture import progress
 from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
 from taichi_tracer.studies import effects as effects_study
@@ -289,6 +290,10 @@ BAD_WORDS = {
     "up nowhere": (["render", "cube", "--up", "0", "0", "0"], ["up (0, 0, 0) has no direction", "(0, 1, 0)"]),
     "two numbers": (["render", "cube", "--eye", "1", "2"], ["--eye", "3"]),
     "handedness": (["render", "cube", "--handedness", "middle"], ["handedness", "'middle'", "right"]),
+    "smooth before the scene": (["render", "--smooth", "cube"], ["--smooth", "'cube'", "put it before this option"]),
+    "smooth 200": (["render", "cube", "--smooth", "200"], ["--smooth", "'200'", "an angle from 0 to 180 degrees"]),
+    "unknown AOV": (["render", "cube", "--aov", "depth"], ["unknown AOV 'depth'", "distance"]),
+    "an AOV in a PNG": (["render", "cube", "--aov", "distance,normal", "-o", "x.png"], ["x.png", "Z, N.X", ".exr"]),
     "size 0": (["render", "cube", "--size", "0x8"], ["--size", "'0x8'", "640x480"]),
     "size negative": (["render", "cube", "--size", "-5"], ["--size", "'-5'"]),
     "size no numbers": (["render", "cube", "--size", "8by8"], ["--size", "'8by8'"]),
@@ -588,3 +593,61 @@ def test_accuracy_refuses_before_it_works(tmp_path, capsys):
     blocked = tmp_path / "file"
     blocked.write_text("x")
     assert "cannot be made" in told_by(["accuracy", "cube", "--report", blocked / "x"], capsys, code=2).err
+
+
+# ── smooth normals, and raw arrays ──
+
+
+def test_smooth_normals_are_those_of_the_angle(tmp_path):
+    """Of a cube, whose edges bend by 90°: with a smaller angle, and with none, they stay sharp; see test_geometry."""
+    words = ["render", "cube", "--size", "16x16", "--view", "normal", "-o"]
+    pictures = {}
+    asked = {"flat": [], "usual": ["--smooth"], "sharp": ["--smooth", "89"], "round": ["--smooth", "91"]}
+    for name, options in asked.items():
+        assert quickly([*words, str(tmp_path / f"{name}.npy"), *options]) == 0
+        pictures[name] = np.load(tmp_path / f"{name}.npy")
+    np.testing.assert_array_equal(pictures["usual"], pictures["flat"])
+    np.testing.assert_array_equal(pictures["sharp"], pictures["flat"])
+    assert np.abs(pictures["round"] - pictures["flat"]).max() > 0.1
+
+
+def test_the_request_for_smooth_normals_can_be_repeated():
+    asked = ([], None), (["--smooth"], USUAL_CREASE), (["--smooth", "0"], 0.0), (["--smooth", "1"], 1.0)
+    for option, degrees in asked:
+        args = make_parser().parse_args(["view", "cube", *option])
+        request, _ = scene_and_pictures_of(args)
+        assert request.smooth == degrees
+        again, _ = scene_and_pictures_of(make_parser().parse_args(["view", "cube", *request.words()]))
+        assert again == request
+
+
+def test_raw_arrays_lie_beside_the_picture(tmp_path, monkeypatch):
+    """In the file of -o, and in a folder, where the pictures then are EXR files."""
+    oiio = pytest.importorskip("OpenImageIO")
+    monkeypatch.chdir(tmp_path)
+    words = ["render", "cube", "--size", "12x8", "--aov", "distance,normal"]
+    assert quickly([*words, "-o", "a.exr"]) == 0
+    assert quickly(words) == 0
+    distance = tt.A1Renderer(quick_scene("cube"), 12, 8).aov("distance")
+    for path in ("a.exr", "renders/cube_normal.exr"):
+        file = oiio.ImageInput.open(path)
+        names = list(file.spec().channelnames)
+        assert sorted(names) == ["B", "G", "N.X", "N.Y", "N.Z", "R", "Z"]
+        np.testing.assert_array_equal(file.read_image("float")[..., names.index("Z")], distance)
+
+
+def test_raw_arrays_go_where_the_picture_goes_if_its_place_is_full(tmp_path, monkeypatch):
+    """The last resort is a format without places for them: then the picture alone is saved."""
+    pytest.importorskip("OpenImageIO")
+    saved = []
+
+    def save(place, image, srgb, channels):
+        saved.append((place.suffix, channels))
+        if place.suffix == ".exr":
+            raise tt.InputError(f"{place}: no room")
+
+    monkeypatch.setattr(rescue, "save_image", save)
+    monkeypatch.setattr(rescue, "other_folders", lambda: iter([tmp_path]))
+    image, channels = np.ones((2, 2, 3)), {"Z": np.ones((2, 2))}
+    assert rescue.written_picture(tmp_path / "a.exr", image, False, channels) == tmp_path / "a.pfm"
+    assert saved == [(".exr", channels), (".exr", channels), (".pfm", None)]

@@ -59,7 +59,7 @@ def test_the_film_says_where_how_large_and_how(scene):
 def asked(*words):
     """The pictures that a command asks for, and where they go; nothing is rendered."""
     request = render_of(make_parser().parse_args(["render", "scene.xml", *words]))
-    places = paths_of(request.pictures, request.output, request.scene.name)
+    places = paths_of(request)
     return request.pictures, [str(path) for views in places for path in views]
 
 

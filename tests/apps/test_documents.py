@@ -10,6 +10,7 @@ from PIL import Image
 
 from taichi_tracer.apps.cli import as_value, make_parser
 from taichi_tracer.apps.names import find_views
+from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.scene_data_loader import find_scene, scene_names
 from taichi_tracer.system.registry import PARTS, load_parts
@@ -76,10 +77,20 @@ def test_the_readme_shows_every_view_and_names_every_scene():
 
 def test_the_readmes_python_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    (code,) = blocks(README, "python")
-    exec(compile(code, "README.md", "exec"), {})
-    assert "tall_box" in capsys.readouterr().out
+    names: dict = {}
+    for code in blocks(README, "python"):  # each goes on where the one before it ended
+        exec(compile(code, "README.md", "exec"), names)
+    out = capsys.readouterr().out
+    assert "tall_box" in out
+    assert "normal_x" in out
     assert (tmp_path / "normal.png").exists()
+    assert (tmp_path / "box.exr").exists()
+
+
+def test_the_readme_names_every_raw_array_with_its_channels():
+    for aov in AOVS.values():
+        (row,) = [line for line in README.splitlines() if line.startswith(f"| `{aov.name}` |")]
+        assert row.endswith(f"| {', '.join(f'`{name}`' for name in aov.channels)} |")
 
 
 def test_files_that_the_design_names_exist():

@@ -76,6 +76,7 @@ def check_camera(camera_class):
     check_handedness_mirrors(camera)
     check_fractions_of_a_pixel(camera)
     check_it_can_be_made_again(camera)
+    check_python_gets_the_same_rays(camera)
 
 
 def check_rays_are_finite(camera):
@@ -180,3 +181,11 @@ def check_it_can_be_made_again(camera):
     assert type(other) is type(camera), f"{camera.name}: make_camera(**parameters()) makes a {type(other).__name__}"
     same = all((a == b).all() for a, b in zip(rays(camera, all_pixels()), rays(other, all_pixels()), strict=True))
     assert same, f"{camera.name}: make_camera(**parameters()) makes a camera with other rays"
+
+
+def check_python_gets_the_same_rays(camera):
+    """``camera.rays`` returns the rays of ``generate_ray``, to the last bit."""
+    pixels = all_pixels()
+    found = camera.rays(*pixels.astype(int).T)
+    same = all((a == b).all() for a, b in zip(rays(camera, pixels), found, strict=True))
+    assert same, f"{camera.name}: camera.rays gives other rays than generate_ray"

@@ -19,6 +19,7 @@ from taichi_tracer.files.images import (
     to_bytes,
     to_rgbe,
 )
+from taichi_tracer.files.picture import Picture
 from taichi_tracer.system.errors import InputError, MissingFileError
 
 EIGHT_BITS = [".png", ".jpg", ".jpeg", ".ppm"]
@@ -233,6 +234,60 @@ def test_encoded_png_is_the_file_that_is_saved(tmp_path, picture, srgb):
     save_image(tmp_path / "image.png", picture, srgb)
     assert encode_png(picture, srgb) == (tmp_path / "image.png").read_bytes()
     assert np.array_equal(np.asarray(Image.open(io.BytesIO(encode_png(picture, srgb)))), to_bytes(picture, srgb))
+
+
+@pytest.mark.parametrize("extension", [".png", ".jpg", ".ppm", ".pfm", ".npy"])
+def test_a_picture_knows_whether_it_is_light_and_an_argument_wins(tmp_path, picture, extension):
+    def saved(image, **options):
+        save_image(tmp_path / f"a{extension}", image, **options)
+        return (tmp_path / f"a{extension}").read_bytes()
+
+    encoded, unchanged = (saved(np.asarray(picture), srgb=srgb) for srgb in (True, False))
+    assert (encoded == unchanged) == (extension in (".pfm", ".npy"))
+    assert saved(np.asarray(picture)) == unchanged
+    assert saved(Picture(picture, srgb=True)) == encoded
+    assert saved(Picture(picture, srgb=True)[:, :]) == encoded
+    assert saved(Picture(picture, srgb=False)) == unchanged
+    assert saved(Picture(picture)) == unchanged
+    assert saved(Picture(picture, srgb=True), srgb=False) == unchanged
+    assert saved(Picture(picture, srgb=False), srgb=True) == encoded
+
+
+def test_what_was_decoded_is_encoded_again(tmp_path, picture):
+    save_image(tmp_path / "a.png", picture)
+    read = read_image(tmp_path / "a.png", srgb=True)
+    assert read.srgb
+    save_image(tmp_path / "b.png", read)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert type(read_image(tmp_path / "a.png")) is np.ndarray
+
+
+# Channels beside a picture
+
+
+def test_other_channels_of_an_exr_are_stored_unchanged_under_their_names(tmp_path, picture):
+    oiio = pytest.importorskip("OpenImageIO")
+    depth = np.where(np.eye(*picture.shape[:2]) > 0, np.inf, -2.5)
+    ids = np.arange(depth.size, dtype=np.int32).reshape(depth.shape)
+    save_image(tmp_path / "a.exr", picture, channels={"Z": depth, "id": ids})
+    file = oiio.ImageInput.open(str(tmp_path / "a.exr"))
+    names, pixels = list(file.spec().channelnames), file.read_image("float")
+    assert sorted(names) == ["B", "G", "R", "Z", "id"]
+    np.testing.assert_array_equal(pixels[..., names.index("Z")], depth)
+    np.testing.assert_array_equal(pixels[..., names.index("id")], ids)
+    np.testing.assert_array_equal(read_image(tmp_path / "a.exr"), np.float32(picture))
+
+
+def test_channels_that_do_not_fit_are_refused(tmp_path, picture):
+    pytest.importorskip("OpenImageIO")
+    with pytest.raises(InputError, match=r"a\.exr: channel Z must have the shape .* of the image, not \(3,\)"):
+        save_image(tmp_path / "a.exr", picture, channels={"Z": np.zeros(3)})
+    with pytest.raises(InputError, match="channel R is a channel of the image itself: give another name"):
+        save_image(tmp_path / "a.exr", picture, channels={"R": picture[..., 0]})
+    for name in ("a.png", "a.hdr", "a.npy"):
+        with pytest.raises(InputError, match="file has no place for Z: give a name that ends in .exr"):
+            save_image(tmp_path / name, picture, channels={"Z": picture[..., 0]})
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_rgbe_is_the_nearest_value_and_drops_what_it_cannot_hold():

@@ -168,6 +168,17 @@ def test_off_keeps_the_files_order(mesh_of):
     assert mesh.faces.tolist() == [[2, 1, 0], [0, 2, 3]]
 
 
+def test_off_colours_are_told_and_not_used(mesh_of):
+    faces, corners = b"3 2 1 0\n3 0 2 3\n", CORNERS.encode()
+    plain = b"OFF\n4 2 0\n" + corners + faces
+    of_vertices = b"COFF\n4 2 0\n" + corners.replace(b"\n", b" 255 0 0 255\n") + faces
+    of_faces = b"OFF 4 2 0 # and colours\n" + corners + faces.replace(b"\n", b" 255 0 0\n")
+    for content, is_told in ((plain, False), (of_vertices, True), (of_faces, True)):
+        mesh = mesh_of("a.off", content)
+        assert mesh.faces.tolist() == [[2, 1, 0], [0, 2, 3]]
+        assert [note.split(": ")[1] for note in mesh.notes] == ["colours of vertices and faces are not used"] * is_told
+
+
 # glTF
 
 

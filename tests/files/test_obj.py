@@ -66,6 +66,15 @@ def test_a_weight_or_colour_after_the_position_is_ignored(obj, extras):
     assert mesh.vertices.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
 
 
+@pytest.mark.parametrize(
+    ("extra", "is_told"), [("", False), (" 1.0", False), (" .1 .2 .3", True), (" 1 .1 .2 .3", True), (" .1 .2 x", True)]
+)
+def test_colours_of_vertices_are_told_and_not_used(obj, extra, is_told):
+    mesh = obj(f"v 1 2 3\nv 4 5 6{extra}\nv 7 8 9\nf 1 2 3\n")
+    assert [note.split(": ")[1] for note in mesh.notes] == ["colours of vertices are not used"] * is_told
+    assert mesh.materials == [Material()]
+
+
 # Faces
 
 

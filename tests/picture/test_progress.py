@@ -93,3 +93,12 @@ def test_renders_keep_to_a_time_and_to_an_error():
     views.begin_anew()
     assert views.render(time=60).samples == 1
     np.testing.assert_array_equal(views.image(), tt.A1Renderer(scene, 8, 8).image())
+
+
+def test_progress_is_shown_in_words():
+    progress = Progress(Target(spp=10))
+    assert repr(progress) == "Progress(0 samples)"
+    progress.took(2.0, compiles=True)
+    progress.took(0.5)
+    progress.error = RelativeError(0.02, 0.018, 0.022)
+    assert repr(progress) == f"Progress(2 samples, 1.00 s of rendering, 1.50 s of compiling, error {progress.error})"

@@ -6,7 +6,7 @@ from rt3_text import document, read
 from shapes import SQUARE
 
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, reverse, rotation, similarity, vertex_normals
+from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, reverse, rotation, similarity
 
 
 def test_synonyms_mean_the_same(tmp_path):
@@ -124,14 +124,3 @@ def test_reversed_triangles_keep_the_normals_of_their_corners():
     corners = mesh.vertices[mesh.faces]
     assert (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] < 0).all()
     assert {tuple(pair) for pair in zip(mesh.faces.ravel(), mesh.face_normals.ravel(), strict=True)} == expected
-
-
-def test_vertex_normals_are_weighted_by_area():
-    """Of a roof, whose one side is twice as large as the other."""
-    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 2, 0.0]])
-    mesh = Mesh(vertices, np.array([[0, 2, 1], [0, 3, 2]]))
-    normals = vertex_normals(mesh)
-    sides = [np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a]) for a, b, c in mesh.faces]
-    np.testing.assert_allclose(normals[0], sides[0] + sides[1])
-    np.testing.assert_allclose(normals[1], sides[0])
-    np.testing.assert_allclose(normals[3], sides[1])

@@ -10,9 +10,10 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.files.arrays import mesh_from_arrays
 from taichi_tracer.geometry import stable_normal, unit
 from taichi_tracer.ray import offset_origin
-from taichi_tracer.scene_data import RayHits, SceneData, mesh_from_arrays, ray_from
+from taichi_tracer.scene_data import RayHits, SceneData, ray_from
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.meshes import join
 from taichi_tracer.studies.hard.modes import Mode

@@ -1,0 +1,112 @@
+"""Meshes from the arrays of a program, with the colours, materials and normals that it gives."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from taichi_tracer.geometry import Mesh, check
+from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import InputError
+
+
+def mesh_from_arrays(vertices, faces) -> Mesh:
+    """A ``Mesh`` with one material from (V, 3) and (F, 3) arrays or lists."""
+    try:
+        vertices = np.asarray(vertices, dtype=np.float64)
+        ids = np.asarray(faces)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"mesh: vertices and faces must be (n, 3) arrays of numbers ({error})") from None
+    if ids.size == 0:
+        ids = np.zeros((0, 3), np.int32)
+    if vertices.size == 0:
+        vertices = np.zeros((0, 3))
+    if ids.dtype.kind not in "iu":
+        raise InputError(f"mesh: faces must be integers, not {ids.dtype}")
+    return Mesh(vertices=vertices, faces=ids.astype(np.int64), source="mesh")
+
+
+def dressed(mesh: Mesh, color=None, material=None, normals=None, face_materials=None) -> Mesh:
+    """``mesh`` with other materials or normals; arguments as for ``scene_data.scene_from_mesh``."""
+    check(mesh)
+    changed: dict = {}
+    if color is not None and material is not None:
+        raise InputError("mesh: give color or material, not both: Kd of a Material is its colour")
+    if color is not None:
+        changed["materials"] = [Material(Kd=tuple(row)) for row in colors(color).tolist()]
+    if material is not None:
+        changed["materials"] = materials(material)
+    if changed or face_materials is not None:
+        count = len(changed.get("materials", mesh.materials))
+        changed["face_materials"] = material_ids(face_materials, len(mesh.faces), count)
+    if normals is not None:
+        changed["normals"], changed["face_normals"] = corner_normals(normals, mesh)
+    return replace(mesh, **changed)
+
+
+def colors(given) -> np.ndarray:
+    """(M, 3) numbers from 0 to 1, from three numbers or several rows of them."""
+    rows = numbers("color", given)
+    if rows.shape[-1:] != (3,) or rows.ndim > 2 or len(rows) == 0:
+        raise InputError(f"mesh: color must be three numbers, or have the shape (m, 3), not {rows.shape}")
+    wrong = rows[~((rows >= 0) & (rows <= 1))]
+    if len(wrong) > 0:
+        advice = ": divide colours of 8 bits by 255" if wrong[0] > 1 else ""
+        raise InputError(f"mesh: color must be numbers from 0 to 1, not {wrong[0]:g}{advice}")
+    return rows.reshape(-1, 3)
+
+
+def materials(given: Material | Sequence[Material]) -> list[Material]:
+    """The materials of a mesh, from one or several of them."""
+    several = list(given) if isinstance(given, (list, tuple)) else [given]
+    for one in several:
+        if not isinstance(one, Material):
+            raise InputError(f"mesh: material must be a Material, or a list of them, not {one!r}")
+    if not several:
+        raise InputError("mesh: material must be a Material, or a list of them, not an empty list")
+    return several
+
+
+def material_ids(given, triangles: int, count: int) -> np.ndarray:
+    """(F,) int32 ids into ``count`` materials; without any, all triangles have the only material."""
+    if given is None:
+        if count > 1:
+            raise InputError(f"mesh: {count} materials need face_materials, the id of one of them for each triangle")
+        return np.zeros(triangles, np.int32)
+    ids = numbers("face_materials", given)
+    if ids.size > 0 and ids.dtype.kind not in "iu":
+        raise InputError(f"mesh: face_materials must be whole numbers, not {ids.dtype}")
+    if ids.shape != (triangles,):
+        raise InputError(f"mesh: face_materials must be {triangles} ids, one per triangle, not the shape {ids.shape}")
+    wrong = np.flatnonzero((ids < 0) | (ids >= count))
+    if len(wrong) > 0:
+        raise InputError(
+            f"mesh: triangle {wrong[0]} has material {ids[wrong[0]]}, which is out of range "
+            f"(there are {count}, counted from 0)"
+        )
+    return ids.astype(np.int32)
+
+
+def corner_normals(given, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 3) normals and (F, 3) int32 ids into them, from normals for each vertex or for each corner."""
+    rows, (v, f) = numbers("normals", given), (len(mesh.vertices), len(mesh.faces))
+    if rows.shape not in ((v, 3), (f, 3, 3)):
+        known = f"({v}, 3), one per vertex, or ({f}, 3, 3), one per corner"
+        raise InputError(f"mesh: normals must have the shape {known}, not {rows.shape}")
+    is_per_vertex, rows = rows.ndim == 2, rows.reshape(-1, 3).astype(np.float64)
+    wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+    if len(wrong) > 0:
+        raise InputError(f"mesh: normals must be finite, and normal {wrong[0]} is {rows[wrong[0]].tolist()}")
+    ids = mesh.faces if is_per_vertex else np.arange(3 * f).reshape(-1, 3)
+    return rows, ids.astype(np.int32)
+
+
+def numbers(name: str, given) -> np.ndarray:
+    """An array of real numbers; an InputError if it is something else."""
+    try:
+        array = np.asarray(given)
+    except ValueError:  # rows of different lengths
+        array = np.asarray(None)
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"mesh: {name} must be an array of numbers, not {type(given).__name__} of {array.dtype}")
+    return array

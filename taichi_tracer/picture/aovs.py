@@ -1,0 +1,78 @@
+"""AOVs: raw arrays beside a picture. What does the ray through the centre of each pixel hit, in numbers?
+
+Other renderers call them by the same name, "arbitrary output variables". A channel of an EXR file is a float32, and its
+name follows the conventions of OpenEXR: Z is the distance from the viewer ("Interpreting OpenEXR Deep Pixels"). The
+components of a vector are the channels X, Y and Z of a layer, whose name stands before a dot.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from taichi_tracer.system.errors import InputError, one_of
+
+LARGEST_ID = 1 << 24  # float32 has every whole number up to this one
+
+
+@dataclass(frozen=True)
+class Aov:
+    """One kind of raw array.
+
+    Attributes:
+        name: the name that ``renderer.aov`` and ``--aov`` take.
+        member: the member of ``RayHits`` that it shows.
+        miss: its value where the ray hits nothing.
+        channels: the names of its components in an EXR file.
+    """
+
+    name: str
+    member: str
+    miss: float
+    channels: tuple[str, ...]
+
+    def of(self, hits) -> np.ndarray:
+        """(n,) or (n, number of channels) array of ``RayHits``: int32 for ids, otherwise in the running precision."""
+        values = getattr(hits, self.member).copy()
+        values[~hits.is_hit] = self.miss
+        return values
+
+
+AOVS = {
+    aov.name: aov
+    for aov in (
+        Aov("distance", "distance", np.inf, ("Z",)),
+        Aov("position", "position", np.nan, ("P.X", "P.Y", "P.Z")),
+        Aov("normal", "normal", np.nan, ("N.X", "N.Y", "N.Z")),
+        Aov("barycentric", "barycentric_coords", np.nan, ("barycentric.u", "barycentric.v")),
+        Aov("triangle_id", "triangle_id", -1, ("triangle_id",)),
+        Aov("material_id", "material_id", -1, ("material_id",)),
+    )
+}
+
+
+def find_aovs(names: Sequence[str] | str) -> tuple[Aov, ...]:
+    """The AOVs with these names, each of them once; an InputError if one is unknown."""
+    names = (names,) if isinstance(names, str) else names
+    for name in names:
+        if name not in AOVS:
+            raise one_of("AOV", name, AOVS)
+    return tuple(AOVS[name] for name in dict.fromkeys(names))
+
+
+def channel_names(aovs: Sequence[Aov]) -> list[str]:
+    """The names of all channels of some AOVs."""
+    return [name for aov in aovs for name in aov.channels]
+
+
+def as_channels(aov: Aov, values: np.ndarray) -> dict[str, np.ndarray]:
+    """Name → (height, width) array of each channel; an InputError if an id is too large for an EXR file.
+
+    Args:
+        values: (height, width) or (height, width, number of channels), as ``renderer.aov`` returns it.
+    """
+    if values.dtype.kind == "i" and values.max(initial=0) > LARGEST_ID:
+        advice = f'save it by numpy.save("{aov.name}.npy", renderer.aov("{aov.name}"))'
+        raise InputError(f"{aov.name}: {values.max()} is more than {LARGEST_ID}, the largest id in an EXR: {advice}")
+    planes = np.moveaxis(np.atleast_3d(values), 2, 0)
+    return dict(zip(aov.channels, planes, strict=True))
