@@ -19,6 +19,7 @@ import runpy
 import sys
 import traceback
 from pathlib import Path
+from typing import TypeVar
 
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.seams import assigned
@@ -36,6 +37,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
 }
 
 
+Part = TypeVar("Part")
 PACKAGE = f"{Path(__file__).resolve().parents[1]}{os.sep}"  # how the names of the package's own files begin
 
 
@@ -47,7 +49,7 @@ class Registry:
         self._files: dict[tuple[str, str], str] = {}  # (kind, name) → the file that registered the part
         self._loaded: set[str] = set()
 
-    def add(self, part, file: str | None = None):
+    def add(self, part: Part, file: str | None = None) -> Part:
         """Register a part. Returns the part, so that this method can be used as a decorator of classes.
 
         If a file or a cell of a notebook runs again, it replaces the parts that it registered before.
@@ -132,7 +134,7 @@ class Registry:
             module = importlib.import_module(f"taichi_tracer.{name}")
             found = sorted(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", [])))
             modules += [module, *(importlib.import_module(f"taichi_tracer.{name}.{part}") for part in found)]
-        place = {str(Path(module.__file__).resolve()): i for i, module in enumerate(modules)}
+        place = {str(Path(str(module.__file__)).resolve()): i for i, module in enumerate(modules)}
         by_file = sorted(self._parts[kind], key=lambda name: place.get(self._files[kind, name], len(place)))
         self._parts[kind] = {name: self._parts[kind][name] for name in by_file}
 
@@ -155,7 +157,7 @@ def file_of_caller(above: int) -> str:
 PARTS = Registry()
 
 
-def register(part):
+def register(part: Part) -> Part:
     """Register a part under its name, see ``Registry.add``. It can be used as a decorator of classes."""
     return PARTS.add(part, file_of_caller(1))
 
