@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rt3_text import document
 from support import start
 
 import taichi_tracer as tt
@@ -98,8 +99,8 @@ def test_dropped_triangles_are_warned_of_where_the_scene_is_made(tmp_path):
 
 def test_a_file_says_what_is_around_it_unless_the_caller_does(tmp_path):
     np.save(tmp_path / "sky.npy", np.ones((2, 4, 3), np.float32))
-    text = '<RT3><background type="spherical" filename="sky.npy"/><film x_res="4" y_res="4"/></RT3>'
-    (tmp_path / "scene.xml").write_text(text)
+    sky = '<background type="spherical" filename="sky.npy"/>'
+    (tmp_path / "scene.xml").write_text(document(sky, tail='<integrator type="flat"/>'))
     path = tmp_path / "scene.xml"
     assert tt.load_scene_data(path).environment.name == str(tmp_path / "sky.npy")
     assert tt.load_scene_data(path, environment=None).environment is None
