@@ -51,6 +51,7 @@ _HOME_OF = {
     "Light": "lights.base",
     "Integrator": "integrators.base",
     "View": "integrators.base",
+    "Tone": "tones.base",
     "DirectLight": "integrators.direct_light",
     "SceneData": "scene_data",
     "scene_from_mesh": "scene_data",
@@ -120,3 +121,4 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.system.errors import StaleSceneError as StaleSceneError
     from taichi_tracer.system.registry import register as register
     from taichi_tracer.system.runtime import init as init
+    from taichi_tracer.tones.base import Tone as Tone

@@ -32,6 +32,8 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
+from taichi_tracer.tones.base import Tone
+from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -161,6 +163,7 @@ class ProgressiveRenderer:
             self._integrators["uniform"] = UniformSphere(directions)
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self.progress = Progress(Target())
+        self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
     def _make_eye_rays(self) -> tuple[Any, Any]:
@@ -218,6 +221,24 @@ class ProgressiveRenderer:
     def srgb(self) -> bool:
         """Whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14)."""
         return self.active.srgb
+
+    def set_display(self, exposure: float | None = None, tone: str | Tone | None = None) -> "Self":
+        """Choose how a picture of radiance is shown: in the window, in a notebook and in files of 8 bits.
+
+        The samples, ``image()``, ``error()`` and floating-point files stay linear. Views of data are not changed.
+
+        Args:
+            exposure, tone: as for ``Display``; None leaves the setting as it is.
+        """
+        now = self.display
+        self.display = Display(now.exposure if exposure is None else exposure, now.tone if tone is None else tone)
+        return self
+
+    @property
+    def encoding(self) -> dict[str, Any]:
+        """How ``save_image`` writes the picture: its arguments ``srgb``, ``exposure`` and ``tone``."""
+        display = self.display if self.srgb else Display()
+        return {"srgb": self.srgb, "exposure": display.exposure, "tone": display.tone}
 
     # ── the central kernel ──
 
@@ -357,9 +378,10 @@ class ProgressiveRenderer:
     def save(self, path: str | Path) -> None:
         """Write the picture so far in the format of the path's extension; it is rendered first if it has no sample.
 
-        Only the crop is written. Radiance gets the sRGB transfer function in 8-bit formats, and data does not (C-14).
+        Only the crop is written. In 8-bit formats, radiance gets the exposure and the tone curve of ``set_display`` and
+        the sRGB transfer function, and data does not (C-14).
         """
-        save_image(path, self.film.own_pixels(self.image()), srgb=self.srgb)
+        save_image(path, self.film.own_pixels(self.image()), **self.encoding)
 
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""
@@ -388,7 +410,7 @@ class ProgressiveRenderer:
         """The picture so far, for notebooks."""
         from taichi_tracer.files.images import encode_png
 
-        return encode_png(self.image(), srgb=self.srgb)
+        return encode_png(self.image(), self.srgb, self.display if self.srgb else Display())
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.active.name}, {self.width}×{self.height}, {self.samples} samples)"

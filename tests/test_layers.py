@@ -20,7 +20,7 @@ MOST_LINES_OF_A_FUNCTION = 90
 # From the bottom up: a file uses what stands before it. A folder's name stands for all of its files.
 LAYERS = (
     "system",
-    "formulas ray",
+    "formulas ray tones",
     "brdfs sampler camera",
     "materials geometry files",
     "environment background effects lights",

@@ -42,9 +42,13 @@ def other_folders() -> Iterator[Path]:
             yield Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=parent()))
 
 
-def written_picture(path: Path, image, srgb: bool) -> Path:
-    """Where a picture was written; floating-point numbers that need no library are the last resort."""
-    return written(path, lambda place: save_image(place, image, srgb=srgb), [f"{path.stem}.pfm"])
+def written_picture(path: Path, image, **encoding) -> Path:
+    """Where a picture was written; floating-point numbers that need no library are the last resort.
+
+    Args:
+        encoding: arguments of ``save_image``.
+    """
+    return written(path, lambda place: save_image(place, image, **encoding), [f"{path.stem}.pfm"])
 
 
 def written_bytes(path: Path, content: bytes) -> Path:

@@ -13,29 +13,36 @@ import tempfile
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from taichi_tracer.files.disk import check_place, read_bytes, replace_file
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.tones.base import Tone
+from taichi_tracer.tones.display import PLAIN_TONE, Display
 
 # 16384 x 8192, the size of the largest usual environments. A header with more pixels is damaged, or an attack.
 MAX_PIXELS = 1 << 27
 MAX_JPEG_SIDE = 65_500  # the limit of libjpeg
 JPEG_QUALITY = 95  # the highest value that Pillow's documentation recommends
 LARGEST_RGBE = 255 * 2.0**119  # the largest value that the HDR format can store
+# The keyword of a PNG's text, and the beginning of a JPEG's comment, that tell how the values were changed.
+DISPLAY_KEY = "Display"
+PLAIN = Display()
 LONGEST_REASON = 200  # characters of a library's own message that are shown
 
 
-def to_bytes(image: np.ndarray, srgb: bool = False) -> np.ndarray:
+def to_bytes(image: np.ndarray, srgb: bool = False, display: Display = PLAIN) -> np.ndarray:
     """(h, w, 3) uint8: values are clipped to [0, 1] and rounded to the nearest of 255 steps; NaN becomes 0.
 
     Args:
         image: (h, w, 3) float, linear.
         srgb: whether to apply the sRGB transfer function first. It is meant for radiance; data such as normals is
             written unchanged (C-14).
+        display: exposure and tone curve, which come first.
     """
-    values = np.clip(np.nan_to_num(np.asarray(image, np.float64), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    values = display.shown(image)
     if srgb:
         values = srgb_from_linear(values)
     return np.floor(values * 255 + 0.5).astype(np.uint8)
@@ -51,34 +58,41 @@ def linear_from_srgb(values: np.ndarray) -> np.ndarray:
     return np.where(values <= 0.04045, values / 12.92, ((np.maximum(values, 0.04045) + 0.055) / 1.055) ** 2.4)
 
 
-def encode_png(image: np.ndarray, srgb: bool = False) -> bytes:
+def encode_png(image: np.ndarray, srgb: bool = False, display: Display = PLAIN) -> bytes:
     """The bytes of a PNG file; arguments as for ``save_image``."""
-    return _encode_pillow(_as_rgb(_as_float(np.asarray(image)), "image"), srgb, "PNG")
+    return _encode_pillow(_as_rgb(_as_float(np.asarray(image)), "image"), srgb, display, "PNG")
 
 
-def _encode_pillow(image: np.ndarray, srgb: bool, kind: str) -> bytes:
+def _encode_pillow(image: np.ndarray, srgb: bool, display: Display, kind: str) -> bytes:
     from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
 
     buffer = io.BytesIO()
     if kind == "JPEG" and max(image.shape) > MAX_JPEG_SIDE:
         raise InputError(f"a JPEG has at most {MAX_JPEG_SIDE} pixels on a side, not {max(image.shape)}: use .png")
-    options = {"quality": JPEG_QUALITY, "subsampling": 0} if kind == "JPEG" else {}
-    Image.fromarray(to_bytes(image, srgb)).save(buffer, kind, **options)
+    options: dict[str, Any] = {"quality": JPEG_QUALITY, "subsampling": 0} if kind == "JPEG" else {}
+    if not display.is_plain and kind == "JPEG":
+        options["comment"] = f"{DISPLAY_KEY}: {display}"
+    elif not display.is_plain:
+        options["pnginfo"] = PngInfo()
+        options["pnginfo"].add_text(DISPLAY_KEY, str(display))
+    Image.fromarray(to_bytes(image, srgb, display)).save(buffer, kind, **options)
     return buffer.getvalue()
 
 
-def _encode_ppm(image: np.ndarray, srgb: bool) -> bytes:
+def _encode_ppm(image: np.ndarray, srgb: bool, display: Display) -> bytes:
     height, width, _ = image.shape
-    return b"P6\n%d %d\n255\n" % (width, height) + to_bytes(image, srgb).tobytes()
+    comment = b"" if display.is_plain else f"# {DISPLAY_KEY}: {display}\n".encode()
+    return b"P6\n%s%d %d\n255\n" % (comment, width, height) + to_bytes(image, srgb, display).tobytes()
 
 
-def _encode_pfm(image: np.ndarray, srgb: bool) -> bytes:
+def _encode_pfm(image: np.ndarray) -> bytes:
     height, width, _ = image.shape
     rows_from_bottom = np.ascontiguousarray(np.asarray(image, "<f4")[::-1])
     return b"PF\n%d %d\n-1.0\n" % (width, height) + rows_from_bottom.tobytes()
 
 
-def _encode_npy(image: np.ndarray, srgb: bool) -> bytes:
+def _encode_npy(image: np.ndarray) -> bytes:
     buffer = io.BytesIO()
     np.save(buffer, np.asarray(image, np.float32))
     return buffer.getvalue()
@@ -127,16 +141,17 @@ def _openimageio(extension: str):
     return OpenImageIO
 
 
-ENCODERS: dict[str, Callable[[np.ndarray, bool], bytes]] = {
+ENCODERS: dict[str, Callable[[np.ndarray, bool, Display], bytes]] = {
     ".png": encode_png,
-    ".jpg": lambda image, srgb: _encode_pillow(image, srgb, "JPEG"),
-    ".jpeg": lambda image, srgb: _encode_pillow(image, srgb, "JPEG"),
-    ".exr": lambda image, srgb: _encode_openimageio(image, ".exr"),
-    ".hdr": lambda image, srgb: _encode_openimageio(to_rgbe(image), ".hdr"),
-    ".pfm": _encode_pfm,
-    ".npy": _encode_npy,
+    ".jpg": lambda image, srgb, display: _encode_pillow(image, srgb, display, "JPEG"),
+    ".jpeg": lambda image, srgb, display: _encode_pillow(image, srgb, display, "JPEG"),
+    ".exr": lambda image, srgb, display: _encode_openimageio(image, ".exr"),
+    ".hdr": lambda image, srgb, display: _encode_openimageio(to_rgbe(image), ".hdr"),
+    ".pfm": lambda image, srgb, display: _encode_pfm(image),
+    ".npy": lambda image, srgb, display: _encode_npy(image),
     ".ppm": _encode_ppm,
 }
+EIGHT_BITS = (".png", ".jpg", ".jpeg", ".ppm")  # the others are floating point, and always linear
 KEEP_NAN = (".exr", ".pfm", ".npy")
 NEED_OPENIMAGEIO = (".exr", ".hdr")
 
@@ -154,7 +169,9 @@ def check_writable(path: str | Path) -> None:
     check_place(path)
 
 
-def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
+def save_image(
+    path: str | Path, image: np.ndarray, srgb: bool = False, exposure: float = 0.0, tone: str | Tone = PLAIN_TONE
+) -> None:
     """Write an image in the format of its extension. An older file is replaced only when the new file is complete.
 
     Args:
@@ -163,6 +180,8 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
             numbers without sign, as other programs have them, the largest one stands for 1: 255 of 8 bits.
         srgb: whether to apply the sRGB transfer function, for radiance in 8-bit formats; data such as normals is
             written unchanged. ``renderer.save`` knows which it is.
+        exposure, tone: as for ``Display``, for radiance in 8-bit formats. The text of a PNG, and the comment of a JPEG
+            or PPM, tell both. Floating-point formats always get the linear values of ``image``.
 
     Warns:
         UserWarning: there is NaN, which the format does not have: it is written as 0.
@@ -170,7 +189,7 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
     Raises:
         InputError: the extension is unknown, its library is missing, or the file cannot be written.
     """
-    path = Path(path)
+    path, display = Path(path), Display(exposure, tone)
     check_writable(path)
     rgb = _as_float(_as_rgb(np.asarray(image), str(path)))
     extension = path.suffix.lower()
@@ -179,7 +198,7 @@ def save_image(path: str | Path, image: np.ndarray, srgb: bool = False) -> None:
         told = f"{count} of {rgb.shape[0] * rgb.shape[1]} pixels are NaN and written as 0, for {extension} has no NaN"
         warnings.warn(f"{path}: {told}: {others} have", stacklevel=2)
     try:
-        content = ENCODERS[extension](rgb, srgb)
+        content = ENCODERS[extension](rgb, srgb, display)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     replace_file(path, content)
@@ -229,6 +248,17 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
     if srgb and extension in (".png", ".jpg", ".jpeg"):
         image = linear_from_srgb(image)
     return np.ascontiguousarray(_as_rgb(image, str(path)), np.float32)
+
+
+def told_display(path: str | Path) -> str | None:
+    """How the values of a PNG or JPEG were changed, as ``save_image`` wrote it into the file; None if they were not."""
+    from PIL import Image
+
+    if Path(path).suffix.lower() not in (".png", ".jpg", ".jpeg"):
+        return None
+    with Image.open(path, formats=("PNG", "JPEG")) as image:
+        comment = image.info.get("comment", b"").decode(errors="replace")
+        return image.info.get(DISPLAY_KEY) or comment.partition(f"{DISPLAY_KEY}: ")[2] or None
 
 
 def _one_line(message: str) -> str:

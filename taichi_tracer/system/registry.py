@@ -1,4 +1,4 @@
-"""One registry for everything that can be chosen by name: cameras, intersectors, samplers, BRDFs, lights, integrators.
+"""One registry for everything that can be chosen by name, such as cameras, samplers, BRDFs, integrators, tone curves.
 
 A part is registered in the file that defines it. After that, the command line, the window, the studies and the contract
 tests know the part:
@@ -34,6 +34,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
     "light": (("lights",), True),
     "integrator": (("integrators",), True),
     "renderer": (("renderer", "rt3.renderer"), False),
+    "tone curve": (("tones",), True),
 }
 
 
@@ -56,7 +57,8 @@ class Registry:
 
         Args:
             part: a class or an object that derives from the base class of a kind and has a ``name``. For samplers,
-                BRDFs, lights and integrators, the registry keeps objects: a class is called without arguments.
+                BRDFs, lights, integrators and tone curves, the registry keeps objects: a class is called without
+                arguments.
             file: the file that registers the part; None takes the file of the caller.
 
         Raises:
@@ -65,7 +67,7 @@ class Registry:
         kind, name = getattr(part, "kind", None), getattr(part, "name", None)
         what = class_name(part)
         if kind not in HOMES:
-            bases = "Camera, RayIntersector, Sampler, Brdf, Light, Integrator, View"
+            bases = "Camera, RayIntersector, Sampler, Brdf, Light, Integrator, View, Tone"
             raise InputError(f"register: {what} derives from none of the parts that can be registered ({bases})")
         if not isinstance(name, str) or name == "":
             raise InputError(f"register: {what} needs a name: name = {what.lower()!r} in the class")
