@@ -165,7 +165,7 @@ def test_light_is_shown_as_it_is_written_with_exposure_and_tone(light, display):
     middle = shown[(screen.height - screen.shown_height) // 2 :][: screen.shown_height, viewer.PANEL_WIDTH :]
     expected = to_bytes(light.image(), srgb=True, display=display).astype(int)
     assert abs(to_bytes(middle[:: screen.scale, :: screen.scale]).astype(int) - expected).max() <= 1
-    assert (np.median(expected) == 255) == display.is_plain
+    assert (expected[0, 0].min() == 255) == display.is_plain
 
 
 def test_the_slider_and_the_button_change_the_display_and_keep_the_samples(light, tmp_path):
