@@ -29,6 +29,7 @@ from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import replaced
@@ -76,10 +77,10 @@ class RayHits:
 
 def _cell(value: np.ndarray) -> str:
     if np.ndim(value) > 0:
-        return "(" + ", ".join(f"{component:.4g}" for component in value) + ")"
+        return digits_of(value, ".4g")
     if isinstance(value, np.bool_):
         return "yes" if value else "no"
-    return f"{value:.6g}"
+    return digits(value, ".6g")
 
 
 @ti.data_oriented

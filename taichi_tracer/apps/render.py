@@ -176,6 +176,7 @@ def add_samples(
     with Bar(renderer) as bar:
 
         def watch(progress: Progress) -> None:
+            """After each sample: bring the bar up to date, keep a checkpoint if it is due, and stop after a signal."""
             bar.show(progress)
             keeper.keep_sometimes()
             if interruption.number is not None:

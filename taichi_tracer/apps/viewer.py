@@ -25,6 +25,7 @@ from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data_loader import name_of
+from taichi_tracer.system.digits import digits
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
@@ -343,7 +344,7 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     words += renderer.display.words() if renderer.srgb else []
     words += ["--size", f"{renderer.width}x{renderer.height}"]
     for name in ("eye", "at", "up"):
-        words += [f"--{name}", *(f"{x:.9g}" for x in getattr(camera, name))]
+        words += [f"--{name}", *(digits(x, ".9g") for x in getattr(camera, name))]
     return shlex.join([*words, *projection_of(camera)])
 
 
@@ -352,7 +353,7 @@ def projection_of(camera: ProjectiveCamera) -> list[str]:
     words = ["--camera", camera.name]
     if camera.has_window:
         scale = 1.0 if isinstance(camera, OrthographicCamera) else camera.focal_distance
-        words += ["--window", *(f"{edge / scale:.9g}" for edge in camera.screen_window)]
+        words += ["--window", *(digits(edge / scale, ".9g") for edge in camera.screen_window)]
     else:
         words += ["--fov", f"{camera.fov:.9g}"]
     return [*words, "--handedness", camera.handedness]

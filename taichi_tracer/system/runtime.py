@@ -115,9 +115,11 @@ def init(
             cpu_max_num_threads=workers(threads),
             **({"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}),
         )
+    # A notebook shows stderr in red, like an error. These lines are none.
+    stream = sys.stdout if type(sys.stderr).__module__.startswith("ipykernel") else sys.stderr
     for line in (message, note):
         if line is not None:
-            print(f"taichi_tracer: {line}", file=sys.stderr)
+            print(f"taichi_tracer: {line}", file=stream)
     return running_settings()
 
 

@@ -5,6 +5,7 @@ from numbers import Real
 
 import numpy as np
 
+from taichi_tracer.system.digits import digits
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.base import Tone
@@ -60,4 +61,4 @@ class Display:
         return words + ["--tone", self.part.name] * (self.part.name != PLAIN_TONE)
 
     def __str__(self) -> str:
-        return f"exposure {float(self.exposure):+.9g} stops, tone curve {self.part.name}"
+        return f"exposure {digits(float(self.exposure), '+.9g')} stops, tone curve {self.part.name}"
