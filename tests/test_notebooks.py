@@ -50,16 +50,13 @@ def test_the_first_cell_shows_nothing_in_red_and_errors_are_shown(tmp_path, monk
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     for name in ("TI_LOG_LEVEL", "TI_SKIP_VERSION_CHECK", "ENABLE_TAICHI_HEADER_PRINT"):
         monkeypatch.delenv(name, raising=False)
-    kernel = "import taichi as ti\n\n@ti.kernel\ndef hello():\n    print('from a kernel')\n\nhello()\nti.sync()"
-    first, log, hello, wrong = outputs_of(
+    first, log, wrong = outputs_of(
         "import taichi_tracer as tt\ntt.init()\ncamera = tt.Camera(4, 4)",
         "import os\nprint('TI_LOG_LEVEL' in os.environ)",
-        kernel,
         "tt.init(arch='gpu')",
         folder=tmp_path,
     )
     assert [out.text for out in first if out.get("name") == "stderr"] == []
     assert "Taichi" not in "".join(out.get("text", "") for out in first)
     assert "".join(out.text for out in log) == "False\n"  # the user's environment is as it was
-    assert "from a kernel" in "".join(out.get("text", "") for out in hello)
     assert [out.ename for out in wrong if out.output_type == "error"] == ["InputError"]
