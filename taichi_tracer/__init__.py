@@ -11,6 +11,7 @@ A name is loaded when it is first used. Importing the package does not start Tai
 
 import importlib
 import os
+import sys
 
 # Taichi reads both variables when it is imported. They switch off its search for a new version and its banner.
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
@@ -22,6 +23,9 @@ if os.name == "posix":
 
 __version__ = "0.1.0"
 
+TYPE_CHECKING = False  # editors and type checkers take it for True; the module ``typing``, which says it, loads slowly
+
+# Public name → the module that defines it. The imports at the end of this file say the same to editors.
 _HOME_OF = {
     "init": "system.runtime",
     "register": "system.registry",
@@ -48,6 +52,7 @@ _HOME_OF = {
     "Light": "lights.base",
     "Integrator": "integrators.base",
     "View": "integrators.base",
+    "Tone": "tones.base",
     "DirectLight": "integrators.direct_light",
     "SceneData": "scene_data",
     "scene_from_mesh": "scene_data",
@@ -64,19 +69,76 @@ _HOME_OF = {
 
 _PACKAGES = ("studies",)
 
-__all__ = ["__version__", *_HOME_OF]
+
+def _import_taichi() -> None:
+    """Import Taichi without its line "Graphical python shell detected", which every notebook would show in red.
+
+    Taichi reads the variable when it is imported. Its warnings and errors are shown, and a level that the user has set
+    is kept.
+    """
+    if "taichi" in sys.modules or "TI_LOG_LEVEL" in os.environ:
+        return
+    os.environ["TI_LOG_LEVEL"] = "warn"
+    try:
+        taichi = importlib.import_module("taichi")
+    finally:
+        del os.environ["TI_LOG_LEVEL"]
+    taichi.set_logging_level(taichi.INFO)
 
 
-def __getattr__(name: str) -> object:
-    if name in _PACKAGES:
-        return importlib.import_module(f"taichi_tracer.{name}")
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'taichi_tracer' has no attribute {name!r}")
-    module = importlib.import_module(f"taichi_tracer.{_HOME_OF[name]}")
-    value = getattr(module, name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:
+    __all__ = ["__version__", *_HOME_OF]
 
+    def __getattr__(name: str) -> object:
+        if name not in _HOME_OF and name not in _PACKAGES:
+            raise AttributeError(f"module 'taichi_tracer' has no attribute {name!r}")
+        _import_taichi()
+        if name in _PACKAGES:
+            return importlib.import_module(f"taichi_tracer.{name}")
+        module = importlib.import_module(f"taichi_tracer.{_HOME_OF[name]}")
+        value = getattr(module, name)
+        globals()[name] = value
+        return value
 
-def __dir__() -> list[str]:
-    return sorted([*__all__, *_PACKAGES])
+    def __dir__() -> list[str]:
+        return sorted([*__all__, *_PACKAGES])
+
+else:  # Editors and type checkers do not run __getattr__: they read these lines, which never run.
+    from taichi_tracer import studies as studies
+    from taichi_tracer.background import Background as Background
+    from taichi_tracer.brdfs.base import Brdf as Brdf
+    from taichi_tracer.camera import Camera as Camera
+    from taichi_tracer.camera import OrthographicCamera as OrthographicCamera
+    from taichi_tracer.environment import Environment as Environment
+    from taichi_tracer.files.images import read_image as read_image
+    from taichi_tracer.files.images import save_image as save_image
+    from taichi_tracer.formulas.triangles import TriangleTest as TriangleTest
+    from taichi_tracer.geometry import Geometry as Geometry
+    from taichi_tracer.geometry import Mesh as Mesh
+    from taichi_tracer.integrators.base import Integrator as Integrator
+    from taichi_tracer.integrators.base import View as View
+    from taichi_tracer.integrators.direct_light import DirectLight as DirectLight
+    from taichi_tracer.intersectors.bvh import BVHRayIntersector as BVHRayIntersector
+    from taichi_tracer.lights.base import Light as Light
+    from taichi_tracer.materials import Material as Material
+    from taichi_tracer.materials import MaterialLibrary as MaterialLibrary
+    from taichi_tracer.ray import HitData as HitData
+    from taichi_tracer.ray import Ray as Ray
+    from taichi_tracer.ray import no_hit as no_hit
+    from taichi_tracer.ray_intersector import BruteForceRayIntersector as BruteForceRayIntersector
+    from taichi_tracer.ray_intersector import RayIntersector as RayIntersector
+    from taichi_tracer.renderer import A1Renderer as A1Renderer
+    from taichi_tracer.renderer import A2Renderer as A2Renderer
+    from taichi_tracer.rt3.renderer import RT3Renderer as RT3Renderer
+    from taichi_tracer.sampler import BRDF as BRDF
+    from taichi_tracer.sampler import Sampler as Sampler
+    from taichi_tracer.sampler import UniformSampler as UniformSampler
+    from taichi_tracer.scene_data import SceneData as SceneData
+    from taichi_tracer.scene_data import scene_from_mesh as scene_from_mesh
+    from taichi_tracer.scene_data_loader import load_scene_data as load_scene_data
+    from taichi_tracer.scene_data_loader import scene_names as scene_names
+    from taichi_tracer.system.errors import InputError as InputError
+    from taichi_tracer.system.errors import StaleSceneError as StaleSceneError
+    from taichi_tracer.system.registry import register as register
+    from taichi_tracer.system.runtime import init as init
+    from taichi_tracer.tones.base import Tone as Tone

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import taichi as ti
+from numpy.typing import ArrayLike
 
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
@@ -30,7 +31,7 @@ class Background:
             row and column.
     """
 
-    def __init__(self, texels: np.ndarray, corners: bool = False, what: str = "background") -> None:
+    def __init__(self, texels: ArrayLike, corners: bool = False, what: str = "background") -> None:
         runtime.ensure()
         self.what, self.corners = what, corners
         self.pixels = _checked(texels, what)
@@ -102,7 +103,7 @@ def corner_background(bl, tl, tr, br) -> Background:
     return Background([[tl, tr], [bl, br]], corners=True, what="four corners")
 
 
-def load_background(value) -> Background | None:
+def load_background(value: "ArrayLike | Path | Background | None") -> Background | None:
     """A background from one colour, four colours (``CORNERS``), an image, a path, a ``Background``, or None.
 
     PNG and JPEG files are decoded from sRGB; files of the other formats hold linear values.
@@ -121,5 +122,5 @@ def load_background(value) -> Background | None:
     if np.shape(value) == (3,):
         return Background(np.reshape(value, (1, 1, 3)), what="one colour")
     if np.shape(value) == (4, 3):
-        return corner_background(*value)
+        return corner_background(*np.asarray(value))
     return Background(value)

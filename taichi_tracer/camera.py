@@ -9,6 +9,8 @@ import math
 import reprlib
 import warnings
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -22,6 +24,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, runs_in_kernels, seams, takes, takes_whole_numbers
+from taichi_tracer.system.types import Numbers
 
 HANDEDNESS = ("left", "right")
 PLACE = ("eye", "at", "up")
@@ -57,19 +60,20 @@ class ProjectiveCamera(ABC):
         self,
         width: int = 128,
         height: int = 128,
-        eye: tuple[float, float, float] = (0.0, 0.0, 5.0),
-        at: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        up: tuple[float, float, float] = (0.0, 1.0, 0.0),
+        eye: Numbers = (0.0, 0.0, 5.0),
+        at: Numbers = (0.0, 0.0, 0.0),
+        up: Numbers = (0.0, 1.0, 0.0),
         fov: float | None = None,
         handedness: str = "left",
-        screen_window: tuple[float, float, float, float] | str | None = None,
+        screen_window: Numbers | str | None = None,
         frame_aspect: float | None = None,
         focal_distance: float = 1.0,
     ) -> None:
         self.width, self.height = width, height
         self.version = 0  # counts changes, so that a renderer knows when its samples belong to an older picture
-        values = {"eye": eye, "at": at, "up": up, "handedness": handedness, "fov": fov, "screen_window": screen_window}
-        self._values = self.completed({**values, "frame_aspect": frame_aspect, "focal_distance": focal_distance})
+        values: dict[str, Any] = {"eye": eye, "at": at, "up": up, "handedness": handedness, "fov": fov}
+        values |= {"screen_window": screen_window, "frame_aspect": frame_aspect, "focal_distance": focal_distance}
+        self._values = self.completed(values)
         self._memory = memory.Memory()
         self.camera_to_world = ti.Matrix.field(4, 4, float)
         self.half_size = ti.Vector.field(2, float)
@@ -80,20 +84,35 @@ class ProjectiveCamera(ABC):
         self._memory.allocate()
         self._update()
 
-    def set_camera_parameters(self, eye=None, at=None, up=None, fov=None, handedness=None, **window) -> None:
+    def set_camera_parameters(
+        self,
+        eye: Numbers | None = None,
+        at: Numbers | None = None,
+        up: Numbers | None = None,
+        fov: float | None = None,
+        handedness: str | None = None,
+        *,
+        screen_window: Numbers | None = None,
+        frame_aspect: float | None = None,
+        focal_distance: float | None = None,
+    ) -> None:
         """Move the camera. Parameters that are not given stay as they are. After an InputError, nothing has changed.
 
-        Args:
-            window: ``screen_window``, ``frame_aspect`` or ``focal_distance``. A new ``fov`` replaces a window.
+        The parameters are those of the constructor. A new ``fov`` replaces a window, and a new window the ``fov``.
         """
-        given = {"eye": eye, "at": at, "up": up, "fov": fov, "handedness": handedness, **window}
+        given: dict[str, Any] = {
+            "eye": eye,
+            "at": at,
+            "up": up,
+            "fov": fov,
+            "handedness": handedness,
+            "screen_window": screen_window,
+        }
+        given |= {"frame_aspect": frame_aspect, "focal_distance": focal_distance}
         given = {name: value for name, value in given.items() if value is not None}
-        unknown = sorted(set(given) - set(self._values))
-        if unknown:
-            raise one_of("camera parameter", unknown[0], self._values)
         self._change(given)
 
-    def _change(self, given: dict) -> None:
+    def _change(self, given: dict[str, Any]) -> None:
         """Replace some of the constructor's arguments by others; after an InputError, nothing has changed."""
         self._memory.check("camera")
         if {"fov", "screen_window"} & set(given):
@@ -104,7 +123,7 @@ class ProjectiveCamera(ABC):
         self._update()
 
     @classmethod
-    def completed(cls, values: dict) -> dict:
+    def completed(cls, values: dict[str, Any]) -> dict[str, Any]:
         """``check`` of the constructor's arguments, with the default of the angle and of the window."""
         fov, window = values["fov"], values["screen_window"]
         if isinstance(window, str) and window != DEFAULT_WINDOW:
@@ -113,7 +132,7 @@ class ProjectiveCamera(ABC):
         return cls.check({**values, **shown, "screen_window": None if isinstance(window, str) else window})
 
     @classmethod
-    def check(cls, values: dict) -> dict:
+    def check(cls, values: dict[str, Any]) -> dict[str, Any]:
         """``values`` as float64 arrays and floats; an InputError if no camera exists for them."""
         checked = dict(values)
         if values["handedness"] not in HANDEDNESS:
@@ -135,7 +154,7 @@ class ProjectiveCamera(ABC):
 
     @classmethod
     @abstractmethod
-    def check_fov(cls, fov, screen_window) -> float | None:
+    def check_fov(cls, fov: float | None, screen_window: Numbers | None) -> float | None:
         """The angle that the camera uses, or None if the window determines it; an InputError if it is impossible."""
 
     @property
@@ -167,7 +186,7 @@ class ProjectiveCamera(ABC):
         return int(size)
 
     @property
-    def eye(self):
+    def eye(self) -> Any:
         """The position in world space: (3,) float64; in a kernel, a vec3. To move the camera, assign three numbers.
 
         The array is a copy: a change of one of its elements does not move the camera.
@@ -179,7 +198,7 @@ class ProjectiveCamera(ABC):
         self._change({"eye": position})
 
     @property
-    def at(self):
+    def at(self) -> Any:
         """The point that the camera looks at, in world space, as ``eye``."""
         return self._vector("at", 3)
 
@@ -188,7 +207,7 @@ class ProjectiveCamera(ABC):
         self._change({"at": position})
 
     @property
-    def up(self):
+    def up(self) -> Any:
         """The upward direction, in world space, as ``eye``."""
         return self._vector("up", 6)
 
@@ -243,7 +262,7 @@ class ProjectiveCamera(ABC):
         self._change({"frame_aspect": ratio})
 
     @property
-    def screen_window(self) -> tuple[float, float, float, float]:
+    def screen_window(self) -> tuple[float, ...]:
         """(l, r, b, t) at the focal distance: the given window, or that of the angle, or the default (RT-3, RT-4).
 
         A new window replaces an angle.
@@ -265,7 +284,7 @@ class ProjectiveCamera(ABC):
         """The ratio width / height with which the picture shows a square; 1 without distortion."""
         return stretch_of(self.screen_window, self.width, self.height)
 
-    def parameters(self) -> dict:
+    def parameters(self) -> dict[str, Any]:
         """The arguments with which ``make_camera`` makes this camera again, except for its size."""
         values = {"projection": self.name, **{k: v for k, v in self._values.items() if v is not None}}
         return values if "fov" in values else {"screen_window": DEFAULT_WINDOW, **values}
@@ -278,7 +297,7 @@ class ProjectiveCamera(ABC):
         return f"{type(self).__name__}({', '.join([str(self.width), str(self.height), *words])})"
 
     @in_kernels
-    def compute_matrix(self):
+    def compute_matrix(self) -> Any:
         """The camera-to-world matrix (A1-8): (4, 4) float64; in a kernel, a mat4."""
         if impl.inside_kernel():
             return _read(self.camera_to_world, None)
@@ -306,7 +325,13 @@ class ProjectiveCamera(ABC):
     def _angle(self) -> float:
         return 0.0
 
-    def to_array(self, compute_matrix) -> np.ndarray:
+    @ti.func
+    def ray_through(self, ndc):
+        """The ray through a point of the image plane. A subclass defines it."""
+        ti.static_assert(False, "a camera must say what ray_through(self, ndc) is")
+        return Ray()
+
+    def to_array(self, compute_matrix: Callable) -> np.ndarray:
         """(4, 4) in the running precision: ``compute_matrix`` if Python can call it, otherwise ``camera_frame``."""
         matrix = None if runs_in_kernels(compute_matrix) else compute_matrix()
         if matrix is None:
@@ -475,7 +500,7 @@ class Camera(ProjectiveCamera):
     default_fov = 60.0
 
     @classmethod
-    def check_fov(cls, fov, screen_window) -> float | None:
+    def check_fov(cls, fov: float | None, screen_window: Numbers | None) -> float | None:
         """Between 0 and 180 degrees. If there is a window too, the angle is ignored, and a warning says so (C-9)."""
         if fov is None:
             return None
@@ -531,10 +556,11 @@ class OrthographicCamera(ProjectiveCamera):
     name, is_parallel = "orthographic", True
 
     @classmethod
-    def check_fov(cls, fov, screen_window) -> float | None:
+    def check_fov(cls, fov: float | None, screen_window: Numbers | None) -> float | None:
         """None, because there is no angle between parallel rays."""
         if fov is not None:
             raise InputError(f"camera: an orthographic camera has no fov ({fov}): give it a screen_window")
+        return None
 
     @ti.func
     def ray_through(self, ndc):
@@ -550,7 +576,9 @@ class OrthographicCamera(ProjectiveCamera):
 PerspectiveCamera = Camera  # the name that RT3 uses (RT-1)
 
 
-def make_camera(width: int, height: int, projection: str = "perspective", **parameters) -> ProjectiveCamera:
+def make_camera(
+    width: int, height: int, projection: str | type[ProjectiveCamera] = "perspective", **parameters: Any
+) -> ProjectiveCamera:
     """A camera of a registered kind. For an orthographic camera, an angle means the window that it shows at ``at``.
 
     Args:
@@ -562,7 +590,7 @@ def make_camera(width: int, height: int, projection: str = "perspective", **para
     return camera(width, height, **parameters)
 
 
-def without_angle(view: dict, aspect: float) -> dict:
+def without_angle(view: dict[str, Any], aspect: float) -> dict[str, Any]:
     """``view`` for parallel rays: its angle is replaced by the window that the angle shows at ``at``.
 
     Args:
@@ -577,7 +605,7 @@ def without_angle(view: dict, aspect: float) -> dict:
     return changed
 
 
-def change_projection(view: dict, projection: str) -> dict:
+def change_projection(view: dict[str, Any], projection: str | type[ProjectiveCamera]) -> dict[str, Any]:
     """``view`` for another kind of camera, which shows the same at the point that the camera looks at."""
     former, camera = (PARTS.find("camera", one) for one in (view.get("projection", "perspective"), projection))
     changed = {**view, "projection": projection}
@@ -589,10 +617,12 @@ def change_projection(view: dict, projection: str) -> dict:
     return changed
 
 
-def check_view(width: int, height: int, projection: str = "perspective", **parameters) -> float:
+def check_view(
+    width: int, height: int, projection: str | type[ProjectiveCamera] = "perspective", **parameters: Any
+) -> float:
     """The ``stretch`` of the camera that ``make_camera`` would make; an InputError if it would raise one."""
-    named = dict.fromkeys(("fov", "screen_window", "frame_aspect")) | {"handedness": "left", "focal_distance": 1.0}
-    values = {**named, **parameters}
+    values: dict[str, Any] = dict.fromkeys(("fov", "screen_window", "frame_aspect"))
+    values |= {"handedness": "left", "focal_distance": 1.0, **parameters}
     if isinstance(values["screen_window"], str):
         values["screen_window"] = None
     checked = PARTS.find("camera", projection).check(values)

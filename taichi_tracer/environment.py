@@ -3,10 +3,12 @@
 import math
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
+from numpy.typing import ArrayLike
 
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.system import memory, runtime
@@ -40,7 +42,7 @@ class Environment:
 
     def __init__(
         self,
-        image: np.ndarray,
+        image: ArrayLike,
         intensity: float = 1.0,
         rotation: float = 0.0,
         lookup: str = "nearest",
@@ -198,7 +200,7 @@ def checked(image, name: str) -> np.ndarray:
     return np.ascontiguousarray(pixels)
 
 
-def load_environment(value, **options) -> Environment | None:
+def load_environment(value: "ArrayLike | Path | Environment | None", **options: Any) -> Environment | None:
     """An environment from a shipped name, the path of an image, an array, an ``Environment``, or None.
 
     PNG and JPEG files are decoded from sRGB; files of the other formats hold linear values.

@@ -1,6 +1,7 @@
 """Triangles and spheres: as numpy arrays (``Mesh``, the content of a file) and as Taichi fields (``Geometry``)."""
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -145,7 +146,7 @@ def unhittable(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
     return not_finite, no_area
 
 
-def clean(mesh: Mesh, dtype: type) -> Mesh:
+def clean(mesh: Mesh, dtype: type[np.floating]) -> Mesh:
     """``mesh`` with every coordinate in ``dtype``; primitives that no ray can hit are collapsed into a point.
 
     They are collapsed and not removed, so that the ids stay those of the file (C-16); a note reports their number. No
@@ -161,7 +162,7 @@ def clean(mesh: Mesh, dtype: type) -> Mesh:
     notes = list(mesh.notes)
     dropped = int(gone.sum() + spheres_gone.sum())
     if dropped > 0:
-        finite = np.isfinite(vertices).all(axis=1)
+        finite = np.asarray(np.isfinite(vertices).all(axis=1))
         vertices = np.where(finite[:, None], vertices, dtype(0))
         faces = np.where(gone[:, None], np.int32(0), faces)
         spheres = np.where(spheres_gone[:, None], np.array([0, 0, 0, -np.inf], dtype), spheres)
@@ -201,7 +202,7 @@ class Geometry:
             A corner that has none in the file gets the normal of its triangle's plane.
     """
 
-    def __init__(self, mesh: Mesh, effects, fields: ti.FieldsBuilder, completes_normals: bool = False) -> None:
+    def __init__(self, mesh: Mesh, effects: Any, fields: ti.FieldsBuilder, completes_normals: bool = False) -> None:
         self.n_triangles, self.n_spheres, self.n_primitives = len(mesh.faces), len(mesh.spheres), mesh.num_primitives
         self.mesh, self.effects = mesh, effects
         self.low, self.high = self._bounds()
@@ -283,7 +284,7 @@ class Geometry:
                 np.ascontiguousarray(mesh.sphere_materials, np.int32),
                 mesh.primitives(),
             )
-        if self.effects.culling:
+        if self.effects.culling and mesh.face_culls is not None:
             self._load_culls(mesh.face_culls.astype(np.int32))
 
     @ti.kernel

@@ -1,6 +1,7 @@
 """What a surface is made of: the values of Wavefront MTL files (A1-17)."""
 
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -49,7 +50,7 @@ class Material:
         told = [f"{name}={value!r}" for name, value in values.items() if value != usual[name]]
         return f"Material({', '.join(told)})"
 
-    def value(self, name: str, default):
+    def value(self, name: str, default: float | tuple[float, ...]) -> float | tuple[float, ...]:
         """A parameter of a BRDF, from the file, or the default: one number or three numbers, like the default.
 
         Raises:
@@ -67,7 +68,7 @@ class Material:
 
 
 # The members of a material that all kernels know: not the name, and not the keys that only some BRDFs read.
-BUILT_IN = {f.name: f.default for f in fields(Material) if f.name not in ("name", "extra")}
+BUILT_IN: dict[str, Any] = {f.name: f.default for f in fields(Material) if f.name not in ("name", "extra")}
 
 
 class Materials(list):
@@ -131,8 +132,7 @@ class MaterialLibrary:
     def load(self) -> None:
         """Copy the materials into the fields; call it after the fields were allocated."""
         if len(self.materials) > 0:
-            table = self.as_table(self.materials).astype(runtime.dtype())
-            self._load(table, np.array(self.brdf_of, np.int32))
+            self._load(self.as_table(self.materials).astype(runtime.dtype()), np.array(self.brdf_of, np.int32))
 
     @ti.kernel
     def _load(self, table: ti.types.ndarray(ndim=2), brdf_ids: ti.types.ndarray(ndim=1)):

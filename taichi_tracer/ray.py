@@ -1,5 +1,7 @@
 """Rays, and what they hit, inside kernels."""
 
+from typing import TYPE_CHECKING, Any
+
 import taichi as ti
 import taichi.math as tm
 
@@ -16,6 +18,10 @@ class Ray:
 
     origin: tm.vec3
     direction: tm.vec3
+
+    if TYPE_CHECKING:  # what ti.dataclass adds, for editors
+
+        def __init__(self, origin: Any = 0, direction: Any = 0) -> None: ...
 
     @ti.func
     def at(self, t):
@@ -47,6 +53,22 @@ class HitData:
     geometric_normal: tm.vec3
     position: tm.vec3
     position_error: tm.vec3
+
+    if TYPE_CHECKING:  # what ti.dataclass adds, for editors
+
+        def __init__(
+            self,
+            is_hit: Any = 0,
+            is_backfacing: Any = 0,
+            triangle_id: Any = 0,
+            distance: Any = 0,
+            barycentric_coords: Any = 0,
+            normal: Any = 0,
+            material_id: Any = 0,
+            geometric_normal: Any = 0,
+            position: Any = 0,
+            position_error: Any = 0,
+        ) -> None: ...
 
 
 @ti.func

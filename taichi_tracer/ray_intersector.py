@@ -11,7 +11,7 @@ import taichi.math as tm
 
 from taichi_tracer.formulas.boxes import RayBounds, box_interval
 from taichi_tracer.formulas.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
-from taichi_tracer.formulas.triangles import plane_distance, stable_normal
+from taichi_tracer.formulas.triangles import TriangleTest, plane_distance, stable_normal
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.system import runtime
@@ -37,14 +37,15 @@ class RayIntersector:
     kind = "intersector"
     name = ""
     from_python = "in Python, scene.intersect(origins, directions) gives the hits of many rays as arrays"
+    geometry: Geometry  # None before ``bind``
     EPSILON = 1e-7
 
-    def __init__(self, geometry: Geometry | None = None, triangle_test="watertight") -> None:
-        self.geometry = None
+    def __init__(self, geometry: Geometry | None = None, triangle_test: str | TriangleTest = "watertight") -> None:
+        self.geometry = None  # type: ignore[assignment]  # so that typed code of a bound intersector need not ask
         if geometry is not None:
             self.bind(geometry, triangle_test)
 
-    def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
+    def bind(self, geometry: Geometry, triangle_test: str | TriangleTest = "watertight") -> None:
         """Make this the intersector of a geometry. A subclass that builds a grid or a hierarchy extends this method."""
         test = PARTS.find("triangle test", triangle_test)
         self.geometry, self.triangle_test, self.solve = geometry, test.name, test.solve

@@ -6,9 +6,10 @@ assignments define which integrators they offer, and have the methods of the han
 
 import copy
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
@@ -33,9 +34,17 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
+from taichi_tracer.tones.base import Tone
+from taichi_tracer.tones.display import Display
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 23, 52
+
+SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]
+IntegratorChoice = str | Integrator | type[Integrator] | Enum
 
 
 @ti.data_oriented
@@ -64,14 +73,16 @@ class EyeRays:
         return ray, hit
 
 
-def not_a_scene(renderer: str, given) -> InputError:
+def not_a_scene(renderer: str, given: object) -> InputError:
     """The error for what was given to a renderer in place of a scene; a name or a path is no scene yet."""
     if isinstance(given, str | Path):
         return InputError(f"{renderer}: {str(given)!r} is no scene yet: give load_scene_data({str(given)!r})")
     return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
 
 
-def camera_of(chosen, width: int, height: int, view: dict) -> ProjectiveCamera:
+def camera_of(
+    chosen: ProjectiveCamera | type[ProjectiveCamera] | str | None, width: int, height: int, view: dict[str, Any]
+) -> ProjectiveCamera:
     """The given camera object, or a new camera of the given kind that shows ``view``; None takes its own kind."""
     if chosen is None:
         return make_camera(width, height, **view)
@@ -112,14 +123,14 @@ class ProgressiveRenderer:
         scene_data: SceneData,
         width: int = 512,
         height: int = 512,
-        camera: ProjectiveCamera | type | str | None = None,
+        camera: ProjectiveCamera | type[ProjectiveCamera] | str | None = None,
         jitter: bool | None = None,
-        sampler="sobol",
+        sampler: SamplerChoice = "sobol",
         seed: int = 0,
         first_sample: int = 0,
         crop: tuple[int, int, int, int] | None = None,
         adaptive: bool = False,
-        integrator=None,
+        integrator: IntegratorChoice | None = None,
         fast: bool | None = None,
     ) -> None:
         if not isinstance(scene_data, SceneData):
@@ -152,11 +163,12 @@ class ProgressiveRenderer:
         self._integrators: dict[str, Integrator] = {}
         if directions is not None:
             self._integrators["uniform"] = UniformSphere(directions)
-        self._shown = None  # the ``state`` to which the samples on the film belong
+        self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self.progress = Progress(Target())
+        self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
-    def _make_eye_rays(self):
+    def _make_eye_rays(self) -> tuple[Any, Any]:
         """The object that gives the kernel its rays and hits, and the ``Form`` that describes it."""
         form = kept_hits_form(self.scene_data, self.camera, self.sampler, self.fast)
         if "shade_ray" in self.replaced:
@@ -187,9 +199,9 @@ class ProgressiveRenderer:
         """The names of the integrators in ``offered``."""
         return [part.name for part in cls.offered()]
 
-    def use(self, integrator):
+    def use(self, integrator: IntegratorChoice) -> "Self":
         """Choose what to render: the name of an integrator, or the integrator itself. Returns the renderer."""
-        chosen = getattr(integrator, "value", integrator)  # the name that a SampleMode stands for
+        chosen: Any = getattr(integrator, "value", integrator)  # the name that a SampleMode stands for
         if isinstance(chosen, str):
             known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
             if chosen not in known:
@@ -211,6 +223,24 @@ class ProgressiveRenderer:
     def srgb(self) -> bool:
         """Whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14)."""
         return self.active.srgb
+
+    def set_display(self, exposure: float | None = None, tone: str | Tone | None = None) -> "Self":
+        """Choose how a picture of radiance is shown: in the window, in a notebook and in files of 8 bits.
+
+        The samples, ``image()``, ``error()`` and floating-point files stay linear. Views of data are not changed.
+
+        Args:
+            exposure, tone: as for ``Display``; None leaves the setting as it is.
+        """
+        now = self.display
+        self.display = Display(now.exposure if exposure is None else exposure, now.tone if tone is None else tone)
+        return self
+
+    @property
+    def encoding(self) -> dict[str, Any]:
+        """How ``save_image`` writes the picture: its arguments ``srgb``, ``exposure`` and ``tone``."""
+        display = self.display if self.srgb else Display()
+        return {"srgb": self.srgb, "exposure": display.exposure, "tone": display.tone}
 
     # ── the central kernel ──
 
@@ -262,7 +292,13 @@ class ProgressiveRenderer:
         self.eye_rays.bring_up_to_date(self.seed, index)
         self._take_sample(scene, self.active, self.eye_rays, self.seed, index)
 
-    def render(self, spp: int | None = None, time: float | None = None, error: float | None = None, watch=None):
+    def render(
+        self,
+        spp: int | None = None,
+        time: float | None = None,
+        error: float | None = None,
+        watch: Callable[[Progress], object] | None = None,
+    ) -> "Self":
         """Add samples to every pixel until the first of the targets is reached. Returns the renderer.
 
         Args:
@@ -312,7 +348,7 @@ class ProgressiveRenderer:
         return round(self.film.samples * self.shares.mean)
 
     @property
-    def canvas(self):
+    def canvas(self) -> Any:
         """The Taichi field [x, y] of RGB vectors, with y up, that ``ti.ui`` shows."""
         self.film.check_alive()
         return self.film.canvas
@@ -371,7 +407,8 @@ class ProgressiveRenderer:
     def save(self, path: str | Path, aovs: Sequence[str] = ()) -> None:
         """Write the picture so far in the format of the path's extension; it is rendered first if it has no sample.
 
-        Only the crop is written. Radiance gets the sRGB transfer function in 8-bit formats, and data does not (C-14).
+        Only the crop is written. In 8-bit formats, radiance gets the exposure and the tone curve of ``set_display`` and
+        the sRGB transfer function, and data does not (C-14).
 
         Args:
             aovs: names of raw arrays, see ``aov``, that an EXR file has beside the picture as channels of float32:
@@ -380,7 +417,7 @@ class ProgressiveRenderer:
         """
         check_writable(path, channel_names(find_aovs(aovs)))
         channels = self.channels(aovs)  # first, because the picture may take hours
-        save_image(path, self.film.own_pixels(self.image()), channels=channels)
+        save_image(path, self.film.own_pixels(self.image()), channels=channels, **self.encoding)
 
     def channels(self, aovs: Sequence[str]) -> dict[str, np.ndarray]:
         """Name → (height, width) array of the crop, for each channel that some AOVs have in an EXR file."""
@@ -397,7 +434,7 @@ class ProgressiveRenderer:
             lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
         return lines
 
-    def facts(self) -> dict:
+    def facts(self) -> dict[str, Any]:
         """Everything that the bits of the picture depend on, for checkpoints; see ``picture.checkpoint``."""
         return checkpoint.facts_of(self)
 
@@ -417,7 +454,7 @@ class ProgressiveRenderer:
         """The picture so far, for notebooks."""
         from taichi_tracer.files.images import encode_png
 
-        return encode_png(self.image())
+        return encode_png(self.image(), self.srgb, self.display if self.srgb else Display())
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.active.name}, {self.width}×{self.height}, {self.samples} samples)"
@@ -474,43 +511,43 @@ class A1Renderer(ProgressiveRenderer):
         """A colour per material."""
         return self._view("material_id", hit_data)
 
-    def set_shade_hit(self):
+    def set_shade_hit(self) -> "Self":
         """Show the view "Hit"; the same as use("hit")."""
         return self.use("hit")
 
-    def set_shade_triangle_id(self):
+    def set_shade_triangle_id(self) -> "Self":
         """Show the view "Triangle ID"."""
         return self.use("triangle_id")
 
-    def set_shade_triangle_ID(self):  # noqa: N802 (the handout's spelling)
+    def set_shade_triangle_ID(self) -> "Self":  # noqa: N802 (the handout's spelling)
         """Show the view "Triangle ID"."""
         return self.use("triangle_id")
 
-    def set_shade_distance(self):
+    def set_shade_distance(self) -> "Self":
         """Show the view "Distance"."""
         return self.use("distance")
 
-    def set_shade_barycentric(self):
+    def set_shade_barycentric(self) -> "Self":
         """Show the view "Barycentric"."""
         return self.use("barycentric")
 
-    def set_shade_barycentrics(self):
+    def set_shade_barycentrics(self) -> "Self":
         """Show the view "Barycentric"."""
         return self.use("barycentric")
 
-    def set_shade_normal(self):
+    def set_shade_normal(self) -> "Self":
         """Show the view "Normal"."""
         return self.use("normal")
 
-    def set_shade_normals(self):
+    def set_shade_normals(self) -> "Self":
         """Show the view "Normal"."""
         return self.use("normal")
 
-    def set_shade_material_id(self):
+    def set_shade_material_id(self) -> "Self":
         """Show the view "Material ID"."""
         return self.use("material_id")
 
-    def set_shade_material_ID(self):  # noqa: N802 (the handout's spelling)
+    def set_shade_material_ID(self) -> "Self":  # noqa: N802 (the handout's spelling)
         """Show the view "Material ID"."""
         return self.use("material_id")
 
@@ -522,9 +559,17 @@ class A2Renderer(ProgressiveRenderer):
     """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
 
     name, what, jitters = "A2Renderer", "estimator", True
-    SampleMode = Enum(
-        "SampleMode", {n.upper(): n for n in ("uniform", "hemisphere", "brdf", "environment", "mis", "mis_balance")}
-    )
+
+    class SampleMode(Enum):
+        """The estimators, as the handout names them."""
+
+        UNIFORM = "uniform"
+        HEMISPHERE = "hemisphere"
+        BRDF = "brdf"
+        ENVIRONMENT = "environment"
+        MIS = "mis"
+        MIS_BALANCE = "mis_balance"
+
     SamplingMode = SampleMode
 
     def begin(self) -> None:
@@ -534,42 +579,42 @@ class A2Renderer(ProgressiveRenderer):
             advice = "give it an environment, such as 'studio', or a material with Ke > 0"
             warnings.warn(f"nothing in this scene emits light: {advice}", stacklevel=4)
 
-    def set_sample_uniform(self):
+    def set_sample_uniform(self) -> "Self":
         """Sample directions uniform on the sphere."""
         return self.use("uniform")
 
-    def set_sample_uniform_sphere(self):
+    def set_sample_uniform_sphere(self) -> "Self":
         """Sample directions uniform on the sphere."""
         return self.use("uniform")
 
-    def set_sample_hemisphere(self):
+    def set_sample_hemisphere(self) -> "Self":
         """Sample directions uniform on the hemisphere around the normal."""
         return self.use("hemisphere")
 
-    def set_sample_uniform_hemisphere(self):
+    def set_sample_uniform_hemisphere(self) -> "Self":
         """Sample directions uniform on the hemisphere around the normal."""
         return self.use("hemisphere")
 
-    def set_sample_brdf(self):
+    def set_sample_brdf(self) -> "Self":
         """Sample directions from the density of the BRDF."""
         return self.use("brdf")
 
-    def set_sample_environment(self):
+    def set_sample_environment(self) -> "Self":
         """Sample directions in proportion to the light of the environment."""
         return self.use("environment")
 
-    def set_sample_light(self):
+    def set_sample_light(self) -> "Self":
         """Sample directions in proportion to the light of the environment."""
         return self.use("environment")
 
-    def set_sample_mis(self):
+    def set_sample_mis(self) -> "Self":
         """Use multiple importance sampling with the power heuristic."""
         return self.use("mis")
 
-    def set_sample_mis_power(self):
+    def set_sample_mis_power(self) -> "Self":
         """Use multiple importance sampling with the power heuristic."""
         return self.use("mis")
 
-    def set_sample_mis_balance(self):
+    def set_sample_mis_balance(self) -> "Self":
         """Use multiple importance sampling with the balance heuristic."""
         return self.use("mis_balance")

@@ -8,6 +8,7 @@ to the pixel (A2-1); then every surface takes one pair for its BRDF and one pair
 """
 
 import copy
+from typing import Any
 
 import taichi as ti
 import taichi.math as tm
@@ -210,7 +211,7 @@ class BRDF(Brdf):
     name = "handout"
     needs = "every material"
 
-    def describes(self, material, dtype: type) -> bool:
+    def describes(self, material: Any, dtype: type) -> bool:
         """Every material."""
         return True
 

@@ -4,20 +4,25 @@ import hashlib
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
+from numpy.typing import ArrayLike
 
-from taichi_tracer.background import load_background
+from taichi_tracer.background import Background, load_background
+from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.surface import surface_at
 from taichi_tracer.effects import MODES, Effects, derive
-from taichi_tracer.environment import load_environment
+from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.fast.stand_ins import Form, intersector_class
 from taichi_tracer.files.arrays import dressed, mesh_from_arrays
 from taichi_tracer.formulas.camera_frame import view_of_box
+from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed
+from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
@@ -25,6 +30,7 @@ from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import replaced
@@ -32,6 +38,13 @@ from taichi_tracer.system.seams import replaced
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
 ROWS_SHOWN = 20  # of a table of hits in a notebook
+
+# What the parameters of a scene may be; ``SceneData`` says what each means.
+IntersectorChoice = str | type[RayIntersector] | RayIntersector
+BrdfChoice = str | Brdf | type[Brdf]
+LightChoice = str | Light | type[Light]
+EnvironmentChoice = ArrayLike | Path | Environment | None
+BackgroundChoice = ArrayLike | Path | Background | None
 
 
 class RayHit(NamedTuple):
@@ -115,10 +128,10 @@ class RayHits:
 
 def _cell(value: np.ndarray) -> str:
     if np.ndim(value) > 0:
-        return "(" + ", ".join(f"{component:.4g}" for component in value) + ")"
+        return digits_of(value, ".4g")
     if isinstance(value, np.bool_):
         return "yes" if value else "no"
-    return f"{value:.6g}"
+    return digits(value, ".6g")
 
 
 @ti.data_oriented
@@ -136,8 +149,9 @@ class SceneInKernels:
         self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
         self.material_library = scene.material_library
         self.environment, self.background = scene.environment, scene.background
-        is_lit_from_afar = scene.environment is not None and effects.environment in ("constant", "image")
-        far = [EnvironmentLight(scene.environment, effects)] if is_lit_from_afar else []
+        far: list[Light] = []
+        if scene.environment is not None and effects.environment in ("constant", "image"):
+            far = [EnvironmentLight(scene.environment, effects)]
         self.lights = SceneLights([*far, *scene.lights], effects)
 
     surface_at = surface_at
@@ -208,14 +222,14 @@ class SceneData:
     def __init__(
         self,
         mesh: Mesh,
-        intersector="bvh",
-        triangle_test="watertight",
-        view: dict | None = None,
-        environment=None,
+        intersector: IntersectorChoice = "bvh",
+        triangle_test: str | TriangleTest = "watertight",
+        view: dict[str, Any] | None = None,
+        environment: EnvironmentChoice = None,
         effects: str = "scene",
-        background=None,
-        brdfs=(),
-        lights=(),
+        background: BackgroundChoice = None,
+        brdfs: Sequence[BrdfChoice] = (),
+        lights: Sequence[LightChoice] = (),
         fast: bool = True,
         smooth: bool | float = False,
     ) -> None:
@@ -226,10 +240,11 @@ class SceneData:
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
-        self.effects_mode, self.fast, self.version, self.shots = effects, bool(fast), 0, ()
+        self.effects_mode, self.fast, self.version = effects, bool(fast), 0
+        self.shots: tuple = ()
         if effects not in MODES:
             raise one_of("effects", effects, MODES)
-        self.lights = [PARTS.find("light", light) for light in lights]
+        self.lights: list[Light] = [PARTS.find("light", light) for light in lights]
         self.environment, self.background = load_environment(environment), load_background(background)
 
         self._memory = memory.Memory()
@@ -243,14 +258,14 @@ class SceneData:
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
         self.view = view_of_box(self.geometry.low, self.geometry.high) if view is None else dict(view)
-        self._in_kernels = None
+        self._in_kernels: SceneInKernels | None = None
 
-    def set_environment(self, environment) -> None:
+    def set_environment(self, environment: EnvironmentChoice) -> None:
         """Replace the light from far away. The argument may be anything that the constructor takes."""
         self.environment = load_environment(environment)
         self._changed()
 
-    def set_background(self, background) -> None:
+    def set_background(self, background: BackgroundChoice) -> None:
         """Replace the picture behind the scene. The argument may be anything that the constructor takes."""
         self.background = load_background(background)
         self._changed()
@@ -285,7 +300,7 @@ class SceneData:
         """A hash of everything in the scene on which a picture depends."""
         mesh, sky = self.mesh, self.environment
         digest = hashlib.sha256(described(mesh.materials).encode())
-        arrays = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
+        arrays: list = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
         arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
         if mesh.face_culls is not None:
             arrays.append(mesh.face_culls)
@@ -298,7 +313,7 @@ class SceneData:
             digest.update(repr((light.name, light.facts())).encode())
         for array in arrays:
             digest.update(f"{array.shape} {array.dtype}".encode())
-            digest.update(np.ascontiguousarray(array))
+            digest.update(np.ascontiguousarray(array).data)
         return digest.hexdigest()[:FINGERPRINT_DIGITS]
 
     @property
@@ -312,7 +327,7 @@ class SceneData:
         return self.geometry.n_spheres
 
     @property
-    def materials(self) -> list:
+    def materials(self) -> list[Material]:
         """The ``Material`` of every material id."""
         return self.material_library.materials
 
@@ -330,7 +345,9 @@ class SceneData:
         """HitData of the nearest hit of one ray, for kernels; Python calls ``intersect`` with any number of rays."""
         return self.ray_intersector.query_ray(ray)
 
-    def intersect(self, origins, directions, t_min=0.0, t_max=np.inf) -> RayHits:
+    def intersect(
+        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+    ) -> RayHits:
         """The nearest hit of every ray with t_min < t < t_max.
 
         Args:
@@ -357,7 +374,9 @@ class SceneData:
         hits.is_backfacing = hits.is_backfacing.astype(bool)
         return hits
 
-    def occluded(self, origins, directions, t_min=0.0, t_max=np.inf) -> np.ndarray:
+    def occluded(
+        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
+    ) -> np.ndarray:
         """(N,) bool: whether the ray hits anything with t_min < t < t_max. Arguments as for ``intersect``."""
         rays = self._as_rays(origins, directions, t_min, t_max)
         blocked = np.empty(len(rays[0]), np.int32)
@@ -365,7 +384,9 @@ class SceneData:
             self._occluded(*rays, blocked)
         return blocked.astype(bool)
 
-    def _as_rays(self, origins, directions, t_min, t_max) -> tuple[np.ndarray, ...]:
+    def _as_rays(
+        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike
+    ) -> tuple[np.ndarray, ...]:
         """Contiguous (N, 3), (N, 3), (N,), (N,) arrays in the running precision; single values are repeated N times."""
         self.check_alive()
         dtype = runtime.dtype()
@@ -445,7 +466,7 @@ def described(materials: list[Material]) -> str:
     return f"[{', '.join(words)}]"
 
 
-def brdfs_of(chosen) -> list:
+def brdfs_of(chosen: Sequence[BrdfChoice]) -> list[Brdf]:
     """The BRDFs that a scene knows. If several of them describe a material, the last one in this list is used.
 
     The order is: the registered BRDFs in the order of their registration; then the ``BRDF`` of the handout, if one of
@@ -456,7 +477,9 @@ def brdfs_of(chosen) -> list:
     return [*(brdf for brdf in PARTS.all("BRDF") if brdf not in own), *handouts, *reversed(own)]
 
 
-def make_intersector(chosen, geometry: Geometry, triangle_test, fast: bool) -> tuple[RayIntersector, Form]:
+def make_intersector(
+    chosen: type[RayIntersector] | RayIntersector, geometry: Geometry, triangle_test: str | TriangleTest, fast: bool
+) -> tuple[RayIntersector, Form]:
     """The intersector of a geometry, made from a class or from an object without a geometry, and its ``Form``."""
     if not isinstance(chosen, type):
         if chosen.geometry is not None:
@@ -477,14 +500,23 @@ def ray_from(origins: ti.template(), directions: ti.template(), i):
 
 
 def scene_from_mesh(
-    vertices,
-    faces=None,
+    vertices: Any,
+    faces: ArrayLike | None = None,
     *,
-    color=None,
+    color: ArrayLike | None = None,
     material: Material | Sequence[Material] | None = None,
-    normals=None,
-    face_materials=None,
-    **options,
+    normals: ArrayLike | None = None,
+    face_materials: ArrayLike | None = None,
+    intersector: IntersectorChoice = "bvh",
+    triangle_test: str | TriangleTest = "watertight",
+    view: dict[str, Any] | None = None,
+    environment: EnvironmentChoice = None,
+    effects: str = "scene",
+    background: BackgroundChoice = None,
+    brdfs: Sequence[BrdfChoice] = (),
+    lights: Sequence[LightChoice] = (),
+    fast: bool = True,
+    smooth: bool | float = False,
 ) -> SceneData:
     """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
 
@@ -497,7 +529,8 @@ def scene_from_mesh(
         normals: (V, 3), a normal for each vertex, or (F, 3, 3), a normal for each corner of each triangle. They need
             not have unit length. Without them, triangles are flat; ``smooth=True`` computes normals.
         face_materials: (F,) ids into the colours or materials, counted from 0, one for each triangle.
-        options: arguments of ``SceneData``, such as ``smooth``, ``environment`` and ``view``.
+        intersector, triangle_test, view, environment, effects, background, brdfs, lights, fast, smooth: as for
+            ``SceneData``.
 
     Raises:
         InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
@@ -508,4 +541,16 @@ def scene_from_mesh(
         mesh = from_trimesh(vertices)
     else:
         mesh = mesh_from_arrays(vertices, faces)
-    return SceneData(dressed(mesh, color, material, normals, face_materials), **options)
+    return SceneData(
+        dressed(mesh, color, material, normals, face_materials),
+        intersector=intersector,
+        triangle_test=triangle_test,
+        view=view,
+        environment=environment,
+        effects=effects,
+        background=background,
+        brdfs=brdfs,
+        lights=lights,
+        fast=fast,
+        smooth=smooth,
+    )

@@ -1,17 +1,29 @@
 """Load a scene by its name or by the path of its file."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files import EXTENSIONS, read
 from taichi_tracer.files.shipped import scene_data_dir
+from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.rt3.document import Document, read_rt3
-from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_data import (
+    BackgroundChoice,
+    BrdfChoice,
+    EnvironmentChoice,
+    IntersectorChoice,
+    LightChoice,
+    SceneData,
+)
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
 # The camera of the course (A1-16). Every shipped scene is made for this camera.
-COURSE_VIEW = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
+COURSE_VIEW: dict[str, Any] = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
+
+FILE = "file"  # in place of an environment or a background: what the scene's file says; a mesh says nothing
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -47,26 +59,49 @@ def find_scene(name: str | Path) -> Path:
     raise MissingFileError(f"{path}: no such file")
 
 
-def load_scene_data(name_or_path: str | Path, **options) -> SceneData:
+def load_scene_data(
+    name_or_path: str | Path,
+    *,
+    intersector: IntersectorChoice = "bvh",
+    triangle_test: str | TriangleTest = "watertight",
+    view: dict[str, Any] | None = None,
+    environment: EnvironmentChoice = FILE,
+    effects: str = "scene",
+    background: BackgroundChoice = FILE,
+    brdfs: Sequence[BrdfChoice] = (),
+    lights: Sequence[LightChoice] = (),
+    fast: bool = True,
+    smooth: bool | float = False,
+) -> SceneData:
     """Read a scene.
 
     Args:
         name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml).
-        options: arguments of ``SceneData``: intersector, triangle_test, view, environment, effects, background, brdfs,
-            lights, fast.
+        view: as for ``SceneData``; None takes the camera of the file, or that of the course for a shipped mesh.
+        environment, background: as for ``SceneData``; "file" takes those of the file, which only .xml can have.
+        intersector, triangle_test, effects, brdfs, lights, fast, smooth: as for ``SceneData``.
 
     Raises:
         InputError: the file cannot be used; the message has its name and, if there is one, the line and the value.
     """
     path = find_scene(name_or_path)
+    options: dict[str, Any] = {"intersector": intersector, "triangle_test": triangle_test, "effects": effects}
+    options |= {"view": view, "brdfs": brdfs, "lights": lights, "fast": fast, "smooth": smooth}
+    said = {"environment": environment, "background": background}
+    options |= {name: value for name, value in said.items() if not is_file(value)}
     if is_document(path):
         return scene_of_document(read_rt3(path), **options)
     mesh = read(path)
     if len(mesh.faces) == 0:
         raise InputError(f"{path}: the file has no triangles")
-    if path.parent == scene_data_dir():
-        options.setdefault("view", COURSE_VIEW)
+    if view is None and path.parent == scene_data_dir():
+        options["view"] = COURSE_VIEW
     return SceneData(mesh, **options)
+
+
+def is_file(value: Any) -> bool:
+    """Whether an environment or a background is left to the scene's file."""
+    return isinstance(value, str) and value == FILE
 
 
 def is_document(path: str | Path) -> bool:
@@ -74,13 +109,14 @@ def is_document(path: str | Path) -> bool:
     return Path(path).suffix.lower() == ".xml"
 
 
-def scene_of_document(document: Document, **options) -> SceneData:
+def scene_of_document(document: Document, **options: Any) -> SceneData:
     """The scene of an RT3 document, with its background, its environment and its ``shots``. Its world may be empty.
 
     Args:
-        options: arguments of ``SceneData``; they replace the settings of the document.
+        options: arguments of ``SceneData``; they replace the settings of the document. A ``view`` of None does not.
     """
-    options.setdefault("view", document.shots[0].view)
+    if options.get("view") is None:
+        options["view"] = document.shots[0].view
     options.setdefault("background", document.background)
     if "environment" not in options and document.environment is not None:
         options["environment"] = load_environment(str(document.environment), **document.environment_options)

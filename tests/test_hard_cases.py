@@ -10,6 +10,7 @@ import taichi as ti
 import taichi.math as tm
 from support import start
 
+import taichi_tracer as tt
 from taichi_tracer.apps import cli
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.formulas.triangles import TriangleTest, moller_trumbore, watertight
@@ -18,7 +19,7 @@ from taichi_tracer.studies.hard import meshes, oracle, report
 from taichi_tracer.studies.hard.catalogue import LEVELS, all_cases
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces
 from taichi_tracer.studies.hard.many_triangles import AxisParallel, Lattice, Windows
-from taichi_tracer.studies.hard.modes import COUNTS, Mode, Promise, all_modes, promise_of
+from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, Mode, Promise, all_modes, promise_of
 from taichi_tracer.studies.hard.renderer_cases import all_cases as all_renderer_cases
 from taichi_tracer.studies.hard.shading_cases import Brdfs, OwnBrdf
 from taichi_tracer.studies.hard.single_triangles import UnitTriangles
@@ -295,7 +296,7 @@ def canned(monkeypatch):
             "nan": 0,
         } | findings
         verdict = hard_cases.verdict_of(mode, promise_of(mode), "closed sphere at 0", 100, found)
-        row = hard_cases.Row(mode, found, 123.4, np.ones((4, 4, 3)))
+        row = hard_cases.Row(mode, found, (123.4, 130.0), np.ones((4, 4, 3)))
         result = hard_cases.Result("quick", {"python": "3"}, [row], [verdict])
         monkeypatch.setattr(hard_cases, "run", lambda *args, **options: result)
 
@@ -369,3 +370,54 @@ def test_what_cannot_be_written_is_known_before_the_run(words, tmp_path, monkeyp
     assert cli.main(["hardcases", *(word.format(tmp=tmp_path) for word in words)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+# ── what the page says of modes ──
+
+PLAIN_MODE = Mode("watertight", "f32", False, "bvh")
+OTHER_MODE = Mode("moller_trumbore", "f32", False, "bvh")
+
+
+def result_of(times, other_times, verdicts=()):
+    """A result with two modes."""
+    rows = [hard_cases.Row(PLAIN_MODE, {}, times), hard_cases.Row(OTHER_MODE, {}, other_times)]
+    return hard_cases.Result("quick", {"python": "3"}, rows, list(verdicts))
+
+
+@pytest.mark.parametrize(
+    ("times", "other", "told"),
+    [
+        ((79, 95, 104, 102), (100, 101, 103, 104), "no measurable difference in time to moller_trumbore (runs"),
+        ((50, 51, 52, 90), (100, 101, 103, 104), "takes 0.50 times as long as with moller_trumbore"),
+        ((120, 121, 122, 123), (100, 101, 103, 150), "takes 1.20 times as long as with moller_trumbore"),
+    ],
+)
+def test_a_difference_within_the_spread_of_the_runs_is_none(times, other, told):
+    (line,) = hard_cases.ratios(result_of(times, other))
+    assert line.startswith("watertight f32 bvh")
+    assert told in line
+
+
+def test_the_default_mode_is_the_one_that_a_scene_has_and_is_told(f32):
+    scene = tt.load_scene_data("cube")
+    assert (DEFAULT.triangle_test, DEFAULT.intersector) == (scene.ray_intersector.triangle_test, "bvh")
+    assert (DEFAULT.precision, DEFAULT.fast_math, DEFAULT.plain) == ("f32", False, False)
+    result = result_of((100,), (100,))
+    assert "The default is the mode watertight f32 bvh." in hard_cases.table(result)
+    page = report.page(result)
+    assert "The default is the mode watertight f32 bvh." in page
+    assert page.count("(default)") == 1
+
+
+def test_weak_modes_are_folded_and_failures_are_not():
+    verdicts = [
+        hard_cases.Verdict("a", "case", 10, {"edge_leaks": 1}, broken=["edge_leaks"]),
+        hard_cases.Verdict("b", "case", 10, {"edge_leaks": 2}, weak=["edge_leaks"]),
+        hard_cases.Verdict("c", "case", 10, {"edge_leaks": 0}),
+    ]
+    page = report.page(result_of((100,), (100,), verdicts))
+    (inside,) = re.findall(r"<details>(.*?)</details>", page)
+    assert inside.startswith("<summary><span class='weak'>weak</span> in 1 mode</summary>")
+    assert "b: edge leaks 2 of 10" in inside
+    assert "FAIL" not in inside
+    assert "<span class='FAIL'>FAIL</span> a: " in page

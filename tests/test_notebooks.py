@@ -35,3 +35,28 @@ def test_notebooks_run(path, tmp_path, monkeypatch):
     assert "text/html" in shown  # a hit table shows itself
     errors = [out for cell in notebook.cells for out in cell.get("outputs", []) if out.output_type == "error"]
     assert errors == []
+
+
+def outputs_of(*cells: str, folder: Path) -> list[list]:
+    """The outputs of each cell of a new notebook, run in a new kernel."""
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    resources = {"metadata": {"path": folder}}
+    nbclient.NotebookClient(notebook, timeout=120, resources=resources, allow_errors=True).execute()
+    return [cell.outputs for cell in notebook.cells]
+
+
+def test_the_first_cell_shows_nothing_in_red_and_errors_are_shown(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(Path(tt.__file__).parents[1]))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    for name in ("TI_LOG_LEVEL", "TI_SKIP_VERSION_CHECK", "ENABLE_TAICHI_HEADER_PRINT"):
+        monkeypatch.delenv(name, raising=False)
+    first, log, wrong = outputs_of(
+        "import taichi_tracer as tt\ntt.init()\ncamera = tt.Camera(4, 4)",
+        "import os\nprint('TI_LOG_LEVEL' in os.environ)",
+        "tt.init(arch='gpu')",
+        folder=tmp_path,
+    )
+    assert [out.text for out in first if out.get("name") == "stderr"] == []
+    assert "Taichi" not in "".join(out.get("text", "") for out in first)
+    assert "".join(out.text for out in log) == "False\n"  # the user's environment is as it was
+    assert [out.ename for out in wrong if out.output_type == "error"] == ["InputError"]

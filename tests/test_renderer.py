@@ -9,8 +9,9 @@ from shapes import SQUARE
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.files.images import to_bytes
+from taichi_tracer.files.images import to_bytes, told_display
 from taichi_tracer.picture.aovs import AOVS
+from taichi_tracer.tones.display import Display
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -348,3 +349,28 @@ def test_raw_arrays_that_cannot_be_had_are_told_before_anything_is_rendered(box,
         box.save(tmp_path / "a.png", aovs="distance")
     assert box.samples == 0
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_display_changes_how_light_is_shown_and_nothing_else(tmp_path):
+    scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 3.0))
+    light, view = (one(scene, 16, 12) for one in (tt.A2Renderer, tt.A1Renderer))
+    for renderer in (light, view):
+        plain = renderer.render(4).image()
+        error, facts, samples = renderer.error(), renderer.facts(), renderer.samples
+        assert renderer.set_display(exposure=-2) is renderer
+        renderer.set_display(tone="filmic")
+        assert str(renderer.display) == "exposure -2 stops, tone curve filmic"
+        np.testing.assert_array_equal(renderer.image(), plain)
+        np.testing.assert_equal((float(renderer.error()), renderer.facts()), (float(error), facts))
+        assert renderer.samples == samples
+        assert renderer.is_current()
+        shown = renderer.display if renderer is light else Display()
+        renderer.save(tmp_path / "a.png")
+        np.testing.assert_array_equal(
+            np.asarray(Image.open(tmp_path / "a.png")), to_bytes(plain, srgb=renderer is light, display=shown)
+        )
+        assert renderer._repr_png_() == (tmp_path / "a.png").read_bytes()
+        assert told_display(tmp_path / "a.png") == (str(shown) if renderer is light else None)
+    with pytest.raises(tt.InputError, match="exposure must be between"):
+        light.set_display(exposure=100)
+    assert light.display == Display(-2, "filmic")

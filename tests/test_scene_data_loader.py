@@ -1,6 +1,8 @@
 """From a name or a path to a scene, and what is said when there is none."""
 
+import numpy as np
 import pytest
+from rt3_text import document
 from support import long_except, start
 
 import taichi_tracer as tt
@@ -96,3 +98,14 @@ def test_dropped_triangles_are_warned_of_where_the_scene_is_made(tmp_path):
     ) as caught:
         tt.load_scene_data(path)
     assert [warning.filename for warning in caught] == [__file__]
+
+
+def test_a_file_says_what_is_around_it_unless_the_caller_does(tmp_path):
+    np.save(tmp_path / "sky.npy", np.ones((2, 4, 3), np.float32))
+    sky = '<background type="spherical" filename="sky.npy"/>'
+    (tmp_path / "scene.xml").write_text(document(sky, tail='<integrator type="flat"/>'))
+    path = tmp_path / "scene.xml"
+    assert tt.load_scene_data(path).environment.name == str(tmp_path / "sky.npy")
+    assert tt.load_scene_data(path, environment=None).environment is None
+    assert tt.load_scene_data(path, environment="white").environment.name == "white"
+    assert tt.load_scene_data("cube").environment is None  # a mesh says nothing

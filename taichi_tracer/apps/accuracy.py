@@ -10,6 +10,7 @@ from taichi_tracer.apps.words import given, taken
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, variants
+from taichi_tracer.system.digits import digits
 
 FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
 
@@ -101,8 +102,8 @@ def as_text(study: convergence.Study) -> list[str]:
     for curve, row in zip(study.curves, rows, strict=True):
         times = "".join(f"{accuracy_tables.show_seconds(curve.seconds_to(t)):>14}" for t in convergence.TARGETS)
         lines.append(
-            f"{row['variant']:<{width}}  {times}  {row['ms per sample']:10.2f}  {row['slope']:6.2f}"
-            f"  {row['compile s']:9.2f}  {row['bias z']:6.2f}"
+            f"{row['variant']:<{width}}  {times}  {row['ms per sample']:10.2f}  {digits(row['slope'], '6.2f')}"
+            f"  {digits(row['compile s'], '9.2f')}  {digits(row['bias z'], '6.2f')}"
         )
     lines += ["", *accuracy_tables.summary(study)]
     return lines

@@ -125,12 +125,14 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     merge.add_argument("second", metavar="B", help="checkpoint with other samples of the same picture")
     merge.add_argument("-o", "--output", metavar="C", required=True, help="checkpoint, or picture, to write")
     add_parts_option(merge)
-    merge.lists = ("samplers",)
+    add_display_options(merge)
+    merge.lists = ("samplers", "tones")
 
     view = add_command(commands, "view", "open the interactive window", "viewer:run")
     add_scene_options(view)
     add_picture_options(view)
-    view.lists = ("pictures", "scenes")
+    add_display_options(view)
+    view.lists = ("pictures", "tones", "scenes")
 
     export = add_command(commands, "export", "write a scene and its camera as RT3 XML", "export:run")
     add_scene_argument(export)
@@ -189,6 +191,7 @@ def add_render(parser: Parser) -> None:
     """What ``render`` takes."""
     add_scene_options(parser)
     add_picture_options(parser)
+    add_display_options(parser)
     targets = parser.add_argument_group(
         "when to stop", "at the first that is reached; else the samples of the scene file, or 1"
     )
@@ -221,7 +224,7 @@ def add_render(parser: Parser) -> None:
         metavar="A,B",
         help="raw arrays that an .exr file has beside the picture, such as the distance: names with commas",
     )
-    parser.lists = ("pictures", "aovs", "scenes")
+    parser.lists = ("pictures", "tones", "aovs", "scenes")
 
 
 def add_accuracy(parser: Parser) -> None:
@@ -339,6 +342,7 @@ def add_surface_options(parser: Parser) -> None:
 def add_picture_options(parser: Parser) -> None:
     """What is shown, how large, and from where."""
     parser.set_defaults(spp=None, adaptive=False, first_sample=0)  # where there is no option for them
+    parser.set_defaults(exposure=0.0, tone="none")
     parser.add_argument(
         "--view",
         "--estimator",
@@ -365,6 +369,16 @@ def add_picture_options(parser: Parser) -> None:
     )
     parser.add_argument("--jitter", action="store_true", help="rays through random points of the pixels, in views too")
     add_camera_options(parser)
+
+
+def add_display_options(parser: Parser) -> None:
+    """How light is shown on a screen and in files of 8 bits."""
+    what = "of light and colour, on the screen and in .png .jpg .ppm; other files, errors and comparisons stay linear"
+    display = parser.add_argument_group("how it is shown", what)
+    display.add_argument(
+        "--exposure", type=number, default=0.0, metavar="STOPS", help="each doubles the light (default: %(default)g)"
+    )
+    display.add_argument("--tone", default="none", metavar="NAME", help="curve that bends bright values below white")
 
 
 def add_camera_options(parser: Parser) -> None:

@@ -8,9 +8,10 @@ import numpy as np
 
 from taichi_tracer.apps.words import taken
 from taichi_tracer.files.disk import check_place, replace_file
-from taichi_tracer.files.images import read_image
+from taichi_tracer.files.images import read_image, told_display
 from taichi_tracer.studies import page
 from taichi_tracer.studies.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
+from taichi_tracer.system.digits import digits_of
 from taichi_tracer.system.errors import InputError
 
 MOST_PLACES = 5  # largest differences that are told
@@ -40,6 +41,11 @@ def run(args: Namespace) -> int:
     """Print the differences; 1 when they are above ``--tolerance``, and 0 otherwise."""
     request = taken(CompareRequest, args)
     image, reference = (read_image(path, srgb=not request.data) for path in (request.first, request.second))
+    for path in (request.first, request.second):
+        display = told_display(path)
+        if display is not None:
+            advice = "compare a file that is linear, such as .exr, or one without --exposure and --tone"
+            raise InputError(f"{path}: not linear light, but shown with {display}: {advice}")
     try:
         check_same_size(image, reference)
     except InputError as error:
@@ -77,8 +83,8 @@ def numbers(image: np.ndarray, reference: np.ndarray) -> list[str]:
     for index in np.argsort(largest, axis=None)[::-1][:MOST_PLACES]:
         y, x = np.unravel_index(int(index), largest.shape)
         if largest[y, x] > 0:
-            a, b = (", ".join(f"{c:.6g}" for c in p[y, x]) for p in (image, reference))
-            lines.append(f"  {largest[y, x]:.6g} in column {x}, row {y} from the top: ({a}) and ({b})")
+            a, b = (digits_of(p[y, x], ".6g") for p in (image, reference))
+            lines.append(f"  {largest[y, x]:.6g} in column {x}, row {y} from the top: {a} and {b}")
     return lines
 
 

@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import importlib.util
+import os
 import platform
 import sys
 import tempfile
@@ -19,6 +20,7 @@ import taichi_tracer
 from taichi_tracer.apps import display
 from taichi_tracer.files.images import ENCODERS, save_image
 from taichi_tracer.system import runtime
+from taichi_tracer.system.cache import cache_folder
 from taichi_tracer.system.errors import InputError
 
 PACKAGES = ("taichi", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "flip-evaluator")
@@ -68,7 +70,7 @@ def examine() -> Iterator[Line]:
     for module, (purpose, remedy) in EXTRAS.items():
         has = importlib.util.find_spec(module) is not None
         yield Line(module, f"for {purpose}", has, remedy)
-    yield cache_line()
+    yield from cache_lines(Path(impl.default_cfg().offline_cache_file_path))
 
 
 def package_line(package: str) -> Line:
@@ -114,9 +116,22 @@ def image_lines() -> Iterator[Line]:
                 yield Line(f"pictures {extension}", "cannot be written", False, str(error))
 
 
-def cache_line() -> Line:
-    """Where Taichi keeps compiled kernels, and how much is there."""
-    folder = Path(impl.default_cfg().offline_cache_file_path)
-    files = [p for p in folder.rglob("*") if p.is_file()] if folder.is_dir() else []
-    megabytes = sum(p.stat().st_size for p in files) / 1e6
-    return Line("kernel cache", f"{folder}: {len(files)} files, {megabytes:.1f} MB; may be deleted")
+def cache_lines(wanted: Path) -> Iterator[Line]:
+    """Where Taichi keeps compiled kernels, whether that can be written, how much is there, and what follows if not.
+
+    Args:
+        wanted: the folder that Taichi would choose.
+    """
+    folder, problem = cache_folder(wanted)
+    remedy = f"make {wanted} writable for you"
+    if os.name == "posix":
+        remedy += ", or set XDG_CACHE_HOME to a folder that is"
+    if folder is None:
+        found = f"{wanted}: cannot be written; every run compiles all kernels again"
+        yield Line("kernel cache", found, False, remedy)
+        return
+    files = [p for p in folder.rglob("*") if p.is_file()]
+    size = f"{len(files)} files, {sum(p.stat().st_size for p in files) / 1e6:.1f} MB"
+    yield Line("kernel cache", f"{folder}: can be written; {size}; may be deleted")
+    if problem is not None:
+        yield Line("wanted cache", problem, False, remedy)

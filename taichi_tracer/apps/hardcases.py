@@ -35,6 +35,7 @@ def run(args: Namespace) -> int:
     with tqdm(total=count, unit="mode", disable=None, leave=False) as bar:
 
         def progress(what: str) -> None:
+            """Bring the bar up to date; the renderer's cases are no mode."""
             bar.set_description(what)
             bar.update(0 if what.startswith("renderer") else 1)
 

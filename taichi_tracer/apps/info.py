@@ -10,6 +10,7 @@ from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.renderer import A1Renderer, A2Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.variants import light_renderer
+from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.registry import PARTS
 
 SMALL = 8  # pixels on a side: the receipt is the same for every size
@@ -65,7 +66,7 @@ def cost_of_light(scene: SceneData, estimator: str) -> list[str]:
         seconds.append(time.perf_counter() - start)
     hits = float(A1Renderer(scene, MEASURED, MEASURED).use("hit").image().any(axis=2).mean())
     return [
-        f"compile time    {seconds[0] - seconds[1]:.2f} s ({estimator})",
+        f"compile time    {digits(seconds[0] - seconds[1], '.2f')} s ({estimator})",
         f"rays per sample 1 eye ray, and up to {hits:.2f} shadow rays ({2 * hits:.2f} with MIS), one for each hit",
     ]
 
@@ -94,6 +95,6 @@ def show(value) -> str:
     if isinstance(value, str):
         return value
     try:
-        return "(" + ", ".join(f"{component:.4g}" for component in value) + ")"
+        return digits_of(value, ".4g")
     except TypeError:
-        return f"{value:.4g}"
+        return digits(value, ".4g")

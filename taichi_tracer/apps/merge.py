@@ -5,6 +5,7 @@ from argparse import Namespace
 from dataclasses import dataclass
 from pathlib import Path
 
+from taichi_tracer.apps.render import note_linear
 from taichi_tracer.apps.words import taken
 from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place
@@ -13,6 +14,7 @@ from taichi_tracer.picture.film import Film
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.tones.display import Display
 
 
 @dataclass(frozen=True)
@@ -22,15 +24,18 @@ class MergeRequest:
     first: str
     second: str
     output: str
+    exposure: float
+    tone: str
 
 
 def run(args: Namespace) -> int:
     """Add two checkpoints; write a checkpoint, or a picture if the ending is one of a picture's."""
     request = taken(MergeRequest, args)
-    output = Path(request.output)
+    output, display = Path(request.output), Display(request.exposure, request.tone)
     is_picture = output.suffix.lower() in ENCODERS
     if is_picture:
         check_writable(output)
+        note_linear(display, [output])
     elif output.suffix == checkpoint.EXTENSION:
         check_place(output)
     else:
@@ -50,7 +55,9 @@ def run(args: Namespace) -> int:
     film, other = (film_of(facts, values, done) for values, done in ((arrays, first), (other_arrays, second)))
     film.merge(other)
     if is_picture:
-        save_image(output, film.own_pixels(film.image()), srgb=facts["srgb"])
+        shown = display if facts["srgb"] else Display()
+        image = film.own_pixels(film.image())
+        save_image(output, image, srgb=facts["srgb"], exposure=shown.exposure, tone=shown.tone)
     else:
         checkpoint.write_checkpoint(output, {"samples": ranges, **facts}, film.to_arrays())
     print(f"{output}: {film.samples} spp, error {film.error()}, samples {checkpoint.show_ranges(ranges)}")

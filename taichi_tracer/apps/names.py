@@ -24,6 +24,7 @@ from taichi_tracer.studies.variants import light_renderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.tones.display import Display
 
 VIEW = "normal"  # what a picture shows when nobody says it
 ALL = "all"  # every view of the renderer that shows ``VIEW``
@@ -134,6 +135,11 @@ def names_of_aovs() -> dict[str, Names]:
     return {"AOVs": Names(tuple(AOVS))}
 
 
+def names_of_tones() -> dict[str, Names]:
+    """The curves for the screen."""
+    return {"tones": Names.of_parameter(PARTS.names("tone curve"), Display, "tone")}
+
+
 def names_of_estimators() -> dict[str, Names]:
     """How light is sampled."""
     return {title: names for title, names in names_of_views().items() if title == "estimators"}
@@ -194,6 +200,7 @@ LISTS = {
     "cameras": names_of_cameras,
     "samplers": names_of_samplers,
     "aovs": names_of_aovs,
+    "tones": names_of_tones,
     "rays": names_of_rays,
     "surfaces": names_of_surfaces,
     "knobs": names_of_knobs,

@@ -5,6 +5,7 @@ import signal
 import sys
 import time
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,13 +14,14 @@ import numpy as np
 from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
 from taichi_tracer.apps.rescue import written, written_picture
-from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR
+from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR, note
 from taichi_tracer.files.disk import check_place, make_folder
-from taichi_tracer.files.images import HAVE_CHANNELS, check_writable
+from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable
 from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.tones.display import Display
 
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
@@ -79,6 +81,8 @@ def run(args: Namespace) -> int:
     """
     request = render_of(args)
     paths = paths_of(request)
+    for picture, places in zip(request.pictures, paths, strict=True):
+        note_linear(picture.display, places)
     if request.checkpoint is not None:
         count = sum(len(places) for places in paths)
         if count > 1:
@@ -123,11 +127,19 @@ def make_picture(
     is_in_place = keeper.is_in_place
     if renderer.samples > 0:
         image = renderer.film.own_pixels(renderer.image())
-        place = written_picture(path, image, renderer.srgb and picture.is_encoded, channels)
+        encoding = renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
+        place = written_picture(path, image, channels, **encoding)
         print(f"{place}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})", flush=True)
         report_non_finite(renderer)
         is_in_place &= place == path
     return is_in_place
+
+
+def note_linear(display: Display, paths: Sequence[Path]) -> None:
+    """Tell the user which files keep linear values although an exposure or a tone curve was asked for."""
+    linear = [str(path) for path in paths if path.suffix.lower() not in EIGHT_BITS]
+    if linear and not display.is_plain:
+        note(f"{', '.join(linear)}: linear, without {display}: these change only {' '.join(EIGHT_BITS)}")
 
 
 def paths_of(request: RenderRequest) -> list[list[Path]]:
@@ -177,6 +189,7 @@ def add_samples(
     with Bar(renderer) as bar:
 
         def watch(progress: Progress) -> None:
+            """After each sample: bring the bar up to date, keep a checkpoint if it is due, and stop after a signal."""
             bar.show(progress)
             keeper.keep_sometimes()
             if interruption.number is not None:

@@ -17,7 +17,9 @@ from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_data, scene_of_document
 from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.tones.display import Display
 
 QUICK = 4  # a quick picture has a quarter of the width and of the height
 
@@ -172,6 +174,7 @@ class PictureRequest:
         spp: samples per pixel.
         shot: what the scene file says; None for a mesh.
         filename: where the scene file wants it; None where it says nothing, or something else is shown.
+        display: exposure and tone curve, for what shows light or colour.
     """
 
     width: int
@@ -184,6 +187,7 @@ class PictureRequest:
     filename: str | None
     camera: CameraRequest
     samples: SamplesRequest
+    display: Display
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
@@ -217,7 +221,7 @@ class PictureRequest:
         renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
         if self.shot is not None and isinstance(renderer, RT3Renderer):
             renderer.set_depth(**self.shot.integrator.depth)
-        return renderer
+        return renderer.set_display(self.display.exposure, self.display.tone)
 
 
 # ── from the namespace ──
@@ -298,6 +302,11 @@ def _picture_of(args: Namespace, shot: rt3.Shot | None) -> PictureRequest:
         filename=film.filename if args.view is None else None,
         camera=taken(CameraRequest, args),
         samples=taken(SamplesRequest, args),
+        display=Display(args.exposure, args.tone),
     )
+    if not picture.display.is_plain and not any(integrator.srgb for _, integrator in picture.views):
+        shown = ", ".join(integrator.name for _, integrator in picture.views)
+        advice = "give what shows light, as with --estimator mis"
+        raise InputError(f"{picture.display}: {shown} shows data, which neither of them changes: {advice}")
     rt3.crop_pixels(picture.crop_window, width, height)  # a window without pixels is an error before any work is done
     return picture

@@ -42,15 +42,16 @@ def other_folders() -> Iterator[Path]:
             yield Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=parent()))
 
 
-def written_picture(path: Path, image, srgb: bool, channels: dict | None = None) -> Path:
+def written_picture(path: Path, image, channels: dict | None = None, **encoding) -> Path:
     """Where a picture was written; floating-point numbers that need no library are the last resort.
 
     Args:
         channels: those beside the picture, for a format that has a place for them.
+        encoding: other arguments of ``save_image``.
     """
 
     def write(place: Path) -> None:
-        save_image(place, image, srgb=srgb, channels=channels if place.suffix == path.suffix else None)
+        save_image(place, image, channels=channels if place.suffix == path.suffix else None, **encoding)
 
     return written(path, write, [f"{path.stem}.pfm"])
 

@@ -11,6 +11,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import taichi as ti
 import taichi.math as tm
 
@@ -24,7 +25,9 @@ from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data_loader import name_of
+from taichi_tracer.system.digits import digits
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.registry import PARTS
 
 TITLE = "Interactive Renderer"
 PANEL_WIDTH, PANEL_LINE = 248, 24  # pixels; they fit 32 characters, and a button, in ti.ui's only font
@@ -39,6 +42,8 @@ ERROR_EVERY = 0.5  # seconds between two estimates of the error: each reads the 
 BACKGROUND = 0.12
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
 HELP_PLACE = 0.02, 0.05  # fractions of the window between the panel, or the top, and the help
+DISPLAY_LINES = 2  # of the panel, where light is shown: exposure and tone curve
+MOST_EXPOSURE, EXPOSURE_STEP = 10.0, 0.125  # stops: the ends of the slider, and between two of its places
 OTHER_LINES = 9  # of the panel beside texts and views: its title, frame, time, two buttons, and a message of four lines
 TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
 HELP = (
@@ -126,15 +131,16 @@ class Screen:
         self.pixels.fill(BACKGROUND)
 
     def update(self) -> None:
-        """Copy the canvas into its place."""
-        self._copy(self.renderer.srgb)
+        """Copy the canvas into its place: data as it is, light as ``renderer.display`` says."""
+        display = self.renderer.display
+        self._copy(self.renderer.srgb, display.part, display.scale)
 
     @ti.kernel
-    def _copy(self, srgb: ti.template()):
+    def _copy(self, srgb: ti.template(), tone: ti.template(), exposure: ti.f32):
         for x, y in ti.ndrange(self.shown_width, self.shown_height):
             color = ti.cast(self.source[x // self.scale, y // self.scale], ti.f32)
             if ti.static(srgb):
-                color = encode_srgb(color)
+                color = encode_srgb(tone.curve(tm.clamp(color * exposure, 0.0, tone.white)))
             self.pixels[PANEL_WIDTH + x, self.below + y] = color
 
     @ti.kernel
@@ -166,7 +172,9 @@ class Viewer:
 
     def __init__(self, renderer: ProgressiveRenderer, folder: Path, scene_options: Sequence[str] = ()) -> None:
         self.renderer, self.folder, self.scene_options = renderer, folder, tuple(scene_options)
-        self.screen = Screen(renderer, panel_lines=len(renderer.offers) + len(TEXTS) + OTHER_LINES)
+        self.shows_light = any(integrator.srgb for integrator in renderer.offers)
+        lines = len(renderer.offers) + len(TEXTS) + OTHER_LINES + DISPLAY_LINES * self.shows_light
+        self.screen = Screen(renderer, lines)
         self.message: list[str] = []
         self.shows_help = False
         self.frame_seconds = 0.0
@@ -278,7 +286,7 @@ class Viewer:
         self.message = [line for text in told for line in wrap(text)]
 
     def draw_panel(self, gui) -> None:
-        """The control panel, and the help over the picture while it is asked for."""
+        """The control panel, and the help."""
         with gui.sub_window("Control Panel", 0.0, 0.0, self.screen.panel, self.screen.panel_height) as panel:
             for text in TEXTS:
                 panel.text(text)
@@ -286,6 +294,8 @@ class Viewer:
                 is_active = integrator is self.renderer.active
                 if panel.button((integrator.label or integrator.name) + (" [Active]" if is_active else "")):
                     self.renderer.use(integrator.name)
+            if self.shows_light:
+                self.draw_display(panel)
             panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms, {self.renderer.samples} spp")
             if self.renderer.needs_light:
                 panel.text(self.progress())
@@ -295,6 +305,23 @@ class Viewer:
                 self.shows_help = not self.shows_help
             for line in self.message:
                 panel.text(line)
+        self.draw_help(gui)
+
+    def draw_display(self, panel) -> None:
+        """The slider of the exposure, and the button that takes the next tone curve; the samples stay."""
+        display = self.renderer.display
+        exposure = panel.slider_float("exposure", float(display.exposure), -MOST_EXPOSURE, MOST_EXPOSURE)
+        tones = PARTS.all("tone curve")
+        tone = display.part
+        if panel.button(f"Tone curve: {tone.label or tone.name}"):
+            tone = tones[(tones.index(tone) + 1) % len(tones)] if tone in tones else tones[0]
+        if exposure != float(np.float32(display.exposure)):  # the slider has f32
+            self.renderer.set_display(exposure=round(exposure / EXPOSURE_STEP) * EXPOSURE_STEP)
+        if tone is not display.part:
+            self.renderer.set_display(tone=tone)
+
+    def draw_help(self, gui) -> None:
+        """The help over the picture, while it is asked for."""
         if self.shows_help:
             width, height = HELP_WIDTH / self.screen.width, HELP_HEIGHT / self.screen.height
             right, down = HELP_PLACE
@@ -314,9 +341,10 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
         words += ["--spp", str(renderer.samples), "--sampler", renderer.sampler.name]
     words += ["--seed", str(renderer.seed)] * (renderer.seed != 0)
     words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
+    words += renderer.display.words() if renderer.srgb else []
     words += ["--size", f"{renderer.width}x{renderer.height}"]
     for name in ("eye", "at", "up"):
-        words += [f"--{name}", *(f"{x:.9g}" for x in getattr(camera, name))]
+        words += [f"--{name}", *(digits(x, ".9g") for x in getattr(camera, name))]
     return shlex.join([*words, *projection_of(camera)])
 
 
@@ -325,7 +353,7 @@ def projection_of(camera: ProjectiveCamera) -> list[str]:
     words = ["--camera", camera.name]
     if camera.has_window:
         scale = 1.0 if isinstance(camera, OrthographicCamera) else camera.focal_distance
-        words += ["--window", *(f"{edge / scale:.9g}" for edge in camera.screen_window)]
+        words += ["--window", *(digits(edge / scale, ".9g") for edge in camera.screen_window)]
     else:
         words += ["--fov", f"{camera.fov:.9g}"]
     return [*words, "--handedness", camera.handedness]

@@ -1,5 +1,7 @@
 """The limit of Phong's lobe for Ns → ∞: a reflection into the single direction ω_r, with Phong's weight (C-3)."""
 
+from typing import Any
+
 import taichi as ti
 import taichi.math as tm
 
@@ -20,7 +22,7 @@ class Mirror(Brdf):
     is_delta = True
     needs = "a material with an Ns too large for the precision"
 
-    def describes(self, material, dtype: type) -> bool:
+    def describes(self, material: Any, dtype: type) -> bool:
         """Ns so large that the lobe is narrower than the rounding error of a direction."""
         return material.Ns >= mirror_from(dtype)
 

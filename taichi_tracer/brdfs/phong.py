@@ -1,5 +1,7 @@
 """Phong's lobe around the mirrored direction: the specular part of Lafortune & Willems 1994 (A2-4)."""
 
+from typing import Any
+
 import numpy as np
 import taichi as ti
 import taichi.math as tm
@@ -23,7 +25,7 @@ class Phong(Brdf):
     name = "phong"
     needs = "a material with Ns > 1"
 
-    def describes(self, material, dtype: type) -> bool:
+    def describes(self, material: Any, dtype: type) -> bool:
         """Ns > 1, and a lobe that is wider than the rounding error of a direction."""
         return 1 < material.Ns < mirror_from(dtype)
 

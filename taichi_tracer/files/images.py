@@ -13,30 +13,37 @@ import tempfile
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from taichi_tracer.files.disk import check_place, read_bytes, replace_file
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.tones.base import Tone
+from taichi_tracer.tones.display import PLAIN_TONE, Display
 
 # 16384 x 8192, the size of the largest usual environments. A header with more pixels is damaged, or an attack.
 MAX_PIXELS = 1 << 27
 MAX_JPEG_SIDE = 65_500  # the limit of libjpeg
 JPEG_QUALITY = 95  # the highest value that Pillow's documentation recommends
 LARGEST_RGBE = 255 * 2.0**119  # the largest value that the HDR format can store
+# The keyword of a PNG's text, and the beginning of a JPEG's comment, that tell how the values were changed.
+DISPLAY_KEY = "Display"
+PLAIN = Display()
 LONGEST_REASON = 200  # characters of a library's own message that are shown
 
 
-def to_bytes(image: np.ndarray, srgb: bool = False) -> np.ndarray:
+def to_bytes(image: np.ndarray, srgb: bool = False, display: Display = PLAIN) -> np.ndarray:
     """(h, w, 3) uint8: values are clipped to [0, 1] and rounded to the nearest of 255 steps; NaN becomes 0.
 
     Args:
         image: (h, w, 3) float, linear.
         srgb: whether to apply the sRGB transfer function first. It is meant for radiance; data such as normals is
             written unchanged (C-14).
+        display: exposure and tone curve, which come first.
     """
-    values = np.clip(np.nan_to_num(np.asarray(image, np.float64), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    values = display.shown(image)
     if srgb:
         values = srgb_from_linear(values)
     return np.floor(values * 255 + 0.5).astype(np.uint8)
@@ -52,9 +59,9 @@ def linear_from_srgb(values: np.ndarray) -> np.ndarray:
     return np.where(values <= 0.04045, values / 12.92, ((np.maximum(values, 0.04045) + 0.055) / 1.055) ** 2.4)
 
 
-def encode_png(image: np.ndarray, srgb: bool | None = None) -> bytes:
+def encode_png(image: np.ndarray, srgb: bool | None = None, display: Display = PLAIN) -> bytes:
     """The bytes of a PNG file; arguments as for ``save_image``."""
-    return _encode_pillow(_as_rgb(_as_float(np.asarray(image)), "image"), is_light(image, srgb), "PNG")
+    return _encode_pillow(_as_rgb(_as_float(np.asarray(image)), "image"), is_light(image, srgb), display, "PNG")
 
 
 def is_light(image: np.ndarray, srgb: bool | None = None) -> bool:
@@ -62,29 +69,36 @@ def is_light(image: np.ndarray, srgb: bool | None = None) -> bool:
     return bool(getattr(image, "srgb", None) if srgb is None else srgb)
 
 
-def _encode_pillow(image: np.ndarray, srgb: bool, kind: str) -> bytes:
+def _encode_pillow(image: np.ndarray, srgb: bool, display: Display, kind: str) -> bytes:
     from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
 
     buffer = io.BytesIO()
     if kind == "JPEG" and max(image.shape) > MAX_JPEG_SIDE:
         raise InputError(f"a JPEG has at most {MAX_JPEG_SIDE} pixels on a side, not {max(image.shape)}: use .png")
-    options = {"quality": JPEG_QUALITY, "subsampling": 0} if kind == "JPEG" else {}
-    Image.fromarray(to_bytes(image, srgb)).save(buffer, kind, **options)
+    options: dict[str, Any] = {"quality": JPEG_QUALITY, "subsampling": 0} if kind == "JPEG" else {}
+    if not display.is_plain and kind == "JPEG":
+        options["comment"] = f"{DISPLAY_KEY}: {display}"
+    elif not display.is_plain:
+        options["pnginfo"] = PngInfo()
+        options["pnginfo"].add_text(DISPLAY_KEY, str(display))
+    Image.fromarray(to_bytes(image, srgb, display)).save(buffer, kind, **options)
     return buffer.getvalue()
 
 
-def _encode_ppm(image: np.ndarray, srgb: bool) -> bytes:
+def _encode_ppm(image: np.ndarray, srgb: bool, display: Display) -> bytes:
     height, width, _ = image.shape
-    return b"P6\n%d %d\n255\n" % (width, height) + to_bytes(image, srgb).tobytes()
+    comment = b"" if display.is_plain else f"# {DISPLAY_KEY}: {display}\n".encode()
+    return b"P6\n%s%d %d\n255\n" % (comment, width, height) + to_bytes(image, srgb, display).tobytes()
 
 
-def _encode_pfm(image: np.ndarray, srgb: bool) -> bytes:
+def _encode_pfm(image: np.ndarray) -> bytes:
     height, width, _ = image.shape
     rows_from_bottom = np.ascontiguousarray(np.asarray(image, "<f4")[::-1])
     return b"PF\n%d %d\n-1.0\n" % (width, height) + rows_from_bottom.tobytes()
 
 
-def _encode_npy(image: np.ndarray, srgb: bool) -> bytes:
+def _encode_npy(image: np.ndarray) -> bytes:
     buffer = io.BytesIO()
     np.save(buffer, np.asarray(image, np.float32))
     return buffer.getvalue()
@@ -136,16 +150,17 @@ def _openimageio(extension: str):
     return OpenImageIO
 
 
-ENCODERS: dict[str, Callable[[np.ndarray, bool], bytes]] = {
-    ".png": lambda image, srgb: _encode_pillow(image, srgb, "PNG"),
-    ".jpg": lambda image, srgb: _encode_pillow(image, srgb, "JPEG"),
-    ".jpeg": lambda image, srgb: _encode_pillow(image, srgb, "JPEG"),
-    ".exr": lambda image, srgb: _encode_openimageio(image, ".exr"),
-    ".hdr": lambda image, srgb: _encode_openimageio(to_rgbe(image), ".hdr"),
-    ".pfm": _encode_pfm,
-    ".npy": _encode_npy,
+ENCODERS: dict[str, Callable[[np.ndarray, bool, Display], bytes]] = {
+    ".png": encode_png,
+    ".jpg": lambda image, srgb, display: _encode_pillow(image, srgb, display, "JPEG"),
+    ".jpeg": lambda image, srgb, display: _encode_pillow(image, srgb, display, "JPEG"),
+    ".exr": lambda image, srgb, display: _encode_openimageio(image, ".exr"),
+    ".hdr": lambda image, srgb, display: _encode_openimageio(to_rgbe(image), ".hdr"),
+    ".pfm": lambda image, srgb, display: _encode_pfm(image),
+    ".npy": lambda image, srgb, display: _encode_npy(image),
     ".ppm": _encode_ppm,
 }
+EIGHT_BITS = (".png", ".jpg", ".jpeg", ".ppm")  # the others are floating point, and always linear
 KEEP_NAN = (".exr", ".pfm", ".npy")
 NEED_OPENIMAGEIO = (".exr", ".hdr")
 HAVE_CHANNELS = (".exr",)  # formats with named channels beside red, green and blue
@@ -171,6 +186,8 @@ def save_image(
     path: str | Path,
     image: np.ndarray,
     srgb: bool | None = None,
+    exposure: float = 0.0,
+    tone: str | Tone = PLAIN_TONE,
     channels: Mapping[str, np.ndarray] | None = None,
 ) -> None:
     """Write an image in the format of its extension. An older file is replaced only when the new file is complete.
@@ -182,6 +199,8 @@ def save_image(
         srgb: whether to apply the sRGB transfer function in 8-bit formats: True for radiance, False for data such as
             normals. With None, a ``Picture``, which ``renderer.image()`` returns, knows which it is, and the values of
             any other array are written unchanged.
+        exposure, tone: as for ``Display``, for radiance in 8-bit formats. The text of a PNG, and the comment of a JPEG
+            or PPM, tell both. Floating-point formats always get the linear values of ``image``.
         channels: name → (h, w) array of each other channel of an EXR file, such as {"Z": depth}. Their values are
             stored as float32, unchanged.
 
@@ -192,7 +211,7 @@ def save_image(
         InputError: the extension is unknown, its library is missing, or the file cannot be written; or there are more
             channels, and the format has no place for them.
     """
-    path = Path(path)
+    path, display = Path(path), Display(exposure, tone)
     check_writable(path, channels or ())
     rgb = _as_float(_as_rgb(np.asarray(image), str(path)))
     extension = path.suffix.lower()
@@ -205,7 +224,7 @@ def save_image(
             rgb = np.dstack([rgb, *(_as_channel(name, array, rgb) for name, array in channels.items())])
             content = _encode_openimageio(rgb, extension, ("R", "G", "B", *channels))
         else:
-            content = ENCODERS[extension](rgb, is_light(image, srgb))
+            content = ENCODERS[extension](rgb, is_light(image, srgb), display)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     replace_file(path, content)
@@ -267,6 +286,17 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
     is_decoded = srgb and extension in (".png", ".jpg", ".jpeg")
     rgb = np.ascontiguousarray(_as_rgb(linear_from_srgb(image) if is_decoded else image, str(path)), np.float32)
     return Picture(rgb, srgb=True) if is_decoded else rgb
+
+
+def told_display(path: str | Path) -> str | None:
+    """How the values of a PNG or JPEG were changed, as ``save_image`` wrote it into the file; None if they were not."""
+    from PIL import Image
+
+    if Path(path).suffix.lower() not in (".png", ".jpg", ".jpeg"):
+        return None
+    with Image.open(path, formats=("PNG", "JPEG")) as image:
+        comment = image.info.get("comment", b"").decode(errors="replace")
+        return image.info.get(DISPLAY_KEY) or comment.partition(f"{DISPLAY_KEY}: ")[2] or None
 
 
 def _one_line(message: str) -> str:

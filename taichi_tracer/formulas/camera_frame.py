@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from taichi_tracer.system.digits import digits_of
 from taichi_tracer.system.errors import InputError
 
 # The smallest sine of the angle between up and the gaze. Below it, f32 positions no longer determine where x_c points.
@@ -50,7 +51,7 @@ def view_of_box(low: np.ndarray, high: np.ndarray, fov: float = 60.0, aspect: fl
 
 def show(vector: np.ndarray) -> str:
     """The text of a vector in messages: "(x, y, z)"."""
-    return "(" + ", ".join(f"{component:g}" for component in vector) + ")"
+    return digits_of(vector)
 
 
 def numbers(name: str, value, count: int) -> np.ndarray:

@@ -31,7 +31,8 @@ class Integrator:
         samples_lights: whether it draws directions from the lights that are far away, as ``lights.sample_far`` does.
     """
 
-    kind, name, label, aliases = "integrator", "", "", ()
+    kind, name, label = "integrator", "", ""
+    aliases: tuple[str, ...] = ()
     what, srgb, needs_light, samples_lights = "estimator", True, True, True
 
     @ti.func

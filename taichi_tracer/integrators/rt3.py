@@ -14,6 +14,7 @@ from taichi_tracer.integrators.surface_views import normal
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
+from taichi_tracer.system.types import Numbers
 
 
 @ti.data_oriented
@@ -83,15 +84,21 @@ class DepthMap(RT3Integrator):
     # the scene is flat.
     LEAST_RANGE = 1e-6
 
-    def __init__(self, near_color=(0, 0, 0), far_color=(1, 1, 1), zmin=None, zmax=None) -> None:
+    def __init__(
+        self,
+        near_color: Numbers = (0, 0, 0),
+        far_color: Numbers = (1, 1, 1),
+        zmin: float | None = None,
+        zmax: float | None = None,
+    ) -> None:
         if zmin is not None and zmax is not None and not zmin < zmax:
             raise InputError(f"depth_map: zmin must be less than zmax, not {zmin:g} and {zmax:g}")
         self.colors, self.zmin, self.zmax = (tuple(near_color), tuple(far_color)), zmin, zmax
-        self._memory = None
+        self._memory: memory.Memory | None = None
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""
-        return {"depth map": [np.float32(self.colors).tolist(), self.zmin, self.zmax]}
+        return {"depth map": [np.array(self.colors, np.float32).tolist(), self.zmin, self.zmax]}
 
     def prepare(self, scene_data, camera) -> None:
         """Copy gaze, colours and range into fields; it is called whenever a picture begins."""

@@ -10,6 +10,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.formulas.boxes import box_interval
+from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
@@ -33,7 +34,7 @@ class BVHRayIntersector(RayIntersector):
 
     name = "bvh"
 
-    def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
+    def bind(self, geometry: Geometry, triangle_test: str | TriangleTest = "watertight") -> None:
         """Build the tree over the primitives that a ray can hit."""
         super().bind(geometry, triangle_test)
         ids, boxes = geometry.hittable()
@@ -96,7 +97,7 @@ class BVHRayIntersector(RayIntersector):
 def build(boxes: np.ndarray) -> tuple[list, np.ndarray, int]:
     """([(box, first, count), …], the order of the items, the depth) of a tree over (n, 6) boxes."""
     order, depth = np.arange(len(boxes)), 0
-    nodes = [None]
+    nodes: list = [None]
     tasks = [(0, 0, len(boxes), 1)]  # node, its range of ``order``, its depth
     while tasks:
         node, begin, end, level = tasks.pop()

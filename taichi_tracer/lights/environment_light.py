@@ -36,7 +36,7 @@ class EnvironmentLight(Light):
     def __init__(self, environment: Environment, effects) -> None:
         self.environment, self.effects = environment, effects
         self.replaced = replaced(environment)
-        self._memory = None
+        self._memory: memory.Memory | None = None
 
     def prepare(self) -> None:
         """Build the tables that ``sample`` reads."""
@@ -162,7 +162,7 @@ def sampling_tables(pixels: np.ndarray, lookup: str, dtype: type) -> tuple[np.nd
     solid_angle = (edges[:-1] - edges[1:]) * 2 * np.pi / w  # of a texel in each row
     power = brightness * solid_angle[:, None]
     rows = _cumulative(power.sum(axis=1)[None])[0].astype(dtype)
-    columns = _cumulative(power).astype(dtype)
+    columns: np.ndarray = _cumulative(power).astype(dtype)
     probability = np.diff(rows.astype(np.float64))[:, None] * np.diff(columns.astype(np.float64), axis=1)
     return rows, columns, (probability / solid_angle[:, None]).astype(dtype)
 

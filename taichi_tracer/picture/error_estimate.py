@@ -70,13 +70,13 @@ class RelativeError(float):
     low: float
     high: float
 
-    def __new__(cls, value: float, low: float, high: float):
+    def __new__(cls, value: float, low: float, high: float) -> "RelativeError":
         """Make a float that knows its interval."""
         self = super().__new__(cls, value)
         self.low, self.high = float(low), float(high)
         return self
 
-    def __getnewargs__(self) -> tuple[float, float, float]:
+    def __getnewargs__(self) -> tuple[float, float, float]:  # type: ignore[override]  # float has one argument
         """The arguments with which ``copy`` and ``pickle`` make it again."""
         return float(self), self.low, self.high
 

@@ -64,7 +64,7 @@ class Progress:
     samples: float = 0
     pilot: "Progress | None" = None
     error: RelativeError = field(default_factory=lambda: RelativeError(math.nan, math.nan, math.nan))
-    looks: list[tuple[int, float]] = field(default_factory=list)
+    looks: list[tuple[float, float]] = field(default_factory=list)
     _compiling: list[float] = field(default_factory=list)
     _later: float = 0.0
     _recent: list[float] = field(default_factory=list)
@@ -167,7 +167,7 @@ class Progress:
     def samples_left(self) -> float:
         """The predicted number of samples until the error target, if the error decreases as a power of their number."""
         now = [(n, e) for n, e in self.looks if n >= FIT_FROM * self.samples and e > 0]
-        if self.samples < FIRST_ERROR or not now:
+        if self.target.error is None or self.samples < FIRST_ERROR or not now:
             return math.nan
         n, error = now[-1]
         power = 0.5  # 1/√n, the error of independent samples

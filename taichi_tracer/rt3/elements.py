@@ -69,9 +69,11 @@ class Elements:
         depth = 0
 
         def where() -> str:
+            """The file and the line that the parser has reached."""
             return f"{path}:{parser.CurrentLineNumber}"
 
         def start(tag: str, attributes: dict[str, str]) -> None:
+            """Handle the beginning of an element: include its file, or give it to ``handle``."""
             nonlocal depth
             depth += 1
             if depth > MOST_DEPTH:
@@ -89,14 +91,17 @@ class Elements:
             element.note_unknown()
 
         def end(tag: str) -> None:
+            """Count the end of an element."""
             nonlocal depth
             depth -= 1
 
         def text(content: str) -> None:
+            """Note text between elements, which has no meaning in this format."""
             if content.strip():
                 self.note(f"{where()}: text between elements is ignored: {content.strip()[:LONGEST_SHOWN]!r}")
 
         def refuse(*_) -> None:
+            """Refuse a document type before it is read."""
             raise InputError(f"{where()}: a document type (<!DOCTYPE>) and entities are not read: remove them")
 
         parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, text

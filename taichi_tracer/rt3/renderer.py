@@ -1,5 +1,7 @@
 """RT3's pictures: an integrator of RT3 in front of the background of the scene file (RT-7)."""
 
+from typing import TYPE_CHECKING, Any
+
 import taichi as ti
 
 from taichi_tracer.camera import make_camera
@@ -8,6 +10,12 @@ from taichi_tracer.renderer import A2Renderer, ProgressiveRenderer
 from taichi_tracer.rt3.document import Shot
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
+from taichi_tracer.system.types import Numbers
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from taichi_tracer.scene_data import SceneData
 
 
 @register
@@ -18,23 +26,29 @@ class RT3Renderer(ProgressiveRenderer):
 
     name, what = "RT3Renderer", "integrator"
 
-    def set_integrator_flat(self):
+    def set_integrator_flat(self) -> "Self":
         """Show the materials' colours."""
         return self.use("flat")
 
-    def set_integrator_flat_color(self):
+    def set_integrator_flat_color(self) -> "Self":
         """Show the materials' colours."""
         return self.use("flat")
 
-    def set_integrator_normal_map(self):
+    def set_integrator_normal_map(self) -> "Self":
         """Show the normals as colours."""
         return self.use("normal_map")
 
-    def set_integrator_depth_map(self):
+    def set_integrator_depth_map(self) -> "Self":
         """Show the depth along the gaze."""
         return self.use("depth_map")
 
-    def set_depth(self, near_color=(0, 0, 0), far_color=(1, 1, 1), zmin=None, zmax=None) -> None:
+    def set_depth(
+        self,
+        near_color: Numbers = (0, 0, 0),
+        far_color: Numbers = (1, 1, 1),
+        zmin: float | None = None,
+        zmax: float | None = None,
+    ) -> None:
         """Set the colours and the range of the depth map; None takes the bound of the scene's box."""
         depth, shows_it = DepthMap(near_color, far_color, zmin, zmax), self.active.name == "depth_map"
         self._integrators["depth_map"] = depth
@@ -42,7 +56,7 @@ class RT3Renderer(ProgressiveRenderer):
             self.use("depth_map")
 
 
-def renderer_of(scene_data, shot: Shot | None = None, **options) -> ProgressiveRenderer:
+def renderer_of(scene_data: "SceneData", shot: Shot | None = None, **options: Any) -> ProgressiveRenderer:
     """The renderer for a picture of a scene file, with its camera, the size and the crop of its film, its integrator.
 
     Args:

@@ -1,6 +1,11 @@
 """What accuracy costs, what breaks, and what a scene needs: measured on the machine at hand."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from taichi_tracer.scene_data import EnvironmentChoice, SceneData
 
 
 class Accuracy(NamedTuple):
@@ -11,18 +16,29 @@ class Accuracy(NamedTuple):
         figure: the chart, a ``matplotlib`` figure.
     """
 
-    table: object
-    figure: object
+    table: Any
+    figure: Any
 
 
 def accuracy(
-    scene,
-    environment=None,
+    scene: "str | Path | SceneData",
+    environment: "EnvironmentChoice" = None,
     size: tuple[int, int] = (128, 128),
     budget: float = 60.0,
     seeds: int = 3,
-    report=None,
-    **knobs,
+    report: str | Path | None = None,
+    *,
+    estimators: Sequence[str] | None = None,
+    samplers: Sequence[str] | None = None,
+    precisions: Sequence[str] | None = None,
+    triangle_tests: Sequence[str] | None = None,
+    fast_math: Sequence[bool] | None = None,
+    lookups: Sequence[str] | None = None,
+    adaptive: Sequence[bool] | None = None,
+    scales: Sequence[float] | None = None,
+    intersectors: Sequence[str] | None = None,
+    forms: Sequence[str] | None = None,
+    every: bool = False,
 ) -> Accuracy:
     """What does accuracy cost in time? Every way to render a scene, against a reference.
 
@@ -34,21 +50,25 @@ def accuracy(
         budget: seconds in all, compilation included.
         seeds: renderings of every variant.
         report: a folder that exists, for ``accuracy.html`` and the numbers as files; None writes nothing.
-        knobs: what is compared: estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales,
-            intersectors, forms; a tuple each. See ``variants.plan``.
+        estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales, intersectors, forms:
+            what is compared; None takes the defaults of ``variants.plan``. A loaded scene keeps its precision and its
+            fast math.
+        every: compare every combination, instead of changing one setting at a time.
     """
-    from pathlib import Path
-
     import numpy as np
 
     from taichi_tracer.studies import accuracy_chart, accuracy_report, accuracy_tables, convergence, variants
     from taichi_tracer.system import runtime
 
+    knobs: dict[str, Any] = {"estimators": estimators, "samplers": samplers, "precisions": precisions}
+    knobs |= {"triangle_tests": triangle_tests, "fast_math": fast_math, "lookups": lookups, "adaptive": adaptive}
+    knobs |= {"scales": scales, "intersectors": intersectors, "forms": forms}
+    given = {name: tuple(values) for name, values in knobs.items() if values is not None}
     source = variants.Source(scene, environment)
     if source.is_loaded:
-        settings = runtime.current()
-        knobs = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)} | knobs
-    study = convergence.measure(source, variants.plan(**knobs), size, budget, seeds)
+        settings = runtime.ensure()
+        given = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)} | given
+    study = convergence.measure(source, variants.plan(**given, every=every), size, budget, seeds)
     if report is not None:
         accuracy_report.write(study, Path(report))
     rows = accuracy_tables.efficiency_table(study)

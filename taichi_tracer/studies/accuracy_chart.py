@@ -5,6 +5,7 @@ import io
 import numpy as np
 
 from taichi_tracer.studies.convergence import Study
+from taichi_tracer.system.digits import digits
 
 COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8e5ea2", "#e08e0b", "#5d6d7e")
 
@@ -22,7 +23,7 @@ def draw(study: Study):
         colour = COLOURS[estimators.index(curve.variant.estimator) % len(COLOURS)]
         is_first = curve.variant.sampler == usual.sampler
         seconds, known = curve.mean_seconds, curve.mean_errors > 0
-        label = f"{curve.variant.label} (slope {curve.slope:.2f})"
+        label = f"{curve.variant.label} (slope {digits(curve.slope, '.2f')})"
         style = {"color": colour, "linestyle": "-" if is_first else "--", "marker": "o" if is_first else "x"}
         axes.loglog(seconds[known], 100 * curve.mean_errors[known], label=label, markersize=4, linewidth=1.4, **style)
         low, high = np.min(curve.errors, axis=0), np.max(curve.errors, axis=0)

@@ -13,6 +13,7 @@ from taichi_tracer.studies import page
 from taichi_tracer.studies.accuracy_chart import draw, png_of, svg_of
 from taichi_tracer.studies.accuracy_tables import efficiency_table, knob_table, show_seconds, summary
 from taichi_tracer.studies.convergence import TARGETS, Curve, Study, without_glare
+from taichi_tracer.system.digits import digits
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.json", "accuracy.png")
 SHOWN = 240  # pixels, width of a picture in the page
@@ -125,7 +126,7 @@ def crop_of(shape: tuple[int, int], y: int, x: int) -> tuple[slice, slice]:
 
 def show(value: float) -> str:
     """Three digits, or "?"."""
-    return "?" if math.isnan(value) else f"{value:.3g}"
+    return "?" if math.isnan(value) else digits(value, ".3g")
 
 
 def table_rows(study: Study) -> list[dict]:

@@ -16,6 +16,7 @@ from taichi_tracer.effects import Effects
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_data import SceneData, SceneInKernels
 from taichi_tracer.studies.variants import light_renderer
+from taichi_tracer.system.digits import digits
 
 RUNS = 9  # of each variant, in turn
 SPP = 4  # samples of a run
@@ -56,6 +57,8 @@ def compiled_for(effects: Effects, renderer_class: type[A2Renderer]) -> type[A2R
     """A renderer whose kernels are compiled for other effects than the scene calls for."""
 
     class WithEffects(renderer_class):
+        """The renderer, but that its kernels get the scene as it is compiled for ``effects``."""
+
         _compiled: SceneInKernels | None = None
 
         def kernel_scene(self) -> SceneInKernels:
@@ -128,5 +131,6 @@ def table(variants: list[Variant]) -> list[str]:
     for v in variants:
         same = "the same bits" if v.is_equal else "DIFFERENT"
         ratio = v.milliseconds / base.milliseconds
-        lines.append(f"{v.name:<{width}}  {v.compile_seconds:9.2f}  {v.milliseconds:13.2f}  {ratio:6.2f}x  {same}")
+        compiling = digits(v.compile_seconds, "9.2f")
+        lines.append(f"{v.name:<{width}}  {compiling}  {v.milliseconds:13.2f}  {ratio:6.2f}x  {same}")
     return lines

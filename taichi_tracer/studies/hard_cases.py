@@ -16,12 +16,14 @@ from taichi_tracer.studies.hard import renderer_cases
 from taichi_tracer.studies.hard.case import Case, Placed, Rays, Stage, seconds_of
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases
 from taichi_tracer.studies.hard.leak_map import RED, leak_map
-from taichi_tracer.studies.hard.modes import COUNTS, REFERENCE, T_CLASSES, Mode, Promise, all_modes, promise_of
+from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, REFERENCE, T_CLASSES, Mode, Promise, all_modes, promise_of
 from taichi_tracer.studies.machine import machine_facts
 from taichi_tracer.system import runtime
 
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000
+BURST = 4  # runs that are timed before the cases of a stage, and after them: what else the machine does then shows
+SLOW_RUN = 0.75  # quantile of the runs of a mode up to which they count as its spread: the rest were interrupted
 FEWEST_RAYS = 40  # of a case: fewer would say nothing of it
 TIMED_SHARE = 8  # of the tests that brute force may take: the timing gets one part in so many
 TIMED_CASE = "closed sphere at 1e2"
@@ -54,12 +56,26 @@ class Verdict:
 
 @dataclass
 class Row:
-    """One mode in the table: findings of all cases together; None where nothing was measured."""
+    """One mode in the table: findings of all cases together; None where nothing was measured.
+
+    Attributes:
+        times: nanoseconds per ray of ``scene.intersect``, of each run that was timed.
+    """
 
     mode: Mode
     findings: dict[str, float]
-    ns_per_ray: float
+    times: tuple[float, ...]
     leak_map: np.ndarray | None = None
+
+    @property
+    def ns_per_ray(self) -> float:
+        """Of the best run; NaN where none was timed."""
+        return min(self.times, default=math.nan)
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """The best run and the upper quartile of all: by so much do times of the same code differ."""
+        return self.ns_per_ray, float(np.quantile(self.times, SLOW_RUN)) if self.times else math.nan
 
     @property
     def leaking_pixels(self) -> int:
@@ -142,11 +158,14 @@ def run_mode(
     mode: Mode, size: Level, stages: list[Stage], rays: dict[str, Rays], references: dict, with_leak_maps: bool
 ) -> tuple[Row, list[Verdict]]:
     """All cases in one mode; ``references`` keeps the answers of brute force, which the others must equal."""
-    promise, verdicts, ns_per_ray, picture = promise_of(mode), [], math.nan, None
+    promise, verdicts, times, picture = promise_of(mode), [], [], None
     for stage in stages:
         if not size.covers(stage.name, mode):
             continue
         placed = stage.build(mode)
+        few = size.tests // stage.num_triangles // TIMED_SHARE if mode.tries_everything else TIMED_RAYS
+        if TIMED_CASE in placed:
+            times += times_per_ray(placed[TIMED_CASE], few)
         for case in stage.cases:
             on, sent = placed[case.name], rays[case.name]
             if mode.tries_everything:
@@ -158,12 +177,11 @@ def run_mode(
             verdicts.append(verdict_of(mode, promise, case.name, len(sent), findings))
         scene = next(iter(placed.values())).scene
         if TIMED_CASE in placed:
-            few = size.tests // stage.num_triangles // TIMED_SHARE
-            ns_per_ray = time_per_ray(placed[TIMED_CASE], few if mode.tries_everything else TIMED_RAYS)
+            times += times_per_ray(placed[TIMED_CASE], few)
         scene.destroy()
     if with_leak_maps and not mode.tries_everything:
         picture = leak_map(mode)
-    return Row(mode, totals(verdicts), ns_per_ray, picture), verdicts
+    return Row(mode, totals(verdicts), tuple(times), picture), verdicts
 
 
 def difference_from_brute_force(mode: Mode, case: Case, on: Placed, references: dict) -> dict[str, int]:
@@ -194,13 +212,14 @@ def long_run(case: Case, on: Placed, count: int, findings: dict[str, float]) -> 
         findings["edge_rays"] += len(rays)
 
 
-def time_per_ray(on: Placed, count: int) -> float:
-    """Nanoseconds of ``scene.intersect`` per ray: random ones from inside a closed mesh."""
+def times_per_ray(on: Placed, count: int) -> list[float]:
+    """Nanoseconds of ``scene.intersect`` per ray, of ``BURST`` runs: random rays from inside a closed mesh."""
     rng, dtype = np.random.default_rng(5), runtime.dtype()
     low, high = on.vertices.min(axis=0), on.vertices.max(axis=0)
     origins = (low + (high - low) * rng.uniform(0.3, 0.7, (count, 3))).astype(dtype)
     directions = rng.normal(size=(count, 3)).astype(dtype)
-    return seconds_of(lambda: on.scene.intersect(origins, directions), times=7) / count * 1e9
+    on.scene.intersect(origins, directions)  # compiles
+    return [1e9 * seconds_of(lambda: on.scene.intersect(origins, directions), times=1) / count for _ in range(BURST)]
 
 
 def verdict_of(mode: Mode, promise: Promise, case: str, rays: int, findings: dict[str, float]) -> Verdict:
@@ -249,7 +268,7 @@ def as_json(result: Result) -> dict:
         "machine": result.machine,
         "modes": [
             asdict(row.mode)
-            | {"name": str(row.mode), "ns_per_ray": finite(row.ns_per_ray)}
+            | {"name": str(row.mode), "ns_per_ray": finite(row.ns_per_ray), "ns_of_each_run": list(row.times)}
             | {"edge_leaks_per_million": row.per_million("edge_leaks", "edge_rays")}
             | {"vertex_leaks_per_million": row.per_million("vertex_leaks", "vertex_rays")}
             | {"findings": {name: finite(value) for name, value in row.findings.items()}}
@@ -294,7 +313,7 @@ def table(result: Result) -> list[str]:
         "  ".join(f"{c:<{w}}" if i == 0 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(line, widths, strict=True)))
         for line in [head, *body]
     ]
-    lines += ["", *LEGEND, "", *ratios(result), "", *outcomes(result)]
+    lines += ["", *LEGEND, default_line(), "", *ratios(result), "", *outcomes(result)]
     return lines
 
 
@@ -302,16 +321,37 @@ LEGEND = (
     "edge, vertex: leaks per 1e6 rays aimed there at closed surfaces. false: hits that rounding does not explain.",
     "double: rays that hit both triangles of an edge, per 1e6; no fault, edges are inclusive. self: rays that hit what "
     "they leave.",
-    "t: largest relative error of the distance, by class of rays. ns/ray: of scene.intersect, best of seven runs.",
+    "t: largest relative error of the distance, by class of rays. "
+    f"ns/ray: of scene.intersect, the best of {2 * BURST} runs.",
     "brute force is sent fewer rays, as many as fit into the same time. Other programs at work blur the times.",
 )
 
 
+def default_line() -> str:
+    """Which mode runs if nobody chooses one."""
+    return f"The default is the mode {DEFAULT}."
+
+
+def compared(row: Row, other: Row, text: str) -> str:
+    """How the times of two modes compare; where their spreads overlap, that no difference could be measured.
+
+    Args:
+        text: what the other mode has.
+    """
+    (low, high), (other_low, other_high) = row.spread, other.spread
+    if low <= other_high and other_low <= high:
+        percent = 100 * max(high / low, other_high / other_low) - 100
+        return (
+            f"{row.mode}: no measurable difference in time to {text} (runs of the same mode differ by {percent:.0f} %)"
+        )
+    return f"{row.mode} takes {low / other_low:.2f} times as long as with {text}"
+
+
 def ratios(result: Result) -> list[str]:
     """What the safer choice costs over the other, all else equal."""
-    times = {row.mode: row.ns_per_ray for row in result.rows}
+    rows = {row.mode: row for row in result.rows}
     lines = []
-    for mode, ns in times.items():
+    for mode, row in rows.items():
         for change, text in (
             ({"triangle_test": "moller_trumbore"}, "moller_trumbore"),
             ({"precision": "f32"}, "f32"),
@@ -319,8 +359,8 @@ def ratios(result: Result) -> list[str]:
             ({"plain": False}, "the fast form"),
         ):
             other = Mode(**(asdict(mode) | change))
-            if other != mode and other in times and not mode.tries_everything:
-                lines.append(f"{mode} takes {ns / times[other]:.2f} times as long as with {text}")
+            if other != mode and other in rows and not mode.tries_everything:
+                lines.append(compared(row, rows[other], text))
     return lines
 
 

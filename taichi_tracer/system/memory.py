@@ -2,6 +2,7 @@
 
 import weakref
 from pathlib import Path
+from typing import Any
 
 import taichi as ti
 from taichi.lang import impl
@@ -114,7 +115,7 @@ class Memory:
             _orphans.append((self._lifetime, self._tree))
 
 
-_orphans: list[tuple[Lifetime, object]] = []
+_orphans: list[tuple[Lifetime, Any]] = []
 
 
 def _free_orphans() -> None:
@@ -124,7 +125,7 @@ def _free_orphans() -> None:
         _destroy(tree, lifetime)
 
 
-def _destroy(tree: object, lifetime: Lifetime) -> None:
+def _destroy(tree: Any, lifetime: Lifetime) -> None:
     if not lifetime.is_over():
         impl.get_runtime().materialize()  # otherwise Taichi would still check fields that no kernel has used
         tree.destroy()

@@ -1,4 +1,4 @@
-"""One registry for everything that can be chosen by name: cameras, intersectors, samplers, BRDFs, lights, integrators.
+"""One registry for everything that can be chosen by name, such as cameras, samplers, BRDFs, integrators, tone curves.
 
 A part is registered in the file that defines it. After that, the command line, the window, the studies and the contract
 tests know the part:
@@ -19,6 +19,7 @@ import runpy
 import sys
 import traceback
 from pathlib import Path
+from typing import TypeVar
 
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.seams import assigned
@@ -33,9 +34,11 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
     "light": (("lights",), True),
     "integrator": (("integrators",), True),
     "renderer": (("renderer", "rt3.renderer"), False),
+    "tone curve": (("tones",), True),
 }
 
 
+Part = TypeVar("Part")
 PACKAGE = f"{Path(__file__).resolve().parents[1]}{os.sep}"  # how the names of the package's own files begin
 
 
@@ -47,14 +50,15 @@ class Registry:
         self._files: dict[tuple[str, str], str] = {}  # (kind, name) → the file that registered the part
         self._loaded: set[str] = set()
 
-    def add(self, part, file: str | None = None):
+    def add(self, part: Part, file: str | None = None) -> Part:
         """Register a part. Returns the part, so that this method can be used as a decorator of classes.
 
         If a file or a cell of a notebook runs again, it replaces the parts that it registered before.
 
         Args:
             part: a class or an object that derives from the base class of a kind and has a ``name``. For samplers,
-                BRDFs, lights and integrators, the registry keeps objects: a class is called without arguments.
+                BRDFs, lights, integrators and tone curves, the registry keeps objects: a class is called without
+                arguments.
             file: the file that registers the part; None takes the file of the caller.
 
         Raises:
@@ -63,7 +67,7 @@ class Registry:
         kind, name = getattr(part, "kind", None), getattr(part, "name", None)
         what = class_name(part)
         if kind not in HOMES:
-            bases = "Camera, RayIntersector, Sampler, Brdf, Light, Integrator, View"
+            bases = "Camera, RayIntersector, Sampler, Brdf, Light, Integrator, View, Tone"
             raise InputError(f"register: {what} derives from none of the parts that can be registered ({bases})")
         if not isinstance(name, str) or name == "":
             raise InputError(f"register: {what} needs a name: name = {what.lower()!r} in the class")
@@ -132,7 +136,7 @@ class Registry:
             module = importlib.import_module(f"taichi_tracer.{name}")
             found = sorted(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", [])))
             modules += [module, *(importlib.import_module(f"taichi_tracer.{name}.{part}") for part in found)]
-        place = {str(Path(module.__file__).resolve()): i for i, module in enumerate(modules)}
+        place = {str(Path(str(module.__file__)).resolve()): i for i, module in enumerate(modules)}
         by_file = sorted(self._parts[kind], key=lambda name: place.get(self._files[kind, name], len(place)))
         self._parts[kind] = {name: self._parts[kind][name] for name in by_file}
 
@@ -155,7 +159,7 @@ def file_of_caller(above: int) -> str:
 PARTS = Registry()
 
 
-def register(part):
+def register(part: Part) -> Part:
     """Register a part under its name, see ``Registry.add``. It can be used as a decorator of classes."""
     return PARTS.add(part, file_of_caller(1))
 

@@ -116,10 +116,12 @@ def init(
             cpu_max_num_threads=workers(threads),
             **({"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}),
         )
+    # A notebook shows stderr in red, like an error. These lines are none.
+    stream = sys.stdout if type(sys.stderr).__module__.startswith("ipykernel") else sys.stderr
     for line in (message, note):
         if line is not None:
-            print(f"taichi_tracer: {line}", file=sys.stderr)
-    return current()
+            print(f"taichi_tracer: {line}", file=stream)
+    return running_settings()
 
 
 def workers(threads: int | None) -> int:
@@ -174,13 +176,16 @@ if hasattr(os, "register_at_fork"):  # not on Windows, where no process is forke
 
 def current() -> Settings | None:
     """The settings of the running Taichi, even if other code started it; None if it does not run."""
-    if impl.get_runtime().prog is None:
-        return None
+    return None if impl.get_runtime().prog is None else running_settings()
+
+
+def running_settings() -> Settings:
+    """The settings of the Taichi that runs."""
     arch = "cpu" if ti.cfg.arch in (ti.x64, ti.arm64) else ti.cfg.arch.name
     return Settings(arch, "f64" if ti.cfg.default_fp == ti.f64 else "f32", bool(ti.cfg.fast_math))
 
 
-def dtype() -> type:
+def dtype() -> type[np.float32] | type[np.float64]:
     """The numpy type of the running precision."""
     return np.float64 if ti.cfg.default_fp == ti.f64 else np.float32
 
@@ -262,7 +267,7 @@ def vulkan_devices() -> list[VulkanDevice]:
     vk.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), None)
     handles = (ctypes.c_void_p * count.value)()
     vk.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), handles)
-    devices = [_describe(vk, handle) for handle in handles]
+    devices = [_describe(vk, handle) for handle in handles if handle is not None]
     vk.vkDestroyInstance(instance, None)
     return devices
 

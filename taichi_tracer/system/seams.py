@@ -7,19 +7,24 @@ part.
 """
 
 import inspect
+from collections.abc import Callable
 from types import SimpleNamespace
+from typing import TypeVar
 
 import taichi as ti
+
+Class = TypeVar("Class", bound=type)
+Function = TypeVar("Function", bound=Callable)
 
 # Class → {name of a method: the function that the package defines for it}.
 _SHIPPED: dict[type, dict[str, object]] = {}
 
 
-def seams(*names: str):
+def seams(*names: str) -> Callable[[Class], Class]:
     """A class decorator that remembers the original methods of the class that a student may replace."""
 
-    def remember(cls: type) -> type:
-        inherited = {}
+    def remember(cls: Class) -> Class:
+        inherited: dict[str, None] = {}
         for base in reversed(cls.__mro__[1:]):
             inherited |= dict.fromkeys(_SHIPPED.get(base, {}))
         _SHIPPED[cls] = {name: inspect.getattr_static(cls, name) for name in [*inherited, *names]}
@@ -71,10 +76,10 @@ def runs_in_kernels(function) -> bool:
     return hasattr(function, "_is_taichi_function") and not getattr(function, "is_for_python_too", False)
 
 
-def in_kernels(function):
+def in_kernels(function: Function) -> Function:
     """Let kernels call a Python function at compile time. It may inspect its arguments and call Taichi functions."""
-    function._is_taichi_function = function.is_for_python_too = True
-    function.func = SimpleNamespace(has_print=False)  # Taichi reads this attribute of each function that a kernel calls
+    marks = {"_is_taichi_function": True, "is_for_python_too": True}
+    function.__dict__.update(marks, func=SimpleNamespace(has_print=False))  # Taichi reads ``func`` of what kernels call
     return function
 
 

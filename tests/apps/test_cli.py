@@ -18,11 +18,13 @@ import taichi_tracer as tt
 from taichi_tracer.apps import cli, names, rescue
 from taichi_tracer.apps.cli import as_value, main, make_parser
 from taichi_tracer.apps.requests import SceneRequest, scene_and_pictures_of
+from taichi_tracer.files import images
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.picture import progress
 from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
 from taichi_tracer.studies import effects as effects_study
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.tones.display import Display
 
 PACKAGE = Path(tt.__file__).parents[1]  # this copy, for processes that start elsewhere
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -651,3 +653,43 @@ def test_raw_arrays_go_where_the_picture_goes_if_its_place_is_full(tmp_path, mon
     image, channels = np.ones((2, 2, 3)), {"Z": np.ones((2, 2))}
     assert rescue.written_picture(tmp_path / "a.exr", image, False, channels) == tmp_path / "a.pfm"
     assert saved == [(".exr", channels), (".exr", channels), (".pfm", None)]
+
+
+# ── exposure and tone ──
+
+LIGHT = ["render", "cube", "--estimator", "brdf", "--environment", "white", "--intensity", "4", "--size", "12"]
+
+
+def test_exposure_and_tone_of_the_command_line_are_in_the_picture_and_told_there(tmp_path, capsys):
+    path, linear = tmp_path / "a.png", tmp_path / "a.pfm"
+    assert quickly([*LIGHT, "--exposure", "-1", "--tone", "filmic", "-o", str(path)]) == 0
+    assert "note" not in capsys.readouterr().err
+    assert quickly([*LIGHT, "--exposure", "-1", "--tone", "filmic", "-o", str(linear)]) == 0
+    assert f"note: {linear}: linear, without exposure -1 stops, tone curve filmic" in capsys.readouterr().err
+    image = tt.read_image(linear)
+    assert image.max() == 4
+    expected = images.to_bytes(image, srgb=True, display=Display(-1, "filmic"))
+    np.testing.assert_array_equal(pixels(path), expected)
+    assert images.told_display(path) == "exposure -1 stops, tone curve filmic"
+    assert main(["compare", str(path), str(linear)]) == 2
+    told = capsys.readouterr().err
+    assert f"{path}: not linear light, but shown with exposure -1 stops, tone curve filmic" in told
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--exposure", "nan"], "exposure must be between -64 and 64 stops, not nan"),
+        (["--exposure", "bright"], "'bright' is not a number"),
+        (["--tone", "flimic"], "unknown tone curve 'flimic': did you mean 'filmic'?"),
+        (["--tone", "filmic", "--view", "normal"], "normal shows data"),
+    ],
+)
+def test_a_display_that_cannot_be_is_an_error_before_any_work(words, told, tmp_path, capsys):
+    path = tmp_path / "a.png"
+    start = LIGHT[:2] if "--view" in words else LIGHT
+    assert quickly([*start, *words, "-o", str(path)]) == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert len(error.splitlines()) == 1
+    assert not path.exists()

@@ -6,6 +6,7 @@ import pytest
 
 from taichi_tracer.apps import display, doctor
 from taichi_tracer.apps.cli import main
+from taichi_tracer.system import cache
 
 
 def test_the_doctor_finds_nothing_to_fail_on(capsys):
@@ -44,3 +45,33 @@ def test_a_line(is_ok):
     text = str(doctor.Line("name", "found", is_ok, "do this"))
     assert ("do this" in text) is not is_ok
     assert text.splitlines()[0].endswith("ok" if is_ok else "missing")
+
+
+def test_the_cache_is_told_with_its_folder_and_its_size(tmp_path):
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache" / "kernel").write_bytes(bytes(1_500_000))
+    (line,) = doctor.cache_lines(tmp_path / "cache")
+    assert line.is_ok
+    assert line.found == f"{tmp_path / 'cache'}: can be written; 1 files, 1.5 MB; may be deleted"
+
+
+def test_a_cache_that_cannot_be_written_is_told_with_what_follows(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    wanted = tmp_path / "file" / "cache"  # no folder can be made there
+    monkeypatch.setattr(cache.tempfile, "gettempdir", lambda: str(tmp_path))
+    used, missing = doctor.cache_lines(wanted)
+    assert used.is_ok
+    assert f"{tmp_path / 'taichi_tracer_cache'}" in used.found
+    assert not missing.is_ok
+    assert f"{wanted}, cannot be written" in missing.found
+    assert f"make {wanted} writable" in missing.remedy
+
+
+def test_no_cache_at_all_is_told_with_what_it_costs(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    wanted = tmp_path / "file" / "cache"
+    monkeypatch.setattr(cache.tempfile, "gettempdir", lambda: str(tmp_path / "file"))
+    (line,) = doctor.cache_lines(wanted)
+    assert not line.is_ok
+    assert line.found == f"{wanted}: cannot be written; every run compiles all kernels again"
+    assert "writable" in str(line).splitlines()[1]

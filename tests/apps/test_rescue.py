@@ -58,13 +58,13 @@ def test_a_picture_is_kept_as_plain_numbers_at_home_where_nothing_else_can_be_wr
     monkeypatch.setattr(disk.tempfile, "gettempdir", lambda: str(full / "gone"))
     monkeypatch.setattr(images, "ENCODERS", images.ENCODERS | {".png": fails})
     image = np.arange(12, dtype=np.float32).reshape(2, 2, 3)
-    place = rescue.written_picture(full / "x.png", image, True)
+    place = rescue.written_picture(full / "x.png", image, srgb=True)
     assert (place.parent.parent, place.name) == (full.parent / "home", "x.pfm")
     np.testing.assert_array_equal(read_image(place), image)
     assert [path.name for path in (full.parent / "home").iterdir()] == [place.parent.name]
 
 
-def fails(image, srgb):
+def fails(image, srgb, display):
     raise InputError("no such luck")
 
 

@@ -22,6 +22,7 @@ from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system import runtime
+from taichi_tracer.tones.display import Display
 
 QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 
@@ -47,8 +48,9 @@ def small_renderer(scene):
 class FakePanel:
     """Records what ``ti.ui``'s panels are asked to show; ``pressed`` is the button that the mouse is on."""
 
-    def __init__(self, pressed=None):
+    def __init__(self, pressed=None, **slid):
         self.pressed, self.windows, self.texts, self.buttons = pressed, [], [], []
+        self.slid, self.sliders = slid, {}
 
     @contextlib.contextmanager
     def sub_window(self, name, x, y, width, height):
@@ -63,6 +65,11 @@ class FakePanel:
     def button(self, label):
         self.buttons.append(label)
         return label == self.pressed
+
+    def slider_float(self, label, value, low, high):
+        assert low <= value <= high
+        self.sliders[label] = value
+        return self.slid.get(label, float(np.float32(value)))
 
 
 def test_the_panel_has_the_courses_texts_and_a_button_per_view(renderer, tmp_path):
@@ -139,6 +146,51 @@ def test_radiance_is_shown_as_it_is_written(small_renderer, monkeypatch):
     expected = to_bytes(small_renderer.image(), srgb=True).astype(int)
     assert abs(to_bytes(shown).astype(int) - expected).max() <= 1
     assert expected.max() > to_bytes(small_renderer.image()).max()
+
+
+@pytest.fixture(scope="module")
+def light(scene):
+    """A picture of light, 10 times as bright as a screen."""
+    scene.set_environment(np.full((1, 2, 3), 10.0))
+    yield tt.A2Renderer(scene, width=40, height=30).render(2)
+    scene.set_environment(None)
+
+
+@pytest.mark.parametrize("display", [Display(), Display(-4), Display(-2.5, "filmic")], ids=str)
+def test_light_is_shown_as_it_is_written_with_exposure_and_tone(light, display):
+    light.set_display(display.exposure, display.tone)
+    screen = viewer.Screen(light, panel_lines=1)
+    screen.update()
+    shown = np.flipud(screen.pixels.to_numpy().swapaxes(0, 1))
+    middle = shown[(screen.height - screen.shown_height) // 2 :][: screen.shown_height, viewer.PANEL_WIDTH :]
+    expected = to_bytes(light.image(), srgb=True, display=display).astype(int)
+    assert abs(to_bytes(middle[:: screen.scale, :: screen.scale]).astype(int) - expected).max() <= 1
+    assert (expected[0, 0].min() == 255) == display.is_plain
+
+
+def test_the_slider_and_the_button_change_the_display_and_keep_the_samples(light, tmp_path):
+    view, samples = viewer.Viewer(light.set_display(0, "none"), tmp_path), light.samples
+    view.draw_panel(FakePanel(exposure=-1.26))
+    assert light.display == Display(-1.25, light.display.tone)
+    view.draw_panel(FakePanel(pressed="Tone curve: None"))
+    assert str(light.display) == "exposure -1.25 stops, tone curve filmic"
+    panel = FakePanel()
+    view.draw_panel(panel)
+    assert panel.sliders == {"exposure": -1.25}
+    assert "Tone curve: Filmic" in panel.buttons
+    assert light.samples == samples
+    assert light.is_current()
+    assert "--exposure -1.25 --tone filmic" in viewer.as_command(light)
+    light.set_display(exposure=1.23)  # no place of the slider: it stays until somebody moves the slider
+    view.draw_panel(FakePanel())
+    assert light.display.exposure == 1.23
+
+
+def test_data_has_no_exposure(renderer, tmp_path):
+    panel = FakePanel()
+    viewer.Viewer(renderer, tmp_path).draw_panel(panel)
+    assert panel.sliders == {}
+    assert not [label for label in panel.buttons if "Tone" in label]
 
 
 def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkeypatch, capsys):

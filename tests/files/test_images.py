@@ -18,9 +18,11 @@ from taichi_tracer.files.images import (
     srgb_from_linear,
     to_bytes,
     to_rgbe,
+    told_display,
 )
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.system.errors import InputError, MissingFileError
+from taichi_tracer.tones.display import Display
 
 EIGHT_BITS = [".png", ".jpg", ".jpeg", ".ppm"]
 RED, GREEN, BLUE = np.eye(3)
@@ -432,3 +434,44 @@ def test_an_archive_of_arrays_is_refused(tmp_path):
 def test_a_missing_file_is_named(tmp_path, extension):
     with pytest.raises(MissingFileError, match=rf"none\{extension}: no such file"):
         read_image(tmp_path / f"none{extension}")
+
+
+# ── exposure and tone curve ──
+
+
+@pytest.mark.parametrize("extension", EIGHT_BITS)
+def test_exposure_and_tone_change_files_of_8_bits_and_are_told_there(tmp_path, picture, extension):
+    plain, shown = tmp_path / f"plain{extension}", tmp_path / f"shown{extension}"
+    save_image(plain, picture, srgb=True)
+    save_image(shown, picture, srgb=True, exposure=-1, tone="filmic")
+    expected = to_bytes(picture, srgb=True, display=Display(-1, "filmic")).astype(int)
+    off = abs(np.asarray(Image.open(shown)).astype(int) - expected)
+    assert off.mean() < (4 if "jp" in extension else 1e-9)  # a JPEG of noise is off by a few steps
+    assert b"Display" in shown.read_bytes()
+    assert b"exposure -1 stops, tone curve filmic" in shown.read_bytes()
+    assert b"Display" not in plain.read_bytes()
+    if extension != ".ppm":  # which is only written
+        assert told_display(shown) == "exposure -1 stops, tone curve filmic"
+        assert told_display(plain) is None
+
+
+@pytest.mark.parametrize("extension", EIGHT_BITS)
+def test_without_exposure_and_tone_a_file_has_the_same_bits(tmp_path, picture, extension):
+    for name, options in (("a", {}), ("b", {"exposure": 0.0, "tone": "none"})):
+        save_image(tmp_path / (name + extension), picture, srgb=True, **options)
+    assert (tmp_path / f"a{extension}").read_bytes() == (tmp_path / f"b{extension}").read_bytes()
+
+
+@pytest.mark.parametrize("extension", [".exr", ".hdr", ".pfm", ".npy"])
+def test_floating_point_files_stay_linear(tmp_path, picture, extension):
+    needs_openimageio(extension)
+    for name, options in (("a", {}), ("b", {"exposure": 3, "tone": "filmic"})):
+        save_image(tmp_path / (name + extension), picture, srgb=True, **options)
+    assert np.array_equal(read_image(tmp_path / f"a{extension}"), read_image(tmp_path / f"b{extension}"))
+    assert told_display(tmp_path / f"b{extension}") is None
+
+
+def test_a_tone_that_does_not_exist_writes_nothing(tmp_path, picture):
+    with pytest.raises(InputError, match="unknown tone curve 'flimic': did you mean 'filmic'"):
+        save_image(tmp_path / "a.png", picture, tone="flimic")
+    assert list(tmp_path.iterdir()) == []

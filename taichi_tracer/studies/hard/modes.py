@@ -1,11 +1,14 @@
 """What is tested, every triangle test × precision × fast_math × intersector there is, and what each promises."""
 
+import inspect
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from taichi_tracer.fast.stand_ins import STAND_INS
 from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.runtime import PRECISIONS
 from taichi_tracer.system.seams import replaced
@@ -49,6 +52,16 @@ class Mode:
     def __str__(self) -> str:
         rest = " plain" * self.plain + " fast_math" * self.fast_math
         return f"{self.triangle_test} {self.precision} {self.intersector}{rest}"
+
+
+def default_mode() -> Mode:
+    """The mode that runs if nobody chooses one, from the signatures that decide it."""
+    scene, start = (inspect.signature(function).parameters for function in (SceneData, runtime.init))
+    chosen = (scene["triangle_test"], start["precision"], start["fast_math"], scene["intersector"])
+    return Mode(*(parameter.default for parameter in chosen))
+
+
+DEFAULT = default_mode()
 
 
 def all_modes(with_plain: bool = False) -> list[Mode]:

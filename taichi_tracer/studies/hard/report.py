@@ -5,12 +5,13 @@ from html import escape
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies import page as pages
 from taichi_tracer.studies.hard.catalogue import all_cases
-from taichi_tracer.studies.hard.modes import COUNTS, INFORMATIVE
+from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, INFORMATIVE
 from taichi_tracer.studies.hard.renderer_cases import all_cases as all_renderer_cases
 
 STYLE = """
 .wide { overflow-x: auto; }
 td.text { text-align: left; white-space: normal; }
+summary { cursor: pointer; } details { margin: 0.2em 0; }
 .PASS { color: #1a7f37; } .FAIL { color: #cf222e; font-weight: 700; } .weak { color: #9a6700; }
 svg text { font: 13px system-ui, sans-serif; fill: #1b1f24; }
 """
@@ -24,6 +25,7 @@ def page(result) -> str:
     machine = ", ".join(f"{name} {value}" for name, value in result.machine.items())
     parts = [
         f"<p>Level “{escape(result.level)}”; {escape(machine)}.</p>",
+        f"<p><b>{escape(hard_cases.default_line())}</b> The other modes are there for comparison.</p>",
         "<h2>Every mode</h2>",
         mode_table(result),
         *(f"<p>{escape(line)}</p>" for line in hard_cases.LEGEND),
@@ -49,7 +51,9 @@ def mode_table(result) -> str:
         worst = "FAIL" if "FAIL" in words else "weak" if "weak" in words else "PASS"
         told = f"<td class='{worst}'>{words.count('PASS')} of {len(words)} PASS</td>"
         cells = "".join(f"<td>{escape(cell)}</td>" for cell in hard_cases.cells(row))
-        rows.append(f"<tr><td>{escape(str(row.mode))}</td>{cells}{told}</tr>")
+        name = escape(str(row.mode))
+        name = f"<b>{name} (default)</b>" if row.mode == DEFAULT else name
+        rows.append(f"<tr><td>{name}</td>{cells}{told}</tr>")
     return f"<div class='wide'><table><tr>{head}</tr>{''.join(rows)}</table></div>"
 
 
@@ -59,20 +63,32 @@ def case_table(result) -> str:
     rows = []
     for case in dict.fromkeys(v.case for v in result.verdicts):
         verdicts = [v for v in result.verdicts if v.case == case]
-        marks = []
-        for v in verdicts:
-            names = [*v.broken, *v.weak]
-            found = ": " + ", ".join(f"{what_of(n)} {v.findings[n]:.3g} of {v.rays:,}" for n in names) if names else ""
-            if v.word != "PASS":
-                marks.append(f"<span class='{v.word}'>{v.word}</span> {escape(v.mode + found)}")
         good = sum(v.word == "PASS" for v in verdicts)
-        marks.insert(0, f"<span class='PASS'>PASS</span> in {good} of {len(verdicts)} modes")
+        marks = [f"<span class='PASS'>PASS</span> in {good} of {len(verdicts)} modes"]
+        marks += [mark(v) for v in verdicts if v.word == "FAIL"]
+        weak = [mark(v) for v in verdicts if v.word == "weak"]
         text = "<br>".join(escape(line) for line in (told.get(case) or "").strip().split("\n\n"))
         rows.append(
-            f"<tr><td class='text'><b>{escape(case)}</b><br>{text}</td><td class='text'>{'<br>'.join(marks)}</td></tr>"
+            f"<tr><td class='text'><b>{escape(case)}</b><br>{text}</td>"
+            f"<td class='text'>{'<br>'.join(marks)}{folded(weak)}</td></tr>"
         )
     words = "PASS: nothing wrong. weak: wrong, and not promised by this mode. FAIL: a broken promise."
     return f"<p>{words}</p><table>{''.join(rows)}</table>"
+
+
+def mark(verdict) -> str:
+    """A verdict that is not PASS, with its mode and what was found."""
+    names = [*verdict.broken, *verdict.weak]
+    found = ", ".join(f"{what_of(n)} {verdict.findings[n]:.3g} of {verdict.rays:,}" for n in names)
+    return f"<span class='{verdict.word}'>{verdict.word}</span> {escape(f'{verdict.mode}: {found}')}"
+
+
+def folded(marks: list[str]) -> str:
+    """Lines that a click unfolds: a reader who looks for failures need not pass the modes that promise nothing."""
+    if not marks:
+        return ""
+    count = f"{len(marks)} mode{'s' * (len(marks) > 1)}"
+    return f"<details><summary><span class='weak'>weak</span> in {count}</summary>{'<br>'.join(marks)}</details>"
 
 
 def what_of(finding: str) -> str:

@@ -1,0 +1,117 @@
+"""Makes every picture of README.md and docs/ again.
+
+    python docs/make_pictures.py [--measured] [FOLDER]
+
+The commands are those that the documents print: each ``taichi-tracer render … -o docs/images/…`` is run, on the CPU.
+``OTHERS`` has the pictures that no such command makes. Charts of times come out differently on every machine; they
+are made only with ``--measured``, which takes about a quarter of an hour.
+
+FOLDER is where the pictures go; without it, they replace those in docs/images.
+"""
+
+import argparse
+import re
+import runpy
+import shlex
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+IMAGES = "docs/images/"
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def commands() -> list[list[str]]:
+    """The words of every command of the documents that writes into docs/images, each once."""
+    found = []
+    for path in DOCUMENTS:
+        for block in re.findall(r"```sh\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL):
+            lines = (shlex.split(line) for line in block.splitlines() if line.startswith("taichi-tracer render "))
+            found += [words[1:] for words in lines if "-o" in words and words[-1].startswith(IMAGES)]
+    return [words for i, words in enumerate(found) if words not in found[:i]]
+
+
+def render(words: list[str], folder: Path) -> list[Path]:
+    """Run a command of the documents on the CPU, with ``folder`` in place of docs/images; returns what it wrote."""
+    from taichi_tracer.apps.cli import as_value, main
+
+    with tempfile.TemporaryDirectory() as place:
+        output = Path(place) / words[-1].removeprefix(IMAGES)
+        ending = "/" if words[-1].endswith("/") else ""
+        code = main([*map(as_value, words[:-1]), f"{output}{ending}", "--arch", "cpu"])
+        if code != 0:
+            raise SystemExit(f"{shlex.join(words)}: ended with {code}")
+        return [Path(shutil.copy(path, folder / path.name)) for path in sorted(Path(place).iterdir())]
+
+
+def leaks(triangle_test: str) -> Callable[[Path], None]:
+    """The leak map of ``taichi-tracer hardcases --report``, for one triangle test in f32."""
+
+    def make(path: Path) -> None:
+        from taichi_tracer.files.images import save_image
+        from taichi_tracer.studies.hard.leak_map import leak_map
+        from taichi_tracer.studies.hard.modes import Mode
+        from taichi_tracer.system import runtime
+
+        runtime.init("cpu", force=True)
+        save_image(path, leak_map(Mode(triangle_test, "f32", False, "bvh")))
+
+    return make
+
+
+def accuracy(*words: str) -> Callable[[Path], None]:
+    """The chart of ``taichi-tracer accuracy``."""
+
+    def make(path: Path) -> None:
+        from taichi_tracer.apps.cli import main
+
+        with tempfile.TemporaryDirectory() as folder:
+            main(["accuracy", *words, "--report", folder])
+            shutil.copy(Path(folder) / "accuracy.png", path)
+
+    return make
+
+
+def frame_time(path: Path) -> None:
+    """The chart of ``python -m benchmarks.crossover``, which writes to its own place."""
+    own = ROOT / IMAGES / path.name
+    runpy.run_module("benchmarks.crossover", run_name="__main__")
+    if own != path:
+        shutil.copy(own, path)
+
+
+# Name → what makes the picture at a path. The first table takes seconds, and the second one measures times.
+OTHERS = {"leaks_moller_trumbore.png": leaks("moller_trumbore"), "leaks_watertight.png": leaks("watertight")}
+MEASURED = {
+    "accuracy_cornell_box.png": accuracy("cornell_box"),
+    "accuracy_specular_spheres.png": accuracy("specular_spheres", "--environment", "sunny"),
+    "frame_time.svg": frame_time,
+}
+
+
+def make(folder: Path, measured: bool = False) -> Iterator[Path]:
+    """Make all pictures in a folder, one after the other."""
+    for words in commands():
+        yield from render(words, folder)
+    for name, maker in (OTHERS | MEASURED if measured else OTHERS).items():
+        maker(folder / name)
+        yield folder / name
+
+
+def main() -> None:
+    """What the command line asks for."""
+    parser = argparse.ArgumentParser(description="Makes the pictures of README.md and docs/ again.")
+    parser.add_argument("folder", nargs="?", type=Path, default=ROOT / IMAGES, help="where they go (docs/images)")
+    parser.add_argument("--measured", action="store_true", help="the charts of times, too")
+    args = parser.parse_args()
+    sys.path.insert(0, str(ROOT))  # the package and the benchmarks of this checkout
+    args.folder.mkdir(parents=True, exist_ok=True)
+    for path in make(args.folder, args.measured):
+        print(path)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+"""Exposure and tone curve together: what a screen and a file of 8 bits show of linear radiance."""
+
+from dataclasses import dataclass
+from numbers import Real
+
+import numpy as np
+
+from taichi_tracer.system.digits import digits
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.registry import PARTS
+from taichi_tracer.tones.base import Tone
+
+PLAIN_TONE = "none"
+MOST_STOPS = 64.0  # a factor of 2^64: more would leave the numbers of f32 pictures
+
+
+@dataclass(frozen=True)
+class Display:
+    """How a picture of radiance is shown.
+
+    Args:
+        exposure: in stops: each stop doubles the light. 0 changes nothing.
+        tone: the name of a registered tone curve, or a ``Tone``; "none" changes nothing.
+
+    Raises:
+        InputError: the curve is unknown, or the exposure is not a number between −64 and 64.
+    """
+
+    exposure: float = 0.0
+    tone: str | Tone = PLAIN_TONE
+
+    def __post_init__(self) -> None:
+        PARTS.find("tone curve", self.tone)
+        if not isinstance(self.exposure, Real) or not -MOST_STOPS <= float(self.exposure) <= MOST_STOPS:
+            told = f"between {-MOST_STOPS:g} and {MOST_STOPS:g} stops, not {self.exposure!r}"
+            raise InputError(f"exposure must be {told}: 1 doubles the light, and -1 halves it")
+
+    @property
+    def part(self) -> Tone:
+        """The tone curve."""
+        return PARTS.find("tone curve", self.tone)
+
+    @property
+    def scale(self) -> float:
+        """The factor of the exposure: 2 to the power of its stops."""
+        return 2.0 ** float(self.exposure)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether a picture is shown without any change."""
+        return self.exposure == 0 and self.part.name == PLAIN_TONE
+
+    def shown(self, image: np.ndarray) -> np.ndarray:
+        """(h, w, 3) float64 in [0, 1]: linear light of an (h, w, 3) image of radiance; NaN becomes 0."""
+        x = np.nan_to_num(np.asarray(image, np.float64), nan=0.0, posinf=np.inf, neginf=0.0) * self.scale
+        return np.clip(self.part.curve(np.clip(x, 0.0, self.part.white)), 0.0, 1.0)
+
+    def words(self) -> list[str]:
+        """The options of the command line that ask for the same."""
+        words = ["--exposure", f"{self.exposure:.9g}"] * (self.exposure != 0)
+        return words + ["--tone", self.part.name] * (self.part.name != PLAIN_TONE)
+
+    def __str__(self) -> str:
+        return f"exposure {digits(float(self.exposure), '+.9g')} stops, tone curve {self.part.name}"

@@ -1,0 +1,19 @@
+"""No curve: values up to 1 are shown as they are, and larger values are cut off."""
+
+from typing import Any
+
+from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.tones.base import Tone
+
+
+@register
+class NoTone(Tone):
+    """x. It is the default: two pictures can be compared by eye, because equal light has equal colour."""
+
+    name, label, white = "none", "None", 1.0
+
+    @in_kernels
+    def curve(self, x: Any) -> Any:
+        """x."""
+        return x

@@ -1,0 +1,86 @@
+"""docs/make_pictures.py makes the pictures that the documents show: all of them, and as they are kept."""
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pictures as catalogue
+import pytest
+from PIL import Image
+from support import start
+
+ROOT = Path(__file__).parents[1]
+SCRIPT = ROOT / "docs" / "make_pictures.py"
+IMAGES = ROOT / "docs" / "images"
+CANARY = json.loads((Path(__file__).parent / "references" / "pictures.json").read_text(encoding="utf-8"))["canaries"]
+QUICK = ("cornell_box", "rt3/four_corners", "rt3/three_spheres")  # the scenes of the pictures that take no samples
+FEW = 0.02  # of the pixels, which may differ where sin, exp and the like are rounded otherwise
+
+spec = importlib.util.spec_from_file_location("make_pictures", SCRIPT)
+make_pictures = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(make_pictures)
+COMMANDS = make_pictures.commands()
+
+
+def shown():
+    """The names of the pictures that the documents show."""
+    texts = [path.read_text(encoding="utf-8") for path in make_pictures.DOCUMENTS]
+    return {Path(name).name for text in texts for name in re.findall(r"\]\(([^)]*images/[^)]+)\)", text)}
+
+
+def check_same(paths):
+    """The pictures are those of docs/images: the same bits where this machine rounds as the one that made them."""
+    start("f32")
+    most = 0 if catalogue.canary() == CANARY["f32"] else FEW
+    different = {}
+    for path in paths:
+        made, kept = (np.asarray(Image.open(p).convert("RGB")) for p in (path, IMAGES / path.name))
+        differ = (made != kept).any(axis=2).mean() if made.shape == kept.shape else 1.0
+        if differ > most:
+            different[path.name] = differ
+    assert different == {}, "python docs/make_pictures.py makes them again"
+
+
+def test_every_picture_is_shown_and_every_picture_that_is_shown_is_there():
+    assert {path.name for path in IMAGES.iterdir()} == shown()
+
+
+def test_every_picture_is_made_by_a_command_that_a_document_prints_or_by_the_script():
+    others = {*make_pictures.OTHERS, *make_pictures.MEASURED}
+    files = {words[-1].rsplit("/", 1)[1] for words in COMMANDS} - {""}
+    folders = {Path(words[1]).name for words in COMMANDS if words[-1].endswith("/")}
+    left = {name for name in shown() - others - files if not name.startswith(tuple(folders))}
+    assert left == set()
+    assert files | others <= shown()
+
+
+@pytest.mark.parametrize("words", [w for w in COMMANDS if w[1] in QUICK], ids=lambda words: words[-1])
+def test_views_are_as_they_are_kept(words, tmp_path, capsys):
+    paths = make_pictures.render(words, tmp_path)
+    assert paths != []
+    check_same(paths)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("words", [w for w in COMMANDS if w[1] not in QUICK], ids=lambda words: " ".join(words[1:]))
+def test_pictures_of_light_are_as_they_are_kept(words, tmp_path, capsys):
+    paths = make_pictures.render(words, tmp_path)
+    assert paths != []
+    check_same(paths)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", make_pictures.OTHERS)
+def test_pictures_without_a_command_are_as_they_are_kept(name, tmp_path):
+    make_pictures.OTHERS[name](tmp_path / name)
+    check_same([tmp_path / name])
+
+
+def test_a_picture_that_is_not_the_one_that_is_kept_is_found(tmp_path):
+    pixels = np.array(Image.open(IMAGES / "cornell_box_hit.png"))
+    pixels[::2] ^= 1
+    Image.fromarray(pixels).save(tmp_path / "cornell_box_hit.png")
+    with pytest.raises(AssertionError, match="cornell_box_hit"):
+        check_same([tmp_path / "cornell_box_hit.png"])
