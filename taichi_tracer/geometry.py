@@ -1,5 +1,6 @@
 """Triangles and spheres: as numpy arrays (``Mesh``, the content of a file) and as Taichi fields (``Geometry``)."""
 
+import itertools
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -110,6 +111,17 @@ def unhittable(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
         not_finite = ~(np.isfinite(v0) & np.isfinite(v1) & np.isfinite(v2)).all(axis=1)
         no_area = ~not_finite & (np.cross(v1 - v0, v2 - v0) == 0.0).all(axis=1)
     return not_finite, no_area
+
+
+def visible_points(mesh: Mesh) -> np.ndarray:
+    """(n, 3) float64: the corners of all triangles and of the boxes of all spheres that a ray can hit; n may be 0."""
+    gone = np.logical_or(*unhittable(mesh.vertices, mesh.faces))
+    is_corner = np.zeros(len(mesh.vertices), bool)
+    is_corner[mesh.faces[~gone]] = True
+    spheres = mesh.spheres[np.isfinite(mesh.spheres).all(axis=1) & (mesh.spheres[:, 3] > 0)].astype(np.float64)
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    corners = spheres[:, None, :3] + spheres[:, None, 3:] * signs
+    return np.concatenate([mesh.vertices[is_corner].astype(np.float64), corners.reshape(-1, 3)])
 
 
 def clean(mesh: Mesh, dtype: type) -> Mesh:

@@ -13,8 +13,8 @@ from taichi_tracer.brdfs.surface import surface_at
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
 from taichi_tracer.fast.stand_ins import Form, intersector_class
-from taichi_tracer.formulas.camera_frame import view_of_box
-from taichi_tracer.geometry import Geometry, Mesh, check, clean
+from taichi_tracer.formulas.camera_frame import up_of, view_of_points
+from taichi_tracer.geometry import Geometry, Mesh, check, clean, visible_points
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import MaterialLibrary
@@ -84,7 +84,7 @@ class SceneInKernels:
         self.material_library = scene.material_library
         self.environment, self.background = scene.environment, scene.background
         is_lit_from_afar = scene.environment is not None and effects.environment in ("constant", "image")
-        far = [EnvironmentLight(scene.environment, effects)] if is_lit_from_afar else []
+        far = [EnvironmentLight(scene.environment, effects, scene.up_axis)] if is_lit_from_afar else []
         self.lights = SceneLights([*far, *scene.lights], effects)
 
     surface_at = surface_at
@@ -128,8 +128,8 @@ class SceneData:
         intersector: the name of a registered intersector, a class that derives from ``RayIntersector``, or an object of
             such a class that has no geometry yet.
         triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
-        view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed from
-            the bounding box of the scene.
+        view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed: a
+            three-quarter view from above, which shows everything.
         environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an
             ``Environment``, or None.
         effects: "scene" compiles the effects that the scene calls for; "all" compiles every effect, for comparison.
@@ -137,6 +137,8 @@ class SceneData:
         brdfs: BRDFs, by name or as objects. They take precedence over the registered BRDFs.
         lights: lights other than the environment, by name or as objects.
         fast: False runs only the plain forms, which a student reads. They are slower and give the same bits.
+        up_axis: the axis that points upwards in the scene, "y" or "z". The computed view has this axis upright, and the
+            zenith of the environment is in this direction. The coordinates of the scene stay as they are.
 
     Attributes:
         effects: the effects for which rendering is compiled, see ``effects.Effects``.
@@ -160,7 +162,9 @@ class SceneData:
         brdfs=(),
         lights=(),
         fast: bool = True,
+        up_axis: str = "y",
     ) -> None:
+        up_of(up_axis)  # raises the error for an unknown name before anything is made
         chosen = PARTS.find("intersector", intersector)
         runtime.ensure()
         check(mesh)
@@ -169,6 +173,7 @@ class SceneData:
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.fast, self.version, self.shots = effects, bool(fast), 0, ()
+        self.up_axis = up_axis
         if effects not in MODES:
             raise one_of("effects", effects, MODES)
         self.lights = [PARTS.find("light", light) for light in lights]
@@ -184,8 +189,29 @@ class SceneData:
         self.material_library.load()
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
-        self.view = view_of_box(self.geometry.low, self.geometry.high) if view is None else dict(view)
+        self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
         self._in_kernels = None
+
+    def again(self, **changes) -> "SceneData":
+        """A new scene with the same primitives and parts, except for some arguments of ``SceneData``."""
+        intersector = type(self.ray_intersector)
+        own = {
+            "intersector": getattr(intersector, "stands_in_for", intersector),
+            "triangle_test": self.ray_intersector.triangle_test,
+            "view": self.view,
+            "environment": self.environment,
+            "effects": self.effects_mode,
+            "background": self.background,
+            "brdfs": list(reversed(self.material_library.brdfs)),  # the last one of the library is asked first
+            "lights": self.lights,
+            "fast": self.fast,
+            "up_axis": self.up_axis,
+        }
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the primitives that are dropped were told when this scene was made
+            scene = SceneData(self.mesh, **own | changes)
+        scene.shots, scene.notes = self.shots, self.notes
+        return scene
 
     def set_environment(self, environment) -> None:
         """Replace the light from far away. The argument may be anything that the constructor takes."""
@@ -231,6 +257,8 @@ class SceneData:
         arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
         if mesh.face_culls is not None:
             arrays.append(mesh.face_culls)
+        if self.up_axis != "y":
+            digest.update(self.up_axis.encode())
         if self.background is not None:
             arrays += [self.background.pixels, np.array([self.background.corners])]
         if sky is not None:

@@ -10,8 +10,10 @@ from taichi_tracer.rt3.document import Document, read_rt3
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
-# The camera of the course (A1-16). Every shipped scene is made for this camera.
+# The camera of the course (A1-16), and the shipped scenes that are composed for it. They look best, and as in the
+# handouts, from there; the others are single objects, which ``SceneData`` shows in a three-quarter view.
 COURSE_VIEW = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
+COMPOSED_SCENES = ("cornell_box", "specular_spheres")
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -53,7 +55,7 @@ def load_scene_data(name_or_path: str | Path, **options) -> SceneData:
     Args:
         name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml).
         options: arguments of ``SceneData``: intersector, triangle_test, view, environment, effects, background, brdfs,
-            lights, fast.
+            lights, fast, up_axis.
 
     Raises:
         InputError: the file cannot be used; the message has its name and, if there is one, the line and the value.
@@ -64,9 +66,13 @@ def load_scene_data(name_or_path: str | Path, **options) -> SceneData:
     mesh = read(path)
     if len(mesh.faces) == 0:
         raise InputError(f"{path}: the file has no triangles")
-    if path.parent == scene_data_dir():
-        options.setdefault("view", COURSE_VIEW)
+    options.setdefault("view", own_view(path))
     return SceneData(mesh, **options)
+
+
+def own_view(path: Path) -> dict | None:
+    """The camera for which the file of a mesh is composed; None if it has none of its own."""
+    return COURSE_VIEW if path.parent == scene_data_dir() and path.stem in COMPOSED_SCENES else None
 
 
 def is_document(path: str | Path) -> bool:

@@ -11,6 +11,7 @@ from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
 from taichi_tracer.environment import Environment, load_environment
+from taichi_tracer.formulas.camera_frame import up_of
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.rt3 import document as rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
@@ -69,6 +70,7 @@ class SceneRequest:
         brdfs, lights: names of registered parts.
         plain: whether only the plain forms run.
         parts: the files of ``--parts``, which are loaded already.
+        up_axis: which axis points upwards, "y" or "z".
     """
 
     name: str
@@ -82,13 +84,14 @@ class SceneRequest:
     plain: bool
     machine: MachineRequest
     parts: tuple[str, ...]
+    up_axis: str
 
     def load(self) -> SceneData:
         """Start Taichi and read the scene; what the user should know about it goes to stderr."""
         self.machine.start()
         options = given(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
         options["environment"] = None if self.environment is None else self.environment.load()
-        options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain}
+        options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain, "up_axis": self.up_axis}
         if self.document is None:
             scene = load_scene_data(self.name, **options)
         else:
@@ -105,6 +108,7 @@ class SceneRequest:
             light = self.environment
             words += options_of(intensity=light.intensity, rotation=light.rotation, lookup=light.lookup)
         words += options_of(brdfs=",".join(self.brdfs) or None, lights=",".join(self.lights) or None)
+        words += ["--up-axis", self.up_axis] * (self.up_axis != "y")
         return words + ["--plain"] * self.plain + self.machine.words()
 
 
@@ -250,7 +254,14 @@ def scene_of(args: Namespace, document: rt3.Document | None, needs_light: bool) 
         plain=args.plain,
         machine=taken(MachineRequest, args),
         parts=tuple(args.parts),
+        up_axis=up_axis_of(args),
     )
+
+
+def up_axis_of(args: Namespace) -> str:
+    """Which axis of the scene points upwards; an InputError for a name that is none."""
+    up_of(args.up_axis)
+    return args.up_axis
 
 
 def environment_of(args: Namespace, document: rt3.Document | None, needs_light: bool) -> EnvironmentRequest | None:
