@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import taichi as ti
 import taichi.math as tm
+from taichi.lang import impl
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
@@ -195,9 +196,12 @@ class ProgressiveRenderer:
         else:
             chosen = PARTS.find("integrator", chosen)
             self._integrators[chosen.name] = chosen
-        # Each renderer has its own copy: an integrator may keep values of one picture, such as a range of depths.
-        self.active = self._integrators.setdefault(chosen.name, copy.copy(chosen))
+        self.active = self._own(chosen)
         return self
+
+    def _own(self, integrator: Integrator) -> Integrator:
+        """This renderer's copy: an integrator may keep values of one picture, such as a range of depths."""
+        return self._integrators.setdefault(integrator.name, copy.copy(integrator))
 
     @property
     def needs_light(self) -> bool:
@@ -279,7 +283,9 @@ class ProgressiveRenderer:
         """Everything that the picture depends on. Samples of different states must not be added up."""
         scene = self.scene_data
         sky = 0 if scene.environment is None else scene.environment.version
-        return self.active, self.camera.version, scene.version, sky, *(light.version for light in scene.lights)
+        values = sum(integrator.version for integrator in self._integrators.values())
+        lights = tuple(light.version for light in scene.lights)
+        return self.active, values, self.camera.version, scene.version, sky, *lights
 
     def is_current(self) -> bool:
         """Whether the samples on the film belong to the present ``state``."""
@@ -292,8 +298,7 @@ class ProgressiveRenderer:
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
         self.reset()
-        if hasattr(self.active, "prepare"):
-            self.active.prepare(self.scene_data, self.camera)
+        self.active.prepare(self.scene_data, self.camera)
         self._shown = self.state()
 
     def begin_anew(self) -> None:
@@ -345,6 +350,11 @@ class ProgressiveRenderer:
         """
         save_image(path, self.film.own_pixels(self.image()), srgb=self.srgb)
 
+    def notes(self) -> list[str]:
+        """What the user should know about the picture; nothing if a replaced method decides what is shown."""
+        own = {"shade_ray", f"shade_{self.active.name}"} & set(self.replaced)
+        return [] if own else self.active.notes()
+
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""
         lines = [*self.scene_data.receipt(), str(self._form)]
@@ -394,9 +404,27 @@ class A1Renderer(ProgressiveRenderer):
             return called(getattr(self, own), hit)
         return ProgressiveRenderer.radiance(self, scene, integrator, ray, hit, rng)
 
+    @property
+    def max_distance(self):
+        """The distance that the view "Distance" shows white; see ``surface_views.Distance``. It may be assigned."""
+        view = self._own(PARTS.find("integrator", "distance"))
+        if not impl.inside_kernel():
+            view.fit(self.scene_data, self.camera)
+        return view.max_distance
+
+    @max_distance.setter
+    def max_distance(self, distance: float | None) -> None:
+        self._own(PARTS.find("integrator", "distance")).max_distance = distance
+
+    def begin(self) -> None:
+        """Start the picture again; replaced methods may call ``shade_distance`` or read ``max_distance`` themselves."""
+        super().begin()
+        if self.replaced:
+            self._own(PARTS.find("integrator", "distance")).prepare(self.scene_data, self.camera)
+
     @in_kernels
     def _view(self, name: str, hit_data):
-        view = PARTS.find("integrator", name)
+        view = self._own(PARTS.find("integrator", name))
         return view.radiance(self.scene_data.in_kernels(), None, hit_data, None)
 
     @ti.func
@@ -411,7 +439,7 @@ class A1Renderer(ProgressiveRenderer):
 
     @ti.func
     def shade_distance(self, hit_data):
-        """Black at the eye, white at 10 units and beyond."""
+        """Black at the eye, white at ``max_distance`` and beyond."""
         return self._view("distance", hit_data)
 
     @ti.func

@@ -13,7 +13,7 @@ import numpy as np
 from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
 from taichi_tracer.apps.rescue import written, written_picture
-from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR
+from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR, note
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.picture.progress import Progress
@@ -23,6 +23,7 @@ from taichi_tracer.system.errors import InputError
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
 SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
+DISTANCE = "distance"  # the view to which --max-distance belongs
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -55,6 +56,8 @@ def render_of(args: Namespace) -> RenderRequest:
     """What the options ask for."""
     scene, pictures = scene_and_pictures_of(args)
     error = None if args.error is None else args.error / 100
+    if args.max_distance is not None and all(one.name != DISTANCE for picture in pictures for _, one in picture.views):
+        note(f"--max-distance {args.max_distance:g} changes nothing here: it belongs to the view {DISTANCE!r}")
     return RenderRequest(
         scene, pictures, args.output, args.spp, args.time, error, args.checkpoint, args.checkpoint_every
     )
@@ -115,6 +118,8 @@ def make_picture(
         place = written_picture(path, image, renderer.srgb and picture.is_encoded)
         print(f"{place}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})", flush=True)
         report_non_finite(renderer)
+        for text in renderer.notes():
+            note(text)
         is_in_place &= place == path
     return is_in_place
 

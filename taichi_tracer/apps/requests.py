@@ -12,7 +12,7 @@ from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, tak
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.formulas.camera_frame import up_of
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
 from taichi_tracer.rt3 import document as rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.scene_data import SceneData
@@ -172,6 +172,7 @@ class PictureRequest:
         spp: samples per pixel.
         shot: what the scene file says; None for a mesh.
         filename: where the scene file wants it; None where it says nothing, or something else is shown.
+        max_distance: what the view of the distance shows white; None is what fits the scene.
     """
 
     width: int
@@ -184,6 +185,7 @@ class PictureRequest:
     filename: str | None
     camera: CameraRequest
     samples: SamplesRequest
+    max_distance: float | None
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
@@ -217,6 +219,8 @@ class PictureRequest:
         renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
         if self.shot is not None and isinstance(renderer, RT3Renderer):
             renderer.set_depth(**self.shot.integrator.depth)
+        if self.max_distance is not None and isinstance(renderer, A1Renderer):
+            renderer.max_distance = self.max_distance
         return renderer
 
 
@@ -304,6 +308,7 @@ def _picture_of(args: Namespace, shot: rt3.Shot | None) -> PictureRequest:
         filename=film.filename if args.view is None else None,
         camera=taken(CameraRequest, args),
         samples=taken(SamplesRequest, args),
+        max_distance=args.max_distance,
     )
     rt3.crop_pixels(picture.crop_window, width, height)  # a window without pixels is an error before any work is done
     return picture

@@ -99,7 +99,7 @@ def _colors(rows: ti.template(), out: ti.template(), i):
     hit.is_hit, hit.triangle_id, hit.distance = 1, ti.cast(rows[i, 0], ti.i32), rows[i, 1]
     hit.barycentric_coords = tm.vec2(rows[i, 2], rows[i, 3])
     put(out, i, 0, surface_views.id_color(hit.triangle_id))
-    put(out, i, 3, surface_views.distance(hit))
+    put(out, i, 3, surface_views.distance(hit, 10.0))
     put(out, i, 6, surface_views.barycentric(hit))
 
 
