@@ -72,7 +72,6 @@ def id_color(i):
     return color
 
 
-@register
 @ti.data_oriented
 class Distance(View):
     """The distance of the hit: black at the eye, white at ``max_distance`` and farther away (A1-15).
