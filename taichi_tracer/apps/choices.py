@@ -20,6 +20,7 @@ class Choices:
 
     Attributes:
         renderer: the one that shows.
+        environments: the names of the environments that can be chosen.
         white: the ``max_distance`` of the view of the distance; None until this view can be shown. It does not follow
             the camera, so that the greys of a picture stay the same while the camera moves. usual_white: the first one.
     """
@@ -33,6 +34,8 @@ class Choices:
         self._scenes = {self.triangle_test: scene}
         self._made = {(self.triangle_test, type(renderer)): renderer}
         self._environments = {} if environment is None else {environment.name: environment}
+        # That of the scene, those of the package, and none: the order in which they come one after another.
+        self.environments = list(dict.fromkeys([*self._environments, *shipped_environments(), NO_LIGHT]))
         of_environment = ("intensity", "rotation", "lookup")
         self._light_options = {} if environment is None else {k: getattr(environment, k) for k in of_environment}
         self._has_chosen_light = environment is not None
@@ -91,11 +94,6 @@ class Choices:
     def environment(self) -> str:
         """The name of the environment; "none" if the scene has none."""
         return NO_LIGHT if self.scene.environment is None else self.scene.environment.name
-
-    @property
-    def environments(self) -> list[str]:
-        """The names of the environments that can be chosen: that of the scene, those of the package, and none."""
-        return list(dict.fromkeys([*self._environments, *shipped_environments(), NO_LIGHT]))
 
     def set_environment(self, name: str) -> None:
         """Choose the light from far away; it keeps intensity, rotation and look-up of the scene's own."""

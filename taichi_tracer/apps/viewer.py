@@ -34,7 +34,7 @@ from taichi_tracer.system.registry import PARTS
 
 TITLE = "Interactive Renderer"
 DISTANCE = "distance"  # the view that has a white of its own
-HELP_WIDTH, HELP_HEIGHT = 316, 335  # pixels; they fit HELP
+HELP_WIDTH, HELP_HEIGHT = 316, 260  # pixels; they fit HELP
 FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
 PLOT_HEIGHT = 150  # pixels, of the drawing of error against time under the settings
 MOST_POINTS = 400  # of that drawing; then every other one is left out
@@ -63,10 +63,6 @@ HELP_KEYS = (
     "m           hide or show the panels",
     "h           this help",
     "Esc         close",
-    "",
-    "Drag an edge of the window: the picture",
-    "keeps its proportions. Panels for which",
-    "there is no room are hidden.",
 )
 AXES = {"y": {"up": "y", "front": "+z", "back": "-z"}, "z": {"up": "z", "front": "-y", "back": "+y"}}  # for HELP_KEYS
 
