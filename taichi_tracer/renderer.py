@@ -69,8 +69,9 @@ def not_a_scene(renderer: str, given) -> InputError:
     return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
 
 
-def camera_of(chosen, width: int, height: int, view: dict) -> ProjectiveCamera:
-    """The given camera object, or a new camera of the given kind that shows ``view``; None takes its own kind."""
+def camera_of(chosen, width: int, height: int, scene_data: SceneData) -> ProjectiveCamera:
+    """The given camera object, or a new camera of the given kind that shows the scene; None takes the scene's kind."""
+    view = scene_data.view_for(width / height if min(width, height) > 0 else 1.0)  # the camera refuses a size of 0
     if chosen is None:
         return make_camera(width, height, **view)
     found = PARTS.find("camera", chosen)
@@ -127,7 +128,7 @@ class ProgressiveRenderer:
             if int(number) != number or not 0 <= number < 2**32:
                 raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
         self.scene_data = scene_data
-        self.camera = camera_of(camera, width, height, scene_data.view)
+        self.camera = camera_of(camera, width, height, scene_data)
         self.width, self.height = self.camera.width, self.camera.height
         bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
         memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")

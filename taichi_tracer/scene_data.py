@@ -189,8 +189,15 @@ class SceneData:
         self.material_library.load()
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
-        self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
+        self._computed_view = view_of_points(visible_points(mesh), up_axis) if view is None else None
+        self.view = self._computed_view if view is None else dict(view)
         self._in_kernels = None
+
+    def view_for(self, aspect: float) -> dict:
+        """``view`` for a picture with this width / height: a computed view of a high picture is from farther away."""
+        if self.view is not self._computed_view or aspect >= 1:
+            return self.view
+        return view_of_points(visible_points(self.mesh), self.up_axis, aspect=aspect)
 
     def again(self, **changes) -> "SceneData":
         """A new scene with the same primitives and parts, except for some arguments of ``SceneData``."""
@@ -198,7 +205,7 @@ class SceneData:
         own = {
             "intersector": getattr(intersector, "stands_in_for", intersector),
             "triangle_test": self.ray_intersector.triangle_test,
-            "view": self.view,
+            "view": None if self.view is self._computed_view else self.view,
             "environment": self.environment,
             "effects": self.effects_mode,
             "background": self.background,

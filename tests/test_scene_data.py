@@ -229,6 +229,21 @@ def test_a_scene_once_more_differs_only_in_what_is_asked_for():
     assert type(again.ray_intersector) is type(scene.ray_intersector)
 
 
+def test_a_high_picture_shows_everything_too():
+    """The computed view is for a square; a narrower picture is taken from farther away, and a wider one is not."""
+    scene = tt.scene_from_mesh(*SQUARE, intersector="brute_force")
+    for width, height in ((40, 40), (80, 40), (20, 80)):
+        renderer = tt.A1Renderer(scene, width=width, height=height).use("hit")
+        border = np.ones((height, width), bool)
+        border[1:-1, 1:-1] = False
+        image = renderer.image()
+        assert image.any()
+        assert not image[border].any()
+    assert scene.view_for(2.0) is scene.view
+    own = tt.scene_from_mesh(*SQUARE, intersector="brute_force", view={"eye": (0, 0, 9), "at": (0, 0, 0)})
+    assert own.view_for(0.1) is own.view
+
+
 def test_the_receipt_says_what_is_simulated_and_which_form_runs():
     fast, plain = (tt.scene_from_mesh(*SQUARE, fast=fast).receipt() for fast in (True, False))
     assert fast[:-1] == plain[:-1]

@@ -5,10 +5,12 @@ from argparse import Namespace
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from taichi_tracer.apps.requests import PictureRequest, document_of, pictures_of, up_axis_of
 from taichi_tracer.files import read
 from taichi_tracer.formulas.camera_frame import view_of_points
-from taichi_tracer.geometry import visible_points
+from taichi_tracer.geometry import clean, visible_points
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Document, FilmSettings, Integrator, Shot, read_rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
@@ -73,17 +75,18 @@ def run(args: Namespace) -> int:
 def _shot(picture: PictureRequest, request: ExportRequest, document: Document) -> Shot:
     """One picture, as the command line changes it."""
     old = picture.shot
-    view = _default_view(document, request.scene, request.up_axis) if old is None else old.view
+    view = _default_view(document, request, picture.width / picture.height) if old is None else old.view
     film = FilmSettings() if old is None else old.film
     integrator = _integrator_of(picture) if old is None or picture.names_view else old.integrator
     film = replace(film, width=picture.width, height=picture.height, crop_window=picture.crop_window)
     return Shot(picture.view_of(view), film, integrator)
 
 
-def _default_view(document: Document, scene: Path, up_axis: str) -> dict:
+def _default_view(document: Document, request: ExportRequest, aspect: float) -> dict:
     """The camera of a mesh: its own, if it is composed for one, else the one that ``SceneData`` computes."""
-    own = own_view(scene)
-    return view_of_points(visible_points(document.mesh), up_axis) if own is None else own
+    own = own_view(request.scene)
+    points = visible_points(clean(document.mesh, np.float64))
+    return view_of_points(points, request.up_axis, aspect=min(1.0, aspect)) if own is None else own
 
 
 def _integrator_of(picture: PictureRequest) -> Integrator:

@@ -208,7 +208,7 @@ class PictureRequest:
 
     def make_camera(self, scene: SceneData) -> ProjectiveCamera:
         """The camera, with the size of the picture."""
-        view = scene.view if self.shot is None else self.shot.view
+        view = scene.view_for(self.width / self.height) if self.shot is None else self.shot.view
         return make_camera(self.width, self.height, **self.view_of(view))
 
     def make_renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:

@@ -5,7 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from taichi_tracer.apps.camera_controller import KEYS, ORBIT_ANGLE, SPEED, ZOOM_DRAG, Pose, dolly, is_legal, speed_for, step, turn
+from taichi_tracer.apps.camera_controller import (
+    KEYS,
+    ORBIT_ANGLE,
+    SPEED,
+    ZOOM_DRAG,
+    Pose,
+    dolly,
+    is_legal,
+    speed_for,
+    step,
+    turn,
+)
 from taichi_tracer.camera import OrthographicCamera
 
 COURSE = {"eye": (0.0, 1.0, 3.0), "at": (0.0, 1.0, 0.0), "up": (0.0, 1.0, 0.0)}

@@ -447,7 +447,7 @@ def test_a_drag_on_the_panel_leaves_the_camera(desktop):
 
 @pytest.mark.parametrize("size", [(700, 300), (300, 500), (900, 650)])
 def test_a_resized_window_shows_the_whole_picture_in_its_proportions(size, desktop, offline):
-    """The picture is square, and as large as the panels leave room; a view of few colours can be compared in any size."""
+    """It is square, and as large as the panels leave room. A view of few colours can be compared in any size."""
     before = desktop.saved()
     expected = offline("material_id", before)
     desktop.xdotool("windowsize", desktop.id, *map(str, size))

@@ -208,7 +208,7 @@ def test_what_a_ray_sees_is_what_the_effects_call_for(kind, expected):
 
 
 def test_with_z_up_the_zenith_is_above(rng):
-    """The light of a direction (x, −z, y) with z up is that of (x, y, z) with y up, and so are samples and densities."""
+    """The light of (x, −z, y) with z up is that of (x, y, z) with y up, and so are samples and densities."""
     environment = load_environment("sunny", rotation=30.0)
     upright, lying = (EnvironmentLight(environment, SimpleNamespace(environment="image"), axis) for axis in "yz")
     upright.prepare()
