@@ -21,12 +21,14 @@ LOOKUPS = ("nearest", "bilinear")
 @ti.data_oriented
 @seams("query_ray", "radiance", "coords", "texel_of", "bilinear")
 class Environment:
-    """Radiance from every direction (A2-5).
+    """Radiance from every direction (A2-5), in a frame in which y is up.
+
+    In a scene with ``up_axis="z"``, ``lights.environment_light`` turns every direction into this frame.
 
     Args:
         image: (h, w, 3) or (h, w) linear radiance, ≥ 0, top row first; usually twice as wide as high.
         intensity: a factor by which all radiance is multiplied.
-        rotation: degrees about +y.
+        rotation: degrees about the axis that is up.
         lookup: "nearest" takes the nearest texel, as in the course; "bilinear" interpolates.
         name: the name of the environment in messages.
 
@@ -89,7 +91,7 @@ class Environment:
         self.version += 1
 
     def set_rotation(self, degrees: float) -> None:
-        """Turn the environment about +y."""
+        """Turn the environment about the axis that is up."""
         self._memory.check("environment")
         if not math.isfinite(degrees):
             raise InputError(f"environment: rotation must be a finite number of degrees, not {degrees!r}")

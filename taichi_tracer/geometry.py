@@ -1,5 +1,6 @@
 """Triangles and spheres: as numpy arrays (``Mesh``, the content of a file) and as Taichi fields (``Geometry``)."""
 
+import itertools
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -146,6 +147,25 @@ def unhittable(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
     return not_finite, no_area
 
 
+def is_collapsed(faces: np.ndarray) -> np.ndarray:
+    """(F,) bool: whether ``clean`` collapsed a triangle into a point."""
+    return (faces[:, 0] == faces[:, 1]) & (faces[:, 1] == faces[:, 2])
+
+
+def visible_points(mesh: Mesh) -> np.ndarray:
+    """(n, 3) float64: the corners of all triangles and of the boxes of all spheres that a ray can hit; n may be 0.
+
+    Args:
+        mesh: a mesh that ``clean`` returned.
+    """
+    is_corner = np.zeros(len(mesh.vertices), bool)
+    is_corner[mesh.faces[~is_collapsed(mesh.faces)]] = True
+    spheres = mesh.spheres[mesh.spheres[:, 3] > 0].astype(np.float64)
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    corners = spheres[:, None, :3] + spheres[:, None, 3:] * signs
+    return np.concatenate([mesh.vertices[is_corner].astype(np.float64), corners.reshape(-1, 3)])
+
+
 def clean(mesh: Mesh, dtype: type[np.floating]) -> Mesh:
     """``mesh`` with every coordinate in ``dtype``; primitives that no ray can hit are collapsed into a point.
 
@@ -248,8 +268,7 @@ class Geometry:
 
     def hittable_triangles(self) -> np.ndarray:
         """(n,) ids of the triangles that ``clean`` did not collapse."""
-        faces = self.mesh.faces
-        return np.flatnonzero((faces[:, 0] != faces[:, 1]) | (faces[:, 1] != faces[:, 2]))
+        return np.flatnonzero(~is_collapsed(self.mesh.faces))
 
     def hittable(self) -> tuple[np.ndarray, np.ndarray]:
         """(n,) numbers of the primitives that a ray can hit, and their (n, 6) boxes."""

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import taichi as ti
 import taichi.math as tm
+from taichi.lang import impl
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
@@ -81,9 +82,10 @@ def not_a_scene(renderer: str, given: object) -> InputError:
 
 
 def camera_of(
-    chosen: ProjectiveCamera | type[ProjectiveCamera] | str | None, width: int, height: int, view: dict[str, Any]
+    chosen: ProjectiveCamera | type[ProjectiveCamera] | str | None, width: int, height: int, scene_data: SceneData
 ) -> ProjectiveCamera:
-    """The given camera object, or a new camera of the given kind that shows ``view``; None takes its own kind."""
+    """The given camera object, or a new camera of the given kind that shows the scene; None takes the scene's kind."""
+    view = scene_data.view_for(width / height if min(width, height) > 0 else 1.0)  # the camera refuses a size of 0
     if chosen is None:
         return make_camera(width, height, **view)
     found = PARTS.find("camera", chosen)
@@ -140,7 +142,7 @@ class ProgressiveRenderer:
             if int(number) != number or not 0 <= number < 2**32:
                 raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
         self.scene_data = scene_data
-        self.camera = camera_of(camera, width, height, scene_data.view)
+        self.camera = camera_of(camera, width, height, scene_data)
         self.width, self.height = self.camera.width, self.camera.height
         bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
         memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")
@@ -210,9 +212,12 @@ class ProgressiveRenderer:
         else:
             chosen = PARTS.find("integrator", chosen)
             self._integrators[chosen.name] = chosen
-        # Each renderer has its own copy: an integrator may keep values of one picture, such as a range of depths.
-        self.active = self._integrators.setdefault(chosen.name, copy.copy(chosen))
+        self.active = self._own(chosen)
         return self
+
+    def _own(self, integrator: Integrator) -> Integrator:
+        """This renderer's copy: an integrator may keep values of one picture, such as a range of depths."""
+        return self._integrators.setdefault(integrator.name, copy.copy(integrator))
 
     @property
     def needs_light(self) -> bool:
@@ -318,7 +323,9 @@ class ProgressiveRenderer:
         """Everything that the picture depends on. Samples of different states must not be added up."""
         scene = self.scene_data
         sky = 0 if scene.environment is None else scene.environment.version
-        return self.active, self.camera.version, scene.version, sky, *(light.version for light in scene.lights)
+        values = sum(integrator.version for integrator in self._integrators.values())
+        lights = tuple(light.version for light in scene.lights)
+        return self.active, values, self.camera.version, scene.version, sky, *lights
 
     def is_current(self) -> bool:
         """Whether the samples on the film belong to the present ``state``."""
@@ -331,8 +338,7 @@ class ProgressiveRenderer:
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
         self.reset()
-        if hasattr(self.active, "prepare"):
-            self.active.prepare(self.scene_data, self.camera)
+        self.active.prepare(self.scene_data, self.camera)
         self._shown = self.state()
 
     def begin_anew(self) -> None:
@@ -427,6 +433,11 @@ class ProgressiveRenderer:
             found |= as_channels(aov, self.film.own_pixels(self._as_image(aov.of(hits))))
         return found
 
+    def notes(self) -> list[str]:
+        """What the user should know about the picture; nothing if a replaced method decides what is shown."""
+        own = {"shade_ray", f"shade_{self.active.name}"} & set(self.replaced)
+        return [] if own else self.active.notes()
+
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""
         lines = [*self.scene_data.receipt(), str(self._form)]
@@ -476,9 +487,27 @@ class A1Renderer(ProgressiveRenderer):
             return called(getattr(self, own), hit)
         return ProgressiveRenderer.radiance(self, scene, integrator, ray, hit, rng)
 
+    @property
+    def max_distance(self):
+        """The distance that the view "Distance" shows white; see ``surface_views.Distance``. It may be assigned."""
+        view = self._own(PARTS.find("integrator", "distance"))
+        if not impl.inside_kernel():
+            view.fit(self.scene_data, self.camera)
+        return view.max_distance
+
+    @max_distance.setter
+    def max_distance(self, distance: float | None) -> None:
+        self._own(PARTS.find("integrator", "distance")).max_distance = distance
+
+    def begin(self) -> None:
+        """Start the picture again; replaced methods may call ``shade_distance`` or read ``max_distance`` themselves."""
+        super().begin()
+        if self.replaced:
+            self._own(PARTS.find("integrator", "distance")).prepare(self.scene_data, self.camera)
+
     @in_kernels
     def _view(self, name: str, hit_data):
-        view = PARTS.find("integrator", name)
+        view = self._own(PARTS.find("integrator", name))
         return view.radiance(self.scene_data.in_kernels(), None, hit_data, None)
 
     @ti.func
@@ -493,7 +522,7 @@ class A1Renderer(ProgressiveRenderer):
 
     @ti.func
     def shade_distance(self, hit_data):
-        """Black at the eye, white at 10 units and beyond."""
+        """Black at the eye, white at ``max_distance`` and beyond."""
         return self._view("distance", hit_data)
 
     @ti.func

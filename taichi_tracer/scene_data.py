@@ -19,9 +19,9 @@ from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.fast.stand_ins import Form, intersector_class
 from taichi_tracer.files.arrays import dressed, mesh_from_arrays
-from taichi_tracer.formulas.camera_frame import view_of_box
+from taichi_tracer.formulas.camera_frame import up_of, view_of_points
 from taichi_tracer.formulas.triangles import TriangleTest
-from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed
+from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed, visible_points
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
@@ -151,7 +151,7 @@ class SceneInKernels:
         self.environment, self.background = scene.environment, scene.background
         far: list[Light] = []
         if scene.environment is not None and effects.environment in ("constant", "image"):
-            far = [EnvironmentLight(scene.environment, effects)]
+            far = [EnvironmentLight(scene.environment, effects, scene.up_axis)]
         self.lights = SceneLights([*far, *scene.lights], effects)
 
     surface_at = surface_at
@@ -195,8 +195,8 @@ class SceneData:
         intersector: the name of a registered intersector, a class that derives from ``RayIntersector``, or an object of
             such a class that has no geometry yet.
         triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
-        view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed from
-            the bounding box of the scene.
+        view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed: a
+            three-quarter view from above, which shows everything.
         environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an
             ``Environment``, or None.
         effects: "scene" compiles the effects that the scene calls for; "all" compiles every effect, for comparison.
@@ -206,6 +206,8 @@ class SceneData:
         fast: False runs only the plain forms, which a student reads. They are slower and give the same bits.
         smooth: whether corners without a normal get a smooth one; or the angle in degrees from which an edge stays
             sharp, see ``geometry.smoothed``. True is 30 degrees.
+        up_axis: the axis that points upwards in the scene, "y" or "z". The computed view has this axis upright, and the
+            zenith of the environment is in this direction. The coordinates of the scene stay as they are.
 
     Attributes:
         effects: the effects for which rendering is compiled, see ``effects.Effects``.
@@ -232,7 +234,9 @@ class SceneData:
         lights: Sequence[LightChoice] = (),
         fast: bool = True,
         smooth: bool | float = False,
+        up_axis: str = "y",
     ) -> None:
+        up_of(up_axis)  # raises the error for an unknown name before anything is made
         chosen = PARTS.find("intersector", intersector)
         runtime.ensure()
         check(mesh)
@@ -242,6 +246,7 @@ class SceneData:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.fast, self.version = effects, bool(fast), 0
         self.shots: tuple = ()
+        self.up_axis = up_axis
         if effects not in MODES:
             raise one_of("effects", effects, MODES)
         self.lights: list[Light] = [PARTS.find("light", light) for light in lights]
@@ -257,8 +262,36 @@ class SceneData:
         self.material_library.load()
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
-        self.view = view_of_box(self.geometry.low, self.geometry.high) if view is None else dict(view)
+        self._computed_view = view_of_points(visible_points(mesh), up_axis) if view is None else None
+        self.view = self._computed_view if view is None else dict(view)
         self._in_kernels: SceneInKernels | None = None
+
+    def view_for(self, aspect: float) -> dict[str, Any]:
+        """``view`` for a picture with this width / height: a computed view of a high picture is from farther away."""
+        if self.view is not self._computed_view or aspect >= 1:
+            return self.view
+        return view_of_points(visible_points(self.mesh), self.up_axis, aspect=aspect)
+
+    def again(self, **changes: Any) -> "SceneData":
+        """A new scene with the same primitives and parts, except for some arguments of ``SceneData``."""
+        intersector = type(self.ray_intersector)
+        own = {
+            "intersector": getattr(intersector, "stands_in_for", intersector),
+            "triangle_test": self.ray_intersector.triangle_test,
+            "view": None if self.view is self._computed_view else self.view,
+            "environment": self.environment,
+            "effects": self.effects_mode,
+            "background": self.background,
+            "brdfs": list(reversed(self.material_library.brdfs)),  # the last one of the library is asked first
+            "lights": self.lights,
+            "fast": self.fast,
+            "up_axis": self.up_axis,
+        }
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the primitives that are dropped were told when this scene was made
+            scene = SceneData(self.mesh, **own | changes)
+        scene.shots, scene.notes = self.shots, self.notes
+        return scene
 
     def set_environment(self, environment: EnvironmentChoice) -> None:
         """Replace the light from far away. The argument may be anything that the constructor takes."""
@@ -304,6 +337,8 @@ class SceneData:
         arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
         if mesh.face_culls is not None:
             arrays.append(mesh.face_culls)
+        if self.up_axis != "y":
+            digest.update(self.up_axis.encode())
         if self.background is not None:
             arrays += [self.background.pixels, np.array([self.background.corners])]
         if sky is not None:
@@ -517,6 +552,7 @@ def scene_from_mesh(
     lights: Sequence[LightChoice] = (),
     fast: bool = True,
     smooth: bool | float = False,
+    up_axis: str = "y",
 ) -> SceneData:
     """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
 
@@ -529,8 +565,8 @@ def scene_from_mesh(
         normals: (V, 3), a normal for each vertex, or (F, 3, 3), a normal for each corner of each triangle. They need
             not have unit length. Without them, triangles are flat; ``smooth=True`` computes normals.
         face_materials: (F,) ids into the colours or materials, counted from 0, one for each triangle.
-        intersector, triangle_test, view, environment, effects, background, brdfs, lights, fast, smooth: as for
-            ``SceneData``.
+        intersector, triangle_test, view, environment, effects, background, brdfs, lights, fast, smooth, up_axis: as
+            for ``SceneData``.
 
     Raises:
         InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
@@ -553,4 +589,5 @@ def scene_from_mesh(
         lights=lights,
         fast=fast,
         smooth=smooth,
+        up_axis=up_axis,
     )

@@ -20,8 +20,10 @@ from taichi_tracer.scene_data import (
 )
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
-# The camera of the course (A1-16). Every shipped scene is made for this camera.
+# The camera of the course (A1-16), and the shipped scenes that are composed for it. They look best, and as in the
+# handouts, from there; the others are single objects, which ``SceneData`` shows in a three-quarter view.
 COURSE_VIEW: dict[str, Any] = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
+COMPOSED_SCENES = ("cornell_box", "specular_spheres")
 
 FILE = "file"  # in place of an environment or a background: what the scene's file says; a mesh says nothing
 
@@ -72,21 +74,22 @@ def load_scene_data(
     lights: Sequence[LightChoice] = (),
     fast: bool = True,
     smooth: bool | float = False,
+    up_axis: str = "y",
 ) -> SceneData:
     """Read a scene.
 
     Args:
         name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml).
-        view: as for ``SceneData``; None takes the camera of the file, or that of the course for a shipped mesh.
+        view: as for ``SceneData``; None takes the camera of the file, or that of the course for some shipped meshes.
         environment, background: as for ``SceneData``; "file" takes those of the file, which only .xml can have.
-        intersector, triangle_test, effects, brdfs, lights, fast, smooth: as for ``SceneData``.
+        intersector, triangle_test, effects, brdfs, lights, fast, smooth, up_axis: as for ``SceneData``.
 
     Raises:
         InputError: the file cannot be used; the message has its name and, if there is one, the line and the value.
     """
     path = find_scene(name_or_path)
     options: dict[str, Any] = {"intersector": intersector, "triangle_test": triangle_test, "effects": effects}
-    options |= {"view": view, "brdfs": brdfs, "lights": lights, "fast": fast, "smooth": smooth}
+    options |= {"view": view, "brdfs": brdfs, "lights": lights, "fast": fast, "smooth": smooth, "up_axis": up_axis}
     said = {"environment": environment, "background": background}
     options |= {name: value for name, value in said.items() if not is_file(value)}
     if is_document(path):
@@ -94,9 +97,14 @@ def load_scene_data(
     mesh = read(path)
     if len(mesh.faces) == 0:
         raise InputError(f"{path}: the file has no triangles")
-    if view is None and path.parent == scene_data_dir():
-        options["view"] = COURSE_VIEW
+    if view is None:
+        options["view"] = own_view(path)
     return SceneData(mesh, **options)
+
+
+def own_view(path: Path) -> dict[str, Any] | None:
+    """The camera for which the file of a mesh is composed; None if it has none of its own."""
+    return COURSE_VIEW if path.parent == scene_data_dir() and path.stem in COMPOSED_SCENES else None
 
 
 def is_file(value: Any) -> bool:

@@ -15,6 +15,7 @@ import taichi_tracer as tt
 from taichi_tracer.camera import make_camera
 from taichi_tracer.system import runtime
 
+MAX_DISTANCE = 10.0  # of the view of the distance, in every scene
 SIZE = (44, 36)  # neither square nor a multiple of a packet
 MESHES = ("blob", "cornell_box", "cube", "specular_spheres", "sphere", "torus_knot")
 DOCUMENTS = (
@@ -30,6 +31,8 @@ ESTIMATORS = ("uniform", "hemisphere", "brdf", "environment", "mis", "mis_balanc
 INTEGRATORS = ("flat", "normal_map", "depth_map")
 SAMPLERS = ("sobol", "independent")
 STUDIO = {"environment": "studio"}
+# From where the meshes are seen, whatever a scene's own camera is, so that digests change only with the renderer.
+VIEW = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
 ORTHOGRAPHIC = {"projection": "orthographic", "screen_window": (-1.6, 1.6, -1.2, 1.2)}
 
 
@@ -148,11 +151,14 @@ class Maker:
 
     def renderer(self, picture: Picture) -> tt.A1Renderer:
         """A renderer with the picture's options."""
-        options, view = dict(picture.options), dict(self.scene.view)
+        options, view = dict(picture.options), dict(VIEW if picture.scene in MESHES else self.scene.view)
         if "projection" in options:
             options.pop("projection")
             view = {**ORTHOGRAPHIC, **{name: view[name] for name in ("eye", "at", "up")}}
-        return picture.renderer_class(self.scene, camera=make_camera(*SIZE, **view), **options)
+        renderer = picture.renderer_class(self.scene, camera=make_camera(*SIZE, **view), **options)
+        if isinstance(renderer, tt.A1Renderer):
+            renderer.max_distance = MAX_DISTANCE
+        return renderer
 
     def destroy(self) -> None:
         """Free the scene's memory."""

@@ -9,7 +9,7 @@ from shapes import SQUARE, with_spheres
 
 import taichi_tracer as tt
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
-from taichi_tracer.geometry import Mesh, check, clean, smoothed
+from taichi_tracer.geometry import Mesh, check, clean, smoothed, visible_points
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import runtime
 
@@ -39,6 +39,15 @@ def test_unhittable_triangles_are_dropped_counted_and_told(vertices, face, cause
     assert mesh.notes == [f"square: 1 of 3 triangles dropped ({cause})"]
     assert np.isfinite(mesh.vertices).all()
     np.testing.assert_array_equal(mesh.faces[:2], SQUARE[1])  # the others keep their ids
+
+
+def test_visible_points_are_those_that_a_ray_can_hit():
+    mesh = square_with([[np.nan, 0, 0], [9, 9, 9]], [[0, 1, 4], [5, 5, 0]])  # and no triangle has the last one
+    np.testing.assert_array_equal(visible_points(clean(mesh, np.float64)), SQUARE[0])
+    spheres = with_spheres([[1, 2, 3, 0.5], [0, 0, 0, -1], [np.nan, 0, 0, 1]])
+    corners = visible_points(clean(spheres, np.float32))
+    assert corners.shape == (8, 3)
+    np.testing.assert_array_equal([corners.min(axis=0), corners.max(axis=0)], [[0.5, 1.5, 2.5], [1.5, 2.5, 3.5]])
 
 
 def test_a_good_mesh_is_left_alone():

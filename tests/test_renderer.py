@@ -247,6 +247,34 @@ def test_a_name_is_no_scene_yet(renderer_class):
         renderer_class(None)
 
 
+@ti.data_oriented
+class OwnDistance(tt.A1Renderer):
+    """A student's view of the distance, with the ``max_distance`` of the handout."""
+
+    @ti.func
+    def shade_distance(self, hit_data):
+        return tm.vec3(0, hit_data.distance / self.max_distance, 0)
+
+    @ti.func
+    def shade_normal(self, hit_data):
+        return self.shade_distance(hit_data)
+
+
+def test_a_distance_of_ones_own_stays_in_charge_and_reads_max_distance():
+    camera = tt.Camera(8, 8, eye=(0, 0, 3), at=(0, 0, 0), fov=20)
+    renderer = OwnDistance(tt.scene_from_mesh(*SQUARE, intersector="brute_force"), camera=camera)
+    for view in ("distance", "normal"):
+        renderer.max_distance = None
+        np.testing.assert_allclose(renderer.use(view).image()[4, 4], [0, 0.3, 0], atol=5e-3)
+        renderer.max_distance = 4
+        np.testing.assert_allclose(renderer.image()[4, 4], [0, 0.75, 0], atol=1e-2)
+    renderer.camera.set_camera_parameters(eye=(0, 0, 30))
+    renderer.max_distance = None
+    renderer.use("distance").render()
+    assert renderer.max_distance == 50
+    assert renderer.notes() == []  # a view of one's own need not have this white
+
+
 def test_a_view_that_is_not_finite_is_counted_and_black():
     scene = tt.load_scene_data("cube")
 

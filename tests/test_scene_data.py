@@ -211,10 +211,39 @@ def test_the_fingerprint_tells_scenes_apart_by_all_that_a_picture_depends_on():
         tt.SceneData(mesh, environment="studio", background=(1, 0, 0)),
         tt.SceneData(mesh, environment="studio", lights=[Lamp()]),
         tt.SceneData(mesh, environment="studio", lights=[Lamp(2.0)]),
+        tt.SceneData(mesh, environment="studio", up_axis="z"),
     ]
     prints = [scene.fingerprint() for scene in others]
     assert usual not in prints
     assert len(set(prints)) == len(prints)
+
+
+def test_a_scene_once_more_differs_only_in_what_is_asked_for():
+    vertices, faces = SQUARE
+    line = np.concatenate([faces, [[0, 1, 1]]])
+    with pytest.warns(UserWarning, match="1 of 3 triangles dropped"):
+        scene = tt.scene_from_mesh(vertices, line, environment="studio", up_axis="z", lights=[Lamp()])
+    again = scene.again(triangle_test="moller_trumbore")
+    assert again.ray_intersector.triangle_test == "moller_trumbore"
+    assert again.fingerprint() == scene.fingerprint()
+    assert again.environment is scene.environment
+    assert again.notes == scene.notes
+    assert type(again.ray_intersector) is type(scene.ray_intersector)
+
+
+def test_a_high_picture_shows_everything_too():
+    """The computed view is for a square; a narrower picture is taken from farther away, and a wider one is not."""
+    scene = tt.scene_from_mesh(*SQUARE, intersector="brute_force")
+    for width, height in ((40, 40), (80, 40), (20, 80)):
+        renderer = tt.A1Renderer(scene, width=width, height=height).use("hit")
+        border = np.ones((height, width), bool)
+        border[1:-1, 1:-1] = False
+        image = renderer.image()
+        assert image.any()
+        assert not image[border].any()
+    assert scene.view_for(2.0) is scene.view
+    own = tt.scene_from_mesh(*SQUARE, intersector="brute_force", view={"eye": (0, 0, 9), "at": (0, 0, 0)})
+    assert own.view_for(0.1) is own.view
 
 
 def test_the_receipt_says_what_is_simulated_and_which_form_runs():

@@ -7,7 +7,9 @@ from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.rt3.document import read_rt3
-from taichi_tracer.scene_data_loader import COURSE_VIEW, find_scene, name_of
+from taichi_tracer.scene_data_loader import COMPOSED_SCENES, COURSE_VIEW, find_scene, name_of
+
+QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -19,12 +21,24 @@ MESHES = [name for name in tt.scene_names() if not name.startswith("rt3/")]
 
 
 @pytest.mark.parametrize("name", long_except(MESHES, "cornell_box", "cube"))
-def test_every_shipped_scene_loads_with_the_courses_view(name):
+def test_every_shipped_scene_loads_and_is_seen_from_the_course_or_from_above(name):
     scene = tt.load_scene_data(name)
     assert scene.num_triangles > 0
     assert scene.dropped == 0
-    assert scene.view == COURSE_VIEW
+    if name in COMPOSED_SCENES:
+        assert scene.view == COURSE_VIEW
+    else:
+        assert (scene.view["eye"] - scene.view["at"] > 0.5).all()
     scene.destroy()
+
+
+def test_a_scene_can_lie_with_z_up(tmp_path):
+    scene = tt.load_scene_data("cube", up_axis="z", **QUICK)
+    assert scene.up_axis == "z"
+    assert list(scene.view["up"]) == [0, 0, 1]
+    assert scene.view["eye"][1] < scene.geometry.low[1]
+    with pytest.raises(tt.InputError, match="unknown up axis 'Z'"):
+        tt.load_scene_data("cube", up_axis="Z")
 
 
 def test_shipped_names_are_those_of_the_issue():

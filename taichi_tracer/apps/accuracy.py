@@ -4,7 +4,7 @@ from argparse import Namespace
 from dataclasses import dataclass
 from pathlib import Path
 
-from taichi_tracer.apps.requests import CameraRequest
+from taichi_tracer.apps.requests import CameraRequest, up_axis_of
 from taichi_tracer.apps.rescue import written_bytes
 from taichi_tracer.apps.words import given, taken
 from taichi_tracer.files.disk import check_place, make_folder
@@ -68,6 +68,7 @@ def study_of(args: Namespace) -> StudyRequest:
         args.brdfs,
         args.lights,
         view_of=lambda view: camera.applied_to(view, width / height),
+        up_axis=up_axis_of(args),
         **given(intensity=args.intensity, rotation=args.rotation),
     )
     report = None if args.report is None else prepared(args.report)

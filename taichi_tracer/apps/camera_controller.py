@@ -6,17 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
-from taichi_tracer.formulas.camera_frame import camera_frame
+from taichi_tracer.formulas.camera_frame import camera_frame, world_axes
 from taichi_tracer.system.errors import InputError
 
-SPEED = 1.5  # units per second, along every axis (A1-16)
+SPEED = 1.5  # units per second, along every axis (A1-16), in a scene whose longest side is within this range:
+USUAL_SIZES = 0.5, 5.0
+SPEED_SHARE = 0.75  # of the longest side of any other scene, per second; in the Cornell box, 1.5 units are as much
 ZOOM_RATE = 1.0  # the distance to ``at`` changes by a factor of e in one second
 ORBIT_ANGLE = math.pi  # a drag across the whole picture turns the camera by half a circle
 ZOOM_DRAG = 2.0  # a drag over the whole height changes the distance by a factor of e²
 POLE_ANGLE = math.radians(1.0)  # an orbit stops this close to ``up``, where no frame exists
 LARGEST_EXPONENT = 88.0  # e to the power of more is beyond f32
 
-# key → (the point that moves, axis of the screen or the world, sign)
+# key → (the axis of the screen, or of the scene as in ``world_axes``, and the sign)
 WORLD_KEYS = {"w": (1, 1), "s": (1, -1), "e": (2, 1), "q": (2, -1)}
 SIDE_KEYS = {"d": 1, "a": -1}
 ARROWS = {"Right": (0, 1), "Left": (0, -1), "Up": (1, 1), "Down": (1, -1)}
@@ -71,7 +73,13 @@ def is_legal(pose: Pose) -> bool:
 
 
 def step(
-    pose: Pose, keys: set[str], seconds: float, orbit: tuple[float, float] = (0.0, 0.0), zoom: float = 0.0
+    pose: Pose,
+    keys: set[str],
+    seconds: float,
+    orbit: tuple[float, float] = (0.0, 0.0),
+    zoom: float = 0.0,
+    speed: float = SPEED,
+    up_axis: str = "y",
 ) -> Pose:
     """The pose after one frame; the same pose where no camera exists after the move.
 
@@ -80,8 +88,10 @@ def step(
         seconds: the time since the last frame.
         orbit: how far the mouse was dragged (to the right, upwards), in fractions of the picture.
         zoom: how far the mouse was dragged upwards to come nearer, as a fraction of the picture's height.
+        speed: of the keys, in units per second; see ``speed_for``.
+        up_axis: the axis of the scene that points upwards, "y" or "z".
     """
-    moved = pan(pose, keys, SPEED * seconds)
+    moved = pan(pose, keys, speed * seconds, up_axis)
     moved = turn(moved, *orbit)
     zooming = ZOOM_KEYS if pose.window is None else {**ZOOM_KEYS, **WINDOW_KEYS}
     farther = sum(sign for key, sign in zooming.items() if key in keys) * ZOOM_RATE * seconds - ZOOM_DRAG * zoom
@@ -90,21 +100,30 @@ def step(
     return moved if is_legal(moved) else pose
 
 
-def pan(pose: Pose, keys: set[str], distance: float) -> Pose:
+def speed_for(low: np.ndarray, high: np.ndarray) -> float:
+    """The speed of the keys in a scene with this bounding box, in units per second (A1-16)."""
+    size = float(np.max(np.asarray(high, np.float64) - low))
+    is_usual = USUAL_SIZES[0] <= size <= USUAL_SIZES[1] or not 0 < size < math.inf
+    return SPEED if is_usual else SPEED_SHARE * size
+
+
+def pan(pose: Pose, keys: set[str], distance: float, up_axis: str = "y") -> Pose:
     """Move ``eye`` and ``at`` by ``distance`` for every key that is held (A1-16).
 
     w/s move the eye along the world's +y/−y, e/q along +z/−z, a/d along the world's x, to the left/right of the
-    picture. Arrows move ``at`` along the picture's own axes. With an orthographic camera, e/q zoom instead.
+    picture. If z is up in the scene, w/s move it along +z/−z, and e/q along −y/+y. Arrows move ``at`` along the
+    picture's own axes. With an orthographic camera, e/q zoom instead.
     """
+    world = world_axes(up_axis)
     right, top = pose.frame()[:3, 0], pose.frame()[:3, 1]
     eye, at = pose.eye.copy(), pose.at.copy()
     x_sign = 1.0 if right[0] >= 0 else -1.0
     for key, sign in SIDE_KEYS.items():
         if key in keys:
-            eye[0] += sign * x_sign * distance
+            eye += sign * x_sign * distance * world[:, 0]
     for key, (axis, sign) in WORLD_KEYS.items():
         if key in keys and not (pose.window is not None and key in WINDOW_KEYS):
-            eye[axis] += sign * distance
+            eye += sign * distance * world[:, axis]
     for key, (axis, sign) in ARROWS.items():
         if key in keys:
             at += sign * distance * (right, top)[axis]

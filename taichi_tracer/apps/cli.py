@@ -267,9 +267,16 @@ def load(target: str) -> Callable:
 
 
 def add_scene_argument(parser: Parser) -> None:
-    """The scene alone."""
+    """The scene alone, and which way it stands."""
     what = "name of a shipped scene, or a file: .obj .ply .stl .glb ..., or .xml of RT3"
     parser.add_argument("scene", metavar="SCENE", help=what)
+    parser.add_argument(
+        "--up-axis",
+        default="y",
+        metavar="y|z",
+        help="which axis of the scene points upwards: the view of a mesh, and the zenith of the environment, follow it "
+        "(default: %(default)s)",
+    )
 
 
 def add_parts_option(parser: Parser) -> None:
@@ -320,7 +327,7 @@ def add_light_options(parser: Parser, otherwise: str) -> argparse._ArgumentGroup
     what = f"a shipped name, an image (.hdr .exr .png .jpg .npy), {otherwise}"
     light.add_argument("--environment", metavar="E", help=what)
     light.add_argument("--intensity", type=number, metavar="X", help="multiply its radiance")
-    light.add_argument("--rotation", type=number, metavar="D", help="turn it about +y by degrees")
+    light.add_argument("--rotation", type=number, metavar="D", help="turn it about the upward axis by degrees")
     return light
 
 
@@ -362,6 +369,12 @@ def add_picture_options(parser: Parser) -> None:
         nargs=4,
         metavar=("X0", "X1", "Y0", "Y1"),
         help="render only this part of the frame, in fractions of it, y from the bottom",
+    )
+    parser.add_argument(
+        "--max-distance",
+        type=positive,
+        metavar="UNITS",
+        help="the distance that the view 'distance' shows white (default: 10, or a round number that fits the scene)",
     )
     parser.add_argument("--sampler", metavar="NAME", help="where random numbers come from")
     parser.add_argument(

@@ -91,6 +91,38 @@ def x11_opens(name: str) -> bool:
     return False
 
 
+def screen_size() -> tuple[int, int] | None:
+    """(width, height) of the screen on which windows open, in the pixels of windows; None if it is unknown."""
+    with contextlib.suppress(OSError, AttributeError):
+        if sys.platform == "win32":
+            return tuple(ctypes.windll.user32.GetSystemMetrics(i) for i in (0, 1))  # SM_CXSCREEN, SM_CYSCREEN
+        if sys.platform == "darwin":
+            quartz = ctypes.CDLL(ctypes.util.find_library("CoreGraphics"))
+            quartz.CGDisplayPixelsWide.restype = quartz.CGDisplayPixelsHigh.restype = ctypes.c_size_t
+            quartz.CGDisplayPixelsWide.argtypes = quartz.CGDisplayPixelsHigh.argtypes = [ctypes.c_uint32]
+            main = quartz.CGMainDisplayID()
+            return quartz.CGDisplayPixelsWide(main), quartz.CGDisplayPixelsHigh(main)
+        return x11_screen_size(os.environ.get("DISPLAY", ""))
+    return None
+
+
+def x11_screen_size(name: str) -> tuple[int, int] | None:
+    """(width, height) of the default screen of the X server ``name``; None if it cannot be asked."""
+    library = ctypes.util.find_library("X11")
+    if library is None:
+        return None
+    x11 = ctypes.CDLL(library)
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    connection = x11.XOpenDisplay(name.encode())
+    if connection is None:
+        return None
+    display = ctypes.c_void_p(connection)
+    screen = x11.XDefaultScreen(display)
+    size = x11.XDisplayWidth(display, screen), x11.XDisplayHeight(display, screen)
+    x11.XCloseDisplay(display)
+    return size
+
+
 def vulkan_remedy() -> str:
     """What to install for a Vulkan driver."""
     if sys.platform.startswith("linux"):

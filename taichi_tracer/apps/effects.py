@@ -40,7 +40,7 @@ class EffectsRequest:
     def load(self, scene: SceneRequest) -> SceneData:
         """One of the three, seen from where the camera is."""
         loaded, (width, height) = scene.load(), self.size
-        loaded.view = self.camera.applied_to(loaded.view, width / height)
+        loaded.view = self.camera.applied_to(loaded.view_for(width / height), width / height)
         return loaded
 
 

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.apps.requests import PictureRequest, document_of, pictures_of
+from taichi_tracer.apps.requests import PictureRequest, document_of, pictures_of, up_axis_of
 from taichi_tracer.files import read
-from taichi_tracer.files.shipped import scene_data_dir
-from taichi_tracer.formulas.camera_frame import view_of_box
+from taichi_tracer.formulas.camera_frame import view_of_points
+from taichi_tracer.geometry import clean, visible_points
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Document, FilmSettings, Integrator, Shot, read_rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.rt3.write import as_rt3
-from taichi_tracer.scene_data_loader import COURSE_VIEW, find_scene
+from taichi_tracer.scene_data_loader import find_scene, own_view
 from taichi_tracer.system.errors import InputError
 
 SAME_AS = {"normal": "normal_map"}  # views that an integrator of RT3 shows
@@ -28,12 +28,14 @@ class ExportRequest:
     Attributes:
         scene: a shipped name or a path. document: what its file says, where it is one of RT3; None for a mesh.
         output: the file to write.
+        up_axis: the axis that is upright in the view of a mesh, "y" or "z".
     """
 
     scene: Path
     document: Document | None
     pictures: tuple[PictureRequest, ...]
     output: Path
+    up_axis: str
 
 
 def export_of(args: Namespace) -> ExportRequest:
@@ -44,7 +46,7 @@ def export_of(args: Namespace) -> ExportRequest:
     if not path.parent.is_dir():
         raise InputError(f"{path}: the folder {path.parent} does not exist")
     document = document_of(args.scene)
-    return ExportRequest(find_scene(args.scene), document, pictures_of(args, document), path)
+    return ExportRequest(find_scene(args.scene), document, pictures_of(args, document), path, up_axis_of(args))
 
 
 def run(args: Namespace) -> int:
@@ -53,7 +55,7 @@ def run(args: Namespace) -> int:
     path, document = request.output, request.document
     if document is None:
         document = Document(read(request.scene), [])
-    shots = [_shot(picture, document, request.scene) for picture in request.pictures]
+    shots = [_shot(picture, request, document) for picture in request.pictures]
     for note in document.mesh.notes:
         print(f"taichi-tracer: note: {note}", file=sys.stderr)
     text = as_rt3(replace(document, shots=shots), path)
@@ -70,22 +72,21 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _shot(picture: PictureRequest, document: Document, scene: Path) -> Shot:
+def _shot(picture: PictureRequest, request: ExportRequest, document: Document) -> Shot:
     """One picture, as the command line changes it."""
     old = picture.shot
-    view = _default_view(document, scene) if old is None else old.view
+    view = _default_view(document, request, picture.width / picture.height) if old is None else old.view
     film = FilmSettings() if old is None else old.film
     integrator = _integrator_of(picture) if old is None or picture.names_view else old.integrator
     film = replace(film, width=picture.width, height=picture.height, crop_window=picture.crop_window)
     return Shot(picture.view_of(view), film, integrator)
 
 
-def _default_view(document: Document, scene: Path) -> dict:
-    """The camera of a mesh: the course's for the scenes that come with the package, else one that shows its box."""
-    if scene.parent == scene_data_dir():
-        return COURSE_VIEW
-    vertices = document.mesh.vertices[np.unique(document.mesh.faces)]
-    return view_of_box(vertices.min(axis=0), vertices.max(axis=0))
+def _default_view(document: Document, request: ExportRequest, aspect: float) -> dict:
+    """The camera of a mesh: its own, if it is composed for one, else the one that ``SceneData`` computes."""
+    own = own_view(request.scene)
+    points = visible_points(clean(document.mesh, np.float64))
+    return view_of_points(points, request.up_axis, aspect=min(1.0, aspect)) if own is None else own
 
 
 def _integrator_of(picture: PictureRequest) -> Integrator:

@@ -42,6 +42,7 @@ def describe(renderer: ProgressiveRenderer) -> list[str]:
         "vertex normals": "yes" if scene.mesh.has_vertex_normals else "no",
         "bounds": f"{show(scene.geometry.low)} to {show(scene.geometry.high)}",
     }
+    facts["up axis"] = scene.up_axis
     facts |= {f"view {name}": show(value) for name, value in scene.view.items()}
     facts |= {"intersector": scene.ray_intersector.name, "triangle test": scene.ray_intersector.triangle_test}
     facts |= scene.ray_intersector.facts()

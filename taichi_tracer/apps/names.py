@@ -14,6 +14,7 @@ from taichi_tracer.camera import HANDEDNESS, ProjectiveCamera, make_camera
 from taichi_tracer.effects import MODES
 from taichi_tracer.environment import LOOKUPS, Environment
 from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.formulas.camera_frame import UP_AXES
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.renderer import ProgressiveRenderer
@@ -163,6 +164,7 @@ def names_of_files() -> dict[str, Names]:
     return {
         "scenes": Names(tuple(scene_names())),
         "environments": Names((*shipped_environments(), "none")),
+        "up axes": Names.of_parameter(tuple(UP_AXES), SceneData, "up_axis"),
     }
 
 

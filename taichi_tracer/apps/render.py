@@ -26,6 +26,7 @@ from taichi_tracer.tones.display import Display
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
 SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
+DISTANCE = "distance"  # the view to which --max-distance belongs
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -59,6 +60,8 @@ class RenderRequest:
 def render_of(args: Namespace) -> RenderRequest:
     """What the options ask for."""
     scene, pictures = scene_and_pictures_of(args)
+    if args.max_distance is not None and all(one.name != DISTANCE for picture in pictures for _, one in picture.views):
+        note(f"--max-distance {args.max_distance:g} changes nothing here: it belongs to the view {DISTANCE!r}")
     return RenderRequest(
         scene=scene,
         pictures=pictures,
@@ -131,6 +134,8 @@ def make_picture(
         place = written_picture(path, image, channels, **encoding)
         print(f"{place}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})", flush=True)
         report_non_finite(renderer)
+        for text in renderer.notes():
+            note(text)
         is_in_place &= place == path
     return is_in_place
 

@@ -11,7 +11,8 @@ from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
 from taichi_tracer.environment import Environment, load_environment
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.formulas.camera_frame import up_of
+from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
 from taichi_tracer.rt3 import document as rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.scene_data import SceneData
@@ -72,6 +73,7 @@ class SceneRequest:
         smooth: the crease angle of smooth normals in degrees; None leaves triangles without normals flat.
         plain: whether only the plain forms run.
         parts: the files of ``--parts``, which are loaded already.
+        up_axis: which axis points upwards, "y" or "z".
     """
 
     name: str
@@ -86,6 +88,7 @@ class SceneRequest:
     plain: bool
     machine: MachineRequest
     parts: tuple[str, ...]
+    up_axis: str
 
     def load(self) -> SceneData:
         """Start Taichi and read the scene; what the user should know about it goes to stderr."""
@@ -93,7 +96,7 @@ class SceneRequest:
         options = given(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
         options |= given(smooth=self.smooth)
         options["environment"] = None if self.environment is None else self.environment.load()
-        options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain}
+        options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain, "up_axis": self.up_axis}
         if self.document is None:
             scene = load_scene_data(self.name, **options)
         else:
@@ -111,6 +114,7 @@ class SceneRequest:
             words += options_of(intensity=light.intensity, rotation=light.rotation, lookup=light.lookup)
         words += options_of(brdfs=",".join(self.brdfs) or None, lights=",".join(self.lights) or None)
         words += options_of(smooth=self.smooth)
+        words += ["--up-axis", self.up_axis] * (self.up_axis != "y")
         return words + ["--plain"] * self.plain + self.machine.words()
 
 
@@ -175,6 +179,7 @@ class PictureRequest:
         shot: what the scene file says; None for a mesh.
         filename: where the scene file wants it; None where it says nothing, or something else is shown.
         display: exposure and tone curve, for what shows light or colour.
+        max_distance: what the view of the distance shows white; None is what fits the scene.
     """
 
     width: int
@@ -188,6 +193,7 @@ class PictureRequest:
     camera: CameraRequest
     samples: SamplesRequest
     display: Display
+    max_distance: float | None
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
@@ -210,7 +216,7 @@ class PictureRequest:
 
     def make_camera(self, scene: SceneData) -> ProjectiveCamera:
         """The camera, with the size of the picture."""
-        view = scene.view if self.shot is None else self.shot.view
+        view = scene.view_for(self.width / self.height) if self.shot is None else self.shot.view
         return make_camera(self.width, self.height, **self.view_of(view))
 
     def make_renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
@@ -221,6 +227,8 @@ class PictureRequest:
         renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
         if self.shot is not None and isinstance(renderer, RT3Renderer):
             renderer.set_depth(**self.shot.integrator.depth)
+        if self.max_distance is not None and isinstance(renderer, A1Renderer):
+            renderer.max_distance = self.max_distance
         return renderer.set_display(self.display.exposure, self.display.tone)
 
 
@@ -259,7 +267,14 @@ def scene_of(args: Namespace, document: rt3.Document | None, needs_light: bool) 
         plain=args.plain,
         machine=taken(MachineRequest, args),
         parts=tuple(args.parts),
+        up_axis=up_axis_of(args),
     )
+
+
+def up_axis_of(args: Namespace) -> str:
+    """Which axis of the scene points upwards; an InputError for a name that is none."""
+    up_of(args.up_axis)
+    return args.up_axis
 
 
 def environment_of(args: Namespace, document: rt3.Document | None, needs_light: bool) -> EnvironmentRequest | None:
@@ -303,6 +318,7 @@ def _picture_of(args: Namespace, shot: rt3.Shot | None) -> PictureRequest:
         camera=taken(CameraRequest, args),
         samples=taken(SamplesRequest, args),
         display=Display(args.exposure, args.tone),
+        max_distance=args.max_distance,
     )
     if not picture.display.is_plain and not any(integrator.srgb for _, integrator in picture.views):
         shown = ", ".join(integrator.name for _, integrator in picture.views)

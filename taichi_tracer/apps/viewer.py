@@ -1,63 +1,73 @@
-"""The interactive window (A1-16): a control panel beside the picture. The only file that uses ``ti.ui``.
+"""The interactive window (A1-16): the picture between two panels. The only file that uses ``ti.ui``.
 
-The panel stands in a margin of its own and so hides nothing of the scene. ``ti.ui`` tells a program neither of the
-mouse wheel nor of F1: zooming is a drag with the right button, or the keys i and o; help is the key h, or a button.
+The panels stand in margins of their own and so hide nothing of the scene: on the left what is shown, the six views and
+the estimators of light; on the right the settings. ``ti.ui`` tells a program neither of the mouse wheel nor of F1:
+zooming is a drag with the right button, or the keys i and o; help is the key h, or a button.
 """
 
 import math
 import shlex
 import time
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
-from taichi_tracer.apps import camera_controller
+from taichi_tracer.apps import camera_controller, clipboard
 from taichi_tracer.apps.camera_controller import Pose
-from taichi_tracer.apps.display import can_open_window
+from taichi_tracer.apps.choices import Choices
+from taichi_tracer.apps.display import can_open_window, screen_size
 from taichi_tracer.apps.plot import draw_curve
 from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.apps.screen import PANEL_WIDTH, Screen, first_size
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.files.images import check_writable
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
+from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
 from taichi_tracer.system.digits import digits
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
 TITLE = "Interactive Renderer"
-PANEL_WIDTH, PANEL_LINE = 248, 24  # pixels; they fit 32 characters, and a button, in ti.ui's only font
-HELP_WIDTH, HELP_HEIGHT = 300, 210  # pixels; they fit HELP
-SMALLEST_PICTURE = 384  # pixels: smaller pictures are shown enlarged, pixel by pixel
+DISTANCE = "distance"  # the view that has a white of its own
+HELP_WIDTH, HELP_HEIGHT = 316, 260  # pixels; they fit HELP
 FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
-PLOT_HEIGHT = 150  # pixels, of the drawing of error against time under the panel
+PLOT_HEIGHT = 150  # pixels, of the drawing of error against time under the settings
 MOST_POINTS = 400  # of that drawing; then every other one is left out
 SLOW_FRAME = 0.06  # seconds; a moving picture stutters beyond it
 SMOOTHING = 0.1  # the share of the newest frame in the time that is shown, so that it can be read
 ERROR_EVERY = 0.5  # seconds between two estimates of the error: each reads the whole film
-BACKGROUND = 0.12
+ANGLES = 5.0, 150.0  # degrees, of the slider of the field of view
+FACTORS = 0.1, 4.0  # of the sliders of the speed and of white: times what fits the scene
+CHANGED = 1e-5  # relative: sliders return f32, so that a smaller change is only rounding
+BUSY = "One moment: compiling ..."
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
-HELP_PLACE = 0.02, 0.05  # fractions of the window between the panel, or the top, and the help
-DISPLAY_LINES = 2  # of the panel, where light is shown: exposure and tone curve
+HELP_PLACE = 12  # pixels between the panel, or the top, and the help
 MOST_EXPOSURE, EXPOSURE_STEP = 10.0, 0.125  # stops: the ends of the slider, and between two of its places
 OTHER_LINES = 9  # of the panel beside texts and views: its title, frame, time, two buttons, and a message of four lines
 TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
-HELP = (
+HELP_KEYS = (
     "a d         eye left, right (along x)",
-    "w s         eye up, down (along y)",
-    "e q         eye to +z, to -z, or zoom",
+    "w s         eye up, down (along {up})",
+    "e q         eye to {front}, to {back}, or zoom",
     "arrows      move the point looked at",
     "drag        orbit about that point",
     "right drag  up: nearer, down: farther",
     "i o         nearer, farther",
     "p           save the picture",
+    "c           copy the camera's position",
+    "r           reset the camera",
+    "m           hide or show the panels",
     "h           this help",
     "Esc         close",
 )
+AXES = {"y": {"up": "y", "front": "+z", "back": "-z"}, "z": {"up": "z", "front": "-y", "back": "+y"}}  # for HELP_KEYS
 
 
 def run(args: Namespace) -> int:
@@ -107,101 +117,54 @@ def save(renderer: ProgressiveRenderer, folder: Path) -> Path:
     return path
 
 
-@ti.data_oriented
-class Screen:
-    """What the window shows: the picture, enlarged where it is small, to the right of the panel's margin.
-
-    Attributes:
-        pixels: the field [x, y] for ``ti.ui``, y up.
-        width, height: of the whole window, in pixels.
-        panel, panel_height: the panel's size as fractions of the window's; a drawing may stand below.
-    """
-
-    def __init__(self, renderer: ProgressiveRenderer, panel_lines: int) -> None:
-        self.renderer, self.source = renderer, renderer.canvas
-        plot = PLOT_HEIGHT if renderer.needs_light else 0
-        self.scale = max(1, SMALLEST_PICTURE // max(renderer.width, renderer.height))
-        self.shown_width, self.shown_height = renderer.width * self.scale, renderer.height * self.scale
-        self.width = PANEL_WIDTH + self.shown_width
-        self.height = max(self.shown_height, PANEL_LINE * panel_lines + plot)
-        self.below = (self.height - self.shown_height) // 2
-        self.panel = PANEL_WIDTH / self.width
-        self.panel_height = 1 - plot / self.height
-        self.pixels = ti.Vector.field(3, ti.f32, shape=(self.width, self.height))
-        self.pixels.fill(BACKGROUND)
-
-    def update(self) -> None:
-        """Copy the canvas into its place: data as it is, light as ``renderer.display`` says."""
-        display = self.renderer.display
-        self._copy(self.renderer.srgb, display.part, display.scale)
-
-    @ti.kernel
-    def _copy(self, srgb: ti.template(), tone: ti.template(), exposure: ti.f32):
-        for x, y in ti.ndrange(self.shown_width, self.shown_height):
-            color = ti.cast(self.source[x // self.scale, y // self.scale], ti.f32)
-            if ti.static(srgb):
-                color = encode_srgb(tone.curve(tm.clamp(color * exposure, 0.0, tone.white)))
-            self.pixels[PANEL_WIDTH + x, self.below + y] = color
-
-    @ti.kernel
-    def put_plot(self, plot: ti.types.ndarray(dtype=ti.f32, ndim=3)):
-        """Copy a drawing, top row first, under the panel."""
-        for row, x in ti.ndrange(plot.shape[0], plot.shape[1]):
-            for k in ti.static(range(3)):
-                self.pixels[x, plot.shape[0] - 1 - row][k] = plot[row, x, k]
-
-    def holds(self, cursor: tuple[float, float]) -> bool:
-        """Whether a point of the window, in fractions, is beside the panel."""
-        return cursor[0] >= self.panel
-
-    def as_drag(self, start: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
-        """A way of the mouse, in fractions of the picture instead of the window."""
-        across = (end[0] - start[0]) * self.width / self.shown_width
-        return across, (end[1] - start[1]) * self.height / self.shown_height
-
-
-@ti.func
-def encode_srgb(linear):
-    """The sRGB transfer function of IEC 61966-2-1, as files are written (C-14)."""
-    c = tm.clamp(linear, 0.0, 1.0)
-    return ti.select(c <= 0.0031308, 12.92 * c, 1.055 * tm.pow(c, tm.vec3(1 / 2.4)) - 0.055)
-
-
 class Viewer:
-    """The window's loop: read keys and mouse, move the camera, render one sample, show it with the panel."""
+    """The window's loop: read keys and mouse, move the camera, render one sample, show it between the panels."""
 
     def __init__(self, renderer: ProgressiveRenderer, folder: Path, scene_options: Sequence[str] = ()) -> None:
-        self.renderer, self.folder, self.scene_options = renderer, folder, tuple(scene_options)
-        self.shows_light = any(integrator.srgb for integrator in renderer.offers)
-        lines = len(renderer.offers) + len(TEXTS) + OTHER_LINES + DISPLAY_LINES * self.shows_light
-        self.screen = Screen(renderer, lines)
+        self.choices, self.folder, self.scene_options = Choices(renderer), folder, tuple(scene_options)
+        count = sum(len(offers) for _, offers in self.choices.offered)
+        lines = count + len(self.choices.offered) + len(TEXTS) + OTHER_LINES
+        picture = renderer.width, renderer.height
+        self.first_size = first_size(picture, lines, screen_size())
+        self.screen = Screen(self.first_size, picture)
         self.message: list[str] = []
+        self.pending: Callable[[], None] | None = None  # what was chosen, and takes time, in the frame that shows BUSY
         self.shows_help = False
         self.frame_seconds = 0.0
         self.started, self.error, self.error_at, self.last_samples = 0.0, math.nan, 0.0, math.inf
         self.curve: list[tuple[float, float]] = []  # (seconds, error) since the picture was begun
+        geometry = renderer.scene_data.geometry
+        self.usual_speed = self.speed = camera_controller.speed_for(geometry.low, geometry.high)
+        self.first_camera = position_of(renderer.camera)
+
+    @property
+    def renderer(self) -> ProgressiveRenderer:
+        """The renderer that shows."""
+        return self.choices.renderer
 
     def run(self) -> None:
         """Show the window until it is closed."""
         self.warm_up()
-        self.window = ti.ui.Window(TITLE, (self.screen.width, self.screen.height), fps_limit=FRAMES_PER_SECOND)
+        size = self.first_size
+        middle = [max(0, (of - own) // 2) for of, own in zip(screen_size() or size, size, strict=True)]
+        self.window = ti.ui.Window(TITLE, size, fps_limit=FRAMES_PER_SECOND, pos=tuple(middle))
         self.cursor = self.window.get_cursor_pos()
         self.drags_picture = False
         last = time.perf_counter()
         while self.window.running:
-            view = self.renderer.active
+            self.take_size()
+            chosen = self.pending
             self.read_events()
             now = time.perf_counter()
             self.move_camera(now - last)
             last = now
             self.draw()
             self.window.get_canvas().set_image(self.screen.pixels)
-            self.draw_panel(self.window.get_gui())
+            self.draw_panels(self.window.get_gui())
             self.window.show()
-            if self.renderer.active is not view:
-                self.draw()  # compiles: not time in which a held key moves the camera, and not that of a frame
-                self.frame_seconds = 0.0
-                last = time.perf_counter()
+            if chosen is not None:
+                self.take_choice()
+                last = time.perf_counter()  # compiling is not time in which a held key moves the camera
         self.window.destroy()
 
     def warm_up(self) -> None:
@@ -221,11 +184,32 @@ class Viewer:
             self.draw()
         self.frame_seconds = 0.0
 
+    def take_size(self) -> None:
+        """Arrange the screen anew if the window was resized."""
+        size = self.window.get_window_shape()
+        if size != (self.screen.layout.width, self.screen.layout.height) and min(size) > 0:
+            self.screen.resize(size)
+            self.error_at = 0.0  # draw the curve again
+
+    def take_choice(self) -> None:
+        """Do what was chosen in the panels, and render the first sample, which compiles what it needs."""
+        choice, self.pending = self.pending, None
+        if choice is not None:
+            self.message = []
+            try:
+                choice()
+            except InputError as error:
+                self.tell(str(error))
+            self.last_samples = math.inf
+            self.screen.resize((self.screen.layout.width, self.screen.layout.height))
+            self.draw()
+            self.frame_seconds = 0.0
+
     def draw(self) -> None:
         """Render a sample and bring it to the screen; measures the time, smoothed so that it can be read."""
         start = time.perf_counter()
         self.renderer.render()
-        self.screen.update()
+        self.screen.update(self.renderer)
         ti.sync()
         seconds = time.perf_counter() - start
         self.frame_seconds += (seconds - self.frame_seconds) * (SMOOTHING if self.frame_seconds > 0 else 1.0)
@@ -235,13 +219,25 @@ class Viewer:
         for event in self.window.get_events(ti.ui.PRESS):
             if event.key == ti.ui.ESCAPE:
                 self.window.running = False
-            elif event.key == "p":
-                self.save_picture()
-            elif event.key == "h":
-                self.shows_help = not self.shows_help
             elif event.key in (ti.ui.LMB, ti.ui.RMB):
                 self.cursor = self.window.get_cursor_pos()
-                self.drags_picture = self.screen.holds(self.cursor) and not self.shows_help
+                self.drags_picture = self.screen.layout.holds(self.cursor) and not self.shows_help
+            else:
+                self.press(event.key)
+
+    def press(self, key: str) -> None:
+        """What a key does that is pressed once; other keys do nothing."""
+        if key == "p":
+            self.save_picture()
+        elif key == "c":
+            self.copy_camera()
+        elif key == "r":
+            self.reset()
+        elif key == "m":
+            self.screen.has_panels = not self.screen.has_panels
+            self.screen.resize((self.screen.layout.width, self.screen.layout.height))
+        elif key == "h":
+            self.shows_help = not self.shows_help
 
     def move_camera(self, seconds: float) -> None:
         """Let held keys and the mouse move the camera; a camera that stays put keeps its samples."""
@@ -249,14 +245,15 @@ class Viewer:
         last, self.cursor = self.cursor, self.window.get_cursor_pos()
         orbit, zoom = (0.0, 0.0), 0.0
         if self.drags_picture:
-            drag = self.screen.as_drag(last, self.cursor)
+            drag = self.screen.layout.as_drag(last, self.cursor)
             if self.window.is_pressed(ti.ui.LMB):
                 orbit = drag
             elif self.window.is_pressed(ti.ui.RMB):
                 zoom = drag[1]
         camera = self.renderer.camera
         if keys or zoom != 0 or orbit != (0, 0):
-            pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom)
+            up_axis = self.choices.scene.up_axis
+            pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom, self.speed, up_axis)
             camera.set_camera_parameters(**pose.parameters())
 
     def progress(self) -> str:
@@ -274,6 +271,10 @@ class Viewer:
         error = "" if math.isnan(self.error) else f", error {100 * self.error:.2g} %"
         return f"Time: {now - self.started:.1f} s{error}"
 
+    def tell(self, *texts: str) -> None:
+        """Show texts in the panel."""
+        self.message = [line for text in texts for line in wrap(text)]
+
     def save_picture(self) -> None:
         """Write the picture; say where, or why not, in the panel and on the terminal."""
         try:
@@ -283,29 +284,98 @@ class Viewer:
         except (OSError, InputError) as error:
             told = ("Not saved:", str(error))
             print(*told, flush=True)
-        self.message = [line for text in told for line in wrap(text)]
+        self.tell(*told)
 
-    def draw_panel(self, gui) -> None:
-        """The control panel, and the help."""
-        with gui.sub_window("Control Panel", 0.0, 0.0, self.screen.panel, self.screen.panel_height) as panel:
-            for text in TEXTS:
-                panel.text(text)
-            for integrator in self.renderer.offers:
-                is_active = integrator is self.renderer.active
+    def copy_camera(self) -> None:
+        """Print the camera as options of the command line, and write them to the clipboard if there is one."""
+        words = shlex.join(camera_words(self.renderer.camera))
+        print("Camera:", words, flush=True)
+        self.tell("Camera copied and printed" if clipboard.copy(words) else "Camera printed on the terminal")
+
+    def reset(self) -> None:
+        """The camera, the speed and the white of the beginning."""
+        self.renderer.camera.set_camera_parameters(**self.first_camera)
+        self.speed = self.usual_speed
+        self.choices.set_white(self.choices.usual_white)
+
+    # ── the panels ──
+
+    def draw_panels(self, gui) -> None:
+        """Both panels, as far as there is room, and the help over the picture while it is asked for.
+
+        ``ti.ui`` places a panel only when its name is new: the name therefore contains the size of the window, after
+        two # signs, where it is not shown. It measures panels in fractions of the size that the window had at first.
+        """
+        layout, (width, height) = self.screen.layout, self.first_size
+        size = f"##{layout.width}x{layout.height}"
+        if layout.left > 0:
+            place = 0.0, 0.0, layout.left / width, layout.height / height
+            with gui.sub_window(f"Control Panel{size}", *place) as panel:
+                self.draw_control_panel(panel)
+        if layout.right > 0:
+            down = layout.height - PLOT_HEIGHT if layout.height > 2 * PLOT_HEIGHT else layout.height
+            place = (layout.width - layout.right) / width, 0.0, layout.right / width, down / height
+            with gui.sub_window(f"Settings{size}", *place) as panel:
+                self.draw_settings(panel)
+        if self.shows_help:
+            x, y = layout.left + HELP_PLACE, HELP_PLACE
+            across, down = min(HELP_WIDTH, layout.width - x), min(HELP_HEIGHT, layout.height - y)
+            with gui.sub_window(f"Help{size}", x / width, y / height, across / width, down / height) as overlay:
+                for line in HELP_KEYS:
+                    overlay.text(line.format(**AXES[self.choices.scene.up_axis]))
+
+    def draw_control_panel(self, panel) -> None:
+        """What can be shown: a button per view, and per estimator."""
+        for text in TEXTS:
+            panel.text(text)
+        for number, (renderer_class, offers) in enumerate(self.choices.offered):
+            if number > 0:
+                panel.text(f"-- {renderer_class.what}s --")
+            for integrator in offers:
+                is_active = renderer_class is type(self.renderer) and integrator.name == self.renderer.active.name
                 if panel.button((integrator.label or integrator.name) + (" [Active]" if is_active else "")):
-                    self.renderer.use(integrator.name)
-            if self.shows_light:
-                self.draw_display(panel)
-            panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms, {self.renderer.samples} spp")
-            if self.renderer.needs_light:
-                panel.text(self.progress())
-            if panel.button("Save picture (p)"):
-                self.save_picture()
-            if panel.button("Help (h)"):
-                self.shows_help = not self.shows_help
-            for line in self.message:
+                    self.choose(partial(self.choices.use, renderer_class, integrator.name))
+        panel.text(f"Frame: {self.frame_seconds * 1e3:.1f} ms, {self.renderer.samples} spp")
+        if self.renderer.needs_light:
+            panel.text(self.progress())
+        if panel.button("Save picture (p)"):
+            self.save_picture()
+        if panel.button("Help (h)"):
+            self.shows_help = not self.shows_help
+        for line in self.message:
+            panel.text(line)
+
+    def draw_settings(self, panel) -> None:
+        """What changes the picture: light, triangle test, camera; and the speed of the keys."""
+        choices, camera = self.choices, self.renderer.camera
+        if panel.button(f"Environment: {Path(choices.environment).name}"):
+            self.choose(choices.next_environment)
+        if len(choices.triangle_tests) > 1 and panel.button(f"Triangles: {choices.triangle_test}"):
+            self.choose(choices.next_triangle_test)
+        is_right = camera.handedness == "right"
+        if panel.checkbox("Right-handed camera", is_right) != is_right:
+            camera.set_camera_parameters(handedness="left" if is_right else "right")
+        if not camera.has_window:
+            angle = slide(panel, "fov", camera.fov, *ANGLES)
+            if angle != camera.fov:
+                camera.set_camera_parameters(fov=angle)
+        panel.text(f"Speed of keys: {self.speed:.3g} units/s")
+        self.speed = self.usual_speed * slide(panel, "x speed", self.speed / self.usual_speed, *FACTORS)
+        if choices.white is not None and self.renderer.active.name == DISTANCE:
+            panel.text(f"White: {choices.white:.4g} units away")
+            factor = choices.white / choices.usual_white
+            chosen = slide(panel, "x white", factor, *FACTORS)
+            if chosen != factor:
+                choices.set_white(chosen * choices.usual_white)
+        if self.renderer.srgb:
+            self.draw_display(panel)
+        for name in ("eye", "at"):
+            for line in wrap(f"{name:<3} " + " ".join(f"{x:.4g}" for x in getattr(camera, name))):
                 panel.text(line)
-        self.draw_help(gui)
+        if panel.button("Copy camera (c)"):
+            self.copy_camera()
+        if panel.button("Reset camera (r)"):
+            self.reset()
 
     def draw_display(self, panel) -> None:
         """The slider of the exposure, and the button that takes the next tone curve; the samples stay."""
@@ -320,21 +390,24 @@ class Viewer:
         if tone is not display.part:
             self.renderer.set_display(tone=tone)
 
-    def draw_help(self, gui) -> None:
-        """The help over the picture, while it is asked for."""
-        if self.shows_help:
-            width, height = HELP_WIDTH / self.screen.width, HELP_HEIGHT / self.screen.height
-            right, down = HELP_PLACE
-            with gui.sub_window("Help", self.screen.panel + right, down, width, height) as overlay:
-                for line in HELP:
-                    overlay.text(line)
+    def choose(self, choice: Callable[[], None]) -> None:
+        """Do something in the next frame: it may compile, and the panel has to say so before."""
+        self.pending = choice
+        self.tell(BUSY)
+
+
+def slide(panel, label: str, value: float, low: float, high: float) -> float:
+    """What a slider has been moved to; exactly ``value`` if it has not been moved."""
+    shown = min(max(value, low), high)
+    chosen = panel.slider_float(label, shown, low, high)
+    return value if abs(chosen - shown) <= CHANGED * abs(shown) else min(max(float(chosen), low), high)
 
 
 def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ()) -> str:
     """The command line that makes the picture that the renderer shows; arguments as for ``show``."""
-    camera = renderer.camera
-    scene = name_of(renderer.scene_data.source)
-    words = ["taichi-tracer", "render", scene, *scene_options, "--view", renderer.active.name]
+    scene, test = name_of(renderer.scene_data.source), renderer.scene_data.ray_intersector.triangle_test
+    words = ["taichi-tracer", "render", scene, *with_triangle_test(scene_options, test)]
+    words += ["--view", renderer.active.name]
     if renderer.needs_light:
         environment = renderer.scene_data.environment
         words += ["--environment", "none" if environment is None else environment.name]
@@ -343,20 +416,39 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
     words += renderer.display.words() if renderer.srgb else []
     words += ["--size", f"{renderer.width}x{renderer.height}"]
+    if isinstance(renderer, A1Renderer) and renderer.active.name == DISTANCE:
+        words += ["--max-distance", f"{renderer.max_distance:.9g}"]
+    return shlex.join([*words, *camera_words(renderer.camera)])
+
+
+def with_triangle_test(words: Sequence[str], test: str) -> list[str]:
+    """The options of a scene with this triangle test; it is not named if it is the default, or unknown by name."""
+    option, changed = "--triangle-test", list(words)
+    if option in changed:
+        changed[changed.index(option) + 1] = test
+    elif test in set(PARTS.names("triangle test")) - {signature(SceneData).parameters["triangle_test"].default}:
+        changed += [option, test]
+    return changed
+
+
+def camera_words(camera: ProjectiveCamera) -> list[str]:
+    """The options that make a camera again: its window at distance 1, or in world units if it is orthographic."""
+    words = []
     for name in ("eye", "at", "up"):
         words += [f"--{name}", *(digits(x, ".9g") for x in getattr(camera, name))]
-    return shlex.join([*words, *projection_of(camera)])
-
-
-def projection_of(camera: ProjectiveCamera) -> list[str]:
-    """The options that make the projection of a camera, its window at distance 1 where it is perspective."""
-    words = ["--camera", camera.name]
+    words += ["--camera", camera.name]
     if camera.has_window:
         scale = 1.0 if isinstance(camera, OrthographicCamera) else camera.focal_distance
         words += ["--window", *(digits(edge / scale, ".9g") for edge in camera.screen_window)]
     else:
         words += ["--fov", f"{camera.fov:.9g}"]
     return [*words, "--handedness", camera.handedness]
+
+
+def position_of(camera: ProjectiveCamera) -> dict:
+    """The arguments of ``set_camera_parameters`` that bring the camera back to where it is."""
+    position = {name: getattr(camera, name) for name in ("eye", "at", "up", "handedness")}
+    return position | ({"screen_window": camera.screen_window} if camera.has_window else {"fov": camera.fov})
 
 
 def wrap(text: str) -> list[str]:

@@ -5,12 +5,19 @@ import math
 import numpy as np
 
 from taichi_tracer.system.digits import digits_of
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import InputError, one_of
 
 # The smallest sine of the angle between up and the gaze. Below it, f32 positions no longer determine where x_c points.
 SMALLEST_SINE = 1e-6
-# Replaces the radius of a scene that is a single point, so that the eye does not coincide with the point.
-SMALLEST_RADIUS = 1e-30
+# The smallest distance from the eye to a scene that is a single point, so that the two differ in f32: as a length, and
+# relative to the point's largest coordinate.
+SMALLEST_DISTANCE, SMALLEST_SHARE = 1e-30, 1e-5
+UP_AXES = {"y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}  # the direction that is up in a scene, by the name of its axis
+# The view of a scene without a camera of its own: from the front, turned by the first angle to the side and raised by
+# the second, in degrees. No side of a box is then seen edge-on, and its front is larger than its side and its top.
+FROM = 35.0, 25.0
+DEFAULT_FOV = 40.0  # degrees; more would show near parts much larger than far ones
+MARGIN = 0.06  # of the picture's half, between the outermost point and the edge
 
 
 def camera_frame(eye: np.ndarray, at: np.ndarray, up: np.ndarray, handedness: str = "left") -> np.ndarray:
@@ -40,13 +47,44 @@ def camera_frame(eye: np.ndarray, at: np.ndarray, up: np.ndarray, handedness: st
     return matrix
 
 
-def view_of_box(low: np.ndarray, high: np.ndarray, fov: float = 60.0, aspect: float = 1.0) -> dict:
-    """Camera parameters (eye, at, up, fov) that show a whole box from +z; its bounding sphere just fits in."""
-    at = (np.asarray(low, np.float64) + high) / 2
-    radius = max(float(np.linalg.norm(np.asarray(high, np.float64) - low)) / 2, SMALLEST_RADIUS)
-    half_angle = math.atan(math.tan(math.radians(fov) / 2) * min(1.0, aspect))
-    eye = at + np.array([0.0, 0.0, radius / math.sin(half_angle)])
-    return {"eye": eye, "at": at, "up": np.array([0.0, 1.0, 0.0]), "fov": fov}
+def up_of(up_axis: str) -> np.ndarray:
+    """(3,) the upward direction of a scene; an InputError if ``up_axis`` is neither "y" nor "z"."""
+    if up_axis not in UP_AXES:
+        raise one_of("up axis", up_axis, UP_AXES)
+    return np.array(UP_AXES[up_axis])
+
+
+def world_axes(up_axis: str) -> np.ndarray:
+    """(3, 3) whose columns are the axes of a scene: to the side (+x), upwards, and to the front.
+
+    They are x, y and z if y is up, and x, z and −y if z is up: the second scene is the first, turned about x.
+    """
+    side, up = np.array([1.0, 0.0, 0.0]), up_of(up_axis)
+    return np.stack([side, up, np.cross(side, up)], axis=1)
+
+
+def view_of_points(points: np.ndarray, up_axis: str = "y", fov: float = DEFAULT_FOV, aspect: float = 1.0) -> dict:
+    """Camera parameters (eye, at, up, fov) of a three-quarter view from above, which shows all points.
+
+    The camera looks at the middle of the points' box. In its frame, with this middle as origin, a point (x, y, z) is
+    visible from the distance d if |x| ≤ (d + z) tan(fov/2) · aspect and |y| ≤ (d + z) tan(fov/2). The distance is the
+    smallest one at which this holds for all points, with a margin of ``MARGIN``.
+
+    Args:
+        points: (n, 3) positions; without any, the camera looks at the origin.
+        aspect: width / height of the picture.
+    """
+    points = np.asarray(points, np.float64) if len(points) > 0 else np.zeros((1, 3))
+    low, high = points.min(axis=0), points.max(axis=0)
+    at = low + (high - low) / 2
+    azimuth, elevation = (math.radians(angle) for angle in FROM)
+    towards_eye = math.sin(azimuth) * math.cos(elevation), math.sin(elevation), math.cos(azimuth) * math.cos(elevation)
+    offset, up = world_axes(up_axis) @ towards_eye, up_of(up_axis)
+    x, y, z = ((points - at) @ camera_frame(offset, np.zeros(3), up)[:3, :3]).T
+    tangent = math.tan(math.radians(fov) / 2) / (1 + MARGIN)
+    distance = max(float((abs(x) / (tangent * aspect) - z).max()), float((abs(y) / tangent - z).max()))
+    distance = max(distance, SMALLEST_DISTANCE, SMALLEST_SHARE * float(abs(at).max()))
+    return {"eye": at + distance * offset, "at": at, "up": up, "fov": fov}
 
 
 def show(vector: np.ndarray) -> str:

@@ -29,11 +29,24 @@ class Integrator:
         srgb: whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14).
         needs_light: whether it shows nothing in a scene without light.
         samples_lights: whether it draws directions from the lights that are far away, as ``lights.sample_far`` does.
+        version: counts changes of its own values, so that a renderer knows when samples belong to an older picture.
     """
 
     kind, name, label = "integrator", "", ""
     aliases: tuple[str, ...] = ()
     what, srgb, needs_light, samples_lights = "estimator", True, True, True
+    version = 0
+
+    def prepare(self, scene_data, camera) -> None:
+        """Bring values that depend on the scene or the camera up to date; it is called whenever a picture begins."""
+
+    def facts(self) -> dict:
+        """Its own values on which the bits of a picture depend, for checkpoints."""
+        return {}
+
+    def notes(self) -> list[str]:
+        """What the user should know about the picture that was begun, one line each."""
+        return []
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):

@@ -1,12 +1,24 @@
-"""The six views of what a ray hit (A1-15). Each view is a function of the hit, and one line that registers it."""
+"""The six views of what a ray hit (A1-15). Each view is a function of the hit, and one line that registers it.
 
+The view of the distance also has a value that can be changed, and is therefore a class.
+"""
+
+import itertools
+import math
+
+import numpy as np
 import taichi as ti
 import taichi.math as tm
+from taichi.lang import impl
 
 from taichi_tracer.integrators.base import View
+from taichi_tracer.system import memory
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 
-MAX_DISTANCE = 10.0  # shown as white (A1-15)
+MAX_DISTANCE = 10.0  # shown as white (A1-15), if the farthest point of the scene is within this range:
+NEAREST_FAR, FARTHEST_FAR = 1.0, 10.0
+ROUND_NUMBERS = 1.0, 2.0, 5.0, 10.0  # times a power of ten; for other scenes
 # The red, green and blue of an id are the fractional parts of its products with π, with the digits of Planck's
 # constant, and with e (A1-15).
 ID_COLOR_UNIT = 100_000_000
@@ -26,9 +38,9 @@ def triangle_id(data):
 
 
 @ti.func
-def distance(data):
-    """Black at the eye, white at MAX_DISTANCE and farther away."""
-    return tm.vec3(tm.clamp(data.distance / MAX_DISTANCE, 0, 1))
+def distance(data, max_distance):
+    """Black at the eye, white at max_distance and farther away."""
+    return tm.vec3(tm.clamp(data.distance / max_distance, 0, 1))
 
 
 @ti.func
@@ -60,9 +72,107 @@ def id_color(i):
     return color
 
 
+@ti.data_oriented
+class Distance(View):
+    """The distance of the hit: black at the eye, white at ``max_distance`` and farther away (A1-15).
+
+    Attributes:
+        max_distance: the distance that is white, in units of the scene. It is 10, as in the handouts, if the farthest
+            corner of the scene's box is 1 to 10 units from the eye; for other scenes, it is the smallest of 1, 2 and 5
+            times a power of ten that is not less than the distance of this corner. It is computed whenever a picture
+            begins, unless a number was assigned: ``view.max_distance = 4``. Assigning None computes it again. Kernels
+            can read it too.
+        is_chosen: whether a number was assigned.
+        version: counts the assignments, so that a renderer knows when its samples belong to an older picture.
+    """
+
+    name, label = "distance", "Distance"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._chosen: float | None = None
+        self._fitting, self._farthest = MAX_DISTANCE, math.nan
+        self._memory, self.version = None, 0
+
+    @property
+    def max_distance(self):
+        """The distance that is white; see the class."""
+        if impl.inside_kernel():
+            return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), self._in_kernels, None)
+        return self._fitting if self._chosen is None else self._chosen
+
+    @max_distance.setter
+    def max_distance(self, distance: float | None) -> None:
+        if distance is not None:
+            if not 0 < float(distance) < math.inf:
+                raise InputError(f"distance: max_distance must be a finite number above 0, not {distance!r}")
+            distance = float(distance)
+        if distance != self._chosen:
+            self._chosen = distance
+            self.version += 1
+
+    @property
+    def is_chosen(self) -> bool:
+        """Whether ``max_distance`` was assigned."""
+        return self._chosen is not None
+
+    def __copy__(self) -> "Distance":
+        """The same values, with fields of its own."""
+        other = type(self).__new__(type(self))
+        other.__dict__ = {**self.__dict__, "_memory": None}
+        return other
+
+    def fit(self, scene_data, camera) -> None:
+        """Compute the ``max_distance`` that fits a scene, as seen by a camera."""
+        self._farthest = farthest_corner(scene_data.geometry, camera.eye)
+        self._fitting = fitting_distance(self._farthest)
+
+    def prepare(self, scene_data, camera) -> None:
+        """``fit``, and let kernels know the result; it is called whenever a picture begins."""
+        self.fit(scene_data, camera)
+        if self._memory is None or self._memory.is_over():
+            self._memory = memory.Memory()
+            self._in_kernels = ti.field(float)
+            self._memory.fields.place(self._in_kernels)
+            self._memory.allocate()
+        self._in_kernels[None] = self.max_distance
+
+    def facts(self) -> dict:
+        """What the bits of a picture depend on, for checkpoints; nothing if it is as in the handouts."""
+        return {} if self.max_distance == MAX_DISTANCE else {"max_distance": self.max_distance}
+
+    def notes(self) -> list[str]:
+        """A line about ``max_distance``, if it was computed and differs from that of the handouts."""
+        if self.is_chosen or self.max_distance == MAX_DISTANCE:
+            return []
+        return [
+            f"distance: white is {self.max_distance:g} units, because the farthest corner of the scene is "
+            f"{self._farthest:.3g} units from the eye (--max-distance sets another)"
+        ]
+
+    @ti.func
+    def color(self, hit):
+        """d / max_distance in all three channels, at most 1."""
+        return distance(hit, self._in_kernels[None])
+
+
+def farthest_corner(geometry, eye: np.ndarray) -> float:
+    """The distance from the eye to the farthest corner of the scene's box."""
+    corners = np.array(list(itertools.product(*zip(geometry.low, geometry.high, strict=True))))
+    return float(np.linalg.norm(corners - eye, axis=1).max())
+
+
+def fitting_distance(farthest: float) -> float:
+    """The ``max_distance`` of a scene whose farthest point has this distance from the eye."""
+    if NEAREST_FAR <= farthest <= FARTHEST_FAR or not 0 < farthest < math.inf:
+        return MAX_DISTANCE
+    unit = 10.0 ** math.floor(math.log10(farthest))
+    return next((k * unit for k in ROUND_NUMBERS if k * unit >= farthest), ROUND_NUMBERS[-1] * unit)
+
+
 register(View("hit", "Hit", hit))
 register(View("triangle_id", "Triangle ID", triangle_id, aliases=("triangle_ID",)))
-register(View("distance", "Distance", distance))
+register(Distance)
 register(View("barycentric", "Barycentric", barycentric, aliases=("barycentrics",)))
 register(View("normal", "Normal", normal, aliases=("normals",)))
 register(View("material_id", "Material ID", material_id, aliases=("material_ID",)))

@@ -29,12 +29,14 @@ class EnvironmentLight(Light):
         environment: the image.
         effects: an ``effects.Effects``; its ``environment`` says whether there is a look-up ("image"), one radiance for
             all directions ("constant"), or no light.
+        up_axis: the axis of the scene in whose direction the zenith is, "y" or "z". The formulas of ``Environment`` and
+            of the samples have y up: if z is up, directions are turned about the x axis on their way in and out.
     """
 
     name, is_far = "environment", True
 
-    def __init__(self, environment: Environment, effects) -> None:
-        self.environment, self.effects = environment, effects
+    def __init__(self, environment: Environment, effects, up_axis: str = "y") -> None:
+        self.environment, self.effects, self.up_axis = environment, effects, up_axis
         self.replaced = replaced(environment)
         self._memory: memory.Memory | None = None
 
@@ -80,9 +82,10 @@ class EnvironmentLight(Light):
         """Radiance from the direction in which the ray goes; the direction has unit length."""
         light = tm.vec3(0)
         if ti.static("query_ray" in self.replaced):
-            light = self.environment.query_ray(ray)
+            turned = Ray(origin=self.with_y_up(ray.origin), direction=self.with_y_up(ray.direction))
+            light = self.environment.query_ray(turned)
         elif ti.static(self.effects.environment == "image"):
-            light = self.environment.radiance(ray.direction)
+            light = self.environment.radiance(self.with_y_up(ray.direction))
         elif ti.static(self.effects.environment == "constant"):
             light = self.environment.constant_radiance()
         return light
@@ -96,7 +99,7 @@ class EnvironmentLight(Light):
     @ti.func
     def pdf(self, x, w_i, hit):
         """The density of ``sample_direction`` at w_i."""
-        u, v = self.environment.coords(w_i)
+        u, v = self.environment.coords(self.with_y_up(w_i))
         row, column = self.environment.texel_of(u, v)
         return self.density[row, column]
 
@@ -110,7 +113,23 @@ class EnvironmentLight(Light):
         y = y_top + from_row * (y_bottom - y_top)
         r = ti.sqrt(ti.max(0.0, 1 - y * y))
         phi = 2 * tm.pi * (u - 0.5)
-        return tm.vec3(r * ti.cos(phi), y, r * ti.sin(phi)), self.density[row, column]
+        return self.as_in_scene(tm.vec3(r * ti.cos(phi), y, r * ti.sin(phi))), self.density[row, column]
+
+    @ti.func
+    def with_y_up(self, v):
+        """A vector of the scene in the frame of the environment, where y is up: (x, z, −y) if z is up in the scene."""
+        turned = v
+        if ti.static(self.up_axis == "z"):
+            turned = tm.vec3(v.x, v.z, -v.y)
+        return turned
+
+    @ti.func
+    def as_in_scene(self, v):
+        """The inverse of ``with_y_up``."""
+        turned = v
+        if ti.static(self.up_axis == "z"):
+            turned = tm.vec3(v.x, -v.z, v.y)
+        return turned
 
     @ti.func
     def height_of_edge(self, row):

@@ -15,7 +15,6 @@ def facts_of(renderer) -> dict:
     settings, camera = runtime.current(), renderer.camera
     window = camera.compute_half_size(), camera.compute_centre()
     matrix = camera.camera_to_world.to_numpy().tolist()
-    own = renderer.active.facts() if hasattr(renderer.active, "facts") else {}
     return {
         "scene": renderer.scene_data.fingerprint(),
         "camera": repr((camera.name, matrix, *window)),
@@ -29,7 +28,7 @@ def facts_of(renderer) -> dict:
         "triangle test": renderer.scene_data.ray_intersector.triangle_test,
         "precision": settings.precision,
         "fast math": settings.fast_math,
-        **own,
+        **renderer.active.facts(),
         **own_parts(renderer.scene_data),
     }
 

@@ -353,5 +353,7 @@ class _Reader:
         if self.said_since:
             self.note(f"{self.path}: no picture uses the elements after the last <render_again/>")
         self.result.mesh = self.world.mesh()
+        if self.result.mesh.num_primitives == 0:
+            self.note(f"{self.ended_at}: the world is empty, so that pictures of it show only the background")
         self.result.mesh.notes = [*self.notes, *self.world.notes]
         return self.result

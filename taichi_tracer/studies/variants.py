@@ -141,14 +141,22 @@ class Source:
         environment: what lights it; None takes the scene's own, or ``LIGHT``.
         brdfs, lights: as for ``SceneData``, of a scene that is given by name.
         view_of: the parameters of the camera, from those of the scene; None leaves them.
+        up_axis: as for ``SceneData``, of a scene that is given by name.
         options: of the environment: intensity, rotation.
     """
 
     def __init__(
-        self, scene, environment=None, brdfs=(), lights=(), view_of: Callable[[dict], dict] | None = None, **options
+        self,
+        scene,
+        environment=None,
+        brdfs=(),
+        lights=(),
+        view_of: Callable[[dict], dict] | None = None,
+        up_axis: str = "y",
+        **options,
     ) -> None:
         self.scene, self.brdfs, self.lights, self.options = scene, brdfs, lights, options
-        self.view_of = view_of
+        self.view_of, self.up_axis = view_of, up_axis
         own = scene.environment if isinstance(scene, SceneData) else None
         self.environment = environment if environment is not None else (own if own is not None else LIGHT)
 
@@ -183,9 +191,9 @@ class Source:
         if variant.intersector is not None:
             options["intersector"] = variant.intersector
         if self.is_loaded:
-            scene = self.copy_of_scene(variant, options)
+            scene = self.scene.again(**options, fast=self.scene.fast and not variant.plain)
         else:
-            options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not variant.plain}
+            options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not variant.plain, "up_axis": self.up_axis}
             scene = load_scene_data(self.scene, **options)
         if self.view_of is not None:
             scene.view = self.view_of(scene.view)
@@ -198,18 +206,3 @@ class Source:
             options = {"intensity": environment.intensity, "rotation": environment.rotation, "name": environment.name}
             environment = environment.pixels
         return load_environment(environment, lookup=variant.lookup, **options)
-
-    def copy_of_scene(self, variant: Variant, options: dict) -> SceneData:
-        """The caller's scene once more, with its own parts but for those that a variant names."""
-        scene = self.scene
-        intersector = type(scene.ray_intersector)
-        own = {
-            "intersector": getattr(intersector, "stands_in_for", intersector),
-            "view": scene.view,
-            "background": scene.background,
-            "effects": scene.effects_mode,
-            "brdfs": list(reversed(scene.material_library.brdfs)),  # the last one of the library is asked first
-            "lights": scene.lights,
-            "fast": scene.fast and not variant.plain,
-        }
-        return SceneData(scene.mesh, **own | options)

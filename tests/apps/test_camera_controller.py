@@ -5,7 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from taichi_tracer.apps.camera_controller import KEYS, ORBIT_ANGLE, SPEED, ZOOM_DRAG, Pose, dolly, is_legal, step, turn
+from taichi_tracer.apps.camera_controller import (
+    KEYS,
+    ORBIT_ANGLE,
+    SPEED,
+    ZOOM_DRAG,
+    Pose,
+    dolly,
+    is_legal,
+    speed_for,
+    step,
+    turn,
+)
 from taichi_tracer.camera import OrthographicCamera
 
 COURSE = {"eye": (0.0, 1.0, 3.0), "at": (0.0, 1.0, 0.0), "up": (0.0, 1.0, 0.0)}
@@ -15,8 +26,25 @@ def pose(handedness="left", **changes):
     return Pose(**{name: np.array(v, float) for name, v in (COURSE | changes).items()}, handedness=handedness)
 
 
-def test_the_speed_is_that_of_the_course():
+@pytest.mark.parametrize(
+    ("size", "speed"),
+    [(2.0, 1.5), (0.5, 1.5), (5.0, 1.5), (0.15, 0.1125), (300.0, 225.0), (1e-6, 7.5e-7), (0.0, 1.5), (np.inf, 1.5)],
+)
+def test_the_speed_is_that_of_the_course_or_in_proportion_to_the_scene(size, speed):
+    low = np.array([1.0, -2.0, 0.0])
+    assert speed_for(low, low + [size / 3, size, 0]) == pytest.approx(speed)
     assert SPEED == 1.5
+
+
+def test_half_a_second_moves_by_a_third_of_a_small_scene():
+    moved = step(pose(), {"w"}, 0.5, speed=speed_for(np.zeros(3), np.full(3, 0.15)))
+    np.testing.assert_allclose(moved.eye, (0, 1 + 0.375 * 0.15, 3))
+
+
+@pytest.mark.parametrize(("key", "way"), [("w", (0, 0, 1)), ("s", (0, 0, -1)), ("e", (0, -1, 0)), ("q", (0, 1, 0))])
+def test_where_z_is_up_the_keys_follow(key, way):
+    lying = pose(eye=(0, -3, 1), at=(0, 0, 1), up=(0, 0, 1))
+    np.testing.assert_allclose(step(lying, {key}, 1.0, up_axis="z").eye - lying.eye, np.multiply(1.5, way))
 
 
 @pytest.mark.parametrize(

@@ -190,6 +190,35 @@ def test_the_camera_is_the_one_asked_for(tmp_path):
     np.testing.assert_array_equal(np.load(tmp_path / "x.npy"), renderer.image())
 
 
+def test_white_of_the_distance_fits_the_scene_and_is_told_or_is_the_one_asked_for(tmp_path, capsys):
+    path = tmp_path / "large.obj"
+    path.write_text("v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n")
+    words = ["render", str(path), "--size", "16", "-o", str(tmp_path / "x.npy")]
+    assert quickly([*words, "--view", "distance"]) == 0
+    (line,) = (line for line in capsys.readouterr().err.splitlines() if "distance" in line)
+    white = float(re.search(r"note: distance: white is (\d+) units", line)[1])
+    fitting = np.load(tmp_path / "x.npy")
+    assert 0.3 < fitting.max() < 1
+    assert quickly([*words, "--view", "distance", "--max-distance", str(2 * white)]) == 0
+    np.testing.assert_allclose(np.load(tmp_path / "x.npy"), fitting / 2, rtol=1e-6)
+    assert "note: distance" not in capsys.readouterr().err
+
+
+def test_an_option_of_the_distance_without_it_is_told(tmp_path, capsys, instant):
+    words = ["--size", "8", "--view", "normal", "--max-distance", "3", "-o", str(tmp_path / "x.png")]
+    assert quickly(["render", "cube", *words]) == 0
+    assert "--max-distance 3 changes nothing here" in capsys.readouterr().err
+
+
+def test_the_axis_that_is_up_reaches_scene_command_and_file(tmp_path, capsys):
+    assert quickly(["info", "cube", "--up-axis", "z"]) == 0
+    out = capsys.readouterr().out
+    assert "view up         (0, 0, 1)\n" in out
+    assert "up axis         z\n" in out
+    assert main(["export", "cube", str(tmp_path / "cube.xml"), "--up-axis", "z"]) == 0
+    assert 'up="0.0 0.0 1.0"' in (tmp_path / "cube.xml").read_text()
+
+
 def test_without_output_pictures_go_to_renders(tmp_path, monkeypatch, instant):
     monkeypatch.chdir(tmp_path)
     assert quickly(["render", "cube", "--size", "8x8", "--view", "hit,normal"]) == 0
@@ -274,6 +303,8 @@ BAD_WORDS = {
     "missing file": (["info", "no/such.obj"], ["no/such.obj"]),
     "unknown scene": (["info", "cornel_box"], ["'cornel_box'", "did you mean 'cornell_box'?", "torus_knot"]),
     "unknown scene, none near": (["info", "zzz"], ["'zzz'", "known are", "cube"]),
+    "unknown up axis": (["render", "cube", "--up-axis", "x"], ["unknown up axis 'x'", "y, z"]),
+    "no distance": (["render", "cube", "--view", "distance", "--max-distance", "0"], ["'0' is not a number more than"]),
     "unknown view": (["render", "cube", "--view", "norml"], ["'norml'", "did you mean 'normal'?", "distance"]),
     "two views": (["render", "cube", "--view", "hit", "--estimator", "mis"], ["--view hit and --estimator mis"]),
     "not an estimator": (["effects", "cube", "--estimator", "hit"], ["unknown estimator 'hit'", "uniform", "mis"]),
@@ -288,7 +319,7 @@ BAD_WORDS = {
     "fov no number": (["render", "cube", "--fov", "wide"], ["--fov", "'wide'"]),
     "eye = at": (["render", "cube", "--eye", "1", "2", "3", "--at", "1", "2", "3"], ["eye", "at", "(1, 2, 3)"]),
     "eye is NaN": (["render", "cube", "--eye", "nan", "2", "3"], ["eye", "nan"]),
-    "up along the gaze": (["render", "cube", "--up", "0", "0", "-2"], ["up", "(0, 0, -2)", "parallel"]),
+    "up along the gaze": (["render", "cornell_box", "--up", "0", "0", "-2"], ["up", "(0, 0, -2)", "parallel"]),
     "up nowhere": (["render", "cube", "--up", "0", "0", "0"], ["up (0, 0, 0) has no direction", "(0, 1, 0)"]),
     "two numbers": (["render", "cube", "--eye", "1", "2"], ["--eye", "3"]),
     "handedness": (["render", "cube", "--handedness", "middle"], ["handedness", "'middle'", "right"]),

@@ -77,6 +77,14 @@ def test_a_trial_that_kills_its_process_is_survived(monkeypatch):
     assert "a trial window failed: " in verdict.reason
 
 
+def test_the_size_of_a_screen_that_cannot_be_asked_is_unknown(monkeypatch):
+    monkeypatch.setattr(display.sys, "platform", "linux")
+    monkeypatch.setenv("DISPLAY", ":9876")
+    assert display.screen_size() is None
+    monkeypatch.setattr(display.ctypes.util, "find_library", lambda _name: None)
+    assert display.screen_size() is None
+
+
 def test_a_trial_that_hangs_is_ended(monkeypatch):
     monkeypatch.setattr(display, "TRIAL", "import time; time.sleep(60)")
     monkeypatch.setattr(display, "TRIAL_SECONDS", 0.3)

@@ -284,6 +284,12 @@ class FakePanel:
     def button(self, label):
         self.buttons.append(label)
 
+    def checkbox(self, label, value):
+        return value
+
+    def slider_float(self, label, value, low, high):
+        return value
+
 
 def test_the_viewer_has_a_button_for_each_and_repeats_the_file(parts, monkeypatch, capsys):
     """The command of a saved picture makes it again, in a picture that is equal to the last bit."""
@@ -292,7 +298,7 @@ def test_the_viewer_has_a_button_for_each_and_repeats_the_file(parts, monkeypatc
     def run(self):
         panel = FakePanel()
         self.warm_up()
-        self.draw_panel(panel)
+        self.draw_panels(panel)
         self.save_picture()
         shown.append(panel.buttons)
 

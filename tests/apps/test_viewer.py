@@ -19,6 +19,7 @@ from taichi_tracer.apps import camera_controller, viewer
 from taichi_tracer.apps.cli import as_value, make_parser
 from taichi_tracer.apps.display import Verdict
 from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.apps.screen import PANEL_WIDTH, Layout
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system import runtime
@@ -46,17 +47,20 @@ def small_renderer(scene):
 
 
 class FakePanel:
-    """Records what ``ti.ui``'s panels are asked to show; ``pressed`` is the button that the mouse is on."""
+    """Records what ``ti.ui``'s panels are asked to show.
 
-    def __init__(self, pressed=None, **slid):
-        self.pressed, self.windows, self.texts, self.buttons = pressed, [], [], []
-        self.slid, self.sliders = slid, {}
+    ``pressed`` is the button or checkbox that the mouse is on; ``slides`` moves the sliders with these labels.
+    """
+
+    def __init__(self, pressed=None, **slides):
+        self.pressed, self.slides = pressed, slides
+        self.windows, self.texts, self.buttons = [], [], []
 
     @contextlib.contextmanager
     def sub_window(self, name, x, y, width, height):
-        assert 0 <= x <= x + width <= 1
-        assert 0 <= y <= y + height <= 1
-        self.windows.append(name)
+        assert 0 <= x <= x + width <= 1 + 1e-9
+        assert 0 <= y <= y + height <= 1 + 1e-9
+        self.windows.append(name.split("##")[0])
         yield self
 
     def text(self, text):
@@ -66,54 +70,141 @@ class FakePanel:
         self.buttons.append(label)
         return label == self.pressed
 
+    def checkbox(self, label, value):
+        return value != (label == self.pressed)
+
     def slider_float(self, label, value, low, high):
         assert low <= value <= high
-        self.sliders[label] = value
-        return self.slid.get(label, float(np.float32(value)))
+        return float(np.float32(self.slides.get(label.split()[-1], value)))
 
 
-def test_the_panel_has_the_courses_texts_and_a_button_per_view(renderer, tmp_path):
+def pressed(view, label=None, **slides):
+    """The panels in which something is pressed or moved; then the window goes on to its next frame."""
+    panel = FakePanel(label, **slides)
+    view.draw_panels(panel)
+    view.take_choice()
+    return panel
+
+
+VIEWS = ["Hit", "Triangle ID", "Distance", "Barycentric", "Normal", "Material ID"]
+ESTIMATORS = ["Uniform sphere", "Uniform hemisphere", "BRDF", "Environment", "MIS, power", "MIS, balance"]
+
+
+def test_the_panel_has_the_courses_texts_and_a_button_per_view_and_estimator(renderer, tmp_path):
     view = viewer.Viewer(renderer.use("normal"), tmp_path)
-    panel = FakePanel()
-    view.draw_panel(panel)
-    assert panel.windows == ["Control Panel"]
+    panel = pressed(view)
+    assert panel.windows == ["Control Panel", "Settings"]
     assert panel.texts[:2] == ["'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys"]
-    views = ["Hit", "Triangle ID", "Distance", "Barycentric", "Normal [Active]", "Material ID"]
-    assert panel.buttons == [*views, "Save picture (p)", "Help (h)"]
+    shown = [*VIEWS, *ESTIMATORS]
+    shown[VIEWS.index("Normal")] = "Normal [Active]"
+    settings = ["Environment: none", "Triangles: moller_trumbore", "Copy camera (c)", "Reset camera (r)"]
+    assert panel.buttons == [*shown, "Save picture (p)", "Help (h)", *settings]
     assert any(text.startswith("Frame: ") for text in panel.texts)
 
 
-def test_a_button_makes_its_view_the_active_one(renderer, tmp_path):
+def test_a_button_makes_its_view_the_active_one_after_it_said_so(renderer, tmp_path):
     view = viewer.Viewer(renderer.use("normal"), tmp_path)
-    view.draw_panel(FakePanel(pressed="Material ID"))
+    view.draw_panels(FakePanel(pressed="Material ID"))
+    assert view.message == [viewer.BUSY]
+    view.take_choice()
+    assert view.message == []
     assert renderer.active.name == "material_id"
-    panel = FakePanel()
-    view.draw_panel(panel)
-    assert [label for label in panel.buttons if "[Active]" in label] == ["Material ID [Active]"]
+    assert [label for label in pressed(view).buttons if "[Active]" in label] == ["Material ID [Active]"]
+
+
+def test_views_and_light_are_beside_each_other(small_renderer, tmp_path):
+    view = viewer.Viewer(small_renderer.use("hit"), tmp_path)
+    pressed(view, "BRDF")
+    panel = pressed(view)
+    assert [label for label in panel.buttons if "[Active]" in label] == ["BRDF [Active]"]
+    assert "Environment: studio" in panel.buttons
+    assert any(text.startswith("Time: ") for text in panel.texts)
+    assert "--environment studio" in viewer.as_command(view.renderer)
+    pressed(view, "Environment: studio")
+    assert view.choices.environment == "sunny"
+    pressed(view, "Hit")
+    assert view.renderer is small_renderer
+    small_renderer.scene_data.set_environment(None)
+
+
+def test_the_settings_change_the_picture_and_the_command(small_renderer, tmp_path, capsys):
+    view = viewer.Viewer(small_renderer.use("distance"), tmp_path)
+    camera = small_renderer.camera
+    pressed(view, "Right-handed camera", fov=25.0, speed=2.0, white=0.5)
+    assert camera.handedness == "right"
+    assert camera.fov == 25
+    assert view.speed == 3
+    assert small_renderer.max_distance == 5
+    assert any(text == "White: 5 units away" for text in pressed(view).texts)
+    words = viewer.as_command(small_renderer)
+    for word in ("--max-distance 5", "--fov 25", "--handedness right"):
+        assert word in words
+    view.press("c")
+    assert shlex.join(viewer.camera_words(camera)) in capsys.readouterr().out
+    view.press("r")
+    assert (camera.handedness, camera.fov, view.speed, small_renderer.max_distance) == ("left", 60, 1.5, 10)
+
+
+def test_the_triangle_test_is_chosen_and_repeated_by_the_command(small_renderer, tmp_path):
+    view = viewer.Viewer(small_renderer.use("hit"), tmp_path)
+    pressed(view, "Triangles: moller_trumbore")
+    assert view.choices.triangle_test == "watertight"
+    assert "triangle-test" not in viewer.as_command(view.renderer)
+    assert "--triangle-test watertight" in viewer.as_command(view.renderer, ["--triangle-test", "moller_trumbore"])
+    pressed(view, "Triangles: watertight")
+    assert view.renderer is small_renderer
+    assert "--triangle-test moller_trumbore" in viewer.as_command(view.renderer)
+
+
+def test_a_slider_that_is_not_moved_changes_nothing():
+    assert viewer.slide(FakePanel(), "fov", 47.3, 5, 150) == 47.3
+    assert viewer.slide(FakePanel(), "fov", 170.0, 5, 150) == 170.0
+    assert viewer.slide(FakePanel(fov=20.0), "fov", 47.3, 5, 150) == 20.0
+
+
+def test_a_choice_that_fails_is_told(renderer, tmp_path):
+    view = viewer.Viewer(renderer, tmp_path)
+
+    def fail():
+        raise tt.InputError("no such light")
+
+    view.choose(fail)
+    view.take_choice()
+    assert view.message == ["no such light"]
 
 
 def test_help_comes_and_goes_and_names_every_key(renderer, tmp_path):
     view = viewer.Viewer(renderer, tmp_path)
-    view.draw_panel(FakePanel(pressed="Help (h)"))
-    panel = FakePanel()
-    view.draw_panel(panel)
-    assert panel.windows == ["Control Panel", "Help"]
+    pressed(view, "Help (h)")
+    panel = pressed(view)
+    assert panel.windows == ["Control Panel", "Settings", "Help"]
     told = " ".join(panel.texts).split()
-    assert [key for key in camera_controller.KEYS if len(key) == 1 and key not in told] == []
-    view.draw_panel(FakePanel(pressed="Help (h)"))
+    assert [key for key in (*camera_controller.KEYS, *"pcrmh") if len(key) == 1 and key not in told] == []
+    pressed(view, "Help (h)")
     assert not view.shows_help
 
 
+def test_panels_hide_by_a_key_and_in_small_windows(renderer, tmp_path):
+    view = viewer.Viewer(renderer, tmp_path)
+    view.press("m")
+    assert pressed(view).windows == []
+    view.press("m")
+    view.screen.resize((500, 300))
+    assert pressed(view).windows == ["Control Panel"]
+
+
 def test_texts_fit_into_the_panel():
-    assert max(len(line) for line in (*viewer.TEXTS, *viewer.wrap("x" * 100))) * 7 + 16 <= viewer.PANEL_WIDTH
-    assert max(len(line) for line in viewer.HELP) * 7 + 16 <= viewer.HELP_WIDTH
+    assert max(len(line) for line in (*viewer.TEXTS, *viewer.wrap("x" * 100))) * 7 + 16 <= PANEL_WIDTH
+    told = [line.format(**viewer.AXES["z"]) for line in viewer.HELP_KEYS]
+    assert max(len(line) for line in told) * 7 + 16 <= viewer.HELP_WIDTH
+    assert len(viewer.HELP_KEYS) * 17 + 36 <= viewer.HELP_HEIGHT
     assert "".join(viewer.wrap("a long/path")) == "a long/path"
 
 
 def test_saving_tells_where_and_how_to_make_it_again(renderer, tmp_path, capsys):
     view = viewer.Viewer(renderer.use("distance"), tmp_path / "renders")
     renderer.render()
-    view.draw_panel(FakePanel(pressed="Save picture (p)"))
+    pressed(view, "Save picture (p)")
     path = tmp_path / "renders" / "cornell_box_distance.png"
     assert (np.asarray(Image.open(path)) == to_bytes(renderer.image())).all()
     assert "".join(view.message) == f"Saved{path}"
@@ -125,27 +216,6 @@ def test_a_picture_that_cannot_be_saved_is_told_and_not_fatal(renderer, tmp_path
     view = viewer.Viewer(renderer, tmp_path / "taken")
     view.save_picture()
     assert view.message[0] == "Not saved:"
-
-
-def test_small_pictures_are_enlarged_whole_pixels_beside_the_panel(small_renderer):
-    screen = viewer.Screen(small_renderer.use("triangle_id").render(), panel_lines=10)
-    screen.update()
-    shown = np.flipud(screen.pixels.to_numpy().swapaxes(0, 1))
-    assert screen.scale == 3
-    assert (shown[:, : viewer.PANEL_WIDTH] == np.float32(viewer.BACKGROUND)).all()
-    picture = shown[(screen.height - 150) // 2 :][:150, viewer.PANEL_WIDTH :]
-    np.testing.assert_array_equal(picture, small_renderer.image().repeat(3, axis=0).repeat(3, axis=1))
-
-
-def test_radiance_is_shown_as_it_is_written(small_renderer, monkeypatch):
-    small_renderer.use("distance").render()
-    monkeypatch.setattr(small_renderer.active, "srgb", True)
-    screen = viewer.Screen(small_renderer, panel_lines=1)
-    screen.update()
-    shown = np.flipud(screen.pixels.to_numpy().swapaxes(0, 1))[1::3, viewer.PANEL_WIDTH + 1 :: 3]
-    expected = to_bytes(small_renderer.image(), srgb=True).astype(int)
-    assert abs(to_bytes(shown).astype(int) - expected).max() <= 1
-    assert expected.max() > to_bytes(small_renderer.image()).max()
 
 
 @pytest.fixture(scope="module")
@@ -231,8 +301,12 @@ class Desktop:
 
     def __init__(self, name, process, log):
         self.name, self.process, self.log = name, process, log
-        found = poll(lambda: self.xdotool("search", "--name", f"^{viewer.TITLE}$").split(), "the window")
-        where = self.xdotool("getwindowgeometry", "--shell", found[0])
+        self.id = poll(lambda: self.xdotool("search", "--name", f"^{viewer.TITLE}$").split(), "the window")[0]
+        self.measure()
+
+    def measure(self):
+        """Ask where the window is, and how large."""
+        where = self.xdotool("getwindowgeometry", "--shell", self.id)
         self.x, self.y, self.width, self.height = (int(re.search(rf"{n}=(\d+)", where)[1]) for n in GEOMETRY)
 
     def xdotool(self, *words):
@@ -245,9 +319,9 @@ class Desktop:
         return np.asarray(ImageGrab.grab(bbox=box, xdisplay=self.name).convert("RGB")).astype(int)
 
     def picture(self):
-        """(h, w, 3) pixels of the picture beside the panel."""
+        """(h, w, 3) pixels of the picture between the panels."""
         top = (self.height - SIZE) // 2
-        return self.window()[top : top + SIZE, viewer.PANEL_WIDTH :]
+        return self.window()[top : top + SIZE, PANEL_WIDTH : PANEL_WIDTH + SIZE]
 
     def point(self, x, y):
         """Move the mouse to a point of the window."""
@@ -337,7 +411,7 @@ def test_the_window_opens_on_the_offline_picture(desktop, offline):
 )
 def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, desktop, offline):
     before = desktop.saved()
-    desktop.point(viewer.PANEL_WIDTH + 200, 200)
+    desktop.point(PANEL_WIDTH + 200, 200)
     start = time.monotonic()
     desktop.xdotool("keydown", key)
     time.sleep(0.3)
@@ -356,7 +430,7 @@ def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, des
     assert abs(saved - expected).max() <= 1
 
 
-@pytest.mark.parametrize("name", ["distance", "triangle_id"])
+@pytest.mark.parametrize("name", ["distance", "triangle_id", "material_id"])
 def test_a_buttons_press_shows_its_view(name, desktop, offline):
     desktop.point(30, BUTTON_TOP + BUTTON_STEP * A1Renderer.names().index(name))
     desktop.xdotool("click", "1")
@@ -365,7 +439,7 @@ def test_a_buttons_press_shows_its_view(name, desktop, offline):
 
 
 def test_help_lies_over_the_picture_and_goes_again(desktop, offline):
-    desktop.point(viewer.PANEL_WIDTH + 200, 300)
+    desktop.point(PANEL_WIDTH + 200, 300)
     bare = offline(desktop.saved().view)
     poll(shows(desktop, bare), "the picture")
     desktop.xdotool("key", "h")
@@ -382,7 +456,7 @@ def test_a_drag_orbits_and_a_right_drag_zooms(desktop, offline):
 
     start = desktop.saved()
     for button, is_orbit in (("1", True), ("3", False)):
-        desktop.point(viewer.PANEL_WIDTH + 150, 250)
+        desktop.point(PANEL_WIDTH + 150, 250)
         time.sleep(0.3)
         desktop.xdotool("mousedown", button)
         for _ in range(4):
@@ -408,13 +482,36 @@ def test_a_drag_orbits_and_a_right_drag_zooms(desktop, offline):
 
 def test_a_drag_on_the_panel_leaves_the_camera(desktop):
     start = desktop.saved()
-    desktop.point(150, 420)
+    desktop.point(150, 480)
     desktop.xdotool("mousedown", "1")
     time.sleep(0.2)
     desktop.xdotool("mousemove_relative", "40", "0")
     time.sleep(0.2)
     desktop.xdotool("mouseup", "1")
     assert desktop.saved().eye == start.eye
+
+
+@pytest.mark.parametrize("size", [(700, 300), (300, 500), (900, 650)])
+def test_a_resized_window_shows_the_whole_picture_in_its_proportions(size, desktop, offline):
+    """It is square, and as large as the panels leave room. A view of few colours can be compared in any size."""
+    before = desktop.saved()
+    expected = offline("material_id", before)
+    desktop.xdotool("windowsize", desktop.id, *map(str, size))
+    poll(lambda: desktop.measure() or (desktop.width, desktop.height) == size, "the new size")
+    layout = Layout.of(size, (SIZE, SIZE))
+    assert layout.shown_width == layout.shown_height
+
+    def is_shown():
+        top = layout.height - layout.y - layout.shown_height
+        shown = desktop.window()[top:][: layout.shown_height, layout.x :][:, : layout.shown_width]
+        rows = (np.arange(layout.shown_height) + 0.5) * SIZE / layout.shown_height
+        same = abs(shown - expected[rows.astype(int)][:, rows.astype(int)]).max(axis=-1) <= 1
+        return same.mean() > 0.9  # the other pixels are means at edges
+
+    desktop.xdotool("key", "h", "key", "h")  # the window needs an event to know its size where nothing manages windows
+    poll(is_shown, "the picture in the new size")
+    desktop.point(layout.x + layout.shown_width // 2, layout.height // 2)
+    assert desktop.saved().eye == before.eye
 
 
 def test_escape_closes_the_window_with_exit_code_0(desktop):

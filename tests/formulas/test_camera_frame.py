@@ -31,16 +31,46 @@ def test_a_frame_that_cannot_be_is_told():
     frames.camera_frame(3 * UP, ORIGIN, np.array([1e-5, 1, 0]))  # far enough from parallel
 
 
+@pytest.mark.parametrize("up_axis", ["y", "z"])
 @pytest.mark.parametrize("aspect", [0.25, 1.0, 4.0])
-def test_view_of_box_shows_all_of_it(aspect):
-    low, high = np.array([-3, 1, 2.0]), np.array([4, 2, 9.0])
-    view = frames.view_of_box(low, high, 50.0, aspect)
-    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), -1).reshape(-1, 3)
-    local = (corners - view["eye"]) @ frames.camera_frame(view["eye"], view["at"], view["up"])[:3, :3]
+def test_the_view_of_points_shows_all_of_them_and_fills_the_picture(aspect, up_axis, rng):
+    points = rng.uniform([-3, 1, 2.0], [4, 2, 9.0], (200, 3))
+    view = frames.view_of_points(points, up_axis, 50.0, aspect)
+    local = (points - view["eye"]) @ frames.camera_frame(view["eye"], view["at"], view["up"])[:3, :3]
     tangent = np.tan(np.deg2rad(25))
     assert (local[:, 2] > 0).all()
-    assert (np.abs(local[:, 1]) <= tangent * local[:, 2]).all()
-    assert (np.abs(local[:, 0]) <= aspect * tangent * local[:, 2]).all()
+    outermost = np.maximum(np.abs(local[:, 0]) / aspect, np.abs(local[:, 1])) / (tangent * local[:, 2])
+    assert outermost.max() == pytest.approx(1 / (1 + frames.MARGIN))
+    np.testing.assert_allclose(view["at"], (points.min(axis=0) + points.max(axis=0)) / 2)
+
+
+@pytest.mark.parametrize(("up_axis", "front"), [("y", (0, 0, 1)), ("z", (0, -1, 0))])
+def test_a_cube_shows_three_sides_from_above(up_axis, front):
+    """Its front, its top and one of the others: the eye is outside of these three planes."""
+    cube = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    view = frames.view_of_points(cube, up_axis)
+    np.testing.assert_array_equal(view["up"], frames.up_of(up_axis))
+    for outwards in (view["up"], front, (1, 0, 0)):
+        assert np.dot(view["eye"], outwards) > 1.5
+
+
+def test_a_scene_with_z_up_is_seen_as_the_same_scene_with_y_up(rng):
+    points = rng.normal(size=(50, 3))
+    lying = points[:, [0, 2, 1]] * [1, -1, 1]  # y becomes z, and z becomes −y
+    for name, value in frames.view_of_points(lying, "z").items():
+        expected = frames.view_of_points(points)[name]
+        np.testing.assert_allclose(value, expected if name == "fov" else expected[[0, 2, 1]] * [1, -1, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros((1, 3)), np.full((3, 3), 1e6), np.full((1, 3), -1e-20)])
+def test_a_single_point_or_nothing_has_a_view_too(points):
+    view = {name: np.float64(np.float32(value)) for name, value in frames.view_of_points(points).items()}
+    frames.camera_frame(view["eye"], view["at"], view["up"])
+
+
+def test_an_unknown_axis_is_told():
+    with pytest.raises(InputError, match="unknown up axis 'x': known are y, z"):
+        frames.view_of_points(np.zeros((1, 3)), "x")
 
 
 @pytest.mark.parametrize(

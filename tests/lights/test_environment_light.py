@@ -209,6 +209,25 @@ def test_what_a_ray_sees_is_what_the_effects_call_for(kind, expected):
     assert not behind_a_wall.any()
 
 
+def test_with_z_up_the_zenith_is_above(rng):
+    """The light of (x, −z, y) with z up is that of (x, y, z) with y up, and so are samples and densities."""
+    environment = load_environment("sunny", rotation=30.0)
+    upright, lying = (EnvironmentLight(environment, SimpleNamespace(environment="image"), axis) for axis in "yz")
+    upright.prepare()
+    lying.prepare()
+    d = rng.normal(size=(200, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    for one, other in zip(asked(upright, d), asked(lying, d[:, [0, 2, 1]] * [1, -1, 1]), strict=True):
+        np.testing.assert_array_equal(one, other)
+    xi = np.ascontiguousarray(rng.random((200, 2)), runtime.dtype())
+    drawn = []
+    for light in (upright, lying):
+        drawn.append(np.zeros((200, 8), runtime.dtype()))
+        _sample(light, xi, drawn[-1])
+    np.testing.assert_array_equal(drawn[1][:, :3], drawn[0][:, [0, 2, 1]] * np.float32([1, -1, 1]))
+    np.testing.assert_array_equal(drawn[1][:, 3:], drawn[0][:, 3:])
+
+
 def test_a_query_of_ones_own_is_what_a_ray_sees():
     @ti.data_oriented
     class Striped(Environment):

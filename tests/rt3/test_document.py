@@ -51,7 +51,8 @@ img_type="png" gamma_corrected="yes" />
     assert found.background == (0.14, 0.19, 0.26)
     assert found.mesh.notes == [
         f"{tmp_path}/scene.xml:3: the window is not shaped as the 2800x1800 film: "
-        "objects are stretched by 17 % in width (C-11)"
+        "objects are stretched by 17 % in width (C-11)",
+        f"{tmp_path}/scene.xml:12: the world is empty, so that pictures of it show only the background",
     ]
 
 
@@ -80,7 +81,8 @@ def test_the_root_may_have_any_name(tmp_path):
 
 def test_fovy_beside_a_window_is_told_and_does_not_count(tmp_path):
     """C-9."""
-    found = read(tmp_path, document(head=HEAD + '<camera type="perspective" fovy="30" screen_window="-2 2 -1.5 1.5"/>'))
+    head = HEAD + '<camera type="perspective" fovy="30" screen_window="-2 2 -1.5 1.5"/>'
+    found = read(tmp_path, document('<object type="sphere" radius="1"/>', head=head))
     assert "fov" not in found.shots[0].view
     assert found.mesh.notes == [
         f"{tmp_path}/scene.xml:5: fovy 30 does not count beside screen_window '-2 2 -1.5 1.5' (C-9)"

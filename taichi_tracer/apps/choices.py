@@ -1,0 +1,136 @@
+"""What one window can show: the renderers over one scene and one camera, its light, and its triangle test."""
+
+from taichi_tracer.apps.names import renderers
+from taichi_tracer.apps.words import LIGHT
+from taichi_tracer.environment import load_environment
+from taichi_tracer.files.shipped import shipped_environments
+from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.renderer import A1Renderer, A2Renderer, ProgressiveRenderer
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system.registry import PARTS
+
+NO_LIGHT = "none"  # the name for a scene without an environment, as on the command line
+
+
+class Choices:
+    """The renderers of one window, and which of them shows. All have one camera.
+
+    A renderer is made when something that it offers is chosen for the first time. The renderer that is given, and its
+    scene, stay as they are, except for the environment; another triangle test makes another scene.
+
+    Attributes:
+        renderer: the one that shows.
+        environments: the names of the environments that can be chosen.
+        white: the ``max_distance`` of the view of the distance; None until this view can be shown. It does not follow
+            the camera, so that the greys of a picture stay the same while the camera moves. usual_white: the first one.
+    """
+
+    def __init__(self, renderer: ProgressiveRenderer) -> None:
+        self.renderer = renderer
+        scene, environment = renderer.scene_data, renderer.scene_data.environment
+        self._classes = {c.what: c for c in renderers() if c.what in (A1Renderer.what, A2Renderer.what)}
+        # What the given renderer offers comes first.
+        self._classes = {type(renderer).what: None, **self._classes, type(renderer).what: type(renderer)}
+        self._scenes = {self.triangle_test: scene}
+        self._made = {(self.triangle_test, type(renderer)): renderer}
+        self._environments = {} if environment is None else {environment.name: environment}
+        # That of the scene, those of the package, and none: the order in which they come one after another.
+        self.environments = list(dict.fromkeys([*self._environments, *shipped_environments(), NO_LIGHT]))
+        of_environment = ("intensity", "rotation", "lookup")
+        self._light_options = {} if environment is None else {k: getattr(environment, k) for k in of_environment}
+        self._has_chosen_light = environment is not None
+        self.white: float | None = None
+        self.usual_white: float | None = None
+        self._take_white()
+
+    @property
+    def scene(self):
+        """The scene that is shown."""
+        return self.renderer.scene_data
+
+    @property
+    def offered(self) -> list[tuple[type[ProgressiveRenderer], list[Integrator]]]:
+        """What each renderer offers; what the given renderer offers comes first."""
+        known = {type(one): one for (test, _), one in self._made.items() if test == self.triangle_test}
+        return [(c, list(known[c].offers if c in known else c.offered())) for c in self._classes.values()]
+
+    def use(self, renderer_class: type[ProgressiveRenderer], name: str) -> None:
+        """Show something that a renderer offers. For the first picture of light, a scene without light gets one."""
+        needs_light = any(one.needs_light for one in renderer_class.offered() if one.name == name)
+        if needs_light and self.environment == NO_LIGHT and not self.scene.lights and not self._has_chosen_light:
+            self.set_environment(LIGHT)
+        self.renderer = self._renderer(renderer_class, self.scene).use(name)
+        self._take_white()
+
+    def _renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
+        """The renderer of this class for a scene; it is made if there is none, like the one that shows."""
+        key = scene.ray_intersector.triangle_test, renderer_class
+        if key not in self._made:
+            like = self.renderer
+            options = {"sampler": like.sampler, "seed": like.seed, "first_sample": like.first_sample}
+            options |= {"crop": like.film.crop, "fast": like.fast, "jitter": (like.jitter and not like.jitters) or None}
+            options["adaptive"] = like.adaptive and renderer_class.jitters
+            renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
+            renderer.eye_rays.use_packets = like.eye_rays.use_packets  # so that nothing is compiled that is not needed
+            self._made[key] = renderer
+        return self._made[key]
+
+    # ── white, in the view of the distance ──
+
+    def _take_white(self) -> None:
+        if isinstance(self.renderer, A1Renderer):
+            if self.white is None:
+                self.white = self.usual_white = self.renderer.max_distance
+            self.renderer.max_distance = self.white
+
+    def set_white(self, distance: float | None) -> None:
+        """Choose the distance that the view of the distance shows white."""
+        self.white = distance
+        self._take_white()
+
+    # ── light ──
+
+    @property
+    def environment(self) -> str:
+        """The name of the environment; "none" if the scene has none."""
+        return NO_LIGHT if self.scene.environment is None else self.scene.environment.name
+
+    def set_environment(self, name: str) -> None:
+        """Choose the light from far away; it keeps intensity, rotation and look-up of the scene's own."""
+        if name != NO_LIGHT and name not in self._environments:
+            self._environments[name] = load_environment(name, **self._light_options)
+        self.scene.set_environment(self._environments.get(name))
+        self._has_chosen_light = True
+
+    def next_environment(self) -> None:
+        """Choose the environment that comes next in ``environments``."""
+        self.set_environment(after(self.environment, self.environments))
+
+    # ── the triangle test ──
+
+    @property
+    def triangle_test(self) -> str:
+        """The name of the triangle test of the scene that is shown."""
+        return self.renderer.scene_data.ray_intersector.triangle_test
+
+    @property
+    def triangle_tests(self) -> list[str]:
+        """The names of the triangle tests that can be chosen; none if the intersector's own is not among the parts."""
+        known = PARTS.names("triangle test")
+        return known if self.triangle_test in known else []
+
+    def next_triangle_test(self) -> None:
+        """Show the scene with the triangle test that comes next; its intersector is built when this happens first."""
+        test = after(self.triangle_test, self.triangle_tests)
+        if test not in self._scenes:
+            self._scenes[test] = self.scene.again(triangle_test=test)
+        scene, former = self._scenes[test], self.renderer
+        if scene.environment is not former.scene_data.environment:
+            scene.set_environment(former.scene_data.environment)
+        self.renderer = self._renderer(type(former), scene).use(former.active)
+        self._take_white()
+
+
+def after(name: str, names: list[str]) -> str:
+    """The name that comes after another one in a list, from whose end it goes on at the beginning."""
+    return names[(names.index(name) + 1) % len(names)]
