@@ -23,7 +23,6 @@ from taichi_tracer.system import runtime
 CHUNK = 1_000_000  # rays of the long run at a time
 TIMED_RAYS = 100_000
 BURST = 4  # runs that are timed before the cases of a stage, and after them: what else the machine does then shows
-SLOW_RUN = 0.75  # quantile of the runs of a mode up to which they count as its spread: the rest were interrupted
 FEWEST_RAYS = 40  # of a case: fewer would say nothing of it
 TIMED_SHARE = 8  # of the tests that brute force may take: the timing gets one part in so many
 TIMED_CASE = "closed sphere at 1e2"
@@ -73,9 +72,9 @@ class Row:
         return min(self.times, default=math.nan)
 
     @property
-    def spread(self) -> tuple[float, float]:
-        """The best run and the upper quartile of all: by so much do times of the same code differ."""
-        return self.ns_per_ray, float(np.quantile(self.times, SLOW_RUN)) if self.times else math.nan
+    def noise(self) -> float:
+        """The slowest run over the best one: by so much do times of the same code differ; 1 where none was timed."""
+        return max(self.times, default=1.0) / min(self.times, default=1.0)
 
     @property
     def leaking_pixels(self) -> int:
@@ -332,24 +331,14 @@ def default_line() -> str:
     return f"The default is the mode {DEFAULT}."
 
 
-def compared(row: Row, other: Row, text: str) -> str:
-    """How the times of two modes compare; where their spreads overlap, that no difference could be measured.
-
-    Args:
-        text: what the other mode has.
-    """
-    (low, high), (other_low, other_high) = row.spread, other.spread
-    if low <= other_high and other_low <= high:
-        percent = 100 * max(high / low, other_high / other_low) - 100
-        return (
-            f"{row.mode}: no measurable difference in time to {text} (runs of the same mode differ by {percent:.0f} %)"
-        )
-    return f"{row.mode} takes {low / other_low:.2f} times as long as with {text}"
-
-
 def ratios(result: Result) -> list[str]:
-    """What the safer choice costs over the other, all else equal."""
-    rows = {row.mode: row for row in result.rows}
+    """What the safer choice costs over the other, all else equal.
+
+    The modes are timed one after the other, while other programs come and go. A difference counts only if it is larger
+    than the largest one between runs of a single mode.
+    """
+    rows = {row.mode: row for row in result.rows if not row.mode.tries_everything}
+    noise = max((row.noise for row in rows.values()), default=1.0)
     lines = []
     for mode, row in rows.items():
         for change, text in (
@@ -359,8 +348,15 @@ def ratios(result: Result) -> list[str]:
             ({"plain": False}, "the fast form"),
         ):
             other = Mode(**(asdict(mode) | change))
-            if other != mode and other in rows and not mode.tries_everything:
-                lines.append(compared(row, rows[other], text))
+            if other == mode or other not in rows:
+                continue
+            ratio = row.ns_per_ray / rows[other].ns_per_ray
+            if 1 / noise <= ratio <= noise:
+                lines.append(f"{mode}: no measurable difference in time to {text} ({ratio:.2f} times)")
+            else:
+                lines.append(f"{mode} takes {ratio:.2f} times as long as with {text}")
+    if lines:
+        lines.append(f"Runs of the same mode differ by up to {100 * noise - 100:.0f} %: smaller differences are noise.")
     return lines
 
 

@@ -124,10 +124,10 @@ class Probe:
         ids: ti.types.ndarray(ndim=1),
         distance: ti.types.ndarray(ndim=1),
     ):
-        """t of ray i on triangle i alone; ∞ where it misses."""
+        """t of ray i on triangle i alone, as exact as that of a nearest hit; ∞ where it misses."""
         for i in range(ids.shape[0]):
             ray = ray_from(origins, directions, i)
-            hit = self.intersector.intersect_triangle(ray, ids[i])
+            hit = self.intersector.completed(ray, self.intersector.intersect_triangle(ray, ids[i]), 0.0, tm.inf)
             distance[i] = ti.select(hit.is_hit, hit.distance, tm.inf)
 
 
