@@ -427,7 +427,8 @@ class ProgressiveRenderer:
 
     def channels(self, aovs: Sequence[str]) -> dict[str, np.ndarray]:
         """Name → (height, width) array of the crop, for each channel that some AOVs have in an EXR file."""
-        chosen, found = find_aovs(aovs), {}
+        chosen = find_aovs(aovs)
+        found: dict[str, np.ndarray] = {}
         hits = self._hits() if chosen else None
         for aov in chosen:
             found |= as_channels(aov, self.film.own_pixels(self._as_image(aov.of(hits))))
@@ -497,7 +498,8 @@ class A1Renderer(ProgressiveRenderer):
 
     @max_distance.setter
     def max_distance(self, distance: float | None) -> None:
-        self._own(PARTS.find("integrator", "distance")).max_distance = distance
+        view: Any = self._own(PARTS.find("integrator", "distance"))
+        view.max_distance = distance
 
     def begin(self) -> None:
         """Start the picture again; replaced methods may call ``shade_distance`` or read ``max_distance`` themselves."""

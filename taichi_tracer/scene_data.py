@@ -131,7 +131,7 @@ def _cell(value: np.ndarray) -> str:
         return digits_of(value, ".4g")
     if isinstance(value, np.bool_):
         return "yes" if value else "no"
-    return digits(value, ".6g")
+    return digits(float(value), ".6g")
 
 
 @ti.data_oriented
@@ -262,8 +262,8 @@ class SceneData:
         self.material_library.load()
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
-        self._computed_view = view_of_points(visible_points(mesh), up_axis) if view is None else None
-        self.view = self._computed_view if view is None else dict(view)
+        self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
+        self._computed_view = self.view if view is None else None
         self._in_kernels: SceneInKernels | None = None
 
     def view_for(self, aspect: float) -> dict[str, Any]:

@@ -59,7 +59,12 @@ class Choices:
         needs_light = any(one.needs_light for one in renderer_class.offered() if one.name == name)
         if needs_light and self.environment == NO_LIGHT and not self.scene.lights and not self._has_chosen_light:
             self.set_environment(LIGHT)
-        self.renderer = self._renderer(renderer_class, self.scene).use(name)
+        self._show(self._renderer(renderer_class, self.scene).use(name))
+
+    def _show(self, renderer: ProgressiveRenderer) -> None:
+        """Show a renderer, with the exposure and the tone curve of the one before."""
+        display = self.renderer.display
+        self.renderer = renderer.set_display(display.exposure, display.tone)
         self._take_white()
 
     def _renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
@@ -127,8 +132,7 @@ class Choices:
         scene, former = self._scenes[test], self.renderer
         if scene.environment is not former.scene_data.environment:
             scene.set_environment(former.scene_data.environment)
-        self.renderer = self._renderer(type(former), scene).use(former.active)
-        self._take_white()
+        self._show(self._renderer(type(former), scene).use(former.active))
 
 
 def after(name: str, names: list[str]) -> str:

@@ -92,7 +92,8 @@ class Distance(View):
         super().__init__()
         self._chosen: float | None = None
         self._fitting, self._farthest = MAX_DISTANCE, math.nan
-        self._memory, self.version = None, 0
+        self._memory: memory.Memory | None = None
+        self.version = 0
 
     @property
     def max_distance(self):

@@ -16,6 +16,7 @@ from taichi_tracer.apps.screen import (
 )
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
+from taichi_tracer.tones.display import Display
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +101,17 @@ def test_radiance_is_shown_as_it_is_written(renderer, monkeypatch):
     expected = to_bytes(renderer.image(), srgb=True).astype(int)
     assert abs(shown(screen).astype(int) - expected).max() <= 1
     assert expected.max() > to_bytes(renderer.image()).max()
+
+
+@pytest.mark.parametrize("display", [Display(), Display(-4), Display(-2.5, "filmic")], ids=str)
+def test_light_is_shown_as_it_is_written_with_exposure_and_tone(renderer, monkeypatch, display):
+    renderer.use("distance").render()
+    monkeypatch.setattr(renderer.active, "srgb", True)
+    screen = Screen((100, 50), (100, 50))
+    screen.update(renderer.set_display(display.exposure, display.tone))
+    expected = to_bytes(renderer.image(), srgb=True, display=display).astype(int)
+    assert abs(shown(screen).astype(int) - expected).max() <= 1
+    renderer.set_display(0.0, "none")
 
 
 def test_a_drawing_is_put_into_the_right_margin_if_there_is_one():
