@@ -1,5 +1,6 @@
 """A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
+import copy
 import hashlib
 import warnings
 from dataclasses import dataclass, fields
@@ -16,6 +17,7 @@ from taichi_tracer.fast.stand_ins import Form, intersector_class
 from taichi_tracer.formulas.camera_frame import view_of_box
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
 from taichi_tracer.lights.environment_light import EnvironmentLight
+from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import Ray
@@ -85,7 +87,8 @@ class SceneInKernels:
         self.environment, self.background = scene.environment, scene.background
         is_lit_from_afar = scene.environment is not None and effects.environment in ("constant", "image")
         far = [EnvironmentLight(scene.environment, effects)] if is_lit_from_afar else []
-        self.lights = SceneLights([*far, *scene.lights], effects)
+        lamps = scene.lamps if effects.emitters else None
+        self.lights = SceneLights([*far, *scene.lights], effects, lamps)
 
     surface_at = surface_at
 
@@ -94,8 +97,7 @@ class SceneInKernels:
         """Radiance along a ray without any reflection: from an emitting surface, or from behind the scene."""
         L = tm.vec3(0)
         if hit.is_hit:
-            if ti.static(self.effects.emitters):
-                L = self.material_library.get(hit.material_id).Ke
+            L = self.lights.emitted(hit)
         else:
             L = self.behind(ray, hit, rng)
         return L
@@ -137,6 +139,9 @@ class SceneData:
         brdfs: BRDFs, by name or as objects. They take precedence over the registered BRDFs.
         lights: lights other than the environment, by name or as objects.
         fast: False runs only the plain forms, which a student reads. They are slower and give the same bits.
+        lamp_choice: how a sample of the light chooses among the surfaces with Ke > 0: the name of a registered
+            ``LampChoice``, or one: "area", "power" or "hierarchy".
+        two_sided_lamps: whether triangles with Ke > 0 emit from both sides; if not, from their front only (A3-1).
 
     Attributes:
         effects: the effects for which rendering is compiled, see ``effects.Effects``.
@@ -160,6 +165,8 @@ class SceneData:
         brdfs=(),
         lights=(),
         fast: bool = True,
+        lamp_choice="power",
+        two_sided_lamps: bool = False,
     ) -> None:
         chosen = PARTS.find("intersector", intersector)
         runtime.ensure()
@@ -184,6 +191,8 @@ class SceneData:
         self.material_library.load()
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
+        choice = copy.copy(PARTS.find("lamp choice", lamp_choice))  # its tables belong to this scene
+        self.lamps = Lamps(self.geometry, self.material_library, choice, two_sided_lamps)
         self.view = view_of_box(self.geometry.low, self.geometry.high) if view is None else dict(view)
         self._in_kernels = None
 
@@ -238,6 +247,8 @@ class SceneData:
             digest.update(sky.lookup.encode())
         for light in self.lights:
             digest.update(repr((light.name, light.facts())).encode())
+        if self.lamps.count > 0:
+            digest.update(repr((self.lamps.choice.name, self.lamps.two_sided)).encode())
         for array in arrays:
             digest.update(f"{array.shape} {array.dtype}".encode())
             digest.update(np.ascontiguousarray(array))

@@ -31,6 +31,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
     "sampler": (("sampler",), True),
     "BRDF": (("brdfs",), True),
     "light": (("lights",), True),
+    "lamp choice": (("lights",), True),
     "integrator": (("integrators",), True),
     "renderer": (("renderer", "rt3.renderer"), False),
 }
