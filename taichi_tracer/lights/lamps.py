@@ -12,6 +12,7 @@ import taichi.math as tm
 
 from taichi_tracer.formulas.area_lights import cone_of_sphere, uniform_cone, uniform_triangle
 from taichi_tracer.formulas.luminance import luminance
+from taichi_tracer.formulas.spheres import sphere_roots, widened
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice, LampTable
@@ -142,10 +143,10 @@ class Lamps(Light):
         if far > radius:
             drop = cone_of_sphere(far, radius)
             w_i = uniform_cone(to_centre / far, drop, xi)
-            along = tm.dot(w_i, to_centre)
-            inside = radius * radius - tm.cross(w_i, to_centre).norm_sqr()
-            # Moved towards x by the rounding error, so that the sphere does not block its own light.
-            distance = (along - ti.sqrt(ti.max(0.0, inside))) * (1 - ti.static(64 * runtime.epsilon()))
+            met, t_in, t_out = sphere_roots(widened(x), widened(w_i), widened(centre), widened(radius))
+            # Shortened by the rounding of t, so that the sphere does not block its own light.
+            distance = ti.select(met, ti.cast(t_in, float), tm.dot(w_i, to_centre))
+            distance *= 1 - ti.static(16 * runtime.epsilon())
             light = self.library.get(self.geometry.sphere_material_ids[sphere_id]).Ke
             pdf = 1 / (2 * tm.pi * drop)
         return w_i, distance, light, pdf
