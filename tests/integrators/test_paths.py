@@ -58,7 +58,7 @@ def test_a_closed_room_has_the_radiance_of_its_sum(room, way):
     "settings",
     [
         {"rr_termination_probability": 0.3},
-        {"rr_termination_probability": 0.9, "rr_start_bounce": 2},
+        {"rr_termination_probability": 0.4, "rr_start_bounce": 2},
         {"roulette": "throughput"},
         {"roulette": "throughput", "rr_start_bounce": 3},
     ],
@@ -73,10 +73,10 @@ def test_roulette_does_not_change_the_mean(room, settings):
         assert (np.abs(mean - expected) <= limit * error + 2e-5 * expected).all(), (way, mean, expected, error)
 
 
-def test_roulette_by_throughput_saves_time_and_the_constant_one_costs_variance(room):
-    plain = rendered(room, "explicit", 16, max_bounces=MANY)[1]
-    ended = rendered(room, "explicit", 16, max_bounces=MANY, rr_termination_probability=0.5)[1]
-    assert (ended > 1.5 * plain).all()
+def test_roulette_costs_variance(room):
+    """Without it, every path of ``implicit`` finds the same light here; with it, some end before they have."""
+    for settings in ({"rr_termination_probability": 0.3}, {"roulette": "throughput"}):
+        assert rendered(room, "implicit", 4, max_bounces=MANY, **settings)[1].min() > 1e-3
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +186,7 @@ def test_a_mirror_shows_the_lamp_in_every_way():
     vertices = np.concatenate([corners, corners + [0, 2, 0]])
     faces = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]])
     materials = [tt.Material("mirror", Kd=(0.5, 0.5, 0.5), Ns=1e30), tt.Material("lamp", Kd=(0, 0, 0), Ke=(2, 4, 8))]
-    view = {"eye": (0, 1, 0.01), "at": (0, 0, 0), "up": (0, 0, 1), "fov": 10.0}
+    view = {"eye": (0, 1, 0.01), "at": (0, 0, 0), "up": (0, 0, 1), "fov": 1.0}
     mesh = Mesh(vertices, faces, face_materials=np.array([0, 0, 1, 1], np.int32), materials=materials)
     renderer = tt.A4Renderer(tt.SceneData(mesh, view=view), 4, 4)
     for way in WAYS:
