@@ -17,12 +17,13 @@ from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.picture.progress import Progress
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
 SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
+SHEET_GAP = 4  # pixels between two pictures that stand side by side
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -34,6 +35,7 @@ class RenderRequest:
         output: a file or a folder; None is where the scene file says, or ``PICTURE_FOLDER``.
         spp, time, error: what ends the rendering, as for ``ProgressiveRenderer.render``. Where all are None, it is the
             samples of the picture.
+        bounces: numbers of bounces, each of which gets a picture of its own; empty is one picture of all.
         checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
     """
 
@@ -43,6 +45,7 @@ class RenderRequest:
     spp: int | None
     time: float | None
     error: float | None
+    bounces: tuple[int, ...]
     checkpoint: str | None
     checkpoint_every: float
 
@@ -55,9 +58,12 @@ def render_of(args: Namespace) -> RenderRequest:
     """What the options ask for."""
     scene, pictures = scene_and_pictures_of(args)
     error = None if args.error is None else args.error / 100
-    return RenderRequest(
-        scene, pictures, args.output, args.spp, args.time, error, args.checkpoint, args.checkpoint_every
-    )
+    for picture in pictures:
+        for renderer_class, integrator in picture.views:
+            if args.bounces and not issubclass(renderer_class, A4Renderer):
+                raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
+    stops = args.spp, args.time, error
+    return RenderRequest(scene, pictures, args.output, *stops, args.bounces, args.checkpoint, args.checkpoint_every)
 
 
 def run(args: Namespace) -> int:
@@ -68,7 +74,7 @@ def run(args: Namespace) -> int:
         number of the signal: 130 for Ctrl-C.
     """
     request = render_of(args)
-    paths = paths_of(request.pictures, request.output, request.scene.name)
+    paths = paths_of(request.pictures, request.output, request.scene.name, request.bounces)
     if request.checkpoint is not None:
         count = sum(len(places) for places in paths)
         if count > 1:
@@ -79,18 +85,34 @@ def run(args: Namespace) -> int:
     loading = f"scene {time.perf_counter() - start:.2f} s"
     is_in_place = True
     for picture, places in zip(request.pictures, paths, strict=True):
-        made = {}
-        for (renderer_class, integrator), path in zip(picture.views, places, strict=True):
+        made, following = {}, iter(places)
+        for renderer_class, integrator in picture.views:
             if renderer_class not in made:
                 made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
-            with Interruption() as interruption:
-                is_in_place &= make_picture(renderer, picture, request, path, loading, interruption)
-            if interruption.number is not None:
-                of = "" if request.spp is None else f" of {request.spp}"
-                print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
-                return interruption.exit_code
+            shown = []
+            for bounce in request.bounces or (None,):
+                if bounce is not None:
+                    renderer.bounces = bounce, bounce
+                with Interruption() as interruption:
+                    is_in_place &= make_picture(renderer, picture, request, next(following), loading, interruption)
+                if interruption.number is not None:
+                    of = "" if request.spp is None else f" of {request.spp}"
+                    print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
+                    return interruption.exit_code
+                shown.append(renderer.film.own_pixels(renderer.image()))
+            if request.bounces:
+                is_in_place &= write_sheet(shown, next(following), renderer.srgb and picture.is_encoded)
     return 0 if is_in_place else USER_ERROR
+
+
+def write_sheet(images: list[np.ndarray], path: Path, srgb: bool) -> bool:
+    """Write pictures side by side; False if the file had to be written elsewhere."""
+    gap = np.ones((images[0].shape[0], SHEET_GAP, 3), np.float32)
+    row = [part for image in images for part in (gap, image)][1:]
+    place = written_picture(path, np.concatenate(row, axis=1), srgb)
+    print(f"{place}: {len(images)} pictures side by side", flush=True)
+    return place == path
 
 
 def make_picture(
@@ -119,9 +141,21 @@ def make_picture(
     return is_in_place
 
 
-def paths_of(asked: tuple[PictureRequest, ...], output: str | None, scene: str) -> list[list[Path]]:
-    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``."""
-    names = [(picture.filename, integrator.name) for picture in asked for _, integrator in picture.views]
+def paths_of(
+    asked: tuple[PictureRequest, ...], output: str | None, scene: str, bounces: tuple[int, ...] = ()
+) -> list[list[Path]]:
+    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``.
+
+    Args:
+        bounces: a view has a picture for each of these numbers, and then one with all of them.
+    """
+    of_bounces = [*(f"_bounce_{bounce}" for bounce in bounces), "_bounces"] if bounces else [""]
+    names = [
+        (None if bounces else picture.filename, f"{integrator.name}{end}")
+        for picture in asked
+        for _, integrator in picture.views
+        for end in of_bounces
+    ]
     if output is None and all(filename is not None for filename, _ in names):
         paths = [Path(filename) for filename, _ in names]
         for path in paths:
@@ -137,7 +171,7 @@ def paths_of(asked: tuple[PictureRequest, ...], output: str | None, scene: str) 
     for path in paths:
         check_writable(path)
     places = iter(paths)
-    return [[next(places) for _ in picture.views] for picture in asked]
+    return [[next(places) for _ in picture.views for _ in of_bounces] for picture in asked]
 
 
 def distinct(paths: list[Path]) -> list[Path]:

@@ -5,13 +5,13 @@ return. Names of parts are looked up in the registry, after the files of ``--par
 """
 
 from argparse import Namespace
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
 from taichi_tracer.environment import Environment, load_environment
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
 from taichi_tracer.rt3 import document as rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.scene_data import SceneData
@@ -65,6 +65,8 @@ class SceneRequest:
         name: a shipped name or a path.
         document: what the file says, where it is one of RT3; None for a mesh.
         environment: None is no light from far away.
+        is_usual: whether nobody asked for this environment, so that a scene with light of its own has none.
+        lamp_choice: None is the default of ``SceneData``.
         intersector, triangle_test, effects: None is the default of ``SceneData``.
         brdfs, lights: names of registered parts.
         plain: whether only the plain forms run.
@@ -74,8 +76,11 @@ class SceneRequest:
     name: str
     document: rt3.Document | None
     environment: EnvironmentRequest | None
+    is_usual: bool
     intersector: str | None
     triangle_test: str | None
+    lamp_choice: str | None
+    two_sided_lamps: bool
     brdfs: tuple[str, ...]
     lights: tuple[str, ...]
     effects: str | None
@@ -87,12 +92,17 @@ class SceneRequest:
         """Start Taichi and read the scene; what the user should know about it goes to stderr."""
         self.machine.start()
         options = given(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
-        options["environment"] = None if self.environment is None else self.environment.load()
+        options |= given(lamp_choice=self.lamp_choice)
         options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain}
+        options["two_sided_lamps"] = self.two_sided_lamps
+        if not self.is_usual:
+            options["environment"] = None if self.environment is None else self.environment.load()
         if self.document is None:
             scene = load_scene_data(self.name, **options)
         else:
             scene = scene_of_document(self.document, **options)
+        if self.is_usual and scene.effects.is_dark:
+            scene.set_environment(self.environment.load())
         for text in scene.notes:
             note(text)
         return scene
@@ -105,6 +115,7 @@ class SceneRequest:
             light = self.environment
             words += options_of(intensity=light.intensity, rotation=light.rotation, lookup=light.lookup)
         words += options_of(brdfs=",".join(self.brdfs) or None, lights=",".join(self.lights) or None)
+        words += options_of(lamp_choice=self.lamp_choice) + ["--two-sided-lamps"] * self.two_sided_lamps
         return words + ["--plain"] * self.plain + self.machine.words()
 
 
@@ -157,6 +168,20 @@ class SamplesRequest:
 
 
 @dataclass(frozen=True)
+class PathRequest:
+    """How long paths are, as for ``PathSettings``; None is its default."""
+
+    max_bounces: int | None
+    rr_start_bounce: int | None
+    rr_termination_probability: float | None
+    roulette: str | None
+
+    def words(self) -> list[str]:
+        """The options that ask for the same."""
+        return options_of(**{field.name: getattr(self, field.name) for field in fields(self)})
+
+
+@dataclass(frozen=True)
 class PictureRequest:
     """One picture that is asked for: by a scene file, and by the command line, which wins.
 
@@ -180,6 +205,7 @@ class PictureRequest:
     filename: str | None
     camera: CameraRequest
     samples: SamplesRequest
+    paths: PathRequest
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
@@ -211,6 +237,8 @@ class PictureRequest:
         options = given(sampler=samples.sampler, jitter=samples.jitter or None)
         options |= {"seed": samples.seed, "adaptive": samples.adaptive, "first_sample": samples.first_sample}
         renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
+        if isinstance(renderer, A4Renderer):
+            renderer.path_settings.set(**given(**vars(self.paths)))
         if self.shot is not None and isinstance(renderer, RT3Renderer):
             renderer.set_depth(**self.shot.integrator.depth)
         return renderer
@@ -238,10 +266,15 @@ def scene_of(args: Namespace, document: rt3.Document | None, needs_light: bool) 
     Args:
         needs_light: whether something is to be shown that light has to be simulated for.
     """
+    asked = environment_of(args, document)
+    is_usual = asked is None and needs_light and args.environment is None and not args.lights
     return SceneRequest(
         name=args.scene,
         document=document,
-        environment=environment_of(args, document, needs_light),
+        environment=EnvironmentRequest(LIGHT, args.intensity, args.rotation, args.lookup) if is_usual else asked,
+        is_usual=is_usual,
+        lamp_choice=args.lamp_choice,
+        two_sided_lamps=args.two_sided_lamps,
         intersector=args.intersector,
         triangle_test=args.triangle_test,
         brdfs=args.brdfs,
@@ -253,13 +286,11 @@ def scene_of(args: Namespace, document: rt3.Document | None, needs_light: bool) 
     )
 
 
-def environment_of(args: Namespace, document: rt3.Document | None, needs_light: bool) -> EnvironmentRequest | None:
-    """The environment of the command line, or of the scene file; ``LIGHT`` where light is needed and there is none."""
+def environment_of(args: Namespace, document: rt3.Document | None) -> EnvironmentRequest | None:
+    """The environment of the command line, or of the scene file; None if neither names one, or it is "none"."""
     name, options = args.environment, {}
     if name is None and document is not None and document.environment is not None:
         name, options = str(document.environment), document.environment_options
-    if name is None and needs_light and not args.lights:
-        name = LIGHT
     if name is None or name == "none":
         return None
     options = options | given(intensity=args.intensity, rotation=args.rotation)
@@ -293,6 +324,7 @@ def _picture_of(args: Namespace, shot: rt3.Shot | None) -> PictureRequest:
         filename=film.filename if args.view is None else None,
         camera=taken(CameraRequest, args),
         samples=taken(SamplesRequest, args),
+        paths=taken(PathRequest, args),
     )
     rt3.crop_pixels(picture.crop_window, width, height)  # a window without pixels is an error before any work is done
     return picture

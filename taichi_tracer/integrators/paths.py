@@ -122,7 +122,7 @@ class Implicit(Paths):
 @register
 @ti.data_oriented
 class Explicit(Paths):
-    """Every surface takes a sample of the lights (A4-1). A ray that hits a light counts only if it comes from a mirror."""
+    """Every surface takes a sample of the lights (A4-1). What a ray hits counts only if a mirror sent it."""
 
     name, label = "explicit", "Paths, explicit"
 

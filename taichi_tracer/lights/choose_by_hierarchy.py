@@ -150,7 +150,7 @@ def cosine_of_difference(cosine_a, cosine_b):
 
 
 def build(lamps: LampTable) -> LampTree:
-    """The tree of a table of lamps: each node is split in the middle of its lamps, along the longest side of its box."""
+    """The tree of a table of lamps: a node is split in the middle of its lamps, along the longest side of its box."""
     count = len(lamps)
     leaves = 1 << max(0, int(count - 1).bit_length())
     order = kd_order((lamps.low + lamps.high) / 2, leaves)

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from contracts.statistics import largest_z
 from oracles.lamps import room_radiance
 from shapes import sphere
 from support import long_except, start
 
 import taichi_tracer as tt
-from contracts.statistics import largest_z
 from taichi_tracer.geometry import Mesh
 
 WAYS = ("implicit", "explicit", "path")
@@ -104,7 +104,9 @@ def runs_of(renderer, count, spp):
 
 def compare(one, other, alpha=0.01):
     """Welch's test of the means of two sets of runs in each block; blocks that nothing varies in must be equal."""
-    z = (one.mean(0) - other.mean(0)) / np.sqrt(one.var(0, ddof=1) / len(one) + other.var(0, ddof=1) / len(other) + 1e-20)
+    z = (one.mean(0) - other.mean(0)) / np.sqrt(
+        one.var(0, ddof=1) / len(one) + other.var(0, ddof=1) / len(other) + 1e-20
+    )
     assert np.abs(z).max() < largest_z(z.size, alpha) * 1.25, np.abs(z).max()  # 1.25: t with 22 degrees of freedom
 
 

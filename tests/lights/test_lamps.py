@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
+from contracts.statistics import largest_z
 from oracles.lamps import clipped, polygon_irradiance, sphere_irradiance
 from shapes import SQUARE, with_spheres
 from support import long_except, start
 
 import taichi_tracer as tt
-from contracts.statistics import largest_z
 from taichi_tracer.geometry import Mesh
 
 SAMPLES = 20_000
@@ -58,7 +58,9 @@ class Probe:
         for i in range(points.shape[0]):
             x = tm.vec3(points[i, 0], points[i, 1], points[i, 2])
             n = tm.vec3(normals[i, 0], normals[i, 1], normals[i, 2])
-            w_i, distance, light, pdf = self.lights.sample(x, n, tm.vec2(xi[i, 0], xi[i, 1]), tm.vec2(xi[i, 2], xi[i, 3]))
+            w_i, distance, light, pdf = self.lights.sample(
+                x, n, tm.vec2(xi[i, 0], xi[i, 1]), tm.vec2(xi[i, 2], xi[i, 3])
+            )
             ray = tt.Ray(origin=x, direction=w_i)
             hit = self.scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
             for k in ti.static(range(3)):
@@ -105,7 +107,9 @@ def test_a_sphere_gives_the_irradiance_of_its_cone(distance):
 def lamps_and_blockers(rng):
     """Lamps of all sizes and powers, some spheres among them, and dark triangles between them."""
     count = 60
-    corners = rng.uniform(-3, 3, (count, 1, 3)) + rng.normal(size=(count, 3, 3)) * 10 ** rng.uniform(-2, 0, (count, 1, 1))
+    corners = rng.uniform(-3, 3, (count, 1, 3)) + rng.normal(size=(count, 3, 3)) * 10 ** rng.uniform(
+        -2, 0, (count, 1, 1)
+    )
     materials = [DARK] + [tt.Material(str(i), Ke=tuple(rng.random(3) * 10**i)) for i in range(-2, 3)]
     return with_spheres(
         np.concatenate([rng.uniform(-3, 3, (6, 3)), rng.uniform(0.05, 0.5, (6, 1))], axis=1),
