@@ -40,8 +40,8 @@ class Probe:
         self.lights = scene.in_kernels().lights
         self.lights.prepare()
 
-    def samples(self, points, normals, seed=1, spacing=SAMPLES):
-        """(n, 10) for each point and normal: w_i, distance, light (its red), pdf, pdf of the hit, is_hit, light seen."""
+    def samples(self, points, normals, seed=1):
+        """(n, 9) per point and normal: w_i, distance, red light, pdf, pdf of what is hit, is blocked, light seen."""
         xi = np.random.default_rng(seed).random((len(points), 4)).astype(np.float32)
         out = np.zeros((len(points), 9), np.float32)
         self._run(np.float32(points), np.float32(normals), xi, out)
