@@ -36,8 +36,8 @@ def light_along(scene: ti.template(), surface, w_i, knows_pdf: ti.template()):
         knows_pdf: whether the pdf is asked for; otherwise it is 0, and no tables are read.
     """
     light, pdf = tm.vec3(0), 0.0
-    if tm.dot(surface.geometric_normal, w_i) > 0:
-        ray = Ray(origin=surface.origin, direction=w_i)
+    if surface.lets_pass(w_i):
+        ray = surface.ray_along(w_i)
         hit = scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
         light = scene.lights.arriving(ray, hit)
         if ti.static(knows_pdf):

@@ -18,7 +18,6 @@ from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
-from taichi_tracer.ray import Ray
 from taichi_tracer.system.registry import register
 
 
@@ -68,7 +67,7 @@ class Paths(Integrator):
                 if ti.static(self.samples_lights):
                     pdf = surface.pdf(w_i)
                 throughput *= surface.weight(w_i)
-                is_going = throughput.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0
+                is_going = throughput.max() > 0 and surface.lets_pass(w_i)
                 is_going = is_going and self.needs_hit(scene, depth, is_delta)
                 if is_going:
                     survival = self.settings.survival(depth, throughput)
@@ -76,7 +75,7 @@ class Paths(Integrator):
                         is_going = rng.next_1d() < survival
                         throughput /= survival
                 if is_going:
-                    ray = Ray(origin=surface.origin, direction=w_i)
+                    ray = surface.ray_along(w_i)
                     hit = scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
                     light = scene.lights.arriving(ray, hit) * self.settings.counts(depth)
                     if light.max() > 0:
