@@ -135,7 +135,7 @@ def surface_at(scene, ray, hit) -> Surface:
     brdfs = {i: library.brdfs[i] for i in scene.effects.brdfs}
     material = impl.expr_init(library.get(hit.material_id))
     if any(brdf.transmits for brdf in brdfs.values()):
-        material.Ni = _relative_index(material.Ni, hit.is_backfacing)
+        material = impl.expr_init(_seen_from(material, hit.is_backfacing))
     brdf_id = impl.expr_init(_brdf_id(library.brdf_ids, hit.material_id))
     origin = impl.expr_init(offset_origin(hit.position, hit.position_error, hit.geometric_normal))
     w_o = impl.expr_init(_opposite(ray.direction))
@@ -148,8 +148,11 @@ def _brdf_id(ids: ti.template(), material_id):
 
 
 @ti.func
-def _relative_index(index, is_backfacing):
-    return ti.select(is_backfacing, 1 / index, index)
+def _seen_from(material, is_backfacing):
+    seen = material
+    if is_backfacing:
+        seen.Ni = 1 / material.Ni
+    return seen
 
 
 @ti.func

@@ -1,11 +1,15 @@
-"""A smooth surface of glass or water: it mirrors one part of the light and lets the rest through, refracted (A4-4)."""
+"""A smooth surface of glass or water: it mirrors one part of the light and lets the rest through, refracted (A4-4).
+
+The other BRDFs describe materials of glass, too. Of several BRDFs that describe a material, the one in the last file of
+this folder counts.
+"""
 
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
-from taichi_tracer.formulas.fresnel import fresnel_dielectric, refracted
 from taichi_tracer.formulas.frames import mirrored
+from taichi_tracer.formulas.fresnel import fresnel_dielectric, refracted
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
 
