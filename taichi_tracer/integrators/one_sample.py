@@ -71,7 +71,7 @@ class OneSampleMis(DirectLight):
         if ti.static(scene.lights.has_lamps or len(scene.lights.far) > 0):
             p_light = self._numbers.get(0)
             is_delta = surface.is_delta()
-            if rng.next_1d() < p_light and not is_delta:
+            if rng.next_1d() >= 1 - p_light and not is_delta:
                 L, pdf, pdf_brdf = sample_of_lights(scene, surface, rng)
                 L /= p_light + (1 - p_light) * pdf_brdf / pdf
             else:
