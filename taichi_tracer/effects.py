@@ -22,7 +22,8 @@ class Effects:
         environment: "none" or "black": the environment gives no light; "constant": light without a look-up; "image":
             light with a look-up.
         lights: the names of the other lights.
-        emitters: whether a material emits.
+        emitters: whether the emission of materials is looked up.
+        lamps: whether a surface emits, so that it lights others.
         interpolated_normals: whether a triangle has vertex normals.
         spheres: whether there are spheres.
         culling: whether rays pass through the backs of some triangles.
@@ -34,6 +35,7 @@ class Effects:
     environment: str
     lights: tuple[str, ...]
     emitters: bool
+    lamps: bool
     interpolated_normals: bool
     spheres: bool
     culling: bool
@@ -42,13 +44,13 @@ class Effects:
 
     @property
     def is_lit(self) -> bool:
-        """Whether there is light to reflect, from the environment or from another light."""
-        return self.environment in ("constant", "image") or len(self.lights) > 0
+        """Whether there is light to reflect, from the environment, from a surface that emits or from another light."""
+        return self.environment in ("constant", "image") or len(self.lights) > 0 or self.lamps
 
     @property
     def is_dark(self) -> bool:
         """Whether nothing emits light at all."""
-        return not self.is_lit and not self.emitters
+        return not self.is_lit
 
     def __repr__(self) -> str:
         names = {is_on: [name for name, on, _ in self.reasons if on == is_on] for is_on in (True, False)}
@@ -79,18 +81,20 @@ def derive(
     used = [int(i) for i in mesh.used_materials()]
     has = [brdf_of[i] for i in used]
     sky = _kind_of(environment)
+    emits = any(max(mesh.materials[i].Ke) > 0 for i in used)
     found = {
         "brdfs": tuple(sorted(set(has))),
         "environment": sky,
         "lights": tuple(light.name for light in lights),
-        "emitters": any(max(mesh.materials[i].Ke) > 0 for i in used),
+        "emitters": emits,
+        "lamps": emits,
         "interpolated_normals": mesh.has_vertex_normals,
         "spheres": len(mesh.spheres) > 0,
         "culling": mesh.has_culling,
         "background": background is not None,
     }
     reasons = [_about_brdf(b, has.count(i), [mesh.materials[k] for k in used]) for i, b in enumerate(brdfs)]
-    reasons += _about_light(sky, environment, lights, found["emitters"])
+    reasons += _about_light(sky, environment, lights, emits)
     normals = "a triangle has them" if found["interpolated_normals"] else "no triangle has them"
     reasons.append(("vertex normals", found["interpolated_normals"], normals))
     count = f"{len(mesh.spheres):,} of them" if found["spheres"] else "the scene has none"
@@ -142,12 +146,13 @@ def _about_light(sky: str, environment, lights, emits: bool) -> list[tuple[str, 
         "image": f"{name}",
     }[sky]
     look_up = "its radiance is the same in every direction" if sky == "constant" else why
-    shadow = "sent where light could be reflected" if is_lit or lights else "no light comes from far away"
-    emitted = "a material has Ke > 0; seen, not sampled" if emits else "no triangle has a material with Ke > 0"
+    has_shadows = is_lit or emits or len(lights) > 0
+    shadow = "sent where light could be reflected" if has_shadows else "there is no light to be blocked"
+    emitted = "a material has Ke > 0; it lights other surfaces" if emits else "no triangle has a material with Ke > 0"
     return [
         ("environment", is_lit, why),
         ("look-up", sky == "image", look_up),
         *((f"light {light.name}", True, type(light).__name__) for light in lights),
-        ("shadow rays", is_lit or len(lights) > 0, shadow),
+        ("shadow rays", has_shadows, shadow),
         ("emitters", emits, emitted),
     ]

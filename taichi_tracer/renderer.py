@@ -22,6 +22,7 @@ from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.direct_light import UniformSphere
+from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
@@ -649,3 +650,125 @@ class A2Renderer(ProgressiveRenderer):
     def set_sample_mis_balance(self) -> "Self":
         """Use multiple importance sampling with the balance heuristic."""
         return self.use("mis_balance")
+
+
+@register
+@ti.data_oriented
+@seams()
+class A3Renderer(A2Renderer):
+    """Assignment 3: direct illumination by surfaces that emit and by the environment (A3-1 … A3-5).
+
+    It has the estimators of ``A2Renderer``, which sample lamps, too, where a scene has some. The estimator
+    ``mis_one_sample`` has the weights ``mis_plight`` and ``mis_pbrdf``.
+    """
+
+    name = "A3Renderer"
+
+    @property
+    def mis_plight(self) -> float:
+        """The weight with which ``mis_one_sample`` samples the lights (A3-4)."""
+        return self._one_sample().weights[0]
+
+    @mis_plight.setter
+    def mis_plight(self, weight: float) -> None:
+        self._one_sample().set_weights(weight, self.mis_pbrdf)
+
+    @property
+    def mis_pbrdf(self) -> float:
+        """The weight with which ``mis_one_sample`` samples the BRDF (A3-4)."""
+        return self._one_sample().weights[1]
+
+    @mis_pbrdf.setter
+    def mis_pbrdf(self, weight: float) -> None:
+        self._one_sample().set_weights(self.mis_plight, weight)
+
+    def _one_sample(self):
+        """This renderer's copy of the integrator."""
+        name = "mis_one_sample"
+        return self._integrators.setdefault(name, copy.copy(PARTS.find("integrator", name)))
+
+    def set_sample_mis_one_sample(self):
+        """Use multiple importance sampling with one sample, drawn by lot (A3-4)."""
+        return self.use("mis_one_sample")
+
+
+@register
+@ti.data_oriented
+@seams()
+class A4Renderer(ProgressiveRenderer):
+    """Assignment 4: paths, on which light bounces from surface to surface (A4-1 … A4-5).
+
+    ``max_bounces`` and the other properties may be set at any time; the picture then starts again.
+    """
+
+    name, what, jitters = "A4Renderer", "path", True
+
+    def __init__(self, scene_data: SceneData, *args, **options) -> None:
+        if not isinstance(scene_data, SceneData):
+            raise not_a_scene(type(self).__name__, scene_data)
+        scene_data.check_alive()
+        self.path_settings = PathSettings()
+        super().__init__(scene_data, *args, **options)
+
+    def use(self, integrator):
+        """Choose how light is found; the length of paths stays. Returns the renderer."""
+        super().use(integrator)
+        self.active.settings = self.path_settings
+        return self
+
+    @property
+    def max_bounces(self) -> int:
+        """How many surfaces may reflect, from 0 to 64: 0 shows only what emits, 1 is direct light (A4-2)."""
+        return self.path_settings["max_bounces"]
+
+    @max_bounces.setter
+    def max_bounces(self, value: int) -> None:
+        self.path_settings.set(max_bounces=value)
+
+    @property
+    def rr_start_bounce(self) -> int:
+        """After so many bounces, Russian roulette may end a path (A4-2)."""
+        return self.path_settings["rr_start_bounce"]
+
+    @rr_start_bounce.setter
+    def rr_start_bounce(self, value: int) -> None:
+        self.path_settings.set(rr_start_bounce=value)
+
+    @property
+    def rr_termination_probability(self) -> float:
+        """The probability with which roulette ends a path after each further bounce (A4-2)."""
+        return self.path_settings["rr_termination_probability"]
+
+    @rr_termination_probability.setter
+    def rr_termination_probability(self, value: float) -> None:
+        self.path_settings.set(rr_termination_probability=value)
+
+    @property
+    def roulette(self) -> str:
+        """How roulette chooses this probability: "course" takes the constant, "throughput" the light still to come."""
+        return self.path_settings["roulette"]
+
+    @roulette.setter
+    def roulette(self, value: str) -> None:
+        self.path_settings.set(roulette=value)
+
+    @property
+    def bounces(self) -> tuple[int, int] | None:
+        """(first, last): only light after so many bounces counts; None counts all (A4-5)."""
+        return self.path_settings["bounces"]
+
+    @bounces.setter
+    def bounces(self, value: tuple[int, int] | None) -> None:
+        self.path_settings.set(bounces=value)
+
+    def set_shading_implicit(self):
+        """Let paths find lights by chance: ``implicit`` (A4-1)."""
+        return self.use("implicit")
+
+    def set_shading_explicit(self):
+        """Take a sample of the lights at every surface: ``explicit`` (A4-1)."""
+        return self.use("explicit")
+
+    def set_shading_mis(self):
+        """Combine both by the power heuristic: ``path`` (A3-4, A4-1)."""
+        return self.use("path")

@@ -1,5 +1,6 @@
 """A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
+import copy
 import hashlib
 import warnings
 from collections.abc import Iterator, Sequence
@@ -23,7 +24,9 @@ from taichi_tracer.formulas.camera_frame import up_of, view_of_points
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed, visible_points
 from taichi_tracer.lights.base import Light
+from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.environment_light import EnvironmentLight
+from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray import Ray
@@ -43,6 +46,7 @@ ROWS_SHOWN = 20  # of a table of hits in a notebook
 IntersectorChoice = str | type[RayIntersector] | RayIntersector
 BrdfChoice = str | Brdf | type[Brdf]
 LightChoice = str | Light | type[Light]
+LampChoices = str | LampChoice | type[LampChoice]
 EnvironmentChoice = ArrayLike | Path | Environment | None
 BackgroundChoice = ArrayLike | Path | Background | None
 
@@ -152,7 +156,8 @@ class SceneInKernels:
         far: list[Light] = []
         if scene.environment is not None and effects.environment in ("constant", "image"):
             far = [EnvironmentLight(scene.environment, effects, scene.up_axis)]
-        self.lights = SceneLights([*far, *scene.lights], effects)
+        lamps = scene.lamps if effects.emitters else None
+        self.lights = SceneLights([*far, *scene.lights], effects, lamps)
 
     surface_at = surface_at
 
@@ -161,8 +166,7 @@ class SceneInKernels:
         """Radiance along a ray without any reflection: from an emitting surface, or from behind the scene."""
         L = tm.vec3(0)
         if hit.is_hit:
-            if ti.static(self.effects.emitters):
-                L = self.material_library.get(hit.material_id).Ke
+            L = self.lights.emitted(hit)
         else:
             L = self.behind(ray, hit, rng)
         return L
@@ -208,6 +212,9 @@ class SceneData:
             sharp, see ``geometry.smoothed``. True is 30 degrees.
         up_axis: the axis that points upwards in the scene, "y" or "z". The computed view has this axis upright, and the
             zenith of the environment is in this direction. The coordinates of the scene stay as they are.
+        lamp_choice: how a sample of the light chooses among the surfaces with Ke > 0: the name of a registered
+            ``LampChoice``, or one: "area", "power" or "hierarchy".
+        two_sided_lamps: whether triangles with Ke > 0 emit from both sides; if not, from their front only (A3-1).
 
     Attributes:
         effects: the effects for which rendering is compiled, see ``effects.Effects``.
@@ -235,6 +242,8 @@ class SceneData:
         fast: bool = True,
         smooth: bool | float = False,
         up_axis: str = "y",
+        lamp_choice: LampChoices = "power",
+        two_sided_lamps: bool = False,
     ) -> None:
         up_of(up_axis)  # raises the error for an unknown name before anything is made
         chosen = PARTS.find("intersector", intersector)
@@ -262,6 +271,8 @@ class SceneData:
         self.material_library.load()
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
+        choice = copy.copy(PARTS.find("lamp choice", lamp_choice))  # its tables belong to this scene
+        self.lamps = Lamps(self.geometry, self.material_library, choice, two_sided_lamps)
         self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
         self._computed_view = self.view if view is None else None
         self._in_kernels: SceneInKernels | None = None
@@ -286,6 +297,8 @@ class SceneData:
             "lights": self.lights,
             "fast": self.fast,
             "up_axis": self.up_axis,
+            "lamp_choice": self.lamps.choice,
+            "two_sided_lamps": self.lamps.two_sided,
         }
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the primitives that are dropped were told when this scene was made
@@ -346,6 +359,8 @@ class SceneData:
             digest.update(sky.lookup.encode())
         for light in self.lights:
             digest.update(repr((light.name, light.facts())).encode())
+        if self.lamps.count > 0:
+            digest.update(repr((self.lamps.choice.name, self.lamps.two_sided)).encode())
         for array in arrays:
             digest.update(f"{array.shape} {array.dtype}".encode())
             digest.update(np.ascontiguousarray(array).data)
@@ -553,6 +568,8 @@ def scene_from_mesh(
     fast: bool = True,
     smooth: bool | float = False,
     up_axis: str = "y",
+    lamp_choice: LampChoices = "power",
+    two_sided_lamps: bool = False,
 ) -> SceneData:
     """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
 
@@ -565,8 +582,8 @@ def scene_from_mesh(
         normals: (V, 3), a normal for each vertex, or (F, 3, 3), a normal for each corner of each triangle. They need
             not have unit length. Without them, triangles are flat; ``smooth=True`` computes normals.
         face_materials: (F,) ids into the colours or materials, counted from 0, one for each triangle.
-        intersector, triangle_test, view, environment, effects, background, brdfs, lights, fast, smooth, up_axis: as
-            for ``SceneData``.
+        intersector, triangle_test, view, environment, effects, background, brdfs, lights, fast, smooth, up_axis,
+            lamp_choice, two_sided_lamps: as for ``SceneData``.
 
     Raises:
         InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
@@ -590,4 +607,6 @@ def scene_from_mesh(
         fast=fast,
         smooth=smooth,
         up_axis=up_axis,
+        lamp_choice=lamp_choice,
+        two_sided_lamps=two_sided_lamps,
     )

@@ -15,6 +15,7 @@ from taichi_tracer.scene_data import (
     BrdfChoice,
     EnvironmentChoice,
     IntersectorChoice,
+    LampChoices,
     LightChoice,
     SceneData,
 )
@@ -75,6 +76,8 @@ def load_scene_data(
     fast: bool = True,
     smooth: bool | float = False,
     up_axis: str = "y",
+    lamp_choice: LampChoices = "power",
+    two_sided_lamps: bool = False,
 ) -> SceneData:
     """Read a scene.
 
@@ -82,7 +85,8 @@ def load_scene_data(
         name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml).
         view: as for ``SceneData``; None takes the camera of the file, or that of the course for some shipped meshes.
         environment, background: as for ``SceneData``; "file" takes those of the file, which only .xml can have.
-        intersector, triangle_test, effects, brdfs, lights, fast, smooth, up_axis: as for ``SceneData``.
+        intersector, triangle_test, effects, brdfs, lights, fast, smooth, up_axis, lamp_choice, two_sided_lamps: as for
+            ``SceneData``.
 
     Raises:
         InputError: the file cannot be used; the message has its name and, if there is one, the line and the value.
@@ -90,6 +94,7 @@ def load_scene_data(
     path = find_scene(name_or_path)
     options: dict[str, Any] = {"intersector": intersector, "triangle_test": triangle_test, "effects": effects}
     options |= {"view": view, "brdfs": brdfs, "lights": lights, "fast": fast, "smooth": smooth, "up_axis": up_axis}
+    options |= {"lamp_choice": lamp_choice, "two_sided_lamps": two_sided_lamps}
     said = {"environment": environment, "background": background}
     options |= {name: value for name, value in said.items() if not is_file(value)}
     if is_document(path):

@@ -31,6 +31,7 @@ from taichi_tracer.apps.words import (
     told,
     values_of,
     whole,
+    wholes,
 )
 from taichi_tracer.system import leftovers
 from taichi_tracer.system.errors import InputError, StaleSceneError
@@ -192,6 +193,13 @@ def add_render(parser: Parser) -> None:
     add_scene_options(parser)
     add_picture_options(parser)
     add_display_options(parser)
+    parser.add_argument(
+        "--bounces",
+        type=wholes,
+        default=(),
+        metavar="A,B",
+        help="one picture for the light of each of these numbers of bounces, and one with all of them side by side",
+    )
     targets = parser.add_argument_group(
         "when to stop", "at the first that is reached; else the samples of the scene file, or 1"
     )
@@ -344,6 +352,10 @@ def add_surface_options(parser: Parser) -> None:
     surfaces.add_argument(
         "--lights", type=names, default=(), metavar="A,B", help="lights of the scene, beside its environment"
     )
+    surfaces.add_argument(
+        "--lamp-choice", metavar="NAME", help="how a sample chooses among the surfaces with Ke > 0 (one name)"
+    )
+    surfaces.add_argument("--two-sided-lamps", action="store_true", help="triangles with Ke > 0 emit from both sides")
 
 
 def add_picture_options(parser: Parser) -> None:
@@ -381,6 +393,7 @@ def add_picture_options(parser: Parser) -> None:
         "--seed", type=whole, default=0, metavar="S", help="of the random numbers (default: %(default)s)"
     )
     parser.add_argument("--jitter", action="store_true", help="rays through random points of the pixels, in views too")
+    add_path_options(parser)
     add_camera_options(parser)
 
 
@@ -392,6 +405,21 @@ def add_display_options(parser: Parser) -> None:
         "--exposure", type=number, default=0.0, metavar="STOPS", help="each doubles the light (default: %(default)g)"
     )
     display.add_argument("--tone", default="none", metavar="NAME", help="curve that bends bright values below white")
+
+
+def add_path_options(parser: Parser) -> None:
+    """How long paths are."""
+    paths = parser.add_argument_group("paths", "for implicit, explicit and path, on which light bounces")
+    paths.add_argument("--max-bounces", type=whole, metavar="N", help="how many surfaces may reflect (default: 5)")
+    paths.add_argument(
+        "--rr-start-bounce", type=whole, metavar="N", help="after so many, roulette may end a path (default: 3)"
+    )
+    paths.add_argument(
+        "--rr-termination-probability", type=number, metavar="Q", help="with which it ends a path (default: 0)"
+    )
+    paths.add_argument(
+        "--roulette", metavar="NAME", help="course: the constant Q (default); throughput: dark paths end first"
+    )
 
 
 def add_camera_options(parser: Parser) -> None:

@@ -156,7 +156,11 @@ def names_of_rays() -> dict[str, Names]:
 
 def names_of_surfaces() -> dict[str, Names]:
     """What surfaces and lights are."""
-    return {"BRDFs": Names(tuple(PARTS.names("BRDF"))), "lights": Names(tuple(PARTS.names("light")))}
+    return {
+        "BRDFs": Names(tuple(PARTS.names("BRDF"))),
+        "lights": Names(tuple(PARTS.names("light"))),
+        "lamp choices": Names.of_parameter(PARTS.names("lamp choice"), SceneData, "lamp_choice"),
+    }
 
 
 def names_of_files() -> dict[str, Names]:

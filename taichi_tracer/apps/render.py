@@ -19,7 +19,7 @@ from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable
 from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
 from taichi_tracer.picture.progress import Progress
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display
 
@@ -27,6 +27,7 @@ SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
 SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
 DISTANCE = "distance"  # the view to which --max-distance belongs
+SHEET_GAP = 4  # pixels between two pictures that stand side by side
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -38,6 +39,7 @@ class RenderRequest:
         output: a file or a folder; None is where the scene file says, or ``PICTURE_FOLDER``.
         spp, time, error: what ends the rendering, as for ``ProgressiveRenderer.render``. Where all are None, it is the
             samples of the picture.
+        bounces: numbers of bounces, each of which gets a picture of its own; empty is one picture of all.
         checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
         aovs: the raw arrays that each file has beside its picture.
     """
@@ -48,6 +50,7 @@ class RenderRequest:
     spp: int | None
     time: float | None
     error: float | None
+    bounces: tuple[int, ...]
     checkpoint: str | None
     checkpoint_every: float
     aovs: tuple[Aov, ...]
@@ -62,6 +65,10 @@ def render_of(args: Namespace) -> RenderRequest:
     scene, pictures = scene_and_pictures_of(args)
     if args.max_distance is not None and all(one.name != DISTANCE for picture in pictures for _, one in picture.views):
         note(f"--max-distance {args.max_distance:g} changes nothing here: it belongs to the view {DISTANCE!r}")
+    for picture in pictures:
+        for renderer_class, integrator in picture.views:
+            if args.bounces and not issubclass(renderer_class, A4Renderer):
+                raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
     return RenderRequest(
         scene=scene,
         pictures=pictures,
@@ -69,6 +76,7 @@ def render_of(args: Namespace) -> RenderRequest:
         spp=args.spp,
         time=args.time,
         error=None if args.error is None else args.error / 100,
+        bounces=args.bounces,
         checkpoint=args.checkpoint,
         checkpoint_every=args.checkpoint_every,
         aovs=find_aovs(args.aov),
@@ -96,18 +104,34 @@ def run(args: Namespace) -> int:
     loading = f"scene {time.perf_counter() - start:.2f} s"
     is_in_place = True
     for picture, places in zip(request.pictures, paths, strict=True):
-        made = {}
-        for (renderer_class, integrator), path in zip(picture.views, places, strict=True):
+        made, following = {}, iter(places)
+        for renderer_class, integrator in picture.views:
             if renderer_class not in made:
                 made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
-            with Interruption() as interruption:
-                is_in_place &= make_picture(renderer, picture, request, path, loading, interruption)
-            if interruption.number is not None:
-                of = "" if request.spp is None else f" of {request.spp}"
-                print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
-                return interruption.exit_code
+            shown = []
+            for bounce in request.bounces or (None,):
+                if bounce is not None:
+                    renderer.bounces = bounce, bounce
+                with Interruption() as interruption:
+                    is_in_place &= make_picture(renderer, picture, request, next(following), loading, interruption)
+                if interruption.number is not None:
+                    of = "" if request.spp is None else f" of {request.spp}"
+                    print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
+                    return interruption.exit_code
+                shown.append(renderer.film.own_pixels(renderer.image()))
+            if request.bounces:
+                is_in_place &= write_sheet(shown, next(following), renderer.srgb and picture.is_encoded)
     return 0 if is_in_place else USER_ERROR
+
+
+def write_sheet(images: list[np.ndarray], path: Path, srgb: bool) -> bool:
+    """Write pictures side by side; False if the file had to be written elsewhere."""
+    gap = np.ones((images[0].shape[0], SHEET_GAP, 3), np.float32)
+    row = [part for image in images for part in (gap, image)][1:]
+    place = written_picture(path, np.concatenate(row, axis=1), srgb)
+    print(f"{place}: {len(images)} pictures side by side", flush=True)
+    return place == path
 
 
 def make_picture(
@@ -148,9 +172,18 @@ def note_linear(display: Display, paths: Sequence[Path]) -> None:
 
 
 def paths_of(request: RenderRequest) -> list[list[Path]]:
-    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``."""
-    asked, output = request.pictures, request.output
-    names = [(picture.filename, integrator.name) for picture in asked for _, integrator in picture.views]
+    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``.
+
+    A view has a picture for each number of bounces that is asked for, and then one with all of them.
+    """
+    asked, output, bounces = request.pictures, request.output, request.bounces
+    of_bounces = [*(f"_bounce_{bounce}" for bounce in bounces), "_bounces"] if bounces else [""]
+    names = [
+        (None if bounces else picture.filename, f"{integrator.name}{end}")
+        for picture in asked
+        for _, integrator in picture.views
+        for end in of_bounces
+    ]
     if output is None and all(filename is not None for filename, _ in names):
         paths = [Path(filename) for filename, _ in names]
         for path in paths:
@@ -167,7 +200,7 @@ def paths_of(request: RenderRequest) -> list[list[Path]]:
     for path in paths:
         check_writable(path, channel_names(request.aovs))
     places = iter(paths)
-    return [[next(places) for _ in picture.views] for picture in asked]
+    return [[next(places) for _ in picture.views for _ in of_bounces] for picture in asked]
 
 
 def distinct(paths: list[Path]) -> list[Path]:

@@ -5,14 +5,14 @@ return. Names of parts are looked up in the registry, after the files of ``--par
 """
 
 from argparse import Namespace
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.formulas.camera_frame import up_of
-from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.rt3 import document as rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.scene_data import SceneData
@@ -68,6 +68,8 @@ class SceneRequest:
         name: a shipped name or a path.
         document: what the file says, where it is one of RT3; None for a mesh.
         environment: None is no light from far away.
+        is_usual: whether nobody asked for this environment, so that a scene with light of its own has none.
+        lamp_choice: None is the default of ``SceneData``.
         intersector, triangle_test, effects: None is the default of ``SceneData``.
         brdfs, lights: names of registered parts.
         smooth: the crease angle of smooth normals in degrees; None leaves triangles without normals flat.
@@ -79,8 +81,11 @@ class SceneRequest:
     name: str
     document: rt3.Document | None
     environment: EnvironmentRequest | None
+    is_usual: bool
     intersector: str | None
     triangle_test: str | None
+    lamp_choice: str | None
+    two_sided_lamps: bool
     brdfs: tuple[str, ...]
     lights: tuple[str, ...]
     effects: str | None
@@ -94,13 +99,17 @@ class SceneRequest:
         """Start Taichi and read the scene; what the user should know about it goes to stderr."""
         self.machine.start()
         options = given(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
-        options |= given(smooth=self.smooth)
-        options["environment"] = None if self.environment is None else self.environment.load()
+        options |= given(smooth=self.smooth, lamp_choice=self.lamp_choice)
         options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain, "up_axis": self.up_axis}
+        options["two_sided_lamps"] = self.two_sided_lamps
+        if not self.is_usual:
+            options["environment"] = None if self.environment is None else self.environment.load()
         if self.document is None:
             scene = load_scene_data(self.name, **options)
         else:
             scene = scene_of_document(self.document, **options)
+        if self.is_usual and scene.effects.is_dark:
+            scene.set_environment(self.environment.load())
         for text in scene.notes:
             note(text)
         return scene
@@ -115,6 +124,7 @@ class SceneRequest:
         words += options_of(brdfs=",".join(self.brdfs) or None, lights=",".join(self.lights) or None)
         words += options_of(smooth=self.smooth)
         words += ["--up-axis", self.up_axis] * (self.up_axis != "y")
+        words += options_of(lamp_choice=self.lamp_choice) + ["--two-sided-lamps"] * self.two_sided_lamps
         return words + ["--plain"] * self.plain + self.machine.words()
 
 
@@ -167,6 +177,20 @@ class SamplesRequest:
 
 
 @dataclass(frozen=True)
+class PathRequest:
+    """How long paths are, as for ``PathSettings``; None is its default."""
+
+    max_bounces: int | None
+    rr_start_bounce: int | None
+    rr_termination_probability: float | None
+    roulette: str | None
+
+    def words(self) -> list[str]:
+        """The options that ask for the same."""
+        return options_of(**{field.name: getattr(self, field.name) for field in fields(self)})
+
+
+@dataclass(frozen=True)
 class PictureRequest:
     """One picture that is asked for: by a scene file, and by the command line, which wins.
 
@@ -194,6 +218,7 @@ class PictureRequest:
     samples: SamplesRequest
     display: Display
     max_distance: float | None
+    paths: PathRequest
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
@@ -225,6 +250,8 @@ class PictureRequest:
         options = given(sampler=samples.sampler, jitter=samples.jitter or None)
         options |= {"seed": samples.seed, "adaptive": samples.adaptive, "first_sample": samples.first_sample}
         renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
+        if isinstance(renderer, A4Renderer):
+            renderer.path_settings.set(**given(**vars(self.paths)))
         if self.shot is not None and isinstance(renderer, RT3Renderer):
             renderer.set_depth(**self.shot.integrator.depth)
         if self.max_distance is not None and isinstance(renderer, A1Renderer):
@@ -254,10 +281,15 @@ def scene_of(args: Namespace, document: rt3.Document | None, needs_light: bool) 
     Args:
         needs_light: whether something is to be shown that light has to be simulated for.
     """
+    asked = environment_of(args, document)
+    is_usual = asked is None and needs_light and args.environment is None and not args.lights
     return SceneRequest(
         name=args.scene,
         document=document,
-        environment=environment_of(args, document, needs_light),
+        environment=EnvironmentRequest(LIGHT, args.intensity, args.rotation, args.lookup) if is_usual else asked,
+        is_usual=is_usual,
+        lamp_choice=args.lamp_choice,
+        two_sided_lamps=args.two_sided_lamps,
         intersector=args.intersector,
         triangle_test=args.triangle_test,
         brdfs=args.brdfs,
@@ -277,13 +309,11 @@ def up_axis_of(args: Namespace) -> str:
     return args.up_axis
 
 
-def environment_of(args: Namespace, document: rt3.Document | None, needs_light: bool) -> EnvironmentRequest | None:
-    """The environment of the command line, or of the scene file; ``LIGHT`` where light is needed and there is none."""
+def environment_of(args: Namespace, document: rt3.Document | None) -> EnvironmentRequest | None:
+    """The environment of the command line, or of the scene file; None if neither names one, or it is "none"."""
     name, options = args.environment, {}
     if name is None and document is not None and document.environment is not None:
         name, options = str(document.environment), document.environment_options
-    if name is None and needs_light and not args.lights:
-        name = LIGHT
     if name is None or name == "none":
         return None
     options = options | given(intensity=args.intensity, rotation=args.rotation)
@@ -319,6 +349,7 @@ def _picture_of(args: Namespace, shot: rt3.Shot | None) -> PictureRequest:
         samples=taken(SamplesRequest, args),
         display=Display(args.exposure, args.tone),
         max_distance=args.max_distance,
+        paths=taken(PathRequest, args),
     )
     if not picture.display.is_plain and not any(integrator.srgb for _, integrator in picture.views):
         shown = ", ".join(integrator.name for _, integrator in picture.views)

@@ -23,6 +23,8 @@ class Brdf:
         name: its name in the registry, in the receipt and in tests.
         is_delta: whether it reflects into a single direction. Directions that are drawn from any other density never
             have this direction. Then ``eval`` and ``pdf`` are 0, and ``weight`` is the weight of its sample.
+        transmits: whether it lets light through, so that ``sample`` may return a w_i below the horizon of n. Then
+            ``material.Ni`` is the index of refraction behind the surface divided by that on the viewer's side.
         is_reciprocal: whether f_r(w_o, w_i) = f_r(w_i, w_o). The contract tests check it.
         needs: the material that calls for it, for the receipt: "no triangle has *a material with Ns > 1*".
         parameters: name → default (a number or three numbers) of each value that it reads from the MTL file in addition
@@ -30,7 +32,7 @@ class Brdf:
             ``material.roughness``.
     """
 
-    kind, name, is_delta, is_reciprocal = "BRDF", "", False, True
+    kind, name, is_delta, transmits, is_reciprocal = "BRDF", "", False, False, True
     needs = "a material for it"
     parameters: dict[str, float | tuple[float, float, float]] = {}
 

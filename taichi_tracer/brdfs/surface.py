@@ -4,7 +4,7 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
-from taichi_tracer.ray import offset_origin
+from taichi_tracer.ray import Ray, offset_origin
 from taichi_tracer.system.seams import in_kernels
 
 
@@ -16,6 +16,7 @@ class Surface:
 
     Attributes:
         origin: the start of rays that leave the surface. It lies off the surface, as close as rounding allows.
+        hit: the HitData of the point.
         normal, geometric_normal: the interpolated normal and the plane's normal: unit vectors on the viewer's side.
         w_o: the unit direction to the viewer.
         material: the numbers of the material, as a struct.
@@ -23,10 +24,11 @@ class Surface:
 
     _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
 
-    def __init__(self, brdfs: dict, brdf_id, material, origin, normal, geometric_normal, w_o) -> None:
+    def __init__(self, brdfs: dict, brdf_id, material, origin, hit, w_o) -> None:
         self.numbers, self.brdfs = tuple(brdfs), tuple(brdfs.values())
         self.brdf_id, self.material = brdf_id, material
-        self.origin, self.normal, self.geometric_normal, self.w_o = origin, normal, geometric_normal, w_o
+        self.origin, self.hit, self.w_o = origin, hit, w_o
+        self.normal, self.geometric_normal = hit.normal, hit.geometric_normal
 
     @property
     def may_be_delta(self) -> bool:
@@ -37,7 +39,38 @@ class Surface:
     def scattering(self) -> "Surface":
         """The same surface without the delta BRDFs, for code that runs only where the surface has none of them."""
         others = {i: b for i, b in zip(self.numbers, self.brdfs, strict=True) if not b.is_delta}
-        return Surface(others, self.brdf_id, self.material, self.origin, self.normal, self.geometric_normal, self.w_o)
+        return Surface(others, self.brdf_id, self.material, self.origin, self.hit, self.w_o)
+
+    @property
+    def may_transmit(self) -> bool:
+        """Whether any BRDF of the scene lets light through."""
+        return any(brdf.transmits for brdf in self.brdfs)
+
+    @ti.func
+    def transmits(self):
+        """Whether the surface lets light through."""
+        found = False
+        for i in ti.static(range(len(self.brdfs))):
+            if ti.static(self.brdfs[i].transmits):
+                found = found or self.has(i)
+        return found
+
+    @ti.func
+    def ray_along(self, w_i):
+        """The ray that leaves the surface in the direction w_i; it starts on the side to which it goes."""
+        origin = self.origin
+        if ti.static(self.may_transmit):
+            if tm.dot(self.geometric_normal, w_i) < 0:
+                origin = offset_origin(self.hit.position, self.hit.position_error, -self.geometric_normal)
+        return Ray(origin=origin, direction=w_i)
+
+    @ti.func
+    def lets_pass(self, w_i):
+        """Whether light can come from w_i: from above the plane of the triangle, or through the surface."""
+        passes = tm.dot(self.geometric_normal, w_i) > 0
+        if ti.static(self.may_transmit):
+            passes = passes or self.transmits()
+        return passes
 
     @ti.func
     def is_delta(self):
@@ -101,15 +134,25 @@ def surface_at(scene, ray, hit) -> Surface:
     library = scene.material_library
     brdfs = {i: library.brdfs[i] for i in scene.effects.brdfs}
     material = impl.expr_init(library.get(hit.material_id))
+    if any(brdf.transmits for brdf in brdfs.values()):
+        material = impl.expr_init(_seen_from(material, hit.is_backfacing))
     brdf_id = impl.expr_init(_brdf_id(library.brdf_ids, hit.material_id))
     origin = impl.expr_init(offset_origin(hit.position, hit.position_error, hit.geometric_normal))
     w_o = impl.expr_init(_opposite(ray.direction))
-    return Surface(brdfs, brdf_id, material, origin, hit.normal, hit.geometric_normal, w_o)
+    return Surface(brdfs, brdf_id, material, origin, hit, w_o)
 
 
 @ti.func
 def _brdf_id(ids: ti.template(), material_id):
     return ids[material_id]
+
+
+@ti.func
+def _seen_from(material, is_backfacing):
+    seen = material
+    if is_backfacing:
+        seen.Ni = 1 / material.Ni
+    return seen
 
 
 @ti.func

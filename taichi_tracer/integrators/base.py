@@ -28,7 +28,7 @@ class Integrator:
             "estimator" for ``A2Renderer``, "integrator" for ``RT3Renderer``.
         srgb: whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14).
         needs_light: whether it shows nothing in a scene without light.
-        samples_lights: whether it draws directions from the lights that are far away, as ``lights.sample_far`` does.
+        samples_lights: whether it draws directions from the lights, as ``lights.sample`` and ``lights.sample_far`` do.
         version: counts changes of its own values, so that a renderer knows when samples belong to an older picture.
     """
 

@@ -6,13 +6,19 @@ An estimator draws ω_i from a density, and returns ω_i together with the facto
 from ω_i is multiplied. All estimators are unbiased. There are two special cases. Only a mirror's own density finds its
 direction ω_r; therefore every estimator samples a mirror by its BRDF. Only a sample of the light finds a point light;
 therefore every estimator samples such lights in the same way.
+
+Without lamps, light arrives only along rays that hit nothing, so that a shadow ray is enough. With lamps (surfaces with
+Ke > 0), the estimators follow the direction to what it hits, which may be a lamp, and sample the mixture of lamps and
+environment (A3-4).
 """
 
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.formulas.warps import uniform_hemisphere
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.sampler import UniformSampler
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import called, replaced
@@ -42,13 +48,26 @@ class DirectLight(Integrator):
     def reflected(self, scene, surface, rng):
         """One sample of the light that a surface reflects to the viewer."""
         L = tm.vec3(0)
-        xi_brdf, xi_light = rng.next_2d(), rng.next_2d()
-        if ti.static(len(scene.lights.far) > 0):
+        if ti.static(scene.lights.has_lamps):
+            L = self.reflected_with_lamps(scene, surface, rng)
+        elif ti.static(len(scene.lights.far) > 0):
+            xi_brdf, xi_light = rng.next_2d(), rng.next_2d()
             for technique in range(self.techniques):
                 w_i, f_cos_over_pdf = self.direction(scene, surface, technique, xi_brdf, xi_light)
                 L += f_cos_over_pdf * scene.visible_radiance(surface, w_i, f_cos_over_pdf)
         if ti.static(len(scene.lights.single) > 0):
             L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+        return L
+
+    @ti.func
+    def reflected_with_lamps(self, scene, surface, rng):
+        """One sample of the light from lamps and from far away: what the direction of ``sample`` leads to."""
+        xi_brdf, xi_light = rng.next_2d(), rng.next_2d()
+        w_i, f_cos_over_pdf = self.direction(scene, surface, 0, xi_brdf, xi_light)
+        L = tm.vec3(0)
+        if f_cos_over_pdf.max() > 0:
+            light, _ = light_along(scene, surface, w_i, False)
+            L = f_cos_over_pdf * light
         return L
 
     @ti.func
@@ -128,7 +147,7 @@ class BrdfSampling(DirectLight):
 @register
 @ti.data_oriented
 class EnvironmentSampling(DirectLight):
-    """ω_i in proportion to the environment's light: best if the light is uneven and the surface is matte."""
+    """ω_i in proportion to the light of the environment, or to a lamp: best if the surface is matte."""
 
     name, label, aliases = "environment", "Environment", ("light",)
 
@@ -137,6 +156,16 @@ class EnvironmentSampling(DirectLight):
         """(w_i, f_r cos θ_i / pdf)."""
         w_i, pdf = scene.lights.sample_far(surface.origin, xi_light)
         return w_i, surface.eval_cosine(w_i) / pdf
+
+    @ti.func
+    def reflected_with_lamps(self, scene, surface, rng):
+        """One sample of the lights; a mirror is sampled by its BRDF."""
+        L, _, _ = sample_of_lights(scene, surface, rng)
+        w_i = surface.sample(rng.next_2d())
+        if surface.is_delta():
+            light, _ = light_along(scene, surface, w_i, False)
+            L = surface.weight(w_i) * light
+        return L
 
 
 @ti.data_oriented
@@ -162,19 +191,21 @@ class MultipleImportanceSampling(DirectLight):
         if technique == 0:
             w_i = surface.sample(xi_brdf)
             pdf_light = scene.lights.pdf_far(surface.origin, w_i)
-            f_cos_over_pdf = surface.weight(w_i) * self.heuristic(surface.pdf(w_i), pdf_light)
+            f_cos_over_pdf = surface.weight(w_i) * heuristic(surface.pdf(w_i), pdf_light, self.exponent)
         else:
             w_i, pdf = scene.lights.sample_far(surface.origin, xi_light)
-            f_cos_over_pdf = surface.eval_cosine(w_i) / pdf * self.heuristic(pdf, surface.pdf(w_i))
+            f_cos_over_pdf = surface.eval_cosine(w_i) / pdf * heuristic(pdf, surface.pdf(w_i), self.exponent)
         return w_i, f_cos_over_pdf
 
     @ti.func
-    def heuristic(self, pdf, other):
-        """pdf^β / (pdf^β + other^β), computed as 1/(1 + r^β) with r = other/pdf, which does not overflow."""
-        ratio = other / pdf
-        if ti.static(self.exponent == 2):
-            ratio = ratio * ratio
-        return ti.select(pdf > 0, 1 / (1 + ratio), 0.0)
+    def reflected_with_lamps(self, scene, surface, rng):
+        """One sample of the lights and one of the BRDF; a mirror has its BRDF alone."""
+        L, pdf, pdf_brdf = sample_of_lights(scene, surface, rng)
+        L *= heuristic(pdf, pdf_brdf, self.exponent)
+        w_i = surface.sample(rng.next_2d())
+        light, pdf = light_along(scene, surface, w_i, True)
+        share = heuristic(surface.pdf(w_i), pdf, self.exponent)
+        return L + surface.weight(w_i) * light * ti.select(surface.is_delta(), 1.0, share)
 
 
 register(MultipleImportanceSampling("mis", "MIS, power", 2, aliases=("mis_power",)))

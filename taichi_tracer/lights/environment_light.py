@@ -10,15 +10,11 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.environment import Environment
+from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.lights.base import Light
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import replaced
-
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB (ITU-R BT.709)
-# A saturated colour can have almost no luminance and still be light. A texel therefore counts with at least this
-# fraction of its largest component, so that every texel with light is sampled.
-LEAST_SHARE = 1e-3
 
 
 @ti.data_oriented
@@ -171,8 +167,7 @@ def sampling_tables(pixels: np.ndarray, lookup: str, dtype: type) -> tuple[np.nd
     uniformly.
     """
     h, w = pixels.shape[:2]
-    brightness = pixels.astype(np.float64) @ LUMINANCE
-    brightness = np.maximum(brightness, pixels.max(axis=2) * LEAST_SHARE)
+    brightness = luminance(pixels)
     if lookup == "bilinear":
         brightness = mean_of_bilinear(brightness)
     if not brightness.any():

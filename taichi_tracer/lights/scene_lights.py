@@ -1,15 +1,20 @@
 """All lights of a scene together: what a ray sees of them, and how directions to them are sampled.
 
 A ray that hits nothing sees the sum of all lights that are infinitely far away. A sample of these lights chooses one of
-them, all with equal probability, and takes its direction. Every integrator samples each of the other lights separately.
-Delta lights are among the others, because no random direction finds them.
+them, all with equal probability, and takes its direction. A ray that hits a surface with Ke > 0 sees a lamp. If a scene
+has both, a sample is one of a mixture: with the probability ``FAR_SHARE`` it goes to a light that is far away,
+otherwise to a lamp (A3-4). Every integrator samples each of the other lights separately. Delta lights are among the
+others, because no random direction finds them.
 """
 
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.lights.base import Light
+from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.ray import Ray, no_hit
+
+FAR_SHARE = 0.5  # of the samples of a scene with both: they go to what is far away
 
 
 @ti.data_oriented
@@ -17,26 +22,37 @@ class SceneLights:
     """The lights of one scene, as kernels ask for them.
 
     Args:
-        lights: all of them.
+        lights: all of them, except the lamps.
         effects: the effects that the scene calls for.
+        lamps: the surfaces that emit; None if their emission is not to be looked up.
 
     Attributes:
         far: the lights that a ray may see if it hits nothing. single: the lights that are sampled one by one.
+        far_share: the probability with which ``sample`` chooses a far light.
     """
 
-    def __init__(self, lights: list[Light], effects) -> None:
+    def __init__(self, lights: list[Light], effects, lamps: Lamps | None = None) -> None:
         self.effects = effects
+        self.lamps = lamps
         self.far = tuple(light for light in lights if light.is_far and not light.is_delta)
         self.single = tuple(light for light in lights if not light.is_far or light.is_delta)
+        self.far_share = 1.0 if not self.has_lamps else FAR_SHARE if self.far else 0.0
         self._prepared: list[Light] = []
 
-    def prepare(self, draws_far: bool = True) -> None:
+    @property
+    def has_lamps(self) -> bool:
+        """Whether a surface emits light."""
+        return self.lamps is not None and self.lamps.count > 0
+
+    def prepare(self, draws: bool = True) -> None:
         """Build the tables with which the lights are sampled, unless they were built already.
 
         Args:
-            draws_far: whether directions are drawn from the far lights; from the others every estimator draws them.
+            draws: whether directions are drawn from the far lights and the lamps; from the others every estimator draws
+                them.
         """
-        for light in (*(self.far if draws_far else ()), *self.single):
+        drawn = (*self.far, self.lamps) if self.has_lamps else self.far
+        for light in (*(drawn if draws else ()), *self.single):
             if light not in self._prepared:
                 light.prepare()
                 self._prepared.append(light)
@@ -50,6 +66,68 @@ class SceneLights:
         for one in ti.static(self.single):
             light += one.radiance(ray, hit)
         return light
+
+    @ti.func
+    def emitted(self, hit):
+        """Radiance that a hit emits towards the origin of its ray."""
+        light = tm.vec3(0)
+        if ti.static(self.effects.emitters):
+            light = self.lamps.emitted(hit)
+        return light
+
+    @ti.func
+    def arriving(self, ray, hit):
+        """Radiance that arrives along a ray without any reflection, from a lamp or from far away."""
+        light = tm.vec3(0)
+        if hit.is_hit:
+            light = self.emitted(hit)
+        else:
+            for one in ti.static(self.far):
+                light += one.radiance(ray, hit)
+        return light
+
+    @ti.func
+    def sample(self, x, n, xi_choice, xi):
+        """(w_i, distance, radiance, pdf) of a direction from x to a lamp or to a far light; n is the normal at x.
+
+        Args:
+            xi_choice: two random numbers: the first chooses between far lights and lamps, the second chooses a lamp.
+            xi: two random numbers for the direction.
+        """
+        w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
+        if ti.static(self.far_share == 0):
+            w_i, distance, light, pdf = self.lamps.sample_from(x, n, xi_choice.y, xi)
+        elif ti.static(self.far_share == 1):
+            w_i, distance, light, pdf = self.sample_radiance_far(x, xi)
+        elif xi_choice.x < self.far_share:
+            w_i, distance, light, pdf = self.sample_radiance_far(x, xi)
+            pdf *= self.far_share
+        else:
+            w_i, distance, light, pdf = self.lamps.sample_from(x, n, xi_choice.y, xi)
+            pdf *= 1 - self.far_share
+        return w_i, distance, light, pdf
+
+    @ti.func
+    def pdf(self, x, n, w_i, hit):
+        """The density of ``sample`` at what the ray from x along w_i hits, per solid angle; 0 if it finds no light."""
+        pdf = 0.0
+        if hit.is_hit:
+            if ti.static(self.has_lamps):
+                pdf = (1 - self.far_share) * self.lamps.pdf_from(x, n, w_i, hit)
+        else:
+            if ti.static(len(self.far) > 0):
+                pdf = self.far_share * self.pdf_far(x, w_i)
+        return pdf
+
+    @ti.func
+    def sample_radiance_far(self, x, xi):
+        """(w_i, ∞, radiance, pdf) of a direction towards a far light."""
+        w_i, pdf = self.sample_far(x, xi)
+        light = tm.vec3(0)
+        ray = Ray(origin=x, direction=w_i)
+        for one in ti.static(self.far):
+            light += one.radiance(ray, no_hit())
+        return w_i, tm.inf, light, pdf
 
     @ti.func
     def sample_far(self, x, xi):

@@ -32,6 +32,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
     "sampler": (("sampler",), True),
     "BRDF": (("brdfs",), True),
     "light": (("lights",), True),
+    "lamp choice": (("lights",), True),
     "integrator": (("integrators",), True),
     "renderer": (("renderer", "rt3.renderer"), False),
     "tone curve": (("tones",), True),

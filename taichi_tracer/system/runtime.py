@@ -195,6 +195,11 @@ def epsilon() -> float:
     return float(np.finfo(dtype()).eps)
 
 
+def smallest() -> float:
+    """The smallest positive normal number in the running precision; a divisor of at least this size is never 0."""
+    return float(np.finfo(dtype()).tiny)
+
+
 def has_f64() -> bool:
     """Whether kernels can compute in f64 on this backend, also if the default precision is f32."""
     return ensure().arch in F64_ARCHS

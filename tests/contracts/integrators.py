@@ -52,7 +52,7 @@ def plane(**options):
     """A square on the ground, seen from above its edge, so that half of the picture is sky."""
     corners = SQUARE[0][:, [0, 2, 1]] * 3
     material = tt.Material(Kd=tuple(KD), Ke=tuple(options.pop("emission", (0.0, 0.0, 0.0))))
-    return tt.SceneData(Mesh(corners, SQUARE[1], materials=[material]), **options)
+    return tt.SceneData(Mesh(corners, SQUARE[1][:, ::-1], materials=[material]), **options)  # its front is above
 
 
 def camera():

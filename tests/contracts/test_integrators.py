@@ -17,13 +17,21 @@ def _taichi():
     start("f32")
 
 
-@every("integrator", lambda part: part.what == "estimator", ("hemisphere", "brdf", "environment", "mis_balance"))
+def takes_samples_of_light(part):
+    """Whether its mean is radiance."""
+    return part.what in ("estimator", "path")
+
+
+ALIKE = ("hemisphere", "brdf", "environment", "mis_balance", "mis_one_sample", "implicit", "explicit")
+
+
+@every("integrator", takes_samples_of_light, ALIKE)
 def test_estimator(part):
     integrators.check_estimator(part)
 
 
 @pytest.mark.long
-@every("integrator", lambda part: part.what == "estimator")
+@every("integrator", takes_samples_of_light)
 def test_estimator_on_everything(part):
     integrators.check_samples_are_finite(part)
 

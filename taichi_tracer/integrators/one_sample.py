@@ -1,0 +1,87 @@
+"""Multiple importance sampling with one sample: either the lights or the BRDF, drawn by lot (A3-4).
+
+The direction comes from the mixture p(ω) = mis_plight p_light(ω) + mis_pbrdf p_brdf(ω), so that the estimator is
+f_r cos θ L / p. Both densities are per solid angle. The two-sample forms are in ``direct_light``.
+"""
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.integrators.direct_light import DirectLight
+from taichi_tracer.integrators.live_numbers import LiveNumbers
+from taichi_tracer.integrators.next_event import light_along, sample_of_lights
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.registry import register
+
+
+@register
+@ti.data_oriented
+class OneSampleMis(DirectLight):
+    """With the probability ``mis_plight`` a direction to a light, otherwise one from the BRDF.
+
+    Attributes:
+        weights: (mis_plight, mis_pbrdf), which are ≥ 0 and not both 0; their sum is scaled to 1.
+    """
+
+    name, label, aliases = "mis_one_sample", "MIS, one sample", ()
+    weights = (0.5, 0.5)
+    _numbers: LiveNumbers | None = None
+    _changes = 0
+
+    def prepare(self, scene, camera) -> None:
+        """Give kernels the weights."""
+        if self._numbers is None or self._numbers.is_over():
+            self._numbers = LiveNumbers(self.p_light)
+
+    @property
+    def p_light(self) -> float:
+        """The probability of a sample of the lights."""
+        return self.weights[0] / (self.weights[0] + self.weights[1])
+
+    @property
+    def version(self) -> int:
+        """Counts the changes of ``weights``."""
+        return self._changes
+
+    def set_weights(self, light: float, brdf: float) -> None:
+        """Change ``weights``.
+
+        Raises:
+            InputError: one of them is negative or not finite, or both are 0.
+        """
+        for name, weight in (("mis_plight", light), ("mis_pbrdf", brdf)):
+            if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0 <= weight < float("inf"):
+                raise InputError(f"{name} must be a number of at least 0, not {weight!r}")
+        if light + brdf == 0:
+            raise InputError("mis_plight and mis_pbrdf must not both be 0")
+        if (light, brdf) != self.weights:
+            self.weights = light, brdf
+            self._changes += 1
+            if self._numbers is not None and not self._numbers.is_over():
+                self._numbers.set(self.p_light)
+
+    def facts(self) -> dict:
+        """Everything that the bits of a picture depend on, for checkpoints."""
+        return {"mis_plight": self.p_light}
+
+    @ti.func
+    def reflected(self, scene, surface, rng):
+        """One sample of the reflected light; a mirror is sampled by its BRDF, and single lights one by one."""
+        L = tm.vec3(0)
+        if ti.static(scene.lights.has_lamps or len(scene.lights.far) > 0):
+            p_light = self._numbers.get(0)
+            is_delta = surface.is_delta()
+            if rng.next_1d() >= 1 - p_light and not is_delta:
+                L, pdf, pdf_brdf = sample_of_lights(scene, surface, rng)
+                L /= p_light + (1 - p_light) * pdf_brdf / pdf
+            else:
+                w_i = surface.sample(rng.next_2d())
+                light, pdf = light_along(scene, surface, w_i, True)
+                pdf_brdf = surface.pdf(w_i)
+                share = 1.0
+                if not is_delta:
+                    share = ti.select(pdf_brdf > 0, 1 / (1 - p_light + p_light * pdf / pdf_brdf), 0.0)
+                L = surface.weight(w_i) * light * share
+        if ti.static(len(scene.lights.single) > 0):
+            L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+        return L

@@ -1,0 +1,114 @@
+"""How long paths are, and which of their bounces count. The numbers can be changed at any time without compiling."""
+
+import taichi as ti
+
+from taichi_tracer.integrators.live_numbers import LiveNumbers
+from taichi_tracer.system.errors import InputError
+
+MOST_BOUNCES = 64  # A4-2
+ROULETTES = ("course", "throughput")
+# With "throughput", a path survives with at most this probability, so that no path lasts for ever (PBR, 4th edition,
+# section 14.2.1, and Mitsuba 3 use the same cap).
+MOST_SURVIVAL = 0.95
+
+
+@ti.data_oriented
+class PathSettings:
+    """The length of paths.
+
+    Attributes:
+        max_bounces: how many surfaces may reflect, from 0 to 64: 0 shows only what emits, 1 is direct light (A4-2).
+        rr_start_bounce: after this many bounces, Russian roulette may end a path.
+        rr_termination_probability: q, with which it ends after each further bounce; a path that goes on is weighted by
+            1/(1 − q), so that the mean does not change. 0 is no roulette.
+        roulette: "course" takes the constant q; "throughput" takes 1 − the largest component of the throughput, so that
+            dark paths end first.
+        bounces: (first, last): only light after so many bounces counts; None counts all (A4-5).
+    """
+
+    def __init__(self) -> None:
+        self._values = {
+            "max_bounces": 5,
+            "rr_start_bounce": 3,
+            "rr_termination_probability": 0.0,
+            "roulette": "course",
+            "bounces": None,
+        }
+        self._numbers = LiveNumbers(*self._as_numbers())
+
+    @property
+    def version(self) -> int:
+        """Counts the changes."""
+        return self._numbers.version
+
+    def is_over(self) -> bool:
+        """Whether Taichi was started again since then, which freed the numbers."""
+        return self._numbers.is_over()
+
+    def facts(self) -> dict:
+        """Everything that the bits of a picture depend on, for checkpoints."""
+        return dict(self._values)
+
+    def set(self, **values) -> None:
+        """Change some of the attributes.
+
+        Raises:
+            InputError: a value is out of its range; then nothing has changed.
+        """
+        changed = self._values | values
+        check(**changed)
+        if changed != self._values:
+            self._values = changed
+            self._numbers.set(*self._as_numbers())
+
+    def __getitem__(self, name: str):
+        return self._values[name]
+
+    def _as_numbers(self) -> tuple[float, ...]:
+        of = self._values
+        first, last = (0, MOST_BOUNCES) if of["bounces"] is None else of["bounces"]
+        q, is_by_throughput = of["rr_termination_probability"], float(of["roulette"] == "throughput")
+        return of["max_bounces"], of["rr_start_bounce"], q, is_by_throughput, first, last
+
+    # ── in kernels ──
+
+    @ti.func
+    def max_bounces(self):
+        """``max_bounces``; in kernels."""
+        return ti.cast(self._numbers.get(0), ti.i32)
+
+    @ti.func
+    def survival(self, depth, throughput):
+        """The probability with which a path goes on after its ``depth``-th bounce."""
+        q = 0.0
+        if depth > self._numbers.get(1):
+            q = self._numbers.get(2)
+            if self._numbers.get(3) > 0:
+                q = 1 - ti.min(throughput.max(), MOST_SURVIVAL)
+        return 1 - q
+
+    @ti.func
+    def counts(self, depth):
+        """1 if light after ``depth`` bounces counts, otherwise 0."""
+        return ti.select(self._numbers.get(4) <= depth and depth <= self._numbers.get(5), 1.0, 0.0)
+
+
+def check(max_bounces, rr_start_bounce, rr_termination_probability, roulette, bounces) -> None:
+    """Raise an InputError for a value that is out of its range."""
+    for name, number in (("max_bounces", max_bounces), ("rr_start_bounce", rr_start_bounce)):
+        if not is_whole(number) or not 0 <= number <= MOST_BOUNCES:
+            raise InputError(f"{name} must be a whole number from 0 to {MOST_BOUNCES}, not {number!r}")
+    q = rr_termination_probability
+    if isinstance(q, bool) or not isinstance(q, int | float) or not 0 <= q < 1:
+        raise InputError(f"rr_termination_probability must be at least 0 and less than 1, not {q!r}")
+    if roulette not in ROULETTES:
+        raise InputError(f"unknown roulette {roulette!r}: use one of {', '.join(ROULETTES)}")
+    if bounces is not None:
+        is_pair = isinstance(bounces, tuple | list) and len(bounces) == 2 and all(is_whole(b) for b in bounces)
+        if not is_pair or not 0 <= bounces[0] <= bounces[1] <= MOST_BOUNCES:
+            raise InputError(f"bounces must be (first, last) with 0 <= first <= last, or None, not {bounces!r}")
+
+
+def is_whole(number) -> bool:
+    """Whether it is a whole number, but not True or False."""
+    return isinstance(number, int) and not isinstance(number, bool)

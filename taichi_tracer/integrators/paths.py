@@ -1,0 +1,148 @@
+"""Light that bounces: paths from the eye over surfaces to a light (A4-1 … A4-5).
+
+    L_o(x, ω_o) = L_e(x, ω_o) + ∫ L_i(x, ω_i) f_r(x, ω_o, ω_i) max(n·ω_i, 0) dω_i
+
+L_i is again the L_o of another surface. A path takes one sample of each integral. It is a loop over surfaces, and its
+state is three names: ``L``, the light found so far; ``throughput``, the product of the weights f_r cos θ_i / pdf; and
+``depth``, the number of surfaces that have reflected.
+
+The three integrators differ only in how a light is found. ``implicit`` waits until a ray hits one. ``explicit`` takes a
+sample of the lights at every surface; a light that a ray hits then counts only where no such sample finds it. ``path``
+does both, and weights them by a heuristic of both densities. All three have the same mean.
+"""
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.formulas.heuristics import heuristic
+from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.next_event import sample_of_lights
+from taichi_tracer.integrators.path_settings import PathSettings
+from taichi_tracer.system.registry import register
+
+
+@ti.data_oriented
+class Paths(Integrator):
+    """The loop. A subclass says how lights are found, by its attributes and by ``share_of_hit``.
+
+    Attributes:
+        samples_lights: whether every surface takes a sample of the lights.
+        exponent: β of the heuristic with which this sample is weighted; 0 counts it fully.
+        settings: how long paths are; see ``PathSettings``.
+    """
+
+    what, exponent = "path", 0
+    settings: PathSettings | None = None
+
+    def prepare(self, scene, camera) -> None:
+        """Make ``settings``, unless the renderer gave its own."""
+        if self.settings is None or self.settings.is_over():
+            self.settings = PathSettings()
+
+    @property
+    def version(self) -> int:
+        """Counts the changes of ``settings``."""
+        return 0 if self.settings is None else self.settings.version
+
+    def facts(self) -> dict:
+        """Everything that the bits of a picture depend on, for checkpoints."""
+        return {} if self.settings is None else self.settings.facts()
+
+    @ti.func
+    def radiance(self, scene, ray, hit, rng):
+        """One sample of the radiance that arrives along the ray."""
+        L, throughput, depth = scene.emitted(ray, hit, rng) * self.settings.counts(0), tm.vec3(1), 0
+        if ti.static(scene.effects.is_lit):
+            is_going = hit.is_hit and self.settings.max_bounces() > 0
+            while is_going:
+                surface = scene.surface_at(ray, hit)
+                depth += 1
+                if ti.static(self.samples_lights):
+                    L += throughput * self.light_sample(scene, surface, rng) * self.settings.counts(depth)
+                if ti.static(len(scene.lights.single) > 0):
+                    single = scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+                    L += throughput * single * self.settings.counts(depth)
+
+                w_i, n, pdf, is_delta = surface.sample(rng.next_2d()), surface.normal, 0.0, surface.is_delta()
+                if ti.static(self.samples_lights):
+                    pdf = surface.pdf(w_i)
+                throughput *= surface.weight(w_i)
+                is_going = throughput.max() > 0 and surface.lets_pass(w_i)
+                is_going = is_going and self.needs_hit(scene, depth, is_delta)
+                if is_going:
+                    survival = self.settings.survival(depth, throughput)
+                    if survival < 1:
+                        is_going = rng.next_1d() < survival
+                        throughput /= survival
+                if is_going:
+                    ray = surface.ray_along(w_i)
+                    hit = scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
+                    light = scene.lights.arriving(ray, hit) * self.settings.counts(depth)
+                    if light.max() > 0:
+                        L += throughput * light * self.share_of_hit(scene, ray, n, hit, pdf, is_delta)
+                    is_going = hit.is_hit and depth < self.settings.max_bounces()
+        return L
+
+    @ti.func
+    def light_sample(self, scene, surface, rng):
+        """One sample of the lights, times its share where rays find the same light, too."""
+        value, pdf, pdf_brdf = sample_of_lights(scene, surface, rng)
+        if ti.static(self.exponent > 0):
+            value *= heuristic(pdf, pdf_brdf, self.exponent)
+        return value
+
+    @ti.func
+    def needs_hit(self, scene, depth, is_delta):
+        """Whether the next ray can still find light: the last one of ``explicit`` cannot, except for a mirror's."""
+        needed = True
+        if ti.static(self.samples_lights and self.exponent == 0):
+            needed = depth < self.settings.max_bounces() or is_delta
+        return needed
+
+    @ti.func
+    def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):
+        """The share with which a light counts that a ray hits.
+
+        Args:
+            ray: it starts at a surface with the normal n. hit: what it hits.
+            pdf: the density of the BRDF for its direction. is_delta: whether a mirror sent it.
+        """
+        return 1.0
+
+
+@register
+@ti.data_oriented
+class Implicit(Paths):
+    """Light counts where a ray hits it (A4-1): simple, and good only if lights are large or surfaces are glossy."""
+
+    name, label, samples_lights = "implicit", "Paths, implicit", False
+
+
+@register
+@ti.data_oriented
+class Explicit(Paths):
+    """Every surface takes a sample of the lights (A4-1). What a ray hits counts only if a mirror sent it."""
+
+    name, label = "explicit", "Paths, explicit"
+
+    @ti.func
+    def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):
+        """1 for the ray of a mirror, which no sample of the lights can find; otherwise 0."""
+        return ti.select(is_delta, 1.0, 0.0)
+
+
+@register
+@ti.data_oriented
+class WeightedPaths(Paths):
+    """Samples of the lights and hits of the rays, weighted by the power heuristic (A3-4, A4-1)."""
+
+    name, label, aliases, exponent = "path", "Paths, MIS", ("path_mis",), 2
+
+    @ti.func
+    def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):
+        """The heuristic of the density of the BRDF against the density of the lights; 1 for the ray of a mirror."""
+        share = 1.0
+        if not is_delta:
+            pdf_lights = scene.lights.pdf(ray.origin, n, ray.direction, hit)
+            share = heuristic(pdf, pdf_lights, self.exponent)
+        return share

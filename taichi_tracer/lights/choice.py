@@ -1,0 +1,68 @@
+"""The interface of a choice among lamps: which of the surfaces that emit gets the sample?
+
+    lamp, probability = choice.choose(x, n, xi)
+
+The three choices trade time for variance. ``area`` is the course's (A3-2): it only looks at areas. ``power`` looks at
+the emitted light, too. ``hierarchy`` also looks at the point that is lit.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+
+from taichi_tracer.system.seams import seams
+
+
+@dataclass(frozen=True)
+class LampTable:
+    """The surfaces of a scene that emit light, as numpy arrays in float64; one row each.
+
+    Attributes:
+        primitives: (L,) int32, the id of a triangle, or −1 − the id of a sphere.
+        ids: (L,) int32, the numbers of the same primitives in the order of the file, as in ``HitData``.
+        areas: (L,) their areas.
+        radiance: (L,) luminance of Ke, see ``formulas.luminance``.
+        low, high: (L, 3) corners of their boxes.
+        normals: (L, 3) unit normals of the sides that emit; 0 for spheres, which emit to all sides.
+        two_sided: whether triangles emit from both sides.
+    """
+
+    primitives: np.ndarray
+    ids: np.ndarray
+    areas: np.ndarray
+    radiance: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    normals: np.ndarray
+    two_sided: bool
+
+    def __len__(self) -> int:
+        return len(self.primitives)
+
+
+@ti.data_oriented
+@seams("choose", "probability")
+class LampChoice:
+    """The interface. A subclass defines ``prepare``, ``choose`` and ``probability``.
+
+    Attributes:
+        name: its name in the registry, which ``lamp_choice=`` takes.
+    """
+
+    kind, name = "lamp choice", ""
+
+    def prepare(self, lamps: LampTable) -> None:
+        """Build the tables for the lamps of a scene. Called once, before the first kernel that asks for a choice."""
+
+    @ti.func
+    def choose(self, x, n, xi):
+        """(lamp, probability) for the point x with the normal n, made of one random number ξ in [0, 1)."""
+        ti.static_assert(False, "a choice of lamps must say what choose(self, x, n, xi) is")
+        return 0, 1.0
+
+    @ti.func
+    def probability(self, x, n, lamp):
+        """The probability with which ``choose`` returns ``lamp`` for the same x and n."""
+        ti.static_assert(False, "a choice of lamps must say what probability(self, x, n, lamp) is")
+        return 1.0

@@ -1,0 +1,243 @@
+"""Lamps by a hierarchy: near, bright lamps that face the point get the samples, out of thousands.
+
+Conty Estévez & Kulla, "Importance sampling of many lights with adaptive tree splitting", HPG 2018; the importance is
+that of PBR, 4th edition, section 12.6.3, without the tree splitting. The tree is balanced: node i has the children 2i
+and 2i + 1, the root is 1, and the leaves are lamps. Each node bounds its lamps by a box, by a cone around their normals
+and by the sum of their power. A sample goes down from the root and chooses a child in proportion to its importance for
+the point that is lit, so that it takes log₂ L steps for L lamps.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.lights.choice import LampChoice, LampTable
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import seams
+
+
+@dataclass
+class LampTree:
+    """The nodes of a balanced tree in float64; the row of node i is i, and row 0 is not used.
+
+    Attributes:
+        lamps: (n,) int32, in each leaf its lamp; −1 elsewhere.
+        low, high: (2n, 3) corners of the boxes. axis: (2n, 3) axes of the cones. cosine: (2n,) of their half angles.
+        power: (2n,) sums of area × luminance; 0 for leaves without a lamp.
+    """
+
+    lamps: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    axis: np.ndarray
+    cosine: np.ndarray
+    power: np.ndarray
+
+
+@register
+@ti.data_oriented
+@seams()
+class ByHierarchy(LampChoice):
+    """In proportion to a bound of what the lamps can contribute to the point."""
+
+    name = "hierarchy"
+
+    def prepare(self, lamps: LampTable) -> None:
+        """Build the tree."""
+        tree = build(lamps)
+        self.leaves = len(tree.lamps)
+        self._memory = memory.Memory()
+        self.lamps, self.leaf_of = ti.field(ti.i32), ti.field(ti.i32)
+        self.low, self.high, self.axis = (ti.Vector.field(3, float) for _ in range(3))
+        self.cosine, self.power = ti.field(float), ti.field(float)
+        fields = self._memory.fields
+        fields.dense(ti.i, self.leaves).place(self.lamps)
+        fields.dense(ti.i, len(lamps)).place(self.leaf_of)
+        fields.dense(ti.i, 2 * self.leaves).place(self.low, self.high, self.axis, self.cosine, self.power)
+        self._memory.allocate()
+        leaf_of = np.zeros(len(lamps), np.int32)
+        is_lamp = tree.lamps >= 0
+        leaf_of[tree.lamps[is_lamp]] = np.flatnonzero(is_lamp)
+        numbers = [tree.low, tree.high, tree.axis, tree.cosine[:, None], tree.power[:, None]]
+        self._load(tree.lamps, leaf_of, np.concatenate(numbers, axis=1).astype(runtime.dtype()))
+
+    @ti.kernel
+    def _load(
+        self,
+        lamps: ti.types.ndarray(ndim=1),
+        leaf_of: ti.types.ndarray(ndim=1),
+        numbers: ti.types.ndarray(ndim=2),
+    ):
+        for i in self.lamps:
+            self.lamps[i] = lamps[i]
+        for i in self.leaf_of:
+            self.leaf_of[i] = leaf_of[i]
+        for i in self.power:
+            for k in ti.static(range(3)):
+                self.low[i][k] = numbers[i, k]
+                self.high[i][k] = numbers[i, 3 + k]
+                self.axis[i][k] = numbers[i, 6 + k]
+            self.cosine[i] = numbers[i, 9]
+            self.power[i] = numbers[i, 10]
+
+    @ti.func
+    def choose(self, x, n, xi):
+        """(lamp, probability): the way down from the root; ξ is stretched again at each step."""
+        node, probability = 1, 1.0
+        while node < self.leaves:
+            left = self.share_of_left(x, n, node)
+            if xi < left:
+                node, probability = 2 * node, probability * left
+                xi /= left
+            else:
+                node, probability = 2 * node + 1, probability * (1 - left)
+                xi = (xi - left) / (1 - left)
+        lamp = self.lamps[node - self.leaves]
+        return ti.max(lamp, 0), probability
+
+    @ti.func
+    def probability(self, x, n, lamp):
+        """The product of the same shares, on the way up from the leaf."""
+        node, probability = self.leaf_of[lamp] + self.leaves, 1.0
+        while node > 1:
+            left = self.share_of_left(x, n, node >> 1)
+            probability *= ti.select(node & 1 == 0, left, 1 - left)
+            node >>= 1
+        return probability
+
+    @ti.func
+    def share_of_left(self, x, n, node):
+        """The probability of the left child. If no child can contribute, it is that of the powers."""
+        left, right = self.importance(x, n, 2 * node), self.importance(x, n, 2 * node + 1)
+        if left + right == 0:
+            left, right = self.power[2 * node], self.power[2 * node + 1]
+        return ti.select(left + right > 0, left / (left + right), 1.0)
+
+    @ti.func
+    def importance(self, x, n, node):
+        """A bound of what the lamps of a node contribute to the point x with the normal n, up to a factor.
+
+        θ_w is the angle between the cone's axis and the direction from the box to x, θ_o the half angle of the cone,
+        and θ_b the angle in which x sees the box. The smallest angle between a lamp's normal and the direction to x is
+        θ_w − θ_o − θ_b.
+        """
+        found = 0.0
+        if self.power[node] > 0:
+            centre, half = (self.low[node] + self.high[node]) / 2, (self.high[node] - self.low[node]) / 2
+            radius, to_x = half.norm(), x - centre
+            distance = to_x.norm()
+            cosine_b = -1.0
+            if distance > radius:
+                cosine_b = ti.sqrt(ti.max(0.0, 1 - (radius / distance) ** 2))
+            w = to_x / ti.max(distance, ti.static(runtime.smallest()))
+            cosine = cosine_of_difference(tm.dot(self.axis[node], w), self.cosine[node])
+            cosine = cosine_of_difference(cosine, cosine_b)
+            receiver = cosine_of_difference(-tm.dot(n, w), cosine_b)
+            if cosine > 0 and receiver > 0:
+                near = ti.max(distance, radius)  # inside the box, the distance to a lamp is unknown
+                found = self.power[node] * cosine * receiver / (near * near)
+        return found
+
+
+@ti.func
+def cosine_of_difference(cosine_a, cosine_b):
+    """cos(max(0, a − b)) of two angles in [0, π], from their cosines."""
+    sine_a, sine_b = ti.sqrt(ti.max(0.0, 1 - cosine_a * cosine_a)), ti.sqrt(ti.max(0.0, 1 - cosine_b * cosine_b))
+    return ti.select(cosine_a > cosine_b, 1.0, cosine_a * cosine_b + sine_a * sine_b)
+
+
+def build(lamps: LampTable) -> LampTree:
+    """The tree of a table of lamps: a node is split in the middle of its lamps, along the longest side of its box."""
+    count = len(lamps)
+    leaves = 1 << max(0, int(count - 1).bit_length())
+    order = kd_order((lamps.low + lamps.high) / 2, leaves)
+    place = np.flatnonzero(order >= 0)
+    nodes = LampTree(
+        lamps=order,
+        low=np.full((2 * leaves, 3), np.inf),
+        high=np.full((2 * leaves, 3), -np.inf),
+        axis=np.tile([0.0, 0.0, 1.0], (2 * leaves, 1)),
+        cosine=np.ones(2 * leaves),
+        power=np.zeros(2 * leaves),
+    )
+    leaf, of = leaves + place, order[place]
+    nodes.low[leaf], nodes.high[leaf] = lamps.low[of], lamps.high[of]
+    has_side = lamps.normals[of].any(axis=1) & (not lamps.two_sided)
+    nodes.axis[leaf] = np.where(has_side[:, None], lamps.normals[of], [0.0, 0.0, 1.0])
+    nodes.cosine[leaf] = np.where(has_side, 1.0, -1.0)
+    power = lamps.areas * lamps.radiance
+    nodes.power[leaf] = (power / power.max())[of] if count > 0 else 0
+    first = leaves // 2
+    while first >= 1:
+        join(nodes, np.arange(first, 2 * first))
+        first //= 2
+    empty = nodes.power == 0
+    nodes.low[empty], nodes.high[empty] = 0, 0
+    return nodes
+
+
+def kd_order(points: np.ndarray, leaves: int) -> np.ndarray:
+    """(leaves,) int32: the point of each leaf, −1 for none; the halves of each node lie on two sides of a plane."""
+    order = np.full(leaves, -1, np.int64)
+    order[: len(points)] = np.arange(len(points))
+    size = leaves
+    while size > 1:
+        groups = order.reshape(-1, size)
+        there = groups >= 0
+        at = points[np.maximum(groups, 0)]
+        low = np.where(there[..., None], at, np.inf).min(axis=1)
+        high = np.where(there[..., None], at, -np.inf).max(axis=1)
+        axis = np.where(there.any(axis=1)[:, None], high - low, 0).argmax(axis=1)
+        key = np.take_along_axis(at, axis[:, None, None], axis=2)[..., 0]
+        key = np.where(there, key, np.inf)  # the empty leaves come last
+        order = np.take_along_axis(groups, np.argsort(key, axis=1, kind="stable"), axis=1).ravel()
+        order = spread(order.reshape(-1, size)).ravel()
+        size //= 2
+    return order.astype(np.int32)
+
+
+def spread(groups: np.ndarray) -> np.ndarray:
+    """Rows whose points stand first → rows whose halves have equally many points, as nearly as possible."""
+    size = groups.shape[1]
+    counts = (groups >= 0).sum(axis=1, keepdims=True)
+    left = (counts + 1) // 2
+    place = np.arange(size)[None, :]
+    source = np.where(place < size // 2, place, place - size // 2 + left)
+    is_there = np.where(place < size // 2, place < left, source < counts)
+    return np.where(is_there, np.take_along_axis(groups, np.minimum(source, size - 1), axis=1), -1)
+
+
+def join(nodes: LampTree, parents: np.ndarray) -> None:
+    """Compute the bounds of nodes from those of their children."""
+    a, b = 2 * parents, 2 * parents + 1
+    nodes.low[parents] = np.minimum(nodes.low[a], nodes.low[b])
+    nodes.high[parents] = np.maximum(nodes.high[a], nodes.high[b])
+    nodes.power[parents] = nodes.power[a] + nodes.power[b]
+    axis, cosine = joined_cones(nodes.axis[a], nodes.cosine[a], nodes.axis[b], nodes.cosine[b])
+    for alone, other in ((a, b), (b, a)):  # a child without a lamp has no cone
+        is_empty = nodes.power[other] == 0
+        axis = np.where(is_empty[:, None], nodes.axis[alone], axis)
+        cosine = np.where(is_empty, nodes.cosine[alone], cosine)
+    nodes.axis[parents], nodes.cosine[parents] = axis, cosine
+
+
+def joined_cones(axis_a, cosine_a, axis_b, cosine_b) -> tuple[np.ndarray, np.ndarray]:
+    """(axes, cosines) of the smallest cones around pairs of cones (PBR, 4th edition, section 3.8.4)."""
+    theta_a, theta_b = np.arccos(np.clip(cosine_a, -1, 1)), np.arccos(np.clip(cosine_b, -1, 1))
+    between = np.arccos(np.clip((axis_a * axis_b).sum(axis=1), -1, 1))
+    theta = (theta_a + theta_b + between) / 2
+    pivot = np.cross(axis_a, axis_b)
+    length = np.linalg.norm(pivot, axis=1)
+    turn = theta - theta_a
+    pivot = pivot / np.where(length > 0, length, 1)[:, None]
+    turned = axis_a * np.cos(turn)[:, None] + np.cross(pivot, axis_a) * np.sin(turn)[:, None]  # pivot ⊥ axis_a
+    is_everything = (theta >= np.pi) | (length == 0)
+    axis, cosine = turned, np.cos(np.minimum(theta, np.pi))
+    axis, cosine = np.where(is_everything[:, None], axis_a, axis), np.where(is_everything, -1.0, cosine)
+    contains_b = np.minimum(between + theta_b, np.pi) <= theta_a
+    axis, cosine = np.where(contains_b[:, None], axis_a, axis), np.where(contains_b, cosine_a, cosine)
+    contains_a = np.minimum(between + theta_a, np.pi) <= theta_b
+    return np.where(contains_a[:, None], axis_b, axis), np.where(contains_a, cosine_b, cosine)

@@ -1,0 +1,202 @@
+"""The surfaces of a scene that emit light, all together as one light: triangles and spheres whose material has Ke > 0.
+
+A sample chooses a lamp (``choice``), then a point y on it, uniform in area on a triangle and uniform in the cone in
+which a sphere is seen. Densities are per solid angle, seen from the point x that is lit (A3-3):
+
+    p(ω) = P(lamp) / area · |x − y|² / cos θ_y
+"""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.formulas.area_lights import cone_of_sphere, uniform_cone, uniform_triangle
+from taichi_tracer.formulas.luminance import luminance
+from taichi_tracer.formulas.spheres import sphere_roots, widened
+from taichi_tracer.geometry import Geometry
+from taichi_tracer.lights.base import Light
+from taichi_tracer.lights.choice import LampChoice, LampTable
+from taichi_tracer.materials import MaterialLibrary
+from taichi_tracer.ray import offset_origin
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.seams import seams
+
+
+@ti.data_oriented
+@seams()
+class Lamps(Light):
+    """All surfaces of a scene that emit light. A triangle emits from its front (A3-1); ``two_sided`` adds its back.
+
+    Args:
+        geometry, library: the primitives and materials of the scene.
+        choice: how one of the lamps is chosen for a sample.
+        two_sided: whether triangles emit from both sides.
+
+    Attributes:
+        count: the number of lamps.
+    """
+
+    name = "lamps"
+
+    def __init__(
+        self, geometry: Geometry, library: MaterialLibrary, choice: LampChoice, two_sided: bool = False
+    ) -> None:
+        self.geometry, self.library, self.choice, self.two_sided = geometry, library, choice, bool(two_sided)
+        self.table = lamp_table(geometry, library.materials, self.two_sided)
+        self.count = len(self.table)
+        self._memory = None
+
+    def prepare(self) -> None:
+        """Build the tables that ``sample`` and ``pdf`` read."""
+        if self._memory is not None or self.count == 0:
+            return
+        self._memory = memory.Memory()
+        self.primitives, self.areas, self.lamp_of = ti.field(ti.i32), ti.field(float), ti.field(ti.i32)
+        fields = self._memory.fields
+        fields.dense(ti.i, self.count).place(self.primitives, self.areas)
+        fields.dense(ti.i, self.geometry.n_primitives).place(self.lamp_of)
+        self._memory.allocate()
+        lamp_of = np.full(self.geometry.n_primitives, -1, np.int32)
+        lamp_of[self.table.ids] = np.arange(self.count)
+        self._load(self.table.primitives, self.table.areas.astype(runtime.dtype()), lamp_of)
+        self.choice.prepare(self.table)
+
+    @ti.kernel
+    def _load(
+        self,
+        primitives: ti.types.ndarray(ndim=1),
+        areas: ti.types.ndarray(ndim=1),
+        lamp_of: ti.types.ndarray(ndim=1),
+    ):
+        for i in self.primitives:
+            self.primitives[i] = primitives[i]
+            self.areas[i] = areas[i]
+        for i in self.lamp_of:
+            self.lamp_of[i] = lamp_of[i]
+
+    @ti.func
+    def emitted(self, hit):
+        """Radiance that a hit emits towards the origin of its ray: Ke, if the side that the ray hit emits (A3-1)."""
+        light = tm.vec3(0)
+        if hit.is_hit and (self.two_sided or not hit.is_backfacing):
+            light = self.library.get(hit.material_id).Ke
+        return light
+
+    @ti.func
+    def radiance(self, ray, hit):
+        """Radiance of what the ray hit."""
+        return self.emitted(hit)
+
+    @ti.func
+    def sample_from(self, x, n, xi_choice, xi):
+        """(w_i, distance, radiance, pdf) of a direction from the point x with the normal n to a point on a lamp.
+
+        The light is 0 if the lamp does not emit towards x.
+
+        Args:
+            xi_choice: one random number, which chooses the lamp. xi: two, which choose the point on it.
+        """
+        lamp, probability = self.choice.choose(x, n, xi_choice)
+        w_i, distance, light, pdf = tm.vec3(0, 1, 0), 1.0, tm.vec3(0), 1.0
+        if ti.static(not self.geometry.effects.spheres):
+            w_i, distance, light, pdf = self.sample_triangle(x, self.primitives[lamp], xi)
+        else:
+            primitive = self.primitives[lamp]
+            if primitive >= 0:
+                w_i, distance, light, pdf = self.sample_triangle(x, primitive, xi)
+            else:
+                w_i, distance, light, pdf = self.sample_sphere(x, -1 - primitive, xi)
+        return w_i, distance, light, pdf * probability
+
+    @ti.func
+    def sample_triangle(self, x, triangle_id, xi):
+        """(w_i, distance, radiance, pdf) of a point uniform on a triangle.
+
+        The point is moved off the triangle by the rounding error of a ray from x, so that the triangle does not block
+        its own light.
+        """
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        place = uniform_triangle(xi)
+        y, error = self.geometry.position(triangle_id, place.x, place.y)
+        n = self.geometry.unit_normals[triangle_id]
+        is_front = tm.dot(x - y, n) > 0
+        facing = ti.select(is_front, n, -n)
+        to_x = abs(x - y).max() * ti.static(8 * runtime.epsilon())
+        end = offset_origin(y, error + to_x, facing)
+        distance = (end - x).norm()
+        w_i = (end - x) / ti.max(distance, ti.static(runtime.smallest()))
+        cosine = -tm.dot(w_i, facing)
+        light, pdf = tm.vec3(0), 1.0
+        if distance > 0 and cosine > 0 and (self.two_sided or is_front):
+            light = self.library.get(self.geometry.triangle_material_ids[triangle_id]).Ke
+            area = tm.cross(v1 - v0, v2 - v0).norm() / 2
+            pdf = distance * distance / (area * cosine)
+        return w_i, distance, light, pdf
+
+    @ti.func
+    def sample_sphere(self, x, sphere_id, xi):
+        """(w_i, distance, radiance, pdf) of a direction uniform in the cone in which x sees a sphere."""
+        centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
+        to_centre = centre - x
+        far = to_centre.norm()
+        w_i, distance, light, pdf = tm.vec3(0, 1, 0), 1.0, tm.vec3(0), 1.0
+        if far > radius:
+            drop = cone_of_sphere(far, radius)
+            w_i = uniform_cone(to_centre / far, drop, xi)
+            met, t_in, t_out = sphere_roots(widened(x), widened(w_i), widened(centre), widened(radius))
+            # Shortened by the rounding of t, so that the sphere does not block its own light.
+            distance = ti.select(met, ti.cast(t_in, float), tm.dot(w_i, to_centre))
+            distance *= 1 - ti.static(16 * runtime.epsilon())
+            light = self.library.get(self.geometry.sphere_material_ids[sphere_id]).Ke
+            pdf = 1 / (2 * tm.pi * drop)
+        return w_i, distance, light, pdf
+
+    @ti.func
+    def pdf_from(self, x, n, w_i, hit):
+        """The density of ``sample_from`` at w_i; ``hit`` is what the ray from x along the unit vector w_i hits."""
+        pdf = 0.0
+        if hit.is_hit:
+            lamp = self.lamp_of[hit.triangle_id]
+            if lamp >= 0 and (self.two_sided or not hit.is_backfacing):
+                cosine = ti.max(-tm.dot(w_i, hit.geometric_normal), ti.static(runtime.smallest()))
+                pdf = hit.distance * hit.distance / (self.areas[lamp] * cosine)
+                if ti.static(self.geometry.effects.spheres):
+                    primitive = self.primitives[lamp]
+                    if primitive < 0:
+                        sphere = self.geometry.spheres[-1 - primitive]
+                        far = (sphere.xyz - x).norm()
+                        pdf = ti.select(far > sphere.w, 1 / (2 * tm.pi * cone_of_sphere(far, sphere.w)), 0.0)
+                pdf *= self.choice.probability(x, n, lamp)
+        return pdf
+
+    def __repr__(self) -> str:
+        return f"Lamps({self.count:,} surfaces, chosen by {self.choice.name})"
+
+
+def lamp_table(geometry: Geometry, materials: list, two_sided: bool) -> LampTable:
+    """The table of the primitives that emit. Primitives that no ray can hit, and those without area, are left out."""
+    mesh = geometry.mesh
+    colors = np.array([m.Ke for m in materials], np.float64).reshape(-1, 3)
+    emits = colors.max(axis=1, initial=0) > 0
+    number = mesh.primitives()
+    triangle_ids, sphere_ids = np.flatnonzero(number >= 0), np.flatnonzero(number < 0)
+
+    v = mesh.vertices.astype(np.float64)[mesh.faces]  # (F, 3, 3)
+    cross = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
+    twice = np.linalg.norm(cross, axis=1)
+    triangles = np.flatnonzero(emits[mesh.face_materials] & (twice > 0))
+    radius = mesh.spheres[:, 3].astype(np.float64)
+    spheres = np.flatnonzero(emits[mesh.sphere_materials] & (radius > 0))
+
+    materials_of = np.concatenate([mesh.face_materials[triangles], mesh.sphere_materials[spheres]]).astype(np.int64)
+    centres, r = mesh.spheres[spheres, :3].astype(np.float64), radius[spheres, None]
+    return LampTable(
+        primitives=np.concatenate([triangles, -1 - spheres]).astype(np.int32),
+        ids=np.concatenate([triangle_ids[triangles], sphere_ids[spheres]]).astype(np.int32),
+        areas=np.concatenate([twice[triangles] / 2, 4 * np.pi * r[:, 0] ** 2]),
+        radiance=luminance(colors[materials_of]),
+        low=np.concatenate([v[triangles].min(axis=1), centres - r]),
+        high=np.concatenate([v[triangles].max(axis=1), centres + r]),
+        normals=np.concatenate([cross[triangles] / twice[triangles, None], np.zeros((len(spheres), 3))]),
+        two_sided=two_sided,
+    )

@@ -1,0 +1,195 @@
+"""Paths against closed forms and against each other: every way to find light, every length, every roulette."""
+
+import numpy as np
+import pytest
+from contracts.statistics import largest_z
+from oracles.lamps import room_radiance
+from shapes import sphere
+from support import long_except, start
+
+import taichi_tracer as tt
+from taichi_tracer.geometry import Mesh
+
+WAYS = ("implicit", "explicit", "path")
+EMISSION, ALBEDO = np.array([0.5, 1.0, 2.0]), np.array([0.25, 0.5, 0.75])
+MANY = 64
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@pytest.fixture(scope="module")
+def room():
+    """The inside of a closed ball: every surface emits and reflects the same, so that the radiance is a sum."""
+    start("f32")
+    vertices, faces = sphere(12, 7)
+    material = tt.Material(Kd=tuple(ALBEDO), Ke=tuple(EMISSION))
+    view = {"eye": (0.1, 0.2, 0.3), "at": (0, 0, -1), "fov": 60.0}
+    scene = tt.SceneData(Mesh(vertices, faces[:, ::-1], materials=[material]), view=view)  # fronts inside
+    return tt.A4Renderer(scene, 16, 16)
+
+
+def rendered(renderer, way, spp, **settings):
+    """(3,) mean of the picture, and its standard error from the spread of its pixels."""
+    defaults = {"max_bounces": 5, "rr_start_bounce": 0, "rr_termination_probability": 0.0, "roulette": "course"}
+    for name, value in {**defaults, "bounces": None, **settings}.items():
+        setattr(renderer, name, value)
+    image = renderer.use(way).render(spp).image().astype(float).reshape(-1, 3)
+    assert renderer.non_finite == 0
+    return image.mean(axis=0), image.std(axis=0) / np.sqrt(len(image))
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_closed_room_has_the_radiance_of_its_sum(room, way):
+    """For 0, 1, 2, 5 and 64 bounces; without roulette, ``implicit`` has no variance at all. Significance 1 %."""
+    limit = largest_z(len(WAYS) * 5 * 3, 0.01)
+    for bounces in (0, 1, 2, 5, MANY):
+        mean, error = rendered(room, way, 16, max_bounces=bounces)
+        expected = room_radiance(EMISSION, ALBEDO, bounces)
+        if way == "implicit":
+            np.testing.assert_allclose(mean, expected, rtol=2e-5)
+            assert error.max() < 1e-6
+        assert (np.abs(mean - expected) <= limit * error + 2e-5 * expected).all(), (bounces, mean, expected, error)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"rr_termination_probability": 0.3},
+        {"rr_termination_probability": 0.4, "rr_start_bounce": 2},
+        {"roulette": "throughput"},
+        {"roulette": "throughput", "rr_start_bounce": 3},
+    ],
+    ids=str,
+)
+def test_roulette_does_not_change_the_mean(room, settings):
+    """Significance 1 % for the four of them."""
+    for way in WAYS:
+        mean, error = rendered(room, way, 64, max_bounces=MANY, **settings)
+        expected = room_radiance(EMISSION, ALBEDO, MANY)
+        limit = largest_z(4 * len(WAYS) * 3, 0.01)
+        assert (np.abs(mean - expected) <= limit * error + 2e-5 * expected).all(), (way, mean, expected, error)
+
+
+def test_roulette_costs_variance(room):
+    """Without it, every path of ``implicit`` finds the same light here; with it, some end before they have."""
+    for settings in ({"rr_termination_probability": 0.3}, {"roulette": "throughput"}):
+        assert rendered(room, "implicit", 4, max_bounces=MANY, **settings)[1].min() > 1e-3
+
+
+@pytest.fixture(scope="module")
+def box():
+    """The Cornell box, lit by its lamp."""
+    start("f32")
+    return tt.load_scene_data("cornell_box")
+
+
+def blocks(image, size=8):
+    """(h/size, w/size, 3) means."""
+    h, w, _ = image.shape
+    return image.astype(float).reshape(h // size, size, w // size, size, 3).mean(axis=(1, 3))
+
+
+def runs_of(renderer, count, spp):
+    """(count, …) block means of independent pictures."""
+    found = []
+    for seed in range(count):
+        renderer.seed = seed
+        renderer.begin_anew()
+        found.append(blocks(renderer.render(spp).image()))
+    return np.array(found)
+
+
+def compare(one, other, alpha=0.01):
+    """Welch's test of the means of two sets of runs in each block; blocks that nothing varies in must be equal."""
+    z = (one.mean(0) - other.mean(0)) / np.sqrt(
+        one.var(0, ddof=1) / len(one) + other.var(0, ddof=1) / len(other) + 1e-20
+    )
+    assert np.abs(z).max() < largest_z(z.size, alpha) * 1.25, np.abs(z).max()  # 1.25: t with 22 degrees of freedom
+
+
+@pytest.mark.parametrize("environment", long_except([None, "studio"], "studio"))
+def test_the_three_ways_have_the_same_mean(environment):
+    """The Cornell box with its lamp, and with an environment as well; blocks of 8 × 8 pixels. Significance 1 %."""
+    scene = tt.load_scene_data("cornell_box", environment=environment)
+    renderer = tt.A4Renderer(scene, 32, 32, sampler="independent")
+    found = {way: runs_of(renderer.use(way), 12, 96 if way == "implicit" else 16) for way in WAYS}
+    compare(found["implicit"], found["explicit"])
+    compare(found["path"], found["explicit"])
+
+
+def test_one_bounce_is_direct_light(box):
+    """``path`` with one bounce has the mean of the estimator ``mis``, which samples lamps, too."""
+    paths, direct = tt.A4Renderer(box, 32, 32, sampler="independent"), tt.A3Renderer(box, 32, 32, sampler="independent")
+    paths.max_bounces = 1
+    compare(runs_of(paths.use("path"), 12, 16), runs_of(direct.use("mis"), 12, 16))
+
+
+def test_bounces_add_up_to_the_picture(box):
+    """The same samples: what 0, 1, 2 … bounces contribute sums up to the picture, but for rounding (A4-5)."""
+    renderer = tt.A4Renderer(box, 16, 16)
+    renderer.max_bounces = 4
+    whole = renderer.render(8).image().astype(float)
+    parts = []
+    for k in range(5):
+        renderer.bounces = (k, k)
+        parts.append(renderer.render(8).image().astype(float))
+    np.testing.assert_allclose(sum(parts), whole, rtol=1e-5, atol=1e-6)
+    assert all(part.any() for part in parts)
+    renderer.bounces = (1, 3)
+    np.testing.assert_allclose(renderer.render(8).image(), sum(parts[1:4]), rtol=1e-5, atol=1e-6)
+
+
+def test_settings_start_the_picture_over_without_compiling(box):
+    renderer = tt.A4Renderer(box, 8, 8).render(2)
+    assert renderer.is_current()
+    for name, value in (
+        ("max_bounces", 2),
+        ("rr_start_bounce", 1),
+        ("rr_termination_probability", 0.5),
+        ("roulette", "throughput"),
+        ("bounces", (1, 2)),
+    ):
+        setattr(renderer, name, value)
+        assert getattr(renderer, name) == value
+        assert not renderer.is_current(), name
+        renderer.render(1)
+        assert renderer.samples == 1
+        setattr(renderer, name, value)  # the same again is no change
+        assert renderer.is_current()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("max_bounces", 65, "max_bounces must be a whole number from 0 to 64, not 65"),
+        ("max_bounces", 2.5, "max_bounces must be a whole number"),
+        ("rr_start_bounce", -1, "rr_start_bounce must be a whole number from 0 to 64"),
+        ("rr_termination_probability", 1.0, "must be at least 0 and less than 1, not 1.0"),
+        ("rr_termination_probability", float("nan"), "must be at least 0 and less than 1"),
+        ("roulette", "russian", "unknown roulette 'russian': use one of course, throughput"),
+        ("bounces", (3, 1), "bounces must be"),
+        ("bounces", 3, "bounces must be"),
+    ],
+)
+def test_wrong_settings_are_refused_and_change_nothing(box, name, value, message):
+    renderer = tt.A4Renderer(box, 8, 8)
+    before = renderer.path_settings.facts()
+    with pytest.raises(tt.InputError, match=message):
+        setattr(renderer, name, value)
+    assert renderer.path_settings.facts() == before
+
+
+def test_a_mirror_shows_the_lamp_in_every_way():
+    """Only the mirror's own direction finds light, also for ``explicit``."""
+    corners = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], float)
+    vertices = np.concatenate([corners, corners + [0, 2, 0]])
+    faces = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]])
+    materials = [tt.Material("mirror", Kd=(0.5, 0.5, 0.5), Ns=1e30), tt.Material("lamp", Kd=(0, 0, 0), Ke=(2, 4, 8))]
+    view = {"eye": (0, 1, 0.01), "at": (0, 0, 0), "up": (0, 0, 1), "fov": 1.0}
+    mesh = Mesh(vertices, faces, face_materials=np.array([0, 0, 1, 1], np.int32), materials=materials)
+    renderer = tt.A4Renderer(tt.SceneData(mesh, view=view), 4, 4)
+    for way in WAYS:
+        np.testing.assert_allclose(renderer.use(way).render(2).image(), np.tile([1, 2, 4], (4, 4, 1)), rtol=1e-3)
