@@ -126,7 +126,7 @@ class RayHits:
         return f"{summary}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{rest}"
 
 
-def _cell(value: np.ndarray) -> str:
+def _cell(value: Any) -> str:
     if np.ndim(value) > 0:
         return digits_of(value, ".4g")
     if isinstance(value, np.bool_):
