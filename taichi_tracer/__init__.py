@@ -115,6 +115,7 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.environment import Environment as Environment
     from taichi_tracer.files.images import read_image as read_image
     from taichi_tracer.files.images import save_image as save_image
+    from taichi_tracer.files.picture import Picture as Picture
     from taichi_tracer.formulas.triangles import TriangleTest as TriangleTest
     from taichi_tracer.geometry import Geometry as Geometry
     from taichi_tracer.geometry import Mesh as Mesh

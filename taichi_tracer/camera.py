@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 import taichi.math as tm
+from numpy.typing import ArrayLike
 from taichi.lang import impl
 
 from taichi_tracer.formulas.camera_frame import camera_frame, fovy_window, numbers, show, stretch_of, window_of
@@ -359,7 +360,7 @@ class ProjectiveCamera(ABC):
     def _load_own_matrix(self):
         self.camera_to_world[None] = self.compute_matrix()
 
-    def rays(self, x, y) -> tuple[np.ndarray, np.ndarray]:
+    def rays(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Origins and directions of the rays that ``generate_ray`` makes, without jitter; for ``scene.intersect``.
 
         Args:

@@ -490,9 +490,9 @@ class A1Renderer(ProgressiveRenderer):
         return ProgressiveRenderer.radiance(self, scene, integrator, ray, hit, rng)
 
     @property
-    def max_distance(self):
+    def max_distance(self) -> float:
         """The distance that the view "Distance" shows white; see ``surface_views.Distance``. It may be assigned."""
-        view = self._own(PARTS.find("integrator", "distance"))
+        view: Any = self._own(PARTS.find("integrator", "distance"))
         if not impl.inside_kernel():
             view.fit(self.scene_data, self.camera)
         return view.max_distance

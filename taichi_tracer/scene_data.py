@@ -130,7 +130,7 @@ class RayHits:
         return f"{summary}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{rest}"
 
 
-def _cell(value: np.ndarray) -> str:
+def _cell(value: Any) -> str:
     if np.ndim(value) > 0:
         return digits_of(value, ".4g")
     if isinstance(value, np.bool_):
@@ -282,29 +282,6 @@ class SceneData:
         if self.view is not self._computed_view or aspect >= 1:
             return self.view
         return view_of_points(visible_points(self.mesh), self.up_axis, aspect=aspect)
-
-    def again(self, **changes: Any) -> "SceneData":
-        """A new scene with the same primitives and parts, except for some arguments of ``SceneData``."""
-        intersector = type(self.ray_intersector)
-        own = {
-            "intersector": getattr(intersector, "stands_in_for", intersector),
-            "triangle_test": self.ray_intersector.triangle_test,
-            "view": None if self.view is self._computed_view else self.view,
-            "environment": self.environment,
-            "effects": self.effects_mode,
-            "background": self.background,
-            "brdfs": list(reversed(self.material_library.brdfs)),  # the last one of the library is asked first
-            "lights": self.lights,
-            "fast": self.fast,
-            "up_axis": self.up_axis,
-            "lamp_choice": self.lamps.choice,
-            "two_sided_lamps": self.lamps.two_sided,
-        }
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the primitives that are dropped were told when this scene was made
-            scene = SceneData(self.mesh, **own | changes)
-        scene.shots, scene.notes = self.shots, self.notes
-        return scene
 
     def set_environment(self, environment: EnvironmentChoice) -> None:
         """Replace the light from far away. The argument may be anything that the constructor takes."""
@@ -508,6 +485,30 @@ class SceneData:
             f"SceneData({self.source!r}: {self.num_triangles:,} triangles, {spheres}{len(self.materials)} materials, "
             f"{self.ray_intersector.name}, {self.ray_intersector.triangle_test})"
         )
+
+
+def again(former: SceneData, **changes: Any) -> SceneData:
+    """A new scene with the primitives and parts of another one, except for some arguments of ``SceneData``."""
+    intersector = type(former.ray_intersector)
+    own = {
+        "intersector": getattr(intersector, "stands_in_for", intersector),
+        "triangle_test": former.ray_intersector.triangle_test,
+        "view": None if former.view is former._computed_view else former.view,
+        "environment": former.environment,
+        "effects": former.effects_mode,
+        "background": former.background,
+        "brdfs": list(reversed(former.material_library.brdfs)),  # the last one of the library is asked first
+        "lights": former.lights,
+        "fast": former.fast,
+        "up_axis": former.up_axis,
+        "lamp_choice": former.lamps.choice,
+        "two_sided_lamps": former.lamps.two_sided,
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the primitives that are dropped were told when this scene was made
+        scene = SceneData(former.mesh, **own | changes)
+    scene.shots, scene.notes = former.shots, former.notes
+    return scene
 
 
 def described(materials: list[Material]) -> str:

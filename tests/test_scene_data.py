@@ -14,7 +14,7 @@ import taichi_tracer as tt
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
-from taichi_tracer.scene_data import RayHit, RayHits, brdfs_of, described
+from taichi_tracer.scene_data import RayHit, RayHits, again, brdfs_of, described
 from taichi_tracer.system.registry import PARTS
 
 
@@ -223,12 +223,12 @@ def test_a_scene_once_more_differs_only_in_what_is_asked_for():
     line = np.concatenate([faces, [[0, 1, 1]]])
     with pytest.warns(UserWarning, match="1 of 3 triangles dropped"):
         scene = tt.scene_from_mesh(vertices, line, environment="studio", up_axis="z", lights=[Lamp()])
-    again = scene.again(triangle_test="moller_trumbore")
-    assert again.ray_intersector.triangle_test == "moller_trumbore"
-    assert again.fingerprint() == scene.fingerprint()
-    assert again.environment is scene.environment
-    assert again.notes == scene.notes
-    assert type(again.ray_intersector) is type(scene.ray_intersector)
+    other = again(scene, triangle_test="moller_trumbore")
+    assert other.ray_intersector.triangle_test == "moller_trumbore"
+    assert other.fingerprint() == scene.fingerprint()
+    assert other.environment is scene.environment
+    assert other.notes == scene.notes
+    assert type(other.ray_intersector) is type(scene.ray_intersector)
 
 
 def test_a_high_picture_shows_everything_too():

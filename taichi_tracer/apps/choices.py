@@ -6,7 +6,7 @@ from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.renderer import A1Renderer, A2Renderer, ProgressiveRenderer
-from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.system.registry import PARTS
 
 NO_LIGHT = "none"  # the name for a scene without an environment, as on the command line
@@ -128,7 +128,7 @@ class Choices:
         """Show the scene with the triangle test that comes next; its intersector is built when this happens first."""
         test = after(self.triangle_test, self.triangle_tests)
         if test not in self._scenes:
-            self._scenes[test] = self.scene.again(triangle_test=test)
+            self._scenes[test] = again(self.scene, triangle_test=test)
         scene, former = self._scenes[test], self.renderer
         if scene.environment is not former.scene_data.environment:
             scene.set_environment(former.scene_data.environment)

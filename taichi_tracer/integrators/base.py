@@ -12,6 +12,8 @@ from collections.abc import Callable
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.seams import in_kernels, seams
 
 
@@ -37,7 +39,7 @@ class Integrator:
     what, srgb, needs_light, samples_lights = "estimator", True, True, True
     version = 0
 
-    def prepare(self, scene_data, camera) -> None:
+    def prepare(self, scene_data: SceneData, camera: ProjectiveCamera) -> None:
         """Bring values that depend on the scene or the camera up to date; it is called whenever a picture begins."""
 
     def facts(self) -> dict:

@@ -39,7 +39,7 @@ class OneSampleMis(DirectLight):
         return self.weights[0] / (self.weights[0] + self.weights[1])
 
     @property
-    def version(self) -> int:
+    def version(self) -> int:  # type: ignore[override]
         """Counts the changes of ``weights``."""
         return self._changes
 

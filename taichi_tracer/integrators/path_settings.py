@@ -1,5 +1,7 @@
 """How long paths are, and which of their bounces count. The numbers can be changed at any time without compiling."""
 
+from typing import Any
+
 import taichi as ti
 
 from taichi_tracer.integrators.live_numbers import LiveNumbers
@@ -27,7 +29,7 @@ class PathSettings:
     """
 
     def __init__(self) -> None:
-        self._values = {
+        self._values: dict[str, Any] = {
             "max_bounces": 5,
             "rr_start_bounce": 3,
             "rr_termination_probability": 0.0,
@@ -61,7 +63,7 @@ class PathSettings:
             self._values = changed
             self._numbers.set(*self._as_numbers())
 
-    def __getitem__(self, name: str):
+    def __getitem__(self, name: str) -> Any:
         return self._values[name]
 
     def _as_numbers(self) -> tuple[float, ...]:

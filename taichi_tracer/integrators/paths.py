@@ -40,7 +40,7 @@ class Paths(Integrator):
             self.settings = PathSettings()
 
     @property
-    def version(self) -> int:
+    def version(self) -> int:  # type: ignore[override]
         """Counts the changes of ``settings``."""
         return 0 if self.settings is None else self.settings.version
 

@@ -165,7 +165,7 @@ def build(lamps: LampTable) -> LampTree:
     )
     leaf, of = leaves + place, order[place]
     nodes.low[leaf], nodes.high[leaf] = lamps.low[of], lamps.high[of]
-    has_side = lamps.normals[of].any(axis=1) & (not lamps.two_sided)
+    has_side = np.asarray(lamps.normals[of].any(axis=1) & (not lamps.two_sided))
     nodes.axis[leaf] = np.where(has_side[:, None], lamps.normals[of], [0.0, 0.0, 1.0])
     nodes.cosine[leaf] = np.where(has_side, 1.0, -1.0)
     power = lamps.areas * lamps.radiance

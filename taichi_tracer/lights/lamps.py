@@ -44,7 +44,7 @@ class Lamps(Light):
         self.geometry, self.library, self.choice, self.two_sided = geometry, library, choice, bool(two_sided)
         self.table = lamp_table(geometry, library.materials, self.two_sided)
         self.count = len(self.table)
-        self._memory = None
+        self._memory: memory.Memory | None = None
 
     def prepare(self) -> None:
         """Build the tables that ``sample`` and ``pdf`` read."""
@@ -178,17 +178,18 @@ def lamp_table(geometry: Geometry, materials: list, two_sided: bool) -> LampTabl
     mesh = geometry.mesh
     colors = np.array([m.Ke for m in materials], np.float64).reshape(-1, 3)
     emits = colors.max(axis=1, initial=0) > 0
+    face_materials = np.asarray(mesh.face_materials)
     number = mesh.primitives()
     triangle_ids, sphere_ids = np.flatnonzero(number >= 0), np.flatnonzero(number < 0)
 
     v = mesh.vertices.astype(np.float64)[mesh.faces]  # (F, 3, 3)
     cross = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
     twice = np.linalg.norm(cross, axis=1)
-    triangles = np.flatnonzero(emits[mesh.face_materials] & (twice > 0))
+    triangles = np.flatnonzero(emits[face_materials] & (twice > 0))
     radius = mesh.spheres[:, 3].astype(np.float64)
     spheres = np.flatnonzero(emits[mesh.sphere_materials] & (radius > 0))
 
-    materials_of = np.concatenate([mesh.face_materials[triangles], mesh.sphere_materials[spheres]]).astype(np.int64)
+    materials_of = np.concatenate([face_materials[triangles], mesh.sphere_materials[spheres]]).astype(np.int64)
     centres, r = mesh.spheres[spheres, :3].astype(np.float64), radius[spheres, None]
     return LampTable(
         primitives=np.concatenate([triangles, -1 - spheres]).astype(np.int32),

@@ -51,7 +51,9 @@ class SceneLights:
             draws: whether directions are drawn from the far lights and the lamps; from the others every estimator draws
                 them.
         """
-        drawn = (*self.far, self.lamps) if self.has_lamps else self.far
+        drawn: tuple[Light, ...] = self.far
+        if self.lamps is not None and self.has_lamps:
+            drawn = *drawn, self.lamps
         for light in (*(drawn if draws else ()), *self.single):
             if light not in self._prepared:
                 light.prepare()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from taichi_tracer.environment import LOOKUPS, Environment, load_environment
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
@@ -191,7 +191,7 @@ class Source:
         if variant.intersector is not None:
             options["intersector"] = variant.intersector
         if self.is_loaded:
-            scene = self.scene.again(**options, fast=self.scene.fast and not variant.plain)
+            scene = again(self.scene, **options, fast=self.scene.fast and not variant.plain)
         else:
             options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not variant.plain, "up_axis": self.up_axis}
             scene = load_scene_data(self.scene, **options)

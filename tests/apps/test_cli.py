@@ -682,7 +682,7 @@ def test_raw_arrays_go_where_the_picture_goes_if_its_place_is_full(tmp_path, mon
     monkeypatch.setattr(rescue, "save_image", save)
     monkeypatch.setattr(rescue, "other_folders", lambda: iter([tmp_path]))
     image, channels = np.ones((2, 2, 3)), {"Z": np.ones((2, 2))}
-    assert rescue.written_picture(tmp_path / "a.exr", image, False, channels) == tmp_path / "a.pfm"
+    assert rescue.written_picture(tmp_path / "a.exr", image, channels, srgb=False) == tmp_path / "a.pfm"
     assert saved == [(".exr", channels), (".exr", channels), (".pfm", None)]
 
 
