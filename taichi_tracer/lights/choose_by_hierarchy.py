@@ -186,7 +186,7 @@ def kd_order(points: np.ndarray, leaves: int) -> np.ndarray:
     size = leaves
     while size > 1:
         groups = order.reshape(-1, size)
-        there = np.asarray(groups >= 0)
+        there: np.ndarray = groups >= 0
         at = points[np.maximum(groups, 0)]
         low = np.where(there[..., None], at, np.inf).min(axis=1)
         high = np.where(there[..., None], at, -np.inf).max(axis=1)
