@@ -186,11 +186,11 @@ def kd_order(points: np.ndarray, leaves: int) -> np.ndarray:
     size = leaves
     while size > 1:
         groups = order.reshape(-1, size)
-        there: np.ndarray = groups >= 0
+        there = groups >= 0
         at = points[np.maximum(groups, 0)]
         low = np.where(there[..., None], at, np.inf).min(axis=1)
         high = np.where(there[..., None], at, -np.inf).max(axis=1)
-        axis = np.where(there.any(axis=1)[:, None], high - low, 0).argmax(axis=1)
+        axis = np.where(there.any(axis=1, keepdims=True), high - low, 0).argmax(axis=1)
         key = np.take_along_axis(at, axis[:, None, None], axis=2)[..., 0]
         key = np.where(there, key, np.inf)  # the empty leaves come last
         order = np.take_along_axis(groups, np.argsort(key, axis=1, kind="stable"), axis=1).ravel()
