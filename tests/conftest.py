@@ -27,13 +27,15 @@ def rng():
 
 
 def pytest_collection_modifyitems(items):
-    """Skip the tests that are marked long, unless TAICHI_TRACER_LONG=1 asks for them, as .ci/run does.
+    """Skip the tests that are marked long or exhaustive, unless TAICHI_TRACER_LONG asks for them.
 
     A test is long if it takes seconds and repeats what shorter tests check: by the command line, on more scenes or with
-    more samples.
+    more samples; TAICHI_TRACER_LONG=1 runs it, as .ci/run does. It is exhaustive if it repeats what long tests check,
+    with everything that the package has; TAICHI_TRACER_LONG=all runs it.
     """
-    if os.environ.get("TAICHI_TRACER_LONG") == "1":
-        return
+    asked = os.environ.get("TAICHI_TRACER_LONG")
+    skipped = {None: {"long": "1", "exhaustive": "all"}, "1": {"exhaustive": "all"}}.get(asked, {})
     for item in items:
-        if item.get_closest_marker("long") is not None:
-            item.add_marker(pytest.mark.skip(reason="long: TAICHI_TRACER_LONG=1 runs it"))
+        for mark, value in skipped.items():
+            if item.get_closest_marker(mark) is not None:
+                item.add_marker(pytest.mark.skip(reason=f"{mark}: TAICHI_TRACER_LONG={value} runs it"))

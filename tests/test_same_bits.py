@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pictures as catalogue
 import pytest
-from support import start
+from support import long_except, start
 
 REFERENCE = json.loads((Path(__file__).parent / "references" / "pictures.json").read_text(encoding="utf-8"))
 QUICK = catalogue.groups(lambda picture: picture.is_quick)
@@ -36,13 +36,13 @@ def compare(group):
 
 
 @pytest.mark.filterwarnings("ignore:nothing in this scene emits light")
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", long_except(QUICK, *list(QUICK)[::3]))
 def test_pictures_have_the_same_bits(same_rounding, name):
     same_rounding(QUICK[name][0].precision)
     compare(QUICK[name])
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.filterwarnings("ignore:nothing in this scene emits light")
 @pytest.mark.parametrize("name", OTHERS)
 def test_the_other_pictures_have_the_same_bits(same_rounding, name):

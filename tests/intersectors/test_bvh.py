@@ -205,7 +205,7 @@ def test_of_a_thousand_equal_triangles_the_first_is_met(precision, rng):
 @pytest.mark.parametrize(
     "mesh",
     [
-        Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)),
+        pytest.param(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)), marks=pytest.mark.long),
         Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32)),
         Mesh(np.array([[np.nan, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)),
     ],

@@ -43,8 +43,8 @@ def test_a_continued_picture_is_that_of_one_run(scene, tmp_path):
     ("change", "message"),
     [
         (lambda r: r.use("mis"), "another estimator: brdf there, mis here"),
-        (lambda r: setattr(r, "seed", 4), "another seed: 0 there, 4 here"),
-        (lambda r: r.camera.set_camera_parameters(fov=50), "another camera"),
+        pytest.param(lambda r: setattr(r, "seed", 4), "another seed: 0 there, 4 here", marks=pytest.mark.long),
+        pytest.param(lambda r: r.camera.set_camera_parameters(fov=50), "another camera", marks=pytest.mark.long),
         (lambda r: setattr(r, "first_sample", 3), "holds the samples 0 to 1, not those from 3 on"),
     ],
 )

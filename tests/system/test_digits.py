@@ -46,7 +46,15 @@ def test_vectors_stand_in_brackets():
 def test_no_table_shows_minus_zero():
     zeros = np.full((1, 3), -0.0)
     hits = RayHits(
-        np.array([True]), zeros[:, 0], np.array([1]), zeros[:, :2], zeros, zeros, np.array([0]), np.array([False])
+        np.array([True]),
+        zeros[:, 0],
+        np.array([1]),
+        zeros[:, :2],
+        zeros,
+        zeros,
+        np.array([0]),
+        np.array([False]),
+        zeros,
     )
     lines = [
         hits._repr_html_(),
