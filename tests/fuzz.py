@@ -29,6 +29,7 @@ from taichi_tracer.files.images import DECODERS, ENCODERS, read_image
 from taichi_tracer.files.mtl import read_mtl
 from taichi_tracer.geometry import check, clean
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.tones.display import Display
 
 SECONDS, MEGABYTES = 20, 4096  # one example may take
 ROUND = 200  # examples of each kind in a round of the long run
@@ -113,7 +114,10 @@ def ply_files():
 def image_files(extension: str):
     """A small picture, and what can become of it."""
     rng = np.random.default_rng(3)
-    good = [ENCODERS[extension](rng.uniform(0, 2, (h, w, 3)).astype(np.float32), False) for h, w in ((1, 1), (4, 8))]
+    good = [
+        ENCODERS[extension](rng.uniform(0, 2, (h, w, 3)).astype(np.float32), False, Display())
+        for h, w in ((1, 1), (4, 8))
+    ]
     if extension == ".npy":
         for dtype in (np.float64, np.uint8, np.complex64, np.bool_):
             buffer = io.BytesIO()
