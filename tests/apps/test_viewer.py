@@ -112,6 +112,7 @@ def test_a_button_makes_its_view_the_active_one_after_it_said_so(renderer, tmp_p
     assert [label for label in pressed(view).buttons if "[Active]" in label] == ["Material ID [Active]"]
 
 
+@pytest.mark.long
 def test_views_and_light_are_beside_each_other(small_renderer, tmp_path):
     view = viewer.Viewer(small_renderer.use("hit"), tmp_path)
     pressed(view, "BRDF")
@@ -145,6 +146,7 @@ def test_the_settings_change_the_picture_and_the_command(small_renderer, tmp_pat
     assert (camera.handedness, camera.fov, view.speed, small_renderer.max_distance) == ("left", 60, 1.5, 10)
 
 
+@pytest.mark.long
 def test_the_triangle_test_is_chosen_and_repeated_by_the_command(small_renderer, tmp_path):
     view = viewer.Viewer(small_renderer.use("hit"), tmp_path)
     pressed(view, "Triangles: moller_trumbore")
@@ -226,6 +228,7 @@ def light(scene):
     scene.set_environment(None)
 
 
+@pytest.mark.long
 def test_the_slider_and_the_button_change_the_display_and_keep_the_samples(light, tmp_path):
     view, samples = viewer.Viewer(light.set_display(0, "none"), tmp_path), light.samples
     pressed(view, exposure=-1.26)
@@ -246,6 +249,7 @@ def test_data_has_no_exposure(renderer, tmp_path):
     assert not [label for label in panel.buttons if "Tone" in label]
 
 
+@pytest.mark.long
 def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(False, "no screen", "plug one in"))
     assert viewer.show(small_renderer, tmp_path / "renders") == 0
@@ -384,10 +388,12 @@ def shows(desktop, expected):
     return lambda: abs(desktop.picture() - expected).max() <= 1
 
 
+@pytest.mark.long
 def test_the_window_opens_on_the_offline_picture(desktop, offline):
     poll(shows(desktop, offline("normal")), "the normal view")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("key", "point", "axis", "sign"),
     [("w", "eye", 1, 1), ("e", "eye", 2, 1), ("a", "eye", 0, 1), ("Left", "at", 0, 1)],
@@ -413,6 +419,7 @@ def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, des
     assert abs(saved - expected).max() <= 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["distance", "triangle_id", "material_id"])
 def test_a_buttons_press_shows_its_view(name, desktop, offline):
     desktop.point(30, BUTTON_TOP + BUTTON_STEP * A1Renderer.names().index(name))
@@ -433,6 +440,7 @@ def test_help_lies_over_the_picture_and_goes_again(desktop, offline):
     poll(shows(desktop, bare), "the picture without help")
 
 
+@pytest.mark.long
 def test_a_drag_orbits_and_a_right_drag_zooms(desktop, offline):
     def distance(args):
         return np.linalg.norm(np.subtract(args.eye, args.at))
