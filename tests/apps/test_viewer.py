@@ -428,7 +428,6 @@ def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, des
     assert abs(saved - expected).max() <= 1
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ["distance", "triangle_id", "material_id"])
 def test_a_buttons_press_shows_its_view(name, desktop, offline):
     desktop.point(30, BUTTON_TOP + BUTTON_STEP * A1Renderer.names().index(name))
