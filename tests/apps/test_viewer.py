@@ -400,12 +400,10 @@ def shows(desktop, expected):
     return lambda: abs(desktop.picture() - expected).max() <= 1
 
 
-@pytest.mark.long
 def test_the_window_opens_on_the_offline_picture(desktop, offline):
     poll(shows(desktop, offline("normal")), "the normal view")
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("key", "point", "axis", "sign"),
     [("w", "eye", 1, 1), ("e", "eye", 2, 1), ("a", "eye", 0, 1), ("Left", "at", 0, 1)],
@@ -448,7 +446,6 @@ def test_help_lies_over_the_picture_and_goes_again(desktop, offline):
     poll(shows(desktop, bare), "the picture without help")
 
 
-@pytest.mark.long
 def test_a_drag_orbits_and_a_right_drag_zooms(desktop, offline):
     def distance(args):
         return np.linalg.norm(np.subtract(args.eye, args.at))
