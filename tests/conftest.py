@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 import pytest
-from support import long_except, start
+from support import start
 
 
 @pytest.fixture(scope="module")
@@ -13,7 +13,7 @@ def f32():
     start("f32")
 
 
-@pytest.fixture(scope="module", params=long_except(["f32", "f64"], "f32"))
+@pytest.fixture(scope="module", params=["f32", pytest.param("f64", marks=pytest.mark.exhaustive)])
 def precision(request):
     """Taichi in each precision; its name."""
     start(request.param)

@@ -84,6 +84,7 @@ def blocks(pictures):
     return pictures.reshape(len(pictures), n, BLOCK, n, BLOCK, 3).mean(axis=(2, 4))
 
 
+@pytest.mark.long
 def test_diffuse_spheres_under_a_sky():
     start("f32")
     mesh = diffuse_spheres()

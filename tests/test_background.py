@@ -88,6 +88,7 @@ def test_a_background_that_cannot_be_is_one_line(value, message):
     assert message in str(error.value)
 
 
+@pytest.mark.long
 def test_renderers_show_it_where_nothing_is_hit_and_it_lights_nothing():
     scene = tt.scene_from_mesh(*SQUARE, background=COLORS, environment="white")
     renderer = tt.A2Renderer(scene, 32, 20)

@@ -38,6 +38,7 @@ def directions_of(camera):
     return out
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("handedness", ["left", "right"])
 def test_rays_are_those_of_the_formulas(precision, handedness, rng):
     """Random frames, fields of view and aspect ratios, a one-pixel row and a one-pixel column included."""
@@ -420,6 +421,7 @@ SETTINGS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("projection", CAMERAS)
 def test_parameters_can_be_assigned_as_they_can_be_given(f32, projection):
     """Each assignment makes the camera that the constructor makes, and counts as a change."""

@@ -69,6 +69,7 @@ def test_materials_call_for_their_brdfs():
     assert brdf_names(scene_of(Material(), Material(Ns=30))) == ["diffuse"]  # no triangle has the second
 
 
+@pytest.mark.long
 def test_light_is_what_the_environment_the_lights_and_the_materials_emit():
     kinds = {name: scene_of(environment=name).effects.environment for name in ("white", "black", "studio")}
     assert kinds == {"white": "constant", "black": "black", "studio": "image"}
@@ -145,6 +146,7 @@ def specialisations(kernel, owner) -> list[tuple]:
     return [found for found in arguments if found and found[0] is owner]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fast", [True, False])
 def test_the_kernel_is_specialised_with_the_effects_that_the_receipt_prints(fast):
     """One object: the scene's, the geometry's and the kernel's; and again after each change of the scene."""
@@ -262,6 +264,7 @@ FIELDS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fast", long_except([True, False], True))
 @pytest.mark.parametrize("effect", FIELDS)
 def test_the_fields_of_an_effect_exist_and_are_read_only_where_the_scene_calls_for_it(effect, fast):
@@ -293,6 +296,7 @@ def test_a_kernel_may_be_compiled_for_more_than_the_scene_calls_for():
 # ── the same bits ──
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scene", "environment", "estimator"),
     [
@@ -313,6 +317,7 @@ def test_everything_compiled_in_gives_the_same_bits(scene, environment, estimato
     np.testing.assert_array_equal(*pictures)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fast", [True, False])
 def test_spheres_everywhere_change_no_bit_of_a_scene_without(fast, rng):
     vertices, faces = soup(rng, 100)

@@ -83,6 +83,7 @@ def test_arrays_that_do_not_fit_are_refused(change, message):
     assert message in str(error.value)
 
 
+@pytest.mark.long
 def test_shading_normals_are_interpolated_and_face_the_ray(precision):
     """Vertex normals by their own ids; the geometric normal where a corner has none, or where they cancel (C-17)."""
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]] * 3, float) + np.repeat(
@@ -135,6 +136,7 @@ def test_what_a_mesh_calls_for():
     assert mesh.has_culling
 
 
+@pytest.mark.long
 def test_spheres_that_cannot_be_are_dropped_and_told(f32):
     mesh = with_spheres([(0, 0, 0, 1), (np.nan, 0, 0, 1), (0, 0, 0, 0), (0, 0, 0, -1)])
     scene = tt.SceneData(mesh)
@@ -144,6 +146,7 @@ def test_spheres_that_cannot_be_are_dropped_and_told(f32):
     assert scene.intersect([0, 0, 5], [0, 0, -1]).triangle_id[0] == 0  # the others keep their numbers
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("dropped", [0, 1])
 def test_hittable_primitives_keep_their_numbers_and_have_their_boxes(f32, dropped):
     vertices, faces = SQUARE[0], SQUARE[1].copy()
@@ -206,6 +209,7 @@ class Students(RayIntersector):
         return RayIntersector.intersect_triangle(self, ray, triangle_id)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("has_some", [True, False])
 def test_for_a_students_intersector_every_corner_has_a_normal(precision, has_some):
     """That of its triangle's plane where the file has none."""
@@ -222,6 +226,7 @@ def test_for_a_students_intersector_every_corner_has_a_normal(precision, has_som
     assert not hasattr(tt.SceneData(Mesh(*SQUARE)).geometry, "normals")
 
 
+@pytest.mark.long
 def test_normals_that_were_added_shade_nothing(f32):
     """The plain hit of a triangle without vertex normals is the same with and without them."""
     mesh = Mesh(*SQUARE, normals=np.array([[0.6, 0.0, 0.8]]), face_normals=np.array([[0, 0, 0], [0, -1, 0]]))

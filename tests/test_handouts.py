@@ -105,6 +105,7 @@ def rows() -> list[str]:
     return [anchor for anchor in ANCHOR.findall(HANDOUTS.read_text(encoding="utf-8")) if CODE.fullmatch(anchor)]
 
 
+@pytest.mark.long
 def test_the_comments_of_the_package_name_only_rows_that_exist(rows):
     remarks = [(path, *remark) for path in MODULES for remark in remarks_of(path.read_text(encoding="utf-8"))]
     assert len(set().union(*(codes_in(text) for _, _, text in remarks))) > 20

@@ -227,6 +227,7 @@ def test_a_broken_triangle_test_is_found(broken, finding, register):
     assert finding in {name for v in result.verdicts for name in v.broken}
 
 
+@pytest.mark.long
 def test_a_triangle_test_with_a_fixed_epsilon_loses_small_triangles(register):
     register(TriangleTest("new", course_form))
     tiny = ClosedSphere("tiny", "unit", 1e-6, (0, 0, 0), 8, 5, outside=False)
@@ -234,12 +235,14 @@ def test_a_triangle_test_with_a_fixed_epsilon_loses_small_triangles(register):
     assert verdict.findings["edge_leaks"] == verdict.findings["edge_rays"]
 
 
+@pytest.mark.long
 def test_moller_trumbore_leaks_and_does_not_promise_otherwise():
     (verdict,) = small("moller_trumbore", cases=[ClosedSphere("ball", "unit", 8.0, (0, 0, 0))]).verdicts
     assert verdict.word == "weak"
     assert "edge_leaks" in verdict.weak
 
 
+@pytest.mark.long
 def test_rays_that_leave_a_surface_do_not_meet_it():
     (verdict,) = small(cases=[LeavingSurfaces()]).verdicts
     assert verdict.findings["self_hits"] == 0
@@ -255,6 +258,7 @@ class Bright(Diffuse):
         return 1.5 * material.Kd
 
 
+@pytest.mark.long
 def test_a_brdf_that_makes_energy_is_found(register, monkeypatch):
     """As a part of one's own, which has a case for itself, and as one of the package's."""
     start("f32")
@@ -429,6 +433,7 @@ def test_weak_modes_are_folded_and_failures_are_not():
     assert "<span class='FAIL'>FAIL</span> a: " in page
 
 
+@pytest.mark.long
 def test_the_default_mode_keeps_what_it_promises_of_distances():
     cases = [case for case in CASES.values() if case.name.startswith("t: ")]
     result = hard_cases.run("quick", cases=cases, modes=[DEFAULT], renderer=False)

@@ -2,7 +2,7 @@
 
 Each method is replaced by a wrong one in three ways: by a class in a slot, by an object in a slot, and by assigning to
 the package's class before the scene is made. ``python -m pytest tests/test_live_seams.py -m long -s`` with
-TAICHI_TRACER_LONG=1 prints the whole table; a part of it is tested in every run.
+TAICHI_TRACER_LONG=all prints the whole table; a part of it is tested in every run.
 """
 
 import contextlib
@@ -304,7 +304,7 @@ def test_a_class_in_a_slot_changes_the_first_picture(seam):
 EVERY_WAY = [(seam, way) for seam in SEAMS for way in WAYS if seam.slot != "" or way != "object"]
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("seam", "way"), EVERY_WAY, ids=lambda value: getattr(value, "id", value))
 def test_every_way_changes_everything(seam, way, capsys):
     """A renderer's own methods have no slot for an object: there are subclasses and assignment."""

@@ -82,6 +82,7 @@ def hit_data(scene, origins, directions, method="query_ray"):
 # ── what a student writes ──
 
 
+@pytest.mark.long
 def test_one_triangle_is_asked_whatever_lies_before_it(precision):
     vertices = np.concatenate([SQUARE[0], SQUARE[0] + [0, 0, 1]])
     scene = tt.scene_from_mesh(vertices, np.concatenate([SQUARE[1], SQUARE[1] + 4]))
@@ -92,6 +93,7 @@ def test_one_triangle_is_asked_whatever_lies_before_it(precision):
     assert (beside.is_hit, beside.triangle_id, beside.distance) == (0, -1, np.inf)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fast", [True, False])
 def test_a_hit_is_described_whole(precision, fast):
     """Position, its error, both normals on the ray's side, the material, and (u, v) of v1 and v2."""
@@ -127,6 +129,7 @@ def test_the_error_of_a_position_bounds_it(precision, rng):
     assert (np.abs(hits.position[hit] - exact) <= hits.position_error[hit]).all()
 
 
+@pytest.mark.long
 def test_the_plain_and_the_fast_intersector_answer_alike(precision, rng):
     vertices, faces = soup(rng, 60)
     origins, directions = rng.uniform(-2, 2, (3_000, 3)), rng.normal(size=(3_000, 3))
@@ -238,6 +241,7 @@ def test_an_intersector_belongs_to_one_scene():
 # ── what is no ray, and what is no hit ──
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("test", TESTS)
 @pytest.mark.parametrize("intersector", ["bvh", "brute_force"])
 def test_rays_that_are_none_miss(test, intersector):

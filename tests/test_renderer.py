@@ -24,6 +24,7 @@ def renderer():
     return tt.A1Renderer(scene_data=tt.scene_from_mesh(*SQUARE), width=16, height=12)
 
 
+@pytest.mark.long
 def test_samples_add_up_and_change_nothing_without_jitter(renderer):
     first = renderer.render().image()
     more = renderer.render(spp=4).image()
@@ -67,6 +68,7 @@ def test_every_view_of_the_handout_has_a_setter_that_is_use(renderer):
             assert setter.__doc__.startswith("Show ")
 
 
+@pytest.mark.long
 def test_what_is_rendered_is_chosen_by_name_class_or_object(renderer):
     @ti.data_oriented
     class Red(tt.View):
@@ -115,6 +117,7 @@ def test_the_plain_forms_give_the_same_bits():
     np.testing.assert_array_equal(*images)
 
 
+@pytest.mark.long
 def test_a_camera_is_chosen_by_name_class_or_object():
     """By name or class it shows where the scene's own view looks."""
     view = {"eye": (0, 0, 3), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 60.0}
@@ -130,6 +133,7 @@ def test_a_camera_is_chosen_by_name_class_or_object():
     assert own.use("hit").image().any()
 
 
+@pytest.mark.long
 def test_canvas_and_image_differ_only_in_which_way_is_up(renderer):
     image = renderer.use("barycentric").render().image()
     np.testing.assert_array_equal(renderer.canvas.to_numpy().transpose(1, 0, 2)[::-1], image)
@@ -143,6 +147,7 @@ def test_what_cannot_be_rendered_is_one_line(renderer):
             renderer.render(spp)
 
 
+@pytest.mark.long
 def test_notebooks_show_a_png(renderer):
     import io
 
@@ -153,6 +158,7 @@ def test_notebooks_show_a_png(renderer):
     assert "hit, 16×12, 1 samples" in repr(renderer)
 
 
+@pytest.mark.long
 def test_a_camera_of_ones_own_gives_the_size():
     camera = tt.Camera(5, 7, eye=(0, 0, 2))
     renderer = tt.A1Renderer(scene_data=tt.scene_from_mesh(*SQUARE), camera=camera)
@@ -204,6 +210,7 @@ def test_any_change_of_light_camera_or_estimator_starts_over(lit):
         assert lit.samples == 3
 
 
+@pytest.mark.long
 def test_a_new_environment_is_the_one_that_is_seen(lit):
     lit.scene_data.set_environment("white")
     assert lit.image()[0, 0].tolist() == [1, 1, 1]
@@ -275,6 +282,7 @@ def test_a_distance_of_ones_own_stays_in_charge_and_reads_max_distance():
     assert renderer.notes() == []  # a view of one's own need not have this white
 
 
+@pytest.mark.long
 def test_a_view_that_is_not_finite_is_counted_and_black():
     scene = tt.load_scene_data("cube")
 
@@ -288,6 +296,7 @@ def test_a_view_that_is_not_finite_is_counted_and_black():
     assert renderer.use("normal").render().non_finite == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "value"), [("eye", (3, 0, 3)), ("fov", 20), ("handedness", "right")])
 def test_a_parameter_that_is_assigned_to_the_camera_starts_over(renderer, name, value):
     before = renderer.use("normal").render(3).image()
@@ -298,6 +307,7 @@ def test_a_parameter_that_is_assigned_to_the_camera_starts_over(renderer, name, 
     assert name == "handedness" or np.abs(renderer.use("hit").image() - before).max() > 0
 
 
+@pytest.mark.long
 def test_an_image_is_saved_as_the_renderer_saves_it(tmp_path):
     """Light gets the sRGB curve in 8 bits, views do not, and no argument is needed."""
     scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 0.25))
@@ -312,6 +322,7 @@ def test_an_image_is_saved_as_the_renderer_saves_it(tmp_path):
             assert b == c
 
 
+@pytest.mark.long
 def test_a_saved_picture_has_its_own_encoding_and_its_crop_alone(tmp_path):
     scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 0.25))
     light, view = (one(scene, 16, 12, crop=(4, 10, 2, 7)) for one in (tt.A2Renderer, tt.A1Renderer))
@@ -346,6 +357,7 @@ def test_raw_arrays_are_what_the_rays_of_the_pixels_hit(box, name):
     np.testing.assert_array_equal(found, expected.reshape(16, 24, *expected.shape[1:]))
 
 
+@pytest.mark.long
 def test_raw_arrays_agree_with_the_views(box):
     views = tt.A1Renderer(box.scene_data, 24, 16)
     hit = views.use("hit").image()[..., 0] > 0
@@ -379,6 +391,7 @@ def test_raw_arrays_that_cannot_be_had_are_told_before_anything_is_rendered(box,
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_a_display_changes_how_light_is_shown_and_nothing_else(tmp_path):
     scene = tt.scene_from_mesh(*SQUARE, environment=np.full((1, 2, 3), 3.0))
     light, view = (one(scene, 16, 12) for one in (tt.A2Renderer, tt.A1Renderer))

@@ -67,10 +67,12 @@ def test_two_halves_merged_are_the_whole(plain, sampler):
     np.testing.assert_allclose(first.error(), whole.error(), rtol=1e-4)
 
 
+@pytest.mark.long
 def test_another_seed_is_another_plain(plain):
     assert not np.array_equal(plain().render(2).image(), plain(seed=6).render(2).image())
 
 
+@pytest.mark.long
 def test_a_cropped_picture_is_the_crop_of_the_whole(plain):
     whole, part = plain().render(3), plain(crop=(10, 30, 5, 25)).render(3)
     np.testing.assert_array_equal(part.canvas.to_numpy()[10:30, 5:25], whole.canvas.to_numpy()[10:30, 5:25])

@@ -195,6 +195,7 @@ def test_a_change_of_the_scene_makes_its_kernels_anew_and_is_counted():
     assert scene.in_kernels().background is scene.background
 
 
+@pytest.mark.long
 def test_the_fingerprint_tells_scenes_apart_by_all_that_a_picture_depends_on():
     mesh = Mesh(*SQUARE)
     usual = tt.SceneData(mesh, environment="studio").fingerprint()
@@ -231,6 +232,7 @@ def test_a_scene_once_more_differs_only_in_what_is_asked_for():
     assert type(other.ray_intersector) is type(scene.ray_intersector)
 
 
+@pytest.mark.long
 def test_a_high_picture_shows_everything_too():
     """The computed view is for a square; a narrower picture is taken from farther away, and a wider one is not."""
     scene = tt.scene_from_mesh(*SQUARE, intersector="brute_force")
@@ -311,6 +313,7 @@ def test_hits_are_columns_of_a_table(hits):
 # ── scenes from arrays ──
 
 
+@pytest.mark.long
 def test_a_mesh_has_the_colour_the_material_and_the_normals_that_are_given():
     normals = np.tile([0.6, 0, 0.8], (4, 1))
     scene = tt.scene_from_mesh(*SQUARE, color=(0.25, 0.5, 1), normals=normals)
@@ -331,6 +334,7 @@ def test_a_trimesh_can_have_another_colour():
     assert [material.Kd for material in scene.materials] == [(1, 0, 0)]
 
 
+@pytest.mark.long
 def test_smooth_normals_are_computed_on_request():
     vertices, faces = sphere(24, 12)
     rays = np.random.default_rng(1).normal(size=(200, 3))

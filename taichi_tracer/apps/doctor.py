@@ -14,13 +14,12 @@ from pathlib import Path
 
 import numpy as np
 import taichi as ti
-from taichi.lang import impl
 
 import taichi_tracer
 from taichi_tracer.apps import display
 from taichi_tracer.files.images import ENCODERS, save_image
 from taichi_tracer.system import runtime
-from taichi_tracer.system.cache import cache_folder
+from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError
 
 PACKAGES = ("taichi", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "flip-evaluator")
@@ -70,7 +69,7 @@ def examine() -> Iterator[Line]:
     for module, (purpose, remedy) in EXTRAS.items():
         has = importlib.util.find_spec(module) is not None
         yield Line(module, f"for {purpose}", has, remedy)
-    yield from cache_lines(Path(impl.default_cfg().offline_cache_file_path))
+    yield from cache_lines(wanted_folder())
 
 
 def package_line(package: str) -> Line:

@@ -9,7 +9,15 @@ import stat
 import tempfile
 from pathlib import Path
 
+from taichi.lang import impl
+
+VARIABLE = "TI_OFFLINE_CACHE_FILE_PATH"  # the environment variable in which Taichi looks for the folder
 TRIED_BYTES = 4096  # the size of the file that is written to test whether the disk has space
+
+
+def wanted_folder() -> Path:
+    """The folder that Taichi would choose: that of the environment variable, or its default in the user's home."""
+    return Path(os.environ.get(VARIABLE) or impl.default_cfg().offline_cache_file_path)
 
 
 def cache_folder(wanted: str | Path) -> tuple[Path | None, str | None]:

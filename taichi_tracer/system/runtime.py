@@ -4,6 +4,7 @@ A process has only one Taichi runtime. Starting it again frees the memory of eve
 module starts it.
 """
 
+import atexit
 import contextlib
 import ctypes
 import ctypes.util
@@ -18,7 +19,7 @@ import taichi as ti
 from taichi.lang import impl
 
 from taichi_tracer.system import from_python, front_end, powers
-from taichi_tracer.system.cache import cache_folder
+from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
@@ -101,7 +102,9 @@ def init(
     powers.write_as_products()
     from_python.explain()
     front_end.keep_what_is_read()
-    cache, note = cache_folder(impl.default_cfg().offline_cache_file_path)
+    wanted = wanted_folder()
+    cache, note = cache_folder(wanted)
+    elsewhere = {"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}
     with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
         ti.init(
             arch=getattr(ti, chosen),
@@ -114,7 +117,7 @@ def init(
             advanced_optimization=False,
             cfg_optimization=False,
             cpu_max_num_threads=workers(threads),
-            **({"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}),
+            **({} if cache == wanted else elsewhere),
         )
     # A notebook shows stderr in red, like an error. These lines are none.
     stream = sys.stdout if type(sys.stderr).__module__.startswith("ipykernel") else sys.stderr
@@ -169,6 +172,18 @@ def _note_fork() -> None:
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(program))
 
 
+def _finish() -> None:
+    """Let Taichi write the kernels that were compiled into its cache.
+
+    Taichi itself does so when its program is destroyed. At the end of a process that may never happen, because
+    something can still refer to the program.
+    """
+    program = impl.get_runtime().prog
+    if program is not None and not is_forked():
+        program.finalize()
+
+
+atexit.register(_finish)
 _is_forked = False
 if hasattr(os, "register_at_fork"):  # not on Windows, where no process is forked
     os.register_at_fork(after_in_child=_note_fork)

@@ -631,6 +631,7 @@ def test_accuracy_refuses_before_it_works(tmp_path, capsys):
 # ── smooth normals, and raw arrays ──
 
 
+@pytest.mark.long
 def test_smooth_normals_are_those_of_the_angle(tmp_path):
     """Of a cube, whose edges bend by 90°: with a smaller angle, and with none, they stay sharp; see test_geometry."""
     words = ["render", "cube", "--size", "16x16", "--view", "normal", "-o"]
@@ -654,6 +655,7 @@ def test_the_request_for_smooth_normals_can_be_repeated():
         assert again == request
 
 
+@pytest.mark.long
 def test_raw_arrays_lie_beside_the_picture(tmp_path, monkeypatch):
     """In the file of -o, and in a folder, where the pictures then are EXR files."""
     oiio = pytest.importorskip("OpenImageIO")

@@ -89,6 +89,7 @@ def test_every_picture_of_a_document_has_its_file(scene, capsys):
     assert "is one file for 2 views" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_crop_is_that_part_of_the_picture(scene):
     folder = scene()
     run("render", "scene.xml", "-o", "whole.png")

@@ -193,6 +193,7 @@ def test_a_help_marks_what_counts_when_nothing_is_said(capsys):
     assert "forms: fast*, plain" in out
 
 
+@pytest.mark.long
 def test_a_view_and_a_camera_of_ones_own_are_rendered(parts):
     heat = render("a", "cornell_box", *parts, "--view", "heat", "--size", "16")
     assert heat[..., 0].max() > 0
@@ -201,6 +202,7 @@ def test_a_view_and_a_camera_of_ones_own_are_rendered(parts):
     assert (wide != heat).any()
 
 
+@pytest.mark.long
 def test_a_renderer_derived_from_the_courses_shows_its_own_method(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(
@@ -230,6 +232,7 @@ def test_each_part_changes_the_picture(words, parts):
     assert (render("a", *usual, *parts, *words) != render("b", *usual)).any()
 
 
+@pytest.mark.long
 def test_a_brdf_that_describes_a_material_is_taken_and_info_says_so(parts, capsys):
     words = [
         "--intersector",
@@ -291,6 +294,7 @@ class FakePanel:
         return value
 
 
+@pytest.mark.long
 def test_the_viewer_has_a_button_for_each_and_repeats_the_file(parts, monkeypatch, capsys):
     """The command of a saved picture makes it again, in a picture that is equal to the last bit."""
     shown = []
@@ -338,7 +342,7 @@ def test_effects_measures_an_estimator_and_a_sampler_of_ones_own(parts, capsys):
     assert "DIFFERENT" not in out
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_accuracy_compares_parts_of_ones_own(parts, capsys):
     knobs = ["--estimators", "mis,twice", "--samplers", "sobol,still", "--triangle-tests", "watertight,half_triangles"]
     knobs += ["--precisions", "f32", "--fast-math", "off", "--lookups", "nearest", "--intersectors", "bvh,mine"]
@@ -385,6 +389,7 @@ def test_hard_cases_find_what_is_wrong_with_parts_of_ones_own(parts):
     assert grey.word == "PASS"
 
 
+@pytest.mark.long
 def test_export_and_render_know_a_camera_of_ones_own(parts, capsys):
     assert main(["export", "cube", "cube.xml", *parts, "--camera", "fisheye", "--fov", "40", "--view", "twice"]) == 0
     text = Path("cube.xml").read_text()
@@ -503,6 +508,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", FAULTS)
 def test_an_error_in_a_kernel_is_one_line_with_the_place(case, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -526,6 +532,7 @@ def test_a_method_that_is_missing_is_named(tmp_path, monkeypatch, capsys):
 # ── the plain forms ──
 
 
+@pytest.mark.long
 def test_the_plain_forms_write_the_same_bytes(tmp_path):
     files = [tmp_path / "fast.png", tmp_path / "plain.png"]
     for file, words in zip(files, ([], ["--plain"]), strict=True):
@@ -544,6 +551,7 @@ def test_the_plain_forms_write_the_same_bytes_of_light(tmp_path):
     assert np.asarray(Image.open(files[0])).std() > 10
 
 
+@pytest.mark.long
 def test_info_says_which_forms_run(capsys):
     assert main(["info", "cube"]) == 0
     out = capsys.readouterr().out

@@ -71,6 +71,7 @@ def test_points_of_the_window_and_ways_of_the_mouse():
     assert layout.as_drag((0.3, 0.2), (0.3 + 0.252, 0.2 + 0.42)) == pytest.approx((0.5, 0.5))
 
 
+@pytest.mark.long
 def test_small_pictures_are_enlarged_whole_pixels_between_the_panels(renderer):
     screen = Screen(first_size((100, 50), 10, None), (100, 50))
     screen.update(renderer.use("triangle_id").render())

@@ -112,6 +112,7 @@ def test_a_button_makes_its_view_the_active_one_after_it_said_so(renderer, tmp_p
     assert [label for label in pressed(view).buttons if "[Active]" in label] == ["Material ID [Active]"]
 
 
+@pytest.mark.long
 def test_views_and_light_are_beside_each_other(small_renderer, tmp_path):
     view = viewer.Viewer(small_renderer.use("hit"), tmp_path)
     pressed(view, "BRDF")
@@ -145,6 +146,7 @@ def test_the_settings_change_the_picture_and_the_command(small_renderer, tmp_pat
     assert (camera.handedness, camera.fov, view.speed, small_renderer.max_distance) == ("left", 60, 1.5, 10)
 
 
+@pytest.mark.long
 def test_the_triangle_test_is_chosen_and_repeated_by_the_command(small_renderer, tmp_path):
     view = viewer.Viewer(small_renderer.use("hit"), tmp_path)
     pressed(view, "Triangles: moller_trumbore")
@@ -226,6 +228,7 @@ def light(scene):
     scene.set_environment(None)
 
 
+@pytest.mark.long
 def test_the_slider_and_the_button_change_the_display_and_keep_the_samples(light, tmp_path):
     view, samples = viewer.Viewer(light.set_display(0, "none"), tmp_path), light.samples
     pressed(view, exposure=-1.26)
@@ -246,6 +249,7 @@ def test_data_has_no_exposure(renderer, tmp_path):
     assert not [label for label in panel.buttons if "Tone" in label]
 
 
+@pytest.mark.long
 def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(False, "no screen", "plug one in"))
     assert viewer.show(small_renderer, tmp_path / "renders") == 0
@@ -379,6 +383,18 @@ def offline(scene):
     return render
 
 
+def settled(desktop, offline):
+    """The arguments that make the picture in the window, once the last movement of keys and mouse has arrived there."""
+    found = []
+
+    def is_settled():
+        found.append(desktop.saved())
+        return shows(desktop, offline(found[-1].view, found[-1]))()
+
+    poll(is_settled, "a picture of the camera that is saved")
+    return found[-1]
+
+
 def shows(desktop, expected):
     """Whether the window shows a picture, to the last bit but one."""
     return lambda: abs(desktop.picture() - expected).max() <= 1
@@ -395,20 +411,17 @@ def test_the_window_opens_on_the_offline_picture(desktop, offline):
 def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, desktop, offline):
     before = desktop.saved()
     desktop.point(PANEL_WIDTH + 200, 200)
-    start = time.monotonic()
     desktop.xdotool("keydown", key)
     time.sleep(0.3)
     desktop.xdotool("keyup", key)
-    longest = time.monotonic() - start + 0.5  # the viewer may see the release a frame or more later
-    after = desktop.saved()
+    after = settled(desktop, offline)
     moved = np.subtract(getattr(after, point), getattr(before, point))
-    assert 0.5 * 0.3 * camera_controller.SPEED < sign * moved[axis] <= longest * camera_controller.SPEED
+    assert sign * moved[axis] > 0  # how far it is depends on the machine; test_camera_controller has the speed
     others = [k for k in range(3) if k != axis]
     if point == "eye":
         assert (moved[others] == 0).all()
     assert getattr(after, "at" if point == "eye" else "eye") == getattr(before, "at" if point == "eye" else "eye")
     expected = offline("normal", after)
-    poll(shows(desktop, expected), "the view from the new camera")
     saved = np.asarray(Image.open(desktop.log.parent / "renders" / "cornell_box_normal.png")).astype(int)
     assert abs(saved - expected).max() <= 1
 
@@ -447,7 +460,7 @@ def test_a_drag_orbits_and_a_right_drag_zooms(desktop, offline):
             desktop.xdotool("mousemove_relative", "--", "12", "-12")
         time.sleep(0.3)
         desktop.xdotool("mouseup", button)
-        end = desktop.saved()
+        end = settled(desktop, offline)
         assert end.eye != start.eye
         assert end.at == start.at
         if is_orbit:
@@ -459,7 +472,6 @@ def test_a_drag_orbits_and_a_right_drag_zooms(desktop, offline):
                 np.subtract(start.eye, start.at) / distance(start),
                 atol=1e-6,
             )
-        poll(shows(desktop, offline(end.view, end)), "the picture after the drag")
         start = end
 
 

@@ -30,12 +30,13 @@ def test_estimator(part):
     integrators.check_estimator(part)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @every("integrator", takes_samples_of_light)
 def test_estimator_on_everything(part):
     integrators.check_samples_are_finite(part)
 
 
+@pytest.mark.long
 @every("integrator", lambda part: part.what == "integrator", ("normal_map", "depth_map"))
 def test_other_integrator(part):
     integrators.check_samples_are_finite(part)
@@ -128,6 +129,7 @@ def test_broken_estimator_is_found(broken, reason):
     check_fails(broken, integrators.check_estimator, reason)
 
 
+@pytest.mark.long
 @with_statistics
 @broken_parts(
     {

@@ -23,20 +23,21 @@ def test_intersector(part, fast):
     intersectors.check_intersector(part, fast)
 
 
+@pytest.mark.long
 @intersectors.every_form()
 @pytest.mark.parametrize("shape", intersectors.HARD, ids=lambda shape: shape.__name__)
 def test_hard_shapes(part, fast, shape):
     intersectors.check_hard_shape(part, fast, shape)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @intersectors.every_form()
 @pytest.mark.parametrize("shape", intersectors.HARD_AND_LONG, ids=lambda shape: shape.__name__)
 def test_hard_shapes_that_take_long(part, fast, shape):
     intersectors.check_hard_shape(part, fast, shape)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("file", ["suzanne.ply", "Duck.glb", "featuretype.STL"])
 def test_real_meshes(file):
     from taichi_tracer.files import read

@@ -49,6 +49,7 @@ def images():
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", images())
 def test_environments(name):
     image, options = images()[name]

@@ -13,6 +13,7 @@ def _taichi():
     start("f32")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", BOXES)
 def test_the_tree_is_one(name, rng):
     box = np.ascontiguousarray(BOXES[name](rng), np.float32)

@@ -34,6 +34,7 @@ def _both(form: ti.template(), camera: ti.template(), xi: ti.types.ndarray(ndim=
             out[i, lane, 9], out[i, lane, 10], out[i, lane, 11] = all_dx[lane], all_dy[lane], all_dz[lane]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("camera_class", "form", "window"),
     [

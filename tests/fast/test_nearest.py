@@ -37,6 +37,7 @@ MESHES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", long_except(MESHES, "lattice", "everything"))
 def test_it_answers_as_the_plain_form(precision, name, rng):
     mesh = MESHES[name](rng)
@@ -50,6 +51,7 @@ def test_it_answers_as_the_plain_form(precision, name, rng):
     assert_same_answers(plain, fast, origins, directions, **interval)
 
 
+@pytest.mark.long
 def test_only_triangles_with_two_sides_are_plain_geometry(f32, rng):
     kinds = {name: tt.SceneData(make(rng)).ray_intersector.is_plain_geometry for name, make in MESHES.items()}
     assert [name for name, is_plain in kinds.items() if is_plain] == ["soup", "lattice"]

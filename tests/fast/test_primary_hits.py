@@ -132,6 +132,7 @@ def special(kind, rng):
     return Mesh(vertices, faces, face_culls=culls if kind == "culled" else None)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", long_except(["spheres", "culled", "neither"], "spheres"))
 def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
     scene, camera = tt.SceneData(special(kind, rng)), Camera(45, 30, screen_window=(-1.5, 1.5, -1, 1))
@@ -139,6 +140,7 @@ def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
     assert len(np.unique(assert_same_bits(single, packets))) > 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sampler", ["sobol", pytest.param("independent", marks=pytest.mark.long)])
 def test_packets_pass_through_the_same_random_points(precision, sampler, rng):
     """With jitter: the points of a sample, as the sampler has them for each pixel alone."""
@@ -161,6 +163,7 @@ def test_packets_equal_single_rays_far_from_the_origin():
     assert (assert_same_bits(single, packets) >= 0).mean() > 0.1
 
 
+@pytest.mark.long
 def test_an_empty_scene_has_no_hits():
     scene = tt.scene_from_mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
     single, packets = (PrimaryHits(scene, Camera(3, 2), use_packets=use) for use in (False, True))
@@ -264,6 +267,7 @@ def test_hits_stay_until_the_camera_moves_and_with_jitter_for_one_sample():
     assert (still.traces, jittered.traces) == (2, 4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("use_packets", [False, True])
 def test_only_the_pixels_of_a_range_are_traced(use_packets):
     """Those of their packets too, where there are packets; the others keep what they had."""

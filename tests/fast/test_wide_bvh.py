@@ -46,6 +46,7 @@ def test_a_destroyed_tree_leaves_others_alone():
 KINDS = ["culled triangles", "spheres", "culled triangles among spheres"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", long_except(KINDS, "culled triangles among spheres"))
 def test_special_primitives_are_met_as_by_the_plain_hierarchy(precision, name, rng):
     vertices, faces = soup(rng, 300)

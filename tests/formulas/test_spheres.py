@@ -63,6 +63,7 @@ def scene_of(*spheres, **options):
     return tt.SceneData(with_spheres(spheres), **options)
 
 
+@pytest.mark.long
 def test_hits_are_those_of_the_closed_form(precision, rng):
     """From outside and inside, with directions of any length: distance and normal to the last digit but one."""
     spheres = random_spheres(rng, 30)

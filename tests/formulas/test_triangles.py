@@ -214,6 +214,7 @@ def aimed_at_edges(rng, vertices, faces, count):
     return origin, (target - origin).astype(np.float32)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("offset", [0.0, 1e2, 1e4, 1e6])
 def test_watertight_lets_nothing_through_a_closed_mesh(offset, rng):
     """From inside, through edges and vertices, wherever the mesh is: every ray hits.
@@ -254,6 +255,7 @@ def test_size_does_not_matter(test, scale, rng):
     np.testing.assert_allclose(hits.distance[inside], 1, rtol=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("test", TESTS)
 @pytest.mark.parametrize("name", ["f32", "f64"])
 def test_agrees_with_the_oracle(test, name, rng):

@@ -78,6 +78,7 @@ DIFFUSE_VARIANCE = {"uniform": 5 / 3, "hemisphere": 1 / 3, "brdf": 0.0}
 LONG = ("hemisphere", "environment", "mis_balance")  # these repeat what the other estimators test
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "estimator", [pytest.param(n, marks=pytest.mark.long) if n in LONG else n for n in A2Renderer.names()]
 )
@@ -88,6 +89,7 @@ def test_diffuse_wall_under_constant_light(wall, estimator):
     check(wall(estimator, 1.0), expected, None if variance is None else variance * expected**2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ns", long_except([2.0, 20.0], 20.0))
 @pytest.mark.parametrize("estimator", long_except(A2Renderer.names(), "brdf", "mis"))
 def test_phong_wall_at_normal_incidence(wall, estimator, ns):
@@ -101,11 +103,13 @@ def test_phong_wall_at_normal_incidence(wall, estimator, ns):
     check(wall(estimator, ns), mean, variance)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("estimator", A2Renderer.names())
 def test_mirror_wall_shows_what_it_faces(wall, estimator):
     np.testing.assert_allclose(wall(estimator, 1e21).image(), np.tile(KD * 1.5, (SIZE, SIZE, 1)), rtol=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ns", long_except([1.0, 8.0, 300.0, 1e21], 8.0))
 def test_furnace(ns):
     """A closed white sphere under constant light looks as the BRDF's albedo at each angle says; never above L."""
@@ -164,7 +168,7 @@ def test_the_suns_samplers_agree():
     assert (np.abs(a.image().mean(axis=(0, 1)) - b.image().mean(axis=(0, 1))) / spread).max() < LARGEST_Z
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_low_discrepancy_halves_the_error():
     """At 64 samples per pixel on a smooth scene, against 4,096 of another seed."""
     scene = tt.load_scene_data("sphere", environment="studio")
@@ -188,6 +192,7 @@ def test_secondary_rays_do_not_meet_their_own_surface(rng):
         np.testing.assert_allclose(image, 1, rtol=1e-5, err_msg=f"{size} {offset}")
 
 
+@pytest.mark.long
 def test_a_furnace_holds_a_sphere_of_its_reflectance():
     """Environment 1, reflectance 0.8, nothing occluded: radiance 0.8 everywhere on it, without any noise."""
     scene = tt.SceneData(with_spheres([(0, 0, 0, 1)]), environment="white")
@@ -224,6 +229,7 @@ def heuristics(mis, pairs):
     return out
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["environment", "mis"])
 def test_a_mirror_is_sampled_once_by_its_own_direction(name):
     """No other density meets it: its picture has no noise, though two techniques make one sample."""
@@ -268,6 +274,7 @@ def test_an_estimator_without_a_sample_is_asked_for_one_by_name():
         A2Renderer(scene, 8, 8).use(Unfinished()).render()
 
 
+@pytest.mark.long
 def test_directions_of_ones_own_are_those_of_the_uniform_estimator():
     """With their own density: straight up, 1/2 per steradian."""
 
@@ -288,6 +295,7 @@ def test_directions_of_ones_own_are_those_of_the_uniform_estimator():
         np.testing.assert_allclose(image, np.tile(KD / np.pi / 0.5, (8, 8, 1)), rtol=1e-5)
 
 
+@pytest.mark.long
 def test_only_light_that_is_there_takes_random_numbers():
     """A scene that is dark but for its emitters compiles no reflection: the rest is the emission itself."""
     mesh = Mesh(*SQUARE, materials=[Material(Kd=tuple(KD), Ke=(3.0, 2.0, 1.0))])

@@ -35,6 +35,7 @@ def test_flat_is_the_materials_colour_whatever_the_light():
         np.testing.assert_array_equal(image[8, 8], np.float32([0.2, 0.4, 0.8]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("integrator", long_except(["flat", "normal_map", "depth_map"], "flat"))
 def test_behind_everything_is_the_background_or_the_light_from_far_away(integrator):
     cases = {(0.25, 0.5, 1.0): {"background": (0.25, 0.5, 1.0)}, (1, 1, 1): {"environment": "white"}, (0, 0, 0): {}}
@@ -61,12 +62,14 @@ def test_depth_is_the_distance_along_the_gaze():
     assert hit.sum() > 30
 
 
+@pytest.mark.long
 def test_depth_is_clamped_to_its_range():
     for zmin, zmax, color in ((5, 6, (1, 0, 0)), (1, 3.5, (0, 0, 1))):
         image = shown(scene_of(), DepthMap((1, 0, 0), (0, 0, 1), zmin=zmin, zmax=zmax))
         np.testing.assert_array_equal(image[8, 8], color)
 
 
+@pytest.mark.long
 def test_a_range_that_is_not_given_is_that_of_the_scenes_box():
     scene = scene_of(0.6)
     image = shown(scene, DepthMap((0, 0, 0), (1, 1, 1)))

@@ -48,6 +48,7 @@ def oracle_pictures(scene, width, height):
     return {name: p.reshape(*shape, 3) for name, p in pictures.items()}, (margin > 1e-5).reshape(shape)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", long_except(["cornell_box", "specular_spheres"], "specular_spheres"))
 def test_every_view_equals_the_oracle(scene):
     """Largest difference 0 of 255 away from edges; a view's value may fall on the border of two of the 256 steps."""

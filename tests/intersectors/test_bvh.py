@@ -34,6 +34,7 @@ def boxes_of(name, rng):
 # ── the tree ──
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [n for n in ALL_BOXES if n != "many, in groups"])
 def test_the_tree_is_one(name, rng):
     """Every item is in one leaf, every box is that of what is below it, and leaves are small."""
@@ -60,6 +61,7 @@ def test_the_tree_is_one(name, rng):
     assert deepest == depth
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [n for n in ALL_BOXES if n != "many, in groups"])
 def test_the_stack_never_overflows(name, rng):
     """Where a ray meets every box: the highest place of the stack that ``search`` writes to."""
@@ -189,11 +191,13 @@ def test_it_answers_as_brute_force_and_as_the_wide_tree(precision, name, rng):
     assert 0.01 < hits.is_hit.mean() < 0.99
 
 
+@pytest.mark.long
 def test_it_answers_as_brute_force_with_the_other_triangle_test(precision, rng):
     hits = check(Mesh(*soup(rng, 100)), *random_rays(rng, 3_000, reach=2), test="moller_trumbore")
     assert hits.is_hit.any()
 
 
+@pytest.mark.long
 def test_of_a_thousand_equal_triangles_the_first_is_met(precision, rng):
     mesh = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.tile(np.array([[0, 1, 2]], np.int32), (1_000, 1)))
     origins = np.column_stack([rng.uniform(-0.2, 1, (500, 2)), np.ones(500)])
@@ -202,6 +206,7 @@ def test_of_a_thousand_equal_triangles_the_first_is_met(precision, rng):
     assert hits.is_hit.any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "mesh",
     [
@@ -216,6 +221,7 @@ def test_where_nothing_can_be_met_nothing_is(precision, mesh, rng):
     assert not hits.is_hit.any()
 
 
+@pytest.mark.long
 def test_rays_that_are_none_miss(f32):
     origins = np.array([[0, 0, 1], [0, 0, 1], [np.nan, 0, 1], [0, np.inf, 1]], np.float32)
     directions = np.array([[0, 0, 0], [0, 0, np.nan], [0, 0, -1], [0, 0, -1]], np.float32)
@@ -232,6 +238,7 @@ def test_facts_are_those_of_the_tree(f32):
     assert 3 <= tree.stack_size <= 20
 
 
+@pytest.mark.long
 def test_pictures_by_the_plain_hierarchy_are_those_of_the_wide_tree(f32):
     images = [
         tt.A1Renderer(tt.scene_from_mesh(*sphere(), fast=fast), 24, 24).use("normal").image() for fast in (True, False)
@@ -239,6 +246,7 @@ def test_pictures_by_the_plain_hierarchy_are_those_of_the_wide_tree(f32):
     np.testing.assert_array_equal(*images)
 
 
+@pytest.mark.long
 def test_a_destroyed_tree_leaves_others_alone(f32):
     first, second = (tt.scene_from_mesh(*SQUARE, fast=False) for _ in range(2))
     first.destroy()

@@ -219,6 +219,7 @@ def test_a_single_light_behind_the_surface_or_hidden_gives_nothing():
     assert centre(seen).all()
 
 
+@pytest.mark.long
 def test_single_and_far_lights_add_up():
     """Under an even sky the BRDF's sample has no noise: ρ L + the point's light."""
     point = Point((0, 0, 1), (1, 1, 1))
@@ -227,6 +228,7 @@ def test_single_and_far_lights_add_up():
     np.testing.assert_allclose(both, centre(lit_square(lights=[point])) + 0.5 * KD, rtol=1e-5)
 
 
+@pytest.mark.long
 def test_a_light_that_is_neither_far_nor_delta_is_seen_and_sampled():
     @ti.data_oriented
     class Glow(Light):
@@ -258,6 +260,7 @@ def far_samples_seen(lights):
     return out[0].tolist()
 
 
+@pytest.mark.long
 def test_only_lights_that_exist_are_compiled(monkeypatch):
     """A scene with one point light looks at nothing of the far ones."""
     from taichi_tracer.lights.scene_lights import SceneLights

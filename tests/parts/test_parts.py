@@ -145,7 +145,7 @@ def test_point_light_has_its_closed_form():
 # ── an integrator ──
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_two_bounces_keep_the_contract():
     integrators.check_estimator(part("two_bounce"))
     integrators.check_samples_are_finite(part("two_bounce"))
@@ -260,7 +260,7 @@ def test_grid_answers_as_brute_force():
     intersectors.check_equals_brute_force(part("grid"), True, intersectors.several_shapes)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_grid_keeps_the_whole_contract():
     intersectors.truth.cache_clear()
     intersectors.check_intersector(part("grid"))

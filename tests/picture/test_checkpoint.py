@@ -39,6 +39,7 @@ def test_a_continued_picture_is_that_of_one_run(scene, tmp_path):
     np.testing.assert_array_equal(second.film.variance_of_mean(), whole.film.variance_of_mean())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -58,6 +59,7 @@ def test_samples_of_something_else_are_refused(scene, tmp_path, change, message)
     assert path.read_bytes() == before
 
 
+@pytest.mark.long
 def test_another_scene_light_or_size_is_refused(scene, tmp_path):
     path = tmp_path / "a.checkpoint"
     renderer(scene).render(2).save_checkpoint(path)
@@ -98,6 +100,7 @@ def test_a_checkpoint_of_a_checkpoint_holds_all_samples(scene, tmp_path):
     np.testing.assert_array_equal(part.image(), whole.image())
 
 
+@pytest.mark.long
 def test_a_refused_file_changes_nothing(scene, tmp_path):
     path = tmp_path / "a.checkpoint"
     renderer(scene).render(2).save_checkpoint(path)
@@ -117,6 +120,7 @@ def test_adaptive_pictures_are_not_kept(scene, tmp_path):
 # ── what a picture depends on ──
 
 
+@pytest.mark.long
 def test_facts_name_everything_that_the_bits_depend_on(scene):
     usual = facts_of(renderer(scene))
     changed = {

@@ -73,6 +73,7 @@ def test_targets_that_are_none_are_refused(name, value):
         Target(**{name: value})
 
 
+@pytest.mark.long
 def test_renders_keep_to_a_time_and_to_an_error():
     start("f32")
     scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")

@@ -388,6 +388,7 @@ def read_or_refuse(tmp_path, text):
         return None
 
 
+@pytest.mark.long
 @FUZZ
 @given(st.lists(ELEMENT, max_size=12), st.lists(ELEMENT, max_size=4))
 def test_any_elements_are_read_or_refused(tmp_path, world, settings_):

@@ -99,6 +99,7 @@ def test_a_crop_is_cut_out_of_the_whole_bit_for_bit(ball, renderer_class, use_pa
 DOCUMENTS = [name for name in tt.scene_names() if name.startswith("rt3/")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", long_except(DOCUMENTS, "rt3/two_views"))
 def test_every_shipped_document_loads_and_renders(name):
     scene = tt.load_scene_data(name)

@@ -28,6 +28,16 @@ def test_a_folder_that_can_be_written_is_taken(tmp_path):
     assert cache.cache_folder(tmp_path / "a" / "b") == (tmp_path / "a" / "b", None)
 
 
+def test_the_folder_of_taichis_environment_variable_is_used(tmp_path):
+    """Kernels are kept there, and nothing is printed about it."""
+    place = tmp_path / "kernels"
+    environment = {**os.environ, cache.VARIABLE: str(place), "PYTHONPATH": str(Path(taichi_tracer.__file__).parents[1])}
+    done = subprocess.run([sys.executable, "-c", PROGRAM], env=environment, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "1"
+    assert cache.VARIABLE not in done.stdout + done.stderr
+    assert list(place.rglob("*.tic"))
+
+
 def test_another_is_found_and_told(file_in_the_way, tmp_path, monkeypatch):
     monkeypatch.setattr(cache.tempfile, "gettempdir", lambda: str(tmp_path))
     folder, told = cache.cache_folder(file_in_the_way / ".cache" / "taichi")

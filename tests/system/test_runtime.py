@@ -63,6 +63,7 @@ def told(program: str) -> str:
 # ── the first start
 
 
+@pytest.mark.long
 def test_the_first_scene_starts_taichi_with_the_defaults():
     program = f"""
 import taichi_tracer as tt
@@ -75,6 +76,7 @@ print(now.precision, now.fast_math)
     assert told(program).splitlines() == ["None", "f32 False"]
 
 
+@pytest.mark.long
 def test_a_start_by_the_program_is_respected():
     program = f"""
 import taichi as ti
@@ -87,12 +89,14 @@ print(own is ti.lang.impl.get_runtime().prog, hits.distance.dtype, abs(hits.dist
     assert told(program).splitlines()[-1] == "True float64 True"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("arguments", ["'cpu'", "'cpu', 'f64'", "'cpu', threads=1"])
 def test_a_start_as_asked_is_silent(arguments):
     result = python(f"import taichi_tracer as tt; tt.init({arguments})")
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
 
 
+@pytest.mark.long
 def test_a_pool_for_all_cpus_has_twice_as_many_threads():
     program = "import taichi as ti, taichi_tracer as tt; tt.init('cpu', threads={}); print(ti.cfg.cpu_max_num_threads)"
     cpus = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
@@ -100,6 +104,7 @@ def test_a_pool_for_all_cpus_has_twice_as_many_threads():
     assert {n: int(told(program.format(n))) for n in asked} == asked
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("threads", [0, -1, "'two'"])
 def test_a_wrong_number_of_threads_is_told(threads):
     result = python(f"import taichi_tracer as tt; tt.init('cpu', threads={threads}); tt.scene_from_mesh({TRIANGLE})")
@@ -183,6 +188,7 @@ def use_after_a_new_start(*uses: str) -> list[str]:
     ]  # Taichi prints the first
 
 
+@pytest.mark.long
 def test_an_earlier_scene_is_refused_instead_of_crashing():
     errors = use_after_a_new_start(
         "scene.intersect([[0.2, 0.2, 1]], [[0, 0, -1]])",
@@ -198,11 +204,13 @@ def test_an_earlier_scene_is_refused_instead_of_crashing():
     assert kinds == [scene, scene, scene, scene, scene, film, camera]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("use", ["renderer.reset()", "renderer.canvas.to_numpy()"])
 def test_an_earlier_film_is_refused_instead_of_crashing(use):
     assert "StaleSceneError" in use_after_a_new_start(use)[0]
 
 
+@pytest.mark.long
 def test_a_new_scene_works_after_a_new_start():
     for precision in ("f64", "f32"):
         tt.init("cpu", precision, force=True)
@@ -213,6 +221,7 @@ def test_a_new_scene_works_after_a_new_start():
 # ── which backend
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arch", "precision", "there", "chosen"),
     [
@@ -230,6 +239,7 @@ def test_the_backend_is_what_was_asked_for_or_the_first_there(arch, precision, t
     assert runtime._choose(arch, precision) == (chosen, None)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arch", "precision", "there", "message"),
     [
