@@ -10,8 +10,12 @@ from taichi_tracer.rt3.document import Document, read_rt3
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
-# The camera of the course (A1-16). Every shipped scene is made for this camera.
+# The camera of the course (A1-16). Every shipped mesh is made for this camera, unless it stands in ``OWN_VIEWS``.
 COURSE_VIEW = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
+OWN_VIEWS = {
+    "many_lights": {"eye": (0, 2.4, 1.9), "at": (0, 0, -0.8), "up": (0, 1, 0), "fov": 45.0},
+    "veach_plates": {"eye": (0, 5.5, 4.5), "at": (0, 2, -1.5), "up": (0, 1, 0), "fov": 45.0},  # A3-5
+}
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -65,7 +69,7 @@ def load_scene_data(name_or_path: str | Path, **options) -> SceneData:
     if len(mesh.faces) == 0:
         raise InputError(f"{path}: the file has no triangles")
     if path.parent == scene_data_dir():
-        options.setdefault("view", COURSE_VIEW)
+        options.setdefault("view", OWN_VIEWS.get(path.stem, COURSE_VIEW))
     return SceneData(mesh, **options)
 
 
