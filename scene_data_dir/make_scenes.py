@@ -8,7 +8,8 @@ IEEE 754 rounds alike everywhere, and are written with a fixed number of decimal
 exp: half floats are a thousand million times coarser than the last bit in which processors differ.)
 
 Coordinates are right-handed, y up; fronts are counter-clockwise seen from the side that the normal points to.
-Every scene is framed for the course's camera: eye (0, 1, 3), at (0, 1, 0), up (0, 1, 0), vertical fov 60 degrees.
+Every scene is framed for the course's camera: eye (0, 1, 3), at (0, 1, 0), up (0, 1, 0), vertical fov 60 degrees. Only
+veach_plates and many_lights have cameras of their own, which their headers state.
 """
 
 import argparse
@@ -289,6 +290,12 @@ The measured left wall is not quite flat: its two triangles meet at a small angl
 """
 
 
+def in_the_box(millimetres):
+    """Published millimetres -> coordinates of the scene."""
+    mm = np.array(millimetres, dtype=np.float64)
+    return np.stack([278 - mm[:, 0], mm[:, 1], -mm[:, 2]], axis=-1) * CORNELL_SCALE + [0, 0, CORNELL_OPENING]
+
+
 def cornell_box():
     quads = []
     corners = {name: quad for name, quad in CORNELL_QUADS if name in ("ceiling", "lamp")}
@@ -305,8 +312,7 @@ def cornell_box():
     for material, quad in quads:
         groups[material].append([index.setdefault(tuple(corner), len(index)) for corner in quad])
 
-    mm = np.array(list(index), dtype=np.float64)
-    vertices = np.stack([278 - mm[:, 0], mm[:, 1], -mm[:, 2]], axis=-1) * CORNELL_SCALE + [0, 0, CORNELL_OPENING]
+    vertices = in_the_box(list(index))
     return {
         "cornell_box.obj": obj_text("cornell_box", CORNELL_HEADER, vertices, groups.items()),
         "cornell_box.mtl": mtl_text(CORNELL_MATERIALS),
@@ -389,13 +395,228 @@ def blob_ply():
     return {"blob.ply": ply_bytes(comment, points + CENTRE + BLOB_SHIFT, normals, faces)}
 
 
+# --- scenes in which light bounces ------------------------------------------------------------------------------------
+
+
+def joined(pieces):
+    """(material, points, normals or None, faces) of each piece -> points, normals, groups as for ``obj_text``.
+
+    Pieces without normals get those of their first three corners: they have to be flat.
+    """
+    points, normals, groups, first = [], [], [], 0
+    for material, p, n, faces in pieces:
+        p = np.asarray(p, dtype=np.float64)
+        if n is None:
+            n = np.tile(unit(np.cross(p[1] - p[0], p[2] - p[0])), (len(p), 1))
+        points.append(p)
+        normals.append(n)
+        groups.append((material, np.asarray(faces) + first))
+        first += len(p)
+    return np.concatenate(points), np.concatenate(normals), groups
+
+
+def flat(material, corners):
+    """A polygon as a piece of ``joined``."""
+    return material, corners, None, [list(range(len(corners)))]
+
+
+# The plates of Veach and Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995,
+# seen as in the course (A3-5): eye (0, 5.5, 4.5), at (0, 2, -1.5), 1024 x 512 pixels.
+VEACH_EYE = np.array([0.0, 5.5, 4.5])
+VEACH_LIGHTS = np.array([0.0, 3.0, -5.75])  # the middle of the row
+VEACH_RADII = (0.04, 0.12, 0.36, 0.95)
+VEACH_TINTS = ((0.9, 0.95, 1.25), (0.85, 1.06, 0.95), (1.15, 0.99, 0.62), (1.3, 0.9, 0.85))
+VEACH_INTENSITY = 9.0  # pi r^2 Ke of every light
+VEACH_PLATES = {  # exponent; y and z of the middle; half of the depth and of the width
+    "plate_1e1": (10, 1.7, -4.7, 0.65, 6.4),
+    "plate_1e3": (1e3, 1.5, -2.45, 0.55, 5.2),
+    "plate_1e4": (1e4, 1.45, -0.95, 0.5, 4.4),
+    "plate_1e6": (1e6, 1.45, 0.15, 0.45, 3.7),
+}
+
+
+def veach_plates():
+    materials, pieces = {"room": {"Kd": (0.4, 0.4, 0.4), "Ns": 1}}, []
+    pieces.append(flat("room", [[-20, -0.6, 6], [20, -0.6, 6], [20, -0.6, -9], [-20, -0.6, -9]]))
+    pieces.append(flat("room", [[-20, -0.6, -9], [20, -0.6, -9], [20, 9, -9], [-20, 9, -9]]))
+    for name, (exponent, y, z, half_depth, half_width) in VEACH_PLATES.items():
+        centre = np.array([0, y, z])
+        normal = unit(unit(VEACH_EYE - centre) + unit(VEACH_LIGHTS - centre))  # the middle mirrors the lights
+        deep, wide = half_depth * np.array([0, -normal[2], normal[1]]), np.array([half_width, 0, 0])
+        pieces.append(
+            flat(name, [centre - wide + deep, centre + wide + deep, centre + wide - deep, centre - wide - deep])
+        )
+        materials[name] = {"Kd": (0.6, 0.6, 0.6), "Ns": exponent}
+    directions, faces = geodesic_sphere(5)
+    for i, (radius, tint) in enumerate(zip(VEACH_RADII, VEACH_TINTS, strict=True)):
+        centre = VEACH_LIGHTS + [4.4 * i - 6.6, 0, 0]
+        name = f"light_{i + 1}"
+        pieces.append((name, radius * directions + centre, directions, faces))
+        radiance = VEACH_INTENSITY / (np.pi * radius * radius)
+        materials[name] = {"Kd": (0, 0, 0), "Ke": tuple(round(radiance * c, 3) for c in tint), "Ns": 1}
+    header = f"""
+Four glossy plates under four lights, after Veach and Guibas, "Optimally combining sampling techniques for Monte
+Carlo rendering", SIGGRAPH 1995, seen as in the course: eye (0, 5.5, 4.5), at (0, 2, -1.5), 1024 x 512, with fov 45.
+The Phong exponents of the plates are 10, 1e3, 1e4 and 1e6 from the back to the front. Each plate is tilted so that its
+middle mirrors the row of lights to the eye. The lights are spheres of {len(faces)} triangles with the radii
+{", ".join(f"{r:g}" for r in VEACH_RADII)}; all four have the same radiant intensity, so that the small ones are bright.
+"""
+    points, normals, groups = joined(pieces)
+    return {
+        "veach_plates.obj": obj_text("veach_plates", header, points, groups, normals, places=5),
+        "veach_plates.mtl": mtl_text(materials),
+    }
+
+
+CAUSTIC_RADIUS, CAUSTIC_CENTRE = 0.42, np.array([0.0, 0.72, 0.05])
+
+
+def caustic_sphere():
+    """The room and the lamp of the Cornell box, and a sphere of glass in place of the blocks."""
+    ceiling = np.array(dict(CORNELL_QUADS)["ceiling"])
+    lamp = np.array(dict(CORNELL_QUADS)["lamp"])
+    pieces, materials = [], {}
+    for name, quad in CORNELL_QUADS:
+        if name == "ceiling":
+            for k in range(4):
+                j = (k + 1) % 4
+                pieces.append(flat(name, in_the_box([ceiling[k], ceiling[j], lamp[j], lamp[k]])))
+        elif "box" not in name:
+            pieces.append(flat(name, in_the_box(quad)))
+    for name in dict.fromkeys(name for name, *_ in pieces):
+        materials[name] = CORNELL_MATERIALS[name]
+    directions, faces = geodesic_sphere(16)
+    pieces.append(("glass", CAUSTIC_RADIUS * directions + CAUSTIC_CENTRE, directions, faces))
+    materials["glass"] = {"Kd": (0.9, 0.9, 0.9), "Ks": (1, 1, 1), "Ns": 1000, "Ni": 1.4, "d": 1, "illum": 7}
+    x, y, z = CAUSTIC_CENTRE
+    header = f"""
+The room and the lamp of cornell_box.obj, and a sphere of {len(faces)} triangles in place of the blocks: radius
+{CAUSTIC_RADIUS}, centre ({x:g}, {y:g}, {z:g}), exact normals. Its material is a dielectric (illum 7) with the index of
+refraction 1.4; a program that knows no dielectrics can show it as a Phong lobe with Ns 1000. The sphere gathers the
+light of the lamp on the floor: a caustic. Source of the room: Cornell University Program of Computer Graphics,
+"Cornell Box Data", www.graphics.cornell.edu/online/box/data.html
+"""
+    points, normals, groups = joined(pieces)
+    return {
+        "caustic_sphere.obj": obj_text("caustic_sphere", header, points, groups, normals),
+        "caustic_sphere.mtl": mtl_text(materials),
+    }
+
+
+def hashed(indices, stream):
+    """A number in [0, 1) for each index, by integer arithmetic; other streams give other numbers."""
+    x = (np.asarray(indices, dtype=np.uint64) * np.uint64(2654435761) + np.uint64(stream * 40503 + 1)) & np.uint64(
+        2**32 - 1
+    )
+    for multiplier in (0x7FEB352D, 0x846CA68B):
+        x = ((x ^ (x >> np.uint64(16))) * np.uint64(multiplier)) & np.uint64(2**32 - 1)
+    return (x ^ (x >> np.uint64(15))).astype(np.float64) / 2**32
+
+
+MANY_LIGHTS = 10_000
+MANY_COLOURS = {
+    "amber": (1.0, 0.55, 0.12),
+    "rose": (1.0, 0.25, 0.35),
+    "violet": (0.55, 0.3, 1.0),
+    "blue": (0.2, 0.45, 1.0),
+    "teal": (0.1, 0.85, 0.75),
+    "green": (0.35, 1.0, 0.25),
+    "white": (0.9, 0.85, 0.8),
+}
+MANY_POWERS = (1, 4, 16, 64)  # radiance of a colour's materials, in relation to each other: from the most to the fewest
+
+
+def many_lights():
+    """Small triangles above a ground, each with one of 28 materials."""
+    i = np.arange(MANY_LIGHTS)
+    # The colours change from place to place, so that each part of the ground is lit by lamps of its own.
+    x, z = 3.4 * hashed(i, 1) - 1.7, 3.6 * hashed(i, 2) - 2.6
+    y = 0.03 + 0.6 * hashed(i, 3) * hashed(i, 4)
+    half = 0.002 + 0.002 * hashed(i, 5)
+    c, s = cos_sin(hashed(i, 6))
+    across, along = (np.stack(v, axis=-1) * half[:, None] for v in ((c, 0 * c, -s), (s, 0 * c, c)))
+    centre = np.stack([x, y, z], axis=-1)
+    corners = [centre - across + along, centre + across + along, centre - 1.2 * along]
+    corners = [corners[0], corners[2], corners[1]]  # the front looks down
+
+    cx, cz = np.floor(x / 0.85 + 2).astype(int), np.floor((z + 2.6) / 0.9).astype(int)
+    colour = (cx * 3 + cz * 5 + (hashed(i, 7) < 0.06) * 2) % len(MANY_COLOURS)
+    power = np.floor(-np.log2(np.maximum(hashed(i, 8), 2.0**-11)) / 3).astype(int)  # 7/8 of them are the faintest
+    power = np.minimum(power, len(MANY_POWERS) - 1)
+    order = np.lexsort((i, power, colour))
+    points = np.stack(corners, axis=1)[order].reshape(-1, 3)
+    faces = np.arange(3 * MANY_LIGHTS).reshape(-1, 3)
+    groups, materials = [], {}
+    for a, (name, tint) in enumerate(MANY_COLOURS.items()):
+        for b, relative in enumerate(MANY_POWERS):
+            chosen = faces[(colour[order] == a) & (power[order] == b)]
+            if len(chosen) > 0:
+                groups.append((f"{name}_{relative}", chosen))
+                ke = tuple(round(50 * relative * t, 3) for t in tint)
+                materials[f"{name}_{relative}"] = {"Kd": (0, 0, 0), "Ke": ke, "Ns": 1}
+
+    ground = [[-2.6, 0, 1.2], [2.6, 0, 1.2], [2.6, 0, -3.4], [-2.6, 0, -3.4]]
+    points, first = np.concatenate([points, ground]), len(points)
+    groups.append(("ground", [[first, first + 1, first + 2, first + 3]]))
+    blocks = []
+    for x0, z0, width, height, turn in (
+        (-0.85, -0.3, 0.3, 0.2, 0.04),
+        (0.75, -0.6, 0.34, 0.3, -0.06),
+        (-0.05, -1.5, 0.4, 0.4, 0.1),
+    ):
+        c, s = cos_sin(turn)
+        base = len(points)
+        foot = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * width / 2
+        foot = np.stack([x0 + c * foot[:, 0] - s * foot[:, 1], z0 + s * foot[:, 0] + c * foot[:, 1]], axis=-1)
+        low, high = (np.stack([foot[:, 0], np.full(4, y0), foot[:, 1]], axis=-1) for y0 in (0.0, height))
+        points = np.concatenate([points, low, high])
+        sides = [[k, k + 4, (k + 1) % 4 + 4, (k + 1) % 4] for k in range(4)] + [[4, 7, 6, 5]]
+        blocks += [[base + v for v in side] for side in sides]
+    groups.append(("block", blocks))
+    materials |= {"ground": {"Kd": (0.6, 0.6, 0.6), "Ns": 1}, "block": {"Kd": (0.7, 0.7, 0.7), "Ns": 1}}
+    header = f"""
+{MANY_LIGHTS} lamps, each a triangle with edges of 4 to 8 thousandths, above a ground with three blocks. They have
+{len(MANY_COLOURS)} colours and {len(MANY_POWERS)} radiances; the largest is {MANY_POWERS[-1]} times the smallest.
+All of them face the ground: the eye sees their dark backs, and pools of their light below them.
+The camera is at (0, 2.4, 1.9) and looks at (0, 0, -0.8), with fov 45.
+"""
+    return {
+        "many_lights.obj": obj_text("many_lights", header, points, groups, places=4),
+        "many_lights.mtl": mtl_text(materials),
+    }
+
+
+def white_room():
+    """A closed room and a block in it, all of one material: every ray that stays inside sees the same radiance."""
+    low, high = np.array([-1.5, 0.0, -1.5]), np.array([1.5, 2.5, 4.0])
+    box = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
+    outwards = [[1, 3, 7, 5], [0, 4, 6, 2], [2, 6, 7, 3], [0, 1, 5, 4], [4, 5, 7, 6], [0, 2, 3, 1]]
+    c, s = cos_sin(0.09)
+    block = 0.35 * np.array([[2 * (i >> k & 1) - 1 for k in range(3)] for i in range(8)])
+    block = np.stack(
+        [c * block[:, 0] + s * block[:, 2], 2 * block[:, 1] + 1.0, c * block[:, 2] - s * block[:, 0]], axis=-1
+    )
+    faces = [face[::-1] for face in outwards] + [[v + 8 for v in face] for face in outwards]
+    header = """
+A closed room around the eye of the course's camera, and a block that floats in it. All surfaces have the reflectance
+Kd = 3/4 and emit Ke = 1/8. So after k bounces every ray sees the radiance 1/8 (1 + 3/4 + ... + (3/4)^k), which
+tends to 1/2: a picture that is right shows one even grey. What is brighter or darker is a mistake.
+"""
+    return {
+        "white_room.obj": obj_text("white_room", header, np.concatenate([box, block]), [("white", faces)]),
+        "white_room.mtl": mtl_text({"white": {"Kd": (0.75,) * 3, "Ke": (0.125,) * 3, "Ns": 1}}),
+    }
+
+
 # --- program ----------------------------------------------------------------------------------------------------------
 
 
 def contents():
     """Path below this folder -> bytes, for every file that is made here."""
     files = {}
-    for make in (cornell_box, specular_spheres, cube, sphere, knot, blob_ply, environments):
+    makers = (cornell_box, specular_spheres, cube, sphere, knot, blob_ply)
+    makers += (veach_plates, caustic_sphere, many_lights, white_room, environments)
+    for make in makers:
         files.update(make())
     return files
 

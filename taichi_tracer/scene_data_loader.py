@@ -21,10 +21,17 @@ from taichi_tracer.scene_data import (
 )
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
 
-# The camera of the course (A1-16), and the shipped scenes that are composed for it. They look best, and as in the
+# The camera of the course (A1-16), and the shipped scenes that are composed for a camera. They look best, and as in the
 # handouts, from there; the others are single objects, which ``SceneData`` shows in a three-quarter view.
 COURSE_VIEW: dict[str, Any] = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
-COMPOSED_SCENES = ("cornell_box", "specular_spheres")
+OWN_VIEWS: dict[str, dict[str, Any]] = {
+    "caustic_sphere": COURSE_VIEW,
+    "cornell_box": COURSE_VIEW,
+    "many_lights": {"eye": (0, 2.4, 1.9), "at": (0, 0, -0.8), "up": (0, 1, 0), "fov": 45.0},
+    "specular_spheres": COURSE_VIEW,
+    "veach_plates": {"eye": (0, 5.5, 4.5), "at": (0, 2, -1.5), "up": (0, 1, 0), "fov": 45.0},  # A3-5
+    "white_room": COURSE_VIEW,
+}
 
 FILE = "file"  # in place of an environment or a background: what the scene's file says; a mesh says nothing
 
@@ -109,7 +116,7 @@ def load_scene_data(
 
 def own_view(path: Path) -> dict[str, Any] | None:
     """The camera for which the file of a mesh is composed; None if it has none of its own."""
-    return COURSE_VIEW if path.parent == scene_data_dir() and path.stem in COMPOSED_SCENES else None
+    return OWN_VIEWS.get(path.stem) if path.parent == scene_data_dir() else None
 
 
 def is_file(value: Any) -> bool:

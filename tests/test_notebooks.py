@@ -14,7 +14,7 @@ NOTEBOOKS = sorted((Path(__file__).parents[1] / "docs" / "notebooks").glob("*.ip
 
 
 def test_there_are_notebooks():
-    assert "first_picture.ipynb" in [p.name for p in NOTEBOOKS]
+    assert {"first_picture.ipynb", "paths.ipynb"} <= {p.name for p in NOTEBOOKS}
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.name)
@@ -25,7 +25,14 @@ def test_notebooks_are_kept_without_outputs(path):
             assert cell.execution_count is None
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.name)
+def is_quick(path):
+    return path.name == "first_picture.ipynb"
+
+
+ONE_QUICK = [path if is_quick(path) else pytest.param(path, marks=pytest.mark.long) for path in NOTEBOOKS]
+
+
+@pytest.mark.parametrize("path", ONE_QUICK, ids=lambda p: p.name)
 def test_notebooks_run(path, tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", str(Path(tt.__file__).parents[1]) + os.pathsep + os.environ.get("PYTHONPATH", ""))
     notebook = nbformat.read(path, as_version=4)

@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent / "oracles"))
 from tiny_obj import read_mtl, read_obj  # noqa: E402
 
 OBJ_NAMES = ["cornell_box", "cube", "specular_spheres", "sphere", "torus_knot"]
+LIGHT_NAMES = ["caustic_sphere", "many_lights", "veach_plates", "white_room"]  # scenes in which light bounces
 SPECULAR = ["diffuse", "phong", "mirror"]
 
 # Cornell Box Data, www.graphics.cornell.edu/online/box/data.html, in millimetres: four corners for each face.
@@ -60,7 +61,7 @@ def read_blob():
 
 @pytest.fixture(scope="module")
 def objs():
-    return {name: read_obj(FOLDER / f"{name}.obj") for name in OBJ_NAMES}
+    return {name: read_obj(FOLDER / f"{name}.obj") for name in [*OBJ_NAMES, *LIGHT_NAMES]}
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +111,8 @@ def test_script_remakes_every_file_to_the_byte():
 
 
 def test_folder_is_small():
-    assert sum(p.stat().st_size for p in FOLDER.rglob("*") if p.is_file()) < 6e6
+    assert sum(p.stat().st_size for p in FOLDER.rglob("*") if p.is_file()) < 7.5e6
+    assert (FOLDER / "many_lights.obj").stat().st_size < 1e6
 
 
 def test_readme_lists_every_scene_and_environment():
@@ -120,7 +122,7 @@ def test_readme_lists_every_scene_and_environment():
             assert f"`{path.relative_to(FOLDER).as_posix()}`" in text
 
 
-@pytest.mark.parametrize("name", OBJ_NAMES)
+@pytest.mark.parametrize("name", [*OBJ_NAMES, *LIGHT_NAMES])
 def test_materials_used_are_those_defined_in_the_same_order(objs, name):
     assert objs[name].mtllib == f"{name}.mtl"
     assert list(dict.fromkeys(objs[name].materials)) == list(read_mtl(FOLDER / f"{name}.mtl"))
@@ -130,7 +132,7 @@ def test_materials_used_are_those_defined_in_the_same_order(objs, name):
 
 
 def test_triangle_counts(objs):
-    counts = {name: len(obj.triangles()) for name, obj in objs.items()}
+    counts = {name: len(objs[name].triangles()) for name in OBJ_NAMES}
     assert counts == {"cornell_box": 38, "cube": 12, "specular_spheres": 2940, "sphere": 5120, "torus_knot": 20000}
     assert [len(objs["specular_spheres"].triangles(name)) for name in SPECULAR] == [980] * 3
     assert len(read_blob()[2]) == 80000
@@ -297,6 +299,83 @@ def test_cornell_only_the_lamp_emits():
     assert materials["lamp"]["Ke"] == [17, 12, 4]
     assert [name for name, m in materials.items() if "Ke" in m] == ["lamp"]
     assert all(m["Ns"] == [1] for m in materials.values())
+
+
+# --- Scenes in which light bounces ------------------------------------------------------------------------------------
+
+
+def areas(points, triangles):
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def test_the_plates_mirror_the_middle_of_the_lights_to_the_eye(objs):
+    """The four exponents of the course, on flat plates that are tilted towards the row of lights."""
+    plates, materials = objs["veach_plates"], read_mtl(FOLDER / "veach_plates.mtl")
+    names = [name for name in materials if name.startswith("plate")]
+    assert [materials[name]["Ns"] for name in names] == [[10], [1e3], [1e4], [1e6]]
+    eye = np.array([0, 5.5, 4.5])
+    lights = plates.vertices[np.unique(np.concatenate([plates.triangles(f"light_{i}") for i in (1, 4)]))]
+    middle = (lights[:, 1].min() + lights[:, 1].max()) / 2, (lights[:, 2].min() + lights[:, 2].max()) / 2
+    for name in names:
+        triangles = plates.triangles(name)
+        normals = face_normals(plates.vertices, triangles)
+        np.testing.assert_allclose(normals[0], normals[1], atol=1e-4)
+        centre = plates.vertices[np.unique(triangles)].mean(axis=0)
+        to_eye = (eye - centre) / np.linalg.norm(eye - centre)
+        mirrored = 2 * (normals[0] @ to_eye) * normals[0] - to_eye
+        to_light = np.array([0, *middle]) - centre
+        assert mirrored @ to_light / np.linalg.norm(to_light) > 0.9999
+
+
+def test_the_four_lights_have_one_intensity_and_four_sizes(objs):
+    plates, materials = objs["veach_plates"], read_mtl(FOLDER / "veach_plates.mtl")
+    radii, intensities = [], []
+    for i in range(1, 5):
+        points = plates.vertices[np.unique(plates.triangles(f"light_{i}"))]
+        radii.append(np.ptp(points[:, 1]) / 2)
+        luminance = np.dot([0.2126, 0.7152, 0.0722], materials[f"light_{i}"]["Ke"])
+        intensities.append(np.pi * radii[-1] ** 2 * luminance)
+        assert signed_volume(plates.vertices, plates.triangles(f"light_{i}")) > 0  # they emit outwards
+    assert np.all(np.divide(radii[1:], radii[:-1]) > 2.5)
+    np.testing.assert_allclose(intensities, intensities[0], rtol=0.1)
+
+
+def test_the_caustic_sphere_is_glass_in_the_room_of_the_cornell_box(objs):
+    box, caustic = objs["cornell_box"], objs["caustic_sphere"]
+    glass = read_mtl(FOLDER / "caustic_sphere.mtl")["glass"]
+    assert (glass["illum"], glass["Ni"], glass["Ns"]) == ([7], [1.4], [1000])
+    corners_of = {tuple(p) for p in box.vertices[np.unique(np.concatenate([box.triangles(n) for n in ROOM]))]}
+    room = np.unique(np.concatenate([caustic.triangles(n) for n in ROOM]))
+    assert {tuple(p) for p in caustic.vertices[room]} == corners_of
+    assert not edges_without_twin(caustic.triangles("glass"))
+    assert signed_volume(caustic.vertices, caustic.triangles("glass")) == pytest.approx(4.18879 * 0.42**3, rel=0.02)
+
+
+def test_many_lights_has_ten_thousand_lamps_of_different_power_that_face_the_ground(objs):
+    scene, materials = objs["many_lights"], read_mtl(FOLDER / "many_lights.mtl")
+    names = np.array(scene.triangle_materials())
+    is_lamp = np.array(["Ke" in materials[name] for name in names])
+    assert is_lamp.sum() == 10_000
+    triangles = scene.triangles()[is_lamp]
+    assert face_normals(scene.vertices, triangles)[:, 1].max() < -0.999
+    area = areas(scene.vertices, triangles)
+    assert 4e-6 < area.min() <= area.max() < 4e-5
+    colours = {tuple(np.divide(m["Ke"], max(m["Ke"])).round(2)) for m in materials.values() if "Ke" in m}
+    power = area * [np.dot([0.2126, 0.7152, 0.0722], materials[name]["Ke"]) for name in names[is_lamp]]
+    assert len(colours) == 7
+    assert power.max() > 100 * power.min()
+
+
+def test_the_white_room_is_closed_and_of_one_material(objs):
+    """The room faces inwards, the block outwards: no ray that starts inside finds a way out."""
+    room, materials = objs["white_room"], read_mtl(FOLDER / "white_room.mtl")
+    assert materials == {"white": {"Kd": [0.75] * 3, "Ke": [0.125] * 3, "Ns": [1]}}
+    triangles = room.triangles()
+    assert not edges_without_twin(triangles)
+    inside = triangles.max(axis=1) < 8
+    assert signed_volume(room.vertices, triangles[inside]) == pytest.approx(-3 * 2.5 * 5.5)
+    assert signed_volume(room.vertices, triangles[~inside]) == pytest.approx(0.7 * 0.7 * 1.4, rel=1e-5)
 
 
 # --- Environments -----------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.rt3.document import read_rt3
-from taichi_tracer.scene_data_loader import COMPOSED_SCENES, COURSE_VIEW, find_scene, name_of
+from taichi_tracer.scene_data_loader import OWN_VIEWS, find_scene, name_of
 
 QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 
@@ -21,12 +21,12 @@ MESHES = [name for name in tt.scene_names() if not name.startswith("rt3/")]
 
 
 @pytest.mark.parametrize("name", long_except(MESHES, "cornell_box", "cube"))
-def test_every_shipped_scene_loads_and_is_seen_from_the_course_or_from_above(name):
+def test_every_shipped_scene_loads_with_its_own_view_or_from_above(name):
     scene = tt.load_scene_data(name)
     assert scene.num_triangles > 0
     assert scene.dropped == 0
-    if name in COMPOSED_SCENES:
-        assert scene.view == COURSE_VIEW
+    if name in OWN_VIEWS:
+        assert scene.view == OWN_VIEWS[name]
     else:
         assert (scene.view["eye"] - scene.view["at"] > 0.5).all()
     scene.destroy()
@@ -41,8 +41,15 @@ def test_a_scene_can_lie_with_z_up(tmp_path):
         tt.load_scene_data("cube", up_axis="Z")
 
 
+def test_views_of_their_own_belong_to_shipped_meshes():
+    assert set(OWN_VIEWS) <= set(MESHES)
+    plates = OWN_VIEWS["veach_plates"]
+    assert (plates["eye"], plates["at"]) == ((0, 5.5, 4.5), (0, 2, -1.5))  # A3-5
+
+
 def test_shipped_names_are_those_of_the_issue():
     assert {"cornell_box", "specular_spheres", "cube", "sphere", "torus_knot", "blob"} <= set(tt.scene_names())
+    assert {"veach_plates", "caustic_sphere", "many_lights", "white_room"} <= set(tt.scene_names())
 
 
 def test_a_path_is_a_scene_framed_by_its_box(tmp_path):

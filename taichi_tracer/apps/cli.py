@@ -161,6 +161,8 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
 
     add_accuracy(add_command(commands, "accuracy", "what accuracy costs in time", "accuracy:run"))
 
+    add_samples(add_command(commands, "samples", "where samples of the light go", "samples:run"))
+
     compare = add_command(commands, "compare", "how different two pictures are", "compare:run")
     compare.add_argument("first", metavar="A", help="picture: .exr .hdr .pfm .npy .png .jpg")
     compare.add_argument("second", metavar="B", help="picture of the same size, by which A is measured")
@@ -256,6 +258,34 @@ def add_accuracy(parser: Parser) -> None:
     parser.add_argument("--arch", metavar="NAME", help="which backend runs the kernels")
     add_camera_options(parser)
     parser.lists = ("knobs", "cameras", "surfaces", "files", "archs")
+
+
+def add_samples(parser: Parser) -> None:
+    """What is sampled, and how often."""
+    parser.add_argument(
+        "what",
+        metavar="ENVIRONMENT|SCENE",
+        help="an environment: uniform directions against importance sampling; or a scene with lamps: which of them are "
+        "chosen from a point",
+    )
+    add_parts_option(parser)
+    parser.add_argument(
+        "--count", type=at_least_one, default=1_000_000, metavar="N", help="samples of each (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--size", type=size, default="256x128", metavar="WxH", help="cells of the maps (default: %(default)s)"
+    )
+    parser.add_argument("--seed", type=whole, default=0, metavar="S", help="of the random numbers (default: 0)")
+    parser.add_argument(
+        "--point", type=number, nargs=3, metavar=("X", "Y", "Z"), help="that is lit (default: the middle of the view)"
+    )
+    parser.add_argument(
+        "--normal", type=number, nargs=3, metavar=("X", "Y", "Z"), help="there (default: that of the surface, or up)"
+    )
+    parser.add_argument(
+        "-o", "--output", default=PICTURE_FOLDER, metavar="DIR", help="folder for the pictures (default: %(default)s)"
+    )
+    parser.lists = ("files",)
 
 
 def add_command(commands: argparse._SubParsersAction, name: str, what: str, target: str) -> Parser:

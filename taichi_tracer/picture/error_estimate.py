@@ -108,6 +108,8 @@ def relative_error(variance: np.ndarray, groups: np.ndarray, image: np.ndarray) 
     # Therefore the variances of the channels are added first, and only their sum is squared.
     v = np.where(known, np.maximum(variance, 0).sum(axis=2, dtype=np.float64), 0)
     total = v.sum()
+    if not math.isfinite(total):  # radiance above 1e19: its square is infinite in f32
+        return RelativeError(math.nan, math.nan, math.nan)
     if total == 0:
         return RelativeError(0.0, 0.0, 0.0)
     value = math.sqrt(total / (CHANNELS * known.sum())) / mean

@@ -248,8 +248,10 @@ def renderer_verdicts(mode: Mode, size: Level) -> list[Verdict]:
     name = f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}"
     promise = Promise() if mode.fast_math else Promise(zero=frozenset(COUNTS))
     verdicts = []
-    estimators = None if size.is_whole else ("brdf",) if mode.precision == "f32" else ()
-    for case in renderer_cases.all_cases(estimators, only_short=mode.fast_math and not size.is_whole):
+    is_usual = size.is_whole or mode.precision == "f32"
+    estimators = None if size.is_whole else ("brdf",) if is_usual else ()
+    only_short, paths = mode.fast_math and not size.is_whole, size.paths if is_usual else ()
+    for case in renderer_cases.all_cases(estimators, only_short, paths):
         findings = case.judge(mode.epsilon)
         tried = int(findings.pop("tried"))
         verdict = verdict_of(mode, promise, case.name, tried, findings)

@@ -99,3 +99,23 @@ def test_files_that_the_design_names_exist():
     assert len(names) > 20
     for name in names:
         assert (ROOT / name).exists() or (ROOT / "taichi_tracer" / name).exists(), name
+
+
+@pytest.mark.long
+def test_the_python_of_paths_makes_its_pictures(tmp_path, monkeypatch, capsys):
+    """The radiance that it prints for the white room is the exact one, and each picture is in the page."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "docs" / "images").mkdir(parents=True)
+    page = (ROOT / "docs" / "paths.md").read_text(encoding="utf-8")
+    exec(compile("\n".join(blocks(page, "python")), "paths.md", "exec"), {})
+    rows = [[float(word.rstrip(",")) for word in line.split()[3::2]] for line in capsys.readouterr().out.splitlines()]
+    assert len(rows) == 4
+    for low, high, exact in rows:
+        assert low == pytest.approx(exact, abs=2e-6)
+        assert high == pytest.approx(exact, abs=2e-6)
+    made = sorted(path.name for path in (tmp_path / "docs" / "images").iterdir())
+    assert made == ["paths_bounces.png", "paths_choices.png", "paths_plates.png", "paths_ways.png"]
+    for name in made:
+        assert f"(images/{name})" in page
+        there = np.asarray(Image.open(ROOT / "docs" / "images" / name))
+        assert there.shape == np.asarray(Image.open(tmp_path / "docs" / "images" / name)).shape

@@ -2,6 +2,7 @@
 
 import copy
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -81,6 +82,16 @@ def test_pixels_without_an_estimate_are_left_out_and_none_is_nan():
     assert relative_error(variance, groups, image) == pytest.approx(0.2)
     assert math.isnan(relative_error(variance, groups, 0 * image))
     assert relative_error(0 * np.ones((2, 2, 3)), groups, image) == 0
+
+
+def test_a_variance_that_is_infinite_makes_the_error_unknown():
+    """As that of a lamp with Ke = 1e30 in f32; no warning of numpy reaches the user."""
+    variance = np.full((4, 4, 3), np.inf, np.float32)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = relative_error(variance, np.full((4, 4), 2), np.full((4, 4, 3), 1e30))
+    assert math.isnan(found)
+    assert str(found) == "unknown"
 
 
 def test_neighbours_do_not_wrap_around_and_leave_out_the_pixel_itself():

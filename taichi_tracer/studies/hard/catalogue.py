@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from taichi_tracer.studies.hard.case import Case
+from taichi_tracer.studies.hard import path_cases
+from taichi_tracer.studies.hard.case import Case, RendererCase
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces, NestedSpheres
 from taichi_tracer.studies.hard.many_triangles import (
     AxisParallel,
@@ -28,6 +29,7 @@ class Level:
         edge_rays: of the long run, at edges only, with accelerators and without fast_math.
         is_whole: whether every mode goes through every scene and every estimator; compiling that takes minutes.
         has_plain: whether the plain hierarchy is tried too; building it takes a minute for the largest scene.
+        paths: the cases of light that bounces.
     """
 
     name: str
@@ -36,6 +38,7 @@ class Level:
     edge_rays: int
     is_whole: bool = True
     has_plain: bool = False
+    paths: tuple[type[RendererCase], ...] = path_cases.USUAL
 
     def covers(self, stage: str, mode: Mode) -> bool:
         """Whether a mode goes through a scene. In part, each scene meets the modes that most depend on it."""
@@ -51,9 +54,16 @@ class Level:
 LEVELS = {
     level.name: level
     for level in (
-        Level("quick", 40_000, 6_000_000, 0, is_whole=False),
+        Level("quick", 40_000, 6_000_000, 0, is_whole=False, paths=path_cases.USUAL[:1]),
         Level("default", 400_000, 60_000_000, 4_000_000),
-        Level("full", 2_000_000, 300_000_000, 100_000_000, has_plain=True),
+        Level(
+            "full",
+            2_000_000,
+            300_000_000,
+            100_000_000,
+            has_plain=True,
+            paths=(*path_cases.USUAL, *path_cases.LARGE),
+        ),
     )
 }
 

@@ -1,0 +1,363 @@
+"""Hard cases of light that bounces: rooms without a way out, lamps where formulas are 0/0, lamps without a size."""
+
+import warnings
+
+import numpy as np
+
+from taichi_tracer.camera import Camera, OrthographicCamera
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.integrators.path_settings import MOST_BOUNCES
+from taichi_tracer.materials import Material
+from taichi_tracer.renderer import A4Renderer
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.studies.hard import oracle
+from taichi_tracer.studies.hard.case import RendererCase
+from taichi_tracer.studies.hard.meshes import box, join, separate, sphere
+from taichi_tracer.system.registry import PARTS
+
+WAYS = ("implicit", "explicit", "path")
+DEVIATIONS = 8  # that the mean of a pixel may be off by: far from a normal distribution, single samples are very bright
+PIXEL = 2.0**-23  # ε of a picture, whose pixels are f32 numbers in every precision
+ALBEDO = 0.5
+FLOOR = Material(name="floor", Kd=(ALBEDO,) * 3)
+
+
+def lamp(radiance: float = 1.0, **values) -> Material:
+    """A black surface that emits."""
+    return Material(name="lamp", Kd=(0.0,) * 3, Ke=(radiance,) * 3, **values)
+
+
+def mesh_of(parts, materials) -> Mesh:
+    """A ``Mesh`` of several (vertices, faces), part i of material i."""
+    vertices, faces = join(parts)
+    owners = np.repeat(np.arange(len(parts)), [len(f) for _, f in parts]).astype(np.int32)
+    return Mesh(vertices=vertices, faces=faces, face_materials=owners, materials=list(materials))
+
+
+def quad(*corners) -> tuple[np.ndarray, np.ndarray]:
+    """Four corners, counter-clockwise, as two triangles."""
+    a, b, c, d = (np.asarray(corner, float) for corner in corners)
+    return separate([[a, b, c], [a, c, d]])
+
+
+def square(half: float, y: float = 0.0, centre=(0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
+    """A horizontal square whose front looks up."""
+    (x, z), h = centre, half
+    return quad((x - h, y, z + h), (x + h, y, z + h), (x + h, y, z - h), (x - h, y, z - h))
+
+
+def rendered(renderer: A4Renderer, way: str, spp: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """(h, w, 3) mean, (h, w, 3) standard deviation of the mean, and how many samples or pixels are no numbers."""
+    renderer.use(way)
+    renderer.begin_anew()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a scene without light is what some cases are about
+        renderer.render(spp)
+    image = renderer.image().astype(np.float64)
+    deviation = np.sqrt(np.nan_to_num(renderer.film.variance_of_mean().astype(np.float64)))
+    return image, deviation, int(renderer.non_finite + (~np.isfinite(image)).any(axis=2).sum())
+
+
+class ClosedRoom(RendererCase):
+    """A room without a way out, in which every surface reflects 3/4 and emits 1/8; paths of 64 bounces.
+
+    A ray that starts a little behind a wall, or that passes between two walls, is lost together with the light of all
+    its further bounces: dark dots. A weight that is a little too large is multiplied 64 times. A closed room shows
+    both: its radiance is the sum of a geometric series everywhere.
+    """
+
+    name = "closed white room, 64 bounces"
+    emission, albedo = 0.125, 0.75
+
+    def judge(self, epsilon):
+        """With implicit paths, every sample is the sum; with the other ways, the mean is."""
+        white = Material(name="white", Kd=(self.albedo,) * 3, Ke=(self.emission,) * 3)
+        (vertices, faces), block = box((-1.5, -1, -2), (1.5, 1.25, 3)), sphere(16, 8, 0.4, (0.3, -0.25, 0.1))
+        mesh = mesh_of([(vertices, faces[:, ::-1]), block], [white, white])
+        scene = SceneData(mesh, view={"eye": (0, 0, 2.5), "at": (0.1, 0, 0), "fov": 60.0})
+        renderer = A4Renderer(scene, 48, 48)
+        renderer.max_bounces = MOST_BOUNCES
+        truth = self.emission * sum(self.albedo**k for k in range(MOST_BOUNCES + 1))
+        tried = wrong = nan = 0
+        for way, spp in zip(WAYS, (16, 4, 4), strict=True):
+            image, _, not_finite = rendered(renderer, way, spp)
+            off = np.abs(image[..., 0] / truth - 1)
+            tried, nan = tried + off.size, nan + not_finite
+            if way == "implicit":
+                wrong += int((off > 4 * MOST_BOUNCES * max(epsilon, PIXEL)).sum())
+                energy = image.mean() / truth
+            else:
+                error = image[..., 0].std() / np.sqrt(off.size)
+                wrong += int(abs(image.mean() - truth) > DEVIATIONS * error)
+        scene.destroy()
+        return {"tried": tried, "wrong": wrong, "nan": nan, "energy": float(energy)}
+
+
+class MirrorCorridor(RendererCase):
+    """Two mirrors face each other, reflect everything, and emit: light goes to and fro for ever.
+
+    A loop that waits until a ray leaves the scene never ends here. Only ``max_bounces`` ends it.
+    """
+
+    name = "mirror corridor, 0 to 64 bounces"
+
+    def judge(self, epsilon):
+        """After k bounces the eye, which looks along the normal, sees the emission of k + 1 surfaces."""
+        mirror = Material(name="mirror", Kd=(1.0,) * 3, Ke=(1.0,) * 3, Ns=1e38)  # in f64, too
+        near = quad((-9, -9, 1), (-9, 9, 1), (9, 9, 1), (9, -9, 1))
+        far = quad((-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1))
+        scene = SceneData(mesh_of([near, far], [mirror, mirror]))
+        window = (-0.5, 0.5, -0.5, 0.5)
+        camera = OrthographicCamera(8, 8, eye=(0.1, 0.2, 0.5), at=(0.1, 0.2, -1), up=(0, 1, 0), screen_window=window)
+        renderer = A4Renderer(scene, camera=camera)
+        tried = wrong = nan = 0
+        for way in WAYS:
+            for bounces in (0, 1, 2, MOST_BOUNCES):
+                renderer.max_bounces = bounces
+                image, _, not_finite = rendered(renderer, way, 1)
+                off = np.abs(image[..., 0] / (bounces + 1) - 1)
+                tried, nan = tried + off.size, nan + not_finite
+                wrong += int((off > 4 * (bounces + 1) * max(epsilon, PIXEL)).sum())
+        scene.destroy()
+        return {"tried": tried, "wrong": wrong, "nan": nan}
+
+
+class LampInPlace(RendererCase):
+    """A lamp beside a floor. A subclass says where, by ``corners``.
+
+    Attributes:
+        size: pixels of a picture of the floor from above, whose side is ``2 * half``.
+    """
+
+    size, half, spp = 33, 2.0, 256
+    turn = np.eye(3)  # of the whole scene
+
+    def corners(self) -> np.ndarray:
+        """(4, 3) of the lamp, counter-clockwise as seen from the side that emits."""
+        raise NotImplementedError
+
+    def points(self) -> np.ndarray:
+        """(size, size, 3) points of the floor that the pixels show, top row first."""
+        centres = (np.arange(self.size) + 0.5) / self.size * 2 * self.half - self.half
+        x, z = np.meshgrid(centres, centres[::-1])
+        return np.stack([x, np.zeros_like(x), z], axis=-1)
+
+    def camera(self) -> OrthographicCamera:
+        """It looks down at the floor; +x is on the right of the picture, and +z at its top."""
+        h, turned = self.half, self.turn
+        place = {"eye": turned @ (0, 4, 0), "at": (0, 0, 0), "up": turned @ (0, 0, 1)}
+        return OrthographicCamera(self.size, self.size, **place, screen_window=(-h, h, -h, h))
+
+    def judge(self, epsilon):
+        """The floor's radiance is that of Lambert's formula for polygons; it is 0 behind the lamp and in its plane."""
+        floor = square(self.half, centre=(0, 0))
+        parts = [(v @ self.turn.T, f) for v, f in (floor, quad(*self.corners()))]
+        scene = SceneData(mesh_of(parts, [FLOOR, lamp()]))
+        renderer = A4Renderer(scene, camera=self.camera(), jitter=False, sampler="independent")
+        renderer.max_bounces = 1
+        points = self.points()
+        truth = np.array([[self.radiance(p) for p in row] for row in points])
+        sees_floor = self.sees_floor(points)
+        tried = wrong = nan = 0
+        for way in ("explicit", "path"):
+            image, deviation, not_finite = rendered(renderer, way, self.spp)
+            off = np.abs(image[..., 0] - truth) > DEVIATIONS * deviation[..., 0] + 64 * epsilon
+            tried, wrong, nan = tried + int(sees_floor.sum()), wrong + int((off & sees_floor).sum()), nan + not_finite
+        scene.destroy()
+        return {"tried": tried, "wrong": wrong, "nan": nan}
+
+    def radiance(self, point) -> float:
+        """What the floor reflects at a point."""
+        return ALBEDO / np.pi * oracle.polygon_irradiance(point, np.array([0.0, 1, 0]), self.corners())
+
+    def sees_floor(self, points) -> np.ndarray:
+        """(size, size) bool: whether a pixel shows the floor and not the lamp."""
+        return np.ones(points.shape[:2], bool)
+
+
+class LampInTheFloor(LampInPlace):
+    """The lamp lies in the plane of the floor, and the plane is tilted.
+
+    Exactly, cos θ is 0 at both ends of every shadow ray, and nothing is lit. Rounded, cos θ is some 1e-7 of either
+    sign, or 0. The density |x − y|²/(A cos θ) is then huge, negative or infinite, and the sample can be 0/0.
+    """
+
+    name = "lamp in the plane of its receiver"
+    turn = np.linalg.qr(np.array([[2.0, 1, 0.5], [-1, 3, 0.7], [0.3, -0.6, 2.5]]))[0]
+    turn = turn * np.sign(np.linalg.det(turn))
+
+    def corners(self):
+        """A square in the middle of the floor, which has a hole there: the floor begins where the lamp ends."""
+        return np.array([[-0.5, 0, 0.5], [0.5, 0, 0.5], [0.5, 0, -0.5], [-0.5, 0, -0.5]])
+
+    def radiance(self, point):
+        """Nothing."""
+        return 0.0
+
+    def sees_floor(self, points):
+        """Where the two coincide, either of them is the hit."""
+        return (np.abs(points[..., [0, 2]]) > 0.51).any(axis=-1)
+
+
+class LampAtTheFloor(LampInPlace):
+    """The lamp stands on the floor: they share an edge, and |x − y|² goes to 0 there.
+
+    1/|x − y|² grows without a bound, so that single samples become very bright; |x − y| = 0 is 0/0.
+    """
+
+    name = "lamp that touches its receiver"
+
+    def corners(self):
+        """A vertical square at x = 0 that faces +x."""
+        return np.array([[0, 0, 1], [0, 0, -1], [0, 1, -1], [0, 1, 1]])
+
+    def sees_floor(self, points):
+        """At x = 0, on the edge itself, the radiance jumps."""
+        return points[..., 0] != 0
+
+
+class LampEdgeOn(LampInPlace):
+    """The lamp hangs in a plane that contains points of the floor, and the eye looks along it, too.
+
+    From these points, the lamp is a line: cos θ_y = 0, and the density is infinite. A sample of it is 0 · ∞ = NaN.
+    """
+
+    name = "lamp seen edge-on"
+
+    def corners(self):
+        """A vertical square above x = 0 that faces +x."""
+        return np.array([[0, 0.5, 1], [0, 0.5, -1], [0, 1.5, -1], [0, 1.5, 1]])
+
+
+class DegenerateLamps(RendererCase):
+    """Emissive triangles without area, with NaN and with infinity beside one that is right.
+
+    In a cumulative distribution of areas, one NaN makes every entry after it NaN, so that the search always ends at the
+    same lamp. A triangle without area that is chosen has the density 0/0.
+    """
+
+    name = "emissive degenerate triangles"
+    corners = np.array([[-0.5, 1, -0.5], [0.5, 1, -0.5], [0.5, 1, 0.5]])  # faces down
+
+    def judge(self, epsilon):
+        """Only the right one is a lamp, whichever choice is made; the floor is lit by it alone."""
+        point, line = np.zeros((3, 3)), np.outer([0.0, 1, 2], [1, 1, 1])
+        broken = [point, line, np.full((3, 3), np.nan), self.corners * [1, np.inf, 1], line + [3, 0, 0]]
+        vertices = np.concatenate([*broken[:3], self.corners, *broken[3:]])
+        lamps = vertices, np.arange(len(vertices)).reshape(-1, 3)
+        good = 2 + 3  # the triangle's number: two of the floor, and three broken ones, come before it
+        place = {"eye": (0, 0.5, 0), "at": (0, 0, 0), "up": (0, 0, 1), "screen_window": (-1, 1, -1, 1)}
+        tried = wrong = nan = 0
+        for choice in PARTS.names("lamp choice"):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)  # of the triangles that were dropped
+                scene = SceneData(mesh_of([square(2), lamps], [FLOOR, lamp()]), lamp_choice=choice)
+            camera = OrthographicCamera(9, 9, **place)
+            renderer = A4Renderer(scene, camera=camera, jitter=False, sampler="independent")
+            renderer.max_bounces = 1
+            image, deviation, not_finite = rendered(renderer, "explicit", 256)
+            centres = (np.arange(9) + 0.5) / 9 * 2 - 1
+            up = np.array([0.0, 1, 0])
+            truth = np.array(
+                [[oracle.polygon_irradiance((x, 0, z), up, self.corners) for x in centres] for z in centres[::-1]]
+            )
+            off = np.abs(image[..., 0] - ALBEDO / np.pi * truth) > DEVIATIONS * deviation[..., 0] + 64 * epsilon
+            wrong += int(off.sum()) + int(list(scene.lamps.table.ids) != [good])
+            tried, nan = tried + off.size + 1, nan + not_finite
+            scene.destroy()
+        return {"tried": tried, "wrong": wrong, "nan": nan}
+
+
+class NoLampAtAll(RendererCase):
+    """Every surface that emits has the area 0: there is a Ke > 0, and no light.
+
+    The total area of the lamps is 0. Dividing by it, or searching in an empty table, is NaN or a crash.
+    """
+
+    name = "total emissive area 0"
+
+    def judge(self, epsilon):
+        """The picture is black, in every way."""
+        line = np.outer([0.0, 1, 2], [1.0, 1, 1]), np.array([[0, 1, 2]])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
+            scene = SceneData(mesh_of([square(2), line], [FLOOR, lamp()]))
+        renderer = A4Renderer(scene, camera=Camera(8, 8, eye=(0, 3, 0.1), at=(0, 0, 0)))
+        tried = wrong = nan = 0
+        for way in WAYS:
+            image, _, not_finite = rendered(renderer, way, 4)
+            tried, wrong, nan = tried + 64, wrong + int((image != 0).any(axis=2).sum()), nan + not_finite
+        scene.destroy()
+        return {"tried": tried, "wrong": wrong, "nan": nan}
+
+
+class ExtremeRadiance(RendererCase):
+    """Lamps with Ke = 1e30 and 1e-30.
+
+    In f32, the square of 1e30 is infinite and that of 1e-30 is 0: a sum of squares, a heuristic of radiances, or a
+    power that is not scaled, is lost. The picture has to be that of Ke = 1, times a factor.
+    """
+
+    name, spp = "Ke of 1e30 and 1e-30", 64
+
+    def judge(self, epsilon):
+        """Divided by Ke, both pictures are the same, and their mean is that of Lambert's formula."""
+        corners, up = np.array([[-1.0, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1]]), np.array([0.0, 1, 0])
+        place = {"eye": (0, 0.5, 0), "at": (0, 0, 0), "up": (0, 0, 1), "screen_window": (-1, 1, -1, 1)}
+        centres = (np.arange(9) + 0.5) / 9 * 2 - 1
+        truth = np.array([[oracle.polygon_irradiance((x, 0, z), up, corners) for x in centres] for z in centres])
+        pictures, nan = [], 0
+        for radiance in (1e30, 1e-30):
+            scene = SceneData(mesh_of([square(2), quad(*corners)], [FLOOR, lamp(radiance)]))
+            renderer = A4Renderer(scene, camera=OrthographicCamera(9, 9, **place), jitter=False)
+            renderer.max_bounces = 1
+            image, _, not_finite = rendered(renderer, "path", self.spp)
+            pictures.append(image[..., 0] / radiance)
+            nan += not_finite
+            scene.destroy()
+        one, other = pictures
+        wrong = int((np.abs(one / other - 1) > self.spp * PIXEL).sum())
+        wrong += int(abs(one.mean() / (ALBEDO / np.pi * truth.mean()) - 1) > 0.02)
+        return {"tried": 2 * one.size, "wrong": wrong, "nan": nan}
+
+
+class MillionTriangleLamp(RendererCase):
+    """A ball of 1e6 triangles that emits, above a floor.
+
+    A cumulative distribution of 1e6 equal steps is at the limit of f32: its last steps are 1e-6, in units of 6e-8.
+    Where the density of a lamp is not exactly the probability with which the search finds it, the picture is too dark.
+    """
+
+    name = "one lamp of 1e6 triangles"
+    radius, height = 0.5, 2.0
+
+    def judge(self, epsilon):
+        """Straight below a ball of radius R at the height h, E = π L (R/h)², whichever choice is made."""
+        ball = sphere(1000, 501, self.radius, (0, self.height, 0))
+        truth = ALBEDO * (self.radius / self.height) ** 2
+        place = {"eye": (0, 0.5, 0), "at": (0, 0, 0), "up": (0, 0, 1), "screen_window": (-0.01, 0.01, -0.01, 0.01)}
+        tried = wrong = nan = 0
+        for choice in PARTS.names("lamp choice"):
+            scene = SceneData(mesh_of([square(2), ball], [FLOOR, lamp()]), lamp_choice=choice)
+            renderer = A4Renderer(scene, camera=OrthographicCamera(16, 16, **place), sampler="independent")
+            renderer.max_bounces = 1
+            image, _, not_finite = rendered(renderer, "explicit", 256)
+            error = image[..., 0].std() / np.sqrt(image[..., 0].size)
+            # The ball is a polyhedron, which is smaller than the ball by some 1e-5.
+            wrong += int(abs(image.mean() - truth) > 4 * error + 1e-4 * truth)
+            tried, nan = tried + image[..., 0].size, nan + not_finite
+            scene.destroy()
+        return {"tried": tried, "wrong": wrong, "nan": nan}
+
+
+USUAL = (
+    ClosedRoom,
+    MirrorCorridor,
+    LampInTheFloor,
+    LampAtTheFloor,
+    LampEdgeOn,
+    DegenerateLamps,
+    NoLampAtAll,
+    ExtremeRadiance,
+)
+LARGE = (MillionTriangleLamp,)

@@ -1,0 +1,71 @@
+"""``taichi-tracer samples``: tables and pictures for environments and scenes, and one line for what cannot be."""
+
+import numpy as np
+import pytest
+from support import start
+
+from taichi_tracer.apps.cli import main
+from taichi_tracer.files.images import read_image, save_image
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def test_an_environment_gets_a_table_and_two_maps(tmp_path, capsys):
+    assert main(["samples", "white", "--count", "2000", "--size", "16x8", "-o", str(tmp_path / "new")]) == 0
+    out = capsys.readouterr().out
+    assert "white, 4x2: 2,000 samples, counted in 16x8 cells" in out
+    assert "importance" in out
+    names = sorted(path.name for path in (tmp_path / "new").iterdir())
+    assert names == ["samples_white_importance.png", "samples_white_uniform.png"]
+    assert all(f"wrote {tmp_path / 'new' / name}" in out for name in names)
+    assert read_image(tmp_path / "new" / names[0]).shape[1] == 960
+
+
+def test_an_image_is_an_environment(tmp_path, capsys):
+    save_image(tmp_path / "own.npy", np.ones((4, 8, 3), np.float32))
+    assert main(["samples", str(tmp_path / "own.npy"), "--count", "100", "-o", str(tmp_path)]) == 0
+    assert "own, 8x4: 100 samples" in capsys.readouterr().out
+    assert (tmp_path / "samples_own_uniform.png").exists()
+
+
+def test_a_scene_gets_tables_a_map_for_each_choice_and_a_chart(tmp_path, capsys):
+    words = ["--count", "1000", "--size", "16x8", "-o", str(tmp_path)]
+    assert main(["samples", "cornell_box", "--point", "0", "0", "0", *words]) == 0
+    out = capsys.readouterr().out
+    assert "cornell_box, 2 lamps: 1,000 samples from (0, 0, 0) with the normal (0, 1, 0)" in out
+    rows = [line.split()[0] for line in out.splitlines() if line]
+    assert all(rows.count(name) == 3 for name in ("area", "power", "hierarchy"))  # one line, and two lamps
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {f"samples_cornell_box_{name}.png" for name in ("area", "power", "hierarchy", "shares")}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nowhere"], "unknown environment or scene 'nowhere'"),
+        (["no_such.hdr"], "no_such.hdr: no such file"),
+        (["no_such.obj"], "no_such.obj: no such file"),
+        (["cube", "--point", "0", "0", "0"], "no surface emits light"),
+        (["studio", "--point", "0", "0", "0"], "--point belongs to a scene"),
+        (["cornell_box", "--point", "0", "nan", "0"], "--point must be three finite numbers, not 0 nan 0"),
+        (["cornell_box", "--normal", "0", "0", "0"], "--normal must not be 0 0 0"),
+        (["studio", "--count", "0"], "'0' is not a whole number of at least 1"),
+        (["studio", "--count", "100000001"], "count must be from 1 to 100,000,000, not 100,000,001"),
+        (["studio", "--size", "0x8"], "is not WIDTHxHEIGHT"),
+    ],
+)
+def test_what_cannot_be_sampled_is_told_in_one_line(words, message, tmp_path, capsys):
+    assert main(["samples", *words, "-o", str(tmp_path / "new")]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_known_before_any_sample(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["samples", "white", "-o", str(tmp_path / "file")]) == 2
+    assert "cannot be made" in capsys.readouterr().err

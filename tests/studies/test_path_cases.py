@@ -1,0 +1,135 @@
+"""The hard cases of light that bounces: they pass, and each finds the mistake that it is about."""
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+from oracles import lamps as independent
+from support import start
+
+from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.integrators.path_settings import PathSettings
+from taichi_tracer.integrators.paths import WeightedPaths
+from taichi_tracer.lights.lamps import Lamps
+from taichi_tracer.studies.hard import oracle, path_cases
+from taichi_tracer.studies.hard.catalogue import LEVELS
+
+EPSILON = 2.0**-23
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def test_lamberts_formula_agrees_with_an_independent_one(rng):
+    """For quads above, below and across the horizon, from both sides."""
+    fronts = 0
+    for _ in range(200):
+        a, b, c = rng.normal(size=(3, 3))
+        corners = np.array([a, b, b + c - a, c])
+        point, normal = rng.normal(size=3), np.array([0.0, 0, 1])
+        found = oracle.polygon_irradiance(point, normal, corners)
+        seen = independent.clipped(point, normal, corners)
+        is_front = np.cross(corners[1] - corners[0], corners[2] - corners[0]) @ (corners[0] - point) < 0
+        expected = independent.polygon_irradiance(point, normal, seen) if is_front and len(seen) > 2 else 0.0
+        assert found == pytest.approx(expected, abs=1e-12)
+        fronts += found > 0
+    assert fronts > 40
+
+
+def test_a_lamp_that_fills_the_sky_gives_pi():
+    far = 1e6
+    corners = np.array([[-far, 1, -far], [far, 1, -far], [far, 1, far], [-far, 1, far]])
+    assert oracle.polygon_irradiance((0, 0, 0), np.array([0.0, 1, 0]), corners) == pytest.approx(np.pi, abs=1e-5)
+
+
+def test_which_level_tries_which_cases():
+    assert LEVELS["quick"].paths == (path_cases.ClosedRoom,)
+    assert path_cases.MillionTriangleLamp in LEVELS["full"].paths
+    assert path_cases.MillionTriangleLamp not in LEVELS["default"].paths
+
+
+def test_the_pixels_show_the_points_that_they_are_compared_at():
+    """Of the tilted scene, too: the eye rays are sent to the floor."""
+    for case in (path_cases.LampInTheFloor(), path_cases.LampAtTheFloor()):
+        camera = case.camera()
+        origins, directions = np.zeros((2, case.size, case.size, 3), np.float32)
+        fill(camera, origins, directions)
+        points = origins - directions * ((origins @ case.turn[:, 1]) / (directions @ case.turn[:, 1]))[..., None]
+        shown = (points @ case.turn)[:, ::-1].transpose(1, 0, 2)  # [x, y] with y up → rows from the top
+        np.testing.assert_allclose(shown, case.points(), atol=1e-5)
+
+
+@ti.kernel
+def fill(camera: ti.template(), origins: ti.types.ndarray(ndim=3), directions: ti.types.ndarray(ndim=3)):
+    for x, y in ti.ndrange(camera.width, camera.height):
+        ray = camera.generate_ray(x, y)
+        for k in ti.static(range(3)):
+            origins[x, y, k] = ray.origin[k]
+            directions[x, y, k] = ray.direction[k]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("precision", ["f32", "f64"])
+@pytest.mark.parametrize("case", path_cases.USUAL, ids=lambda case: case.__name__)
+def test_a_case_passes(case, precision):
+    start(precision)
+    epsilon = EPSILON if precision == "f32" else 2.0**-52
+    found = case().judge(epsilon)
+    start("f32")
+    assert found["tried"] > 0
+    assert (found["wrong"], found["nan"]) == (0, 0)
+
+
+# ── mistakes ──
+
+
+@ti.func
+def counted_twice(self, scene, ray, n, hit, pdf, is_delta):
+    return 1.0
+
+
+@ti.func
+def from_both_sides(self, hit):
+    light = tm.vec3(0)
+    if hit.is_hit:
+        light = self.library.get(hit.material_id).Ke
+    return light
+
+
+@ti.func
+def a_little_brighter(self, material, w_o, w_i, n):
+    return 1.0001 * material.Kd
+
+
+@ti.func
+def without_end(self):
+    return 200
+
+
+@ti.func
+def density_without_cosine(self, x, triangle_id, xi):
+    v0, v1, v2 = self.geometry.triangle(triangle_id)
+    y = v0 + (v1 - v0) * (1 - ti.sqrt(xi.x)) + (v2 - v0) * (xi.y * ti.sqrt(xi.x))
+    distance = (y - x).norm()
+    light = self.library.get(self.geometry.triangle_material_ids[triangle_id]).Ke
+    area = tm.cross(v1 - v0, v2 - v0).norm() / 2
+    return (y - x) / distance, distance * 0.999, light, distance * distance / area
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("owner", "method", "broken", "case"),
+    [
+        (WeightedPaths, "share_of_hit", counted_twice, path_cases.LampAtTheFloor),
+        (Lamps, "sample_triangle", density_without_cosine, path_cases.LampEdgeOn),
+        (PathSettings, "max_bounces", without_end, path_cases.MirrorCorridor),
+        (Diffuse, "weight", a_little_brighter, path_cases.ClosedRoom),
+        (Lamps, "emitted", from_both_sides, path_cases.LampAtTheFloor),
+    ],
+)
+def test_a_mistake_is_found(owner, method, broken, case, monkeypatch):
+    monkeypatch.setattr(owner, method, broken)
+    found = case().judge(EPSILON)
+    assert found["wrong"] + found["nan"] > 0

@@ -1,0 +1,179 @@
+"""Where samples go: every sample is counted once, in the right cell, and as often as its density says."""
+
+import io
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+from contracts.statistics import largest_z
+from PIL import Image
+from shapes import SQUARE
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.formulas.luminance import luminance
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.studies import samples
+from taichi_tracer.studies.samples import Counts, cell_of
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def solid_angles(height, width):
+    """(height, 1) of a cell in each row, top row first."""
+    edges = np.cos(np.pi * np.arange(height + 1) / height)
+    return ((edges[:-1] - edges[1:]) * 2 * np.pi / width)[:, None]
+
+
+@ti.kernel
+def ask_cells(directions: ti.types.ndarray(ndim=2), cells: ti.types.ndarray(ndim=1), width: ti.i32, height: ti.i32):
+    for i in cells:
+        cells[i] = cell_of(tm.vec3(directions[i, 0], directions[i, 1], directions[i, 2]), width, height)
+
+
+def test_the_cell_of_a_direction_is_that_of_a_texel_of_an_environment(rng):
+    """A2-5 in numpy; the poles and the seam are in the map, too."""
+    d = rng.normal(size=(5000, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    d[:4] = [0, 1, 0], [0, -1, 0], [-1, 0, 0.0], [-1, 0, -0.0]
+    cells = np.full(len(d), -1, np.int32)
+    ask_cells(d.astype(np.float32), cells, 16, 8)
+    u, v = 0.5 + np.arctan2(d[:, 2], d[:, 0]) / (2 * np.pi), 0.5 + np.arcsin(np.clip(d[:, 1], -1, 1)) / np.pi
+    row, column = np.clip(np.floor((1 - v) * 8), 0, 7), np.clip(np.floor(u * 16), 0, 15)
+    near_border = (np.abs(u * 16 - np.round(u * 16)) < 1e-4) | (np.abs(v * 8 - np.round(v * 8)) < 1e-4)
+    assert ((cells == row * 16 + column) | near_border).all()
+    assert cells.min() >= 0
+    assert cells.max() < 16 * 8
+
+
+def test_cells_have_as_many_samples_as_the_densities_say():
+    """Uniform: the solid angle of a cell; importance: its light, too. Significance 1 % for all cells of both."""
+    pixels = np.random.default_rng(3).uniform(0, 1, (8, 16, 3)) ** 4
+    pixels[2, 3] = 40.0
+    pixels[5] = 0.0
+    uniform, importance = samples.environment_counts(tt.Environment(pixels), 200_000, (16, 8))
+    area = np.broadcast_to(solid_angles(8, 16), (8, 16))
+    light = luminance(pixels) * area
+    for found, weight in ((uniform, area), (importance, light)):
+        p = weight / weight.sum()
+        assert found.total == 200_000
+        z = (found.cells - 200_000 * p) / np.sqrt(200_000 * p * (1 - p) + 1e-9)
+        assert np.abs(z).max() < largest_z(2 * z.size, 0.01)
+    assert importance.cells[5].sum() == 0
+    assert (uniform.name, importance.name) == ("uniform", "importance")
+
+
+def test_chunks_do_not_change_the_counts(monkeypatch):
+    whole = samples.environment_counts(tt.Environment(np.ones((2, 4, 3))), 2500, (8, 4), seed=5)
+    monkeypatch.setattr(samples, "CHUNK", 1000)
+    told = []
+    parts = samples.environment_counts(tt.Environment(np.ones((2, 4, 3))), 2500, (8, 4), seed=5, tell=told.append)
+    for one, other in zip(whole, parts, strict=True):
+        np.testing.assert_array_equal(one.cells, other.cells)
+    assert told == [1000, 1000, 500] * 2
+
+
+@pytest.fixture(scope="module")
+def two_lamps():
+    """A floor with two lamps above it; they face down. The second has three times the area and a third of the Ke."""
+    start("f32")
+    floor, faces = np.array([[-3, 0, 3], [3, 0, 3], [3, 0, -3], [-3, 0, -3.0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    small = np.array([[-1, 2, 0], [-0.5, 2, 0], [-0.5, 2, 0.5]])
+    large = np.array([[0.5, 2, 0], [2, 2, 0], [2, 2, 0.5]])
+    materials = [tt.Material(name="floor")]
+    materials += [tt.Material(name=name, Ke=(ke,) * 3) for name, ke in (("small", 3.0), ("large", 1.0))]
+    mesh = Mesh(
+        np.concatenate([floor, small, large]),
+        np.concatenate([faces, [[4, 5, 6], [7, 8, 9]]]),
+        face_materials=np.array([0, 0, 1, 2], np.int32),
+        materials=materials,
+    )
+    return tt.SceneData(mesh, view={"eye": (0, 1, 2), "at": (0, 0, 0), "fov": 60.0})
+
+
+def test_lamps_are_chosen_as_often_as_their_choice_says(two_lamps):
+    """By area 1 : 3, by power 1 : 1; the entropy of two equal shares is one bit. Significance 1 %."""
+    found = {c.name: c for c in samples.lamp_counts(two_lamps, (0, 0, 0), (0, 1, 0), 40_000, (16, 8))}
+    assert {"area", "power", "hierarchy"} <= set(found)
+    for name, share in (("area", 0.25), ("power", 0.5)):
+        off = found[name].lamps[0] - 40_000 * share
+        assert abs(off) < largest_z(2, 0.01) * np.sqrt(40_000 * share * (1 - share))
+    assert found["power"].entropy == pytest.approx(1, abs=1e-3)
+    assert found["power"].effective_lamps == pytest.approx(2, abs=1e-3)
+    for one in found.values():
+        assert one.total == one.lamps.sum() == 40_000
+        assert one.cells[4:].sum() == 0  # lamps are above the horizon
+        assert one.deviation > 0
+
+
+def test_the_deviation_is_that_of_the_estimator(two_lamps):
+    """A lamp that is far away and alone: light over density is nearly constant: there is hardly any deviation."""
+    far = two_lamps.mesh.vertices.astype(float).copy()
+    far[4:7] += [0, 1000, 0]
+    mesh = Mesh(far[:7], np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]]), materials=two_lamps.materials[:2])
+    mesh.face_materials = np.array([0, 0, 1], np.int32)
+    for one in samples.lamp_counts(tt.SceneData(mesh), (0, 0, 0), (0, 1, 0), 1000, (4, 2)):
+        assert one.deviation < 1e-2
+        assert one.effective_lamps == 1
+
+
+def test_entropy():
+    equal = Counts("x", np.zeros((1, 1)), 1.0, np.array([5, 5, 0, 5, 5]))
+    assert equal.entropy == pytest.approx(2)
+    assert equal.effective_lamps == pytest.approx(4)
+    assert equal.top(2) == [(0, 0.25), (1, 0.25)]
+    assert len(equal.top(9)) == 4
+
+
+def test_the_point_and_its_normal(two_lamps):
+    point, normal = samples.centre_of_view(two_lamps)
+    np.testing.assert_allclose(point, 0, atol=1e-6)
+    np.testing.assert_allclose(normal, (0, 1, 0), atol=1e-6)
+    np.testing.assert_allclose(samples.normal_at(two_lamps, (1, 0, 0)), (0, 1, 0), atol=1e-6)
+    np.testing.assert_array_equal(samples.normal_at(two_lamps, (9, 9, 9)), (0, 1, 0))
+    np.testing.assert_array_equal(samples.normal_at(two_lamps, (0, 1, 2)), (0, 1, 0))  # the eye itself
+
+
+def test_what_cannot_be_sampled_is_refused(two_lamps):
+    dark = tt.scene_from_mesh(*SQUARE, view={"eye": (0, 0, 5), "at": (0, 9, 0), "fov": 60.0})
+    with pytest.raises(tt.InputError, match="no surface emits light"):
+        samples.lamp_counts(dark, (0, 0, 0), (0, 1, 0), 10)
+    with pytest.raises(tt.InputError, match="the middle of the view shows no surface"):
+        samples.centre_of_view(dark)
+    for count in (0, 100_000_001):
+        with pytest.raises(tt.InputError, match="count must be from 1 to 100,000,000"):
+            samples.check_count(count)
+
+
+def test_tables_name_what_was_counted(two_lamps):
+    found = samples.lamp_counts(two_lamps, (0, 0, 0), (0, 1, 0), 1000, (16, 8))
+    assert [line.split()[0] for line in samples.choice_table(found)[1:]] == [one.name for one in found]
+    top = [line.split() for line in samples.top_table(found, two_lamps, 1)[1:]]
+    assert [row[1:] for row in top if row[0] == "area"][0][0] == "3"  # the id of the larger triangle
+    assert all(row[3] in ("small", "large") for row in top)
+    text = samples.map_table([Counts("uniform", np.array([[1, 2], [3, 1000]]), 0.5)])[1].split()
+    assert text == ["uniform", "1", "251.5", "2", "1,000", "0.0%", "0.500"]
+
+
+def test_pictures_are_png_files_in_which_more_samples_are_brighter():
+    cells = np.zeros((4, 8), np.int64)
+    cells[0, 0], cells[3, 7] = 1, 1000
+    content = samples.map_png(Counts("x", cells, 1.0), 1000, "x")
+    picture = np.asarray(Image.open(io.BytesIO(content)).convert("RGB")).astype(int)
+    assert picture.shape[1] == 960
+    inside = picture[60:-60, 100:-180].sum(axis=2)
+    assert (inside == 0).mean() > 0.5  # cells without samples are black
+    chart = samples.shares_png([Counts("x", cells, 1.0, np.array([3, 1]))], "x")
+    assert chart.startswith(b"\x89PNG")
+
+
+@pytest.mark.long
+def test_the_hierarchy_is_best_where_there_are_many_lamps():
+    scene = tt.load_scene_data("many_lights")
+    found = {c.name: c for c in samples.lamp_counts(scene, *samples.centre_of_view(scene), 200_000)}
+    assert found["hierarchy"].deviation < found["area"].deviation / 4
+    assert found["hierarchy"].effective_lamps < found["power"].effective_lamps < found["area"].effective_lamps
