@@ -5,6 +5,7 @@ assignments define which integrators they offer, and have the methods of the han
 """
 
 import copy
+import functools
 import warnings
 from collections.abc import Callable, Sequence
 from enum import Enum
@@ -682,12 +683,12 @@ class A3Renderer(A2Renderer):
     def mis_pbrdf(self, weight: float) -> None:
         self._one_sample().set_weights(self.mis_plight, weight)
 
-    def _one_sample(self):
+    def _one_sample(self) -> Any:
         """This renderer's copy of the integrator."""
         name = "mis_one_sample"
         return self._integrators.setdefault(name, copy.copy(PARTS.find("integrator", name)))
 
-    def set_sample_mis_one_sample(self):
+    def set_sample_mis_one_sample(self) -> "Self":
         """Use multiple importance sampling with one sample, drawn by lot (A3-4)."""
         return self.use("mis_one_sample")
 
@@ -703,17 +704,16 @@ class A4Renderer(ProgressiveRenderer):
 
     name, what, jitters = "A4Renderer", "path", True
 
-    def __init__(self, scene_data: SceneData, *args, **options) -> None:
-        if not isinstance(scene_data, SceneData):
-            raise not_a_scene(type(self).__name__, scene_data)
-        scene_data.check_alive()
-        self.path_settings = PathSettings()
-        super().__init__(scene_data, *args, **options)
+    @functools.cached_property
+    def path_settings(self) -> PathSettings:
+        """How long paths are; every integrator of this renderer has the same object."""
+        return PathSettings()
 
-    def use(self, integrator):
+    def use(self, integrator: IntegratorChoice) -> "Self":
         """Choose how light is found; the length of paths stays. Returns the renderer."""
         super().use(integrator)
-        self.active.settings = self.path_settings
+        paths: Any = self.active
+        paths.settings = self.path_settings
         return self
 
     @property
@@ -761,14 +761,14 @@ class A4Renderer(ProgressiveRenderer):
     def bounces(self, value: tuple[int, int] | None) -> None:
         self.path_settings.set(bounces=value)
 
-    def set_shading_implicit(self):
+    def set_shading_implicit(self) -> "Self":
         """Let paths find lights by chance: ``implicit`` (A4-1)."""
         return self.use("implicit")
 
-    def set_shading_explicit(self):
+    def set_shading_explicit(self) -> "Self":
         """Take a sample of the lights at every surface: ``explicit`` (A4-1)."""
         return self.use("explicit")
 
-    def set_shading_mis(self):
+    def set_shading_mis(self) -> "Self":
         """Combine both by the power heuristic: ``path`` (A3-4, A4-1)."""
         return self.use("path")

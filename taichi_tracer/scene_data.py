@@ -31,7 +31,7 @@ from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.sampler import BRDF
+from taichi_tracer.sampler import BRDF, MeshLightSampler
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.errors import InputError, one_of
@@ -242,7 +242,7 @@ class SceneData:
         fast: bool = True,
         smooth: bool | float = False,
         up_axis: str = "y",
-        lamp_choice: LampChoices = "power",
+        lamp_choice: LampChoices | None = None,
         two_sided_lamps: bool = False,
     ) -> None:
         up_of(up_axis)  # raises the error for an unknown name before anything is made
@@ -271,8 +271,7 @@ class SceneData:
         self.material_library.load()
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
-        choice = copy.copy(PARTS.find("lamp choice", lamp_choice))  # its tables belong to this scene
-        self.lamps = Lamps(self.geometry, self.material_library, choice, two_sided_lamps)
+        self.lamps = Lamps(self.geometry, self.material_library, lamp_choice_of(lamp_choice), two_sided_lamps)
         self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
         self._computed_view = self.view if view is None else None
         self._in_kernels: SceneInKernels | None = None
@@ -517,6 +516,16 @@ def described(materials: list[Material]) -> str:
     return f"[{', '.join(words)}]"
 
 
+def lamp_choice_of(chosen: LampChoices | None) -> LampChoice:
+    """A lamp choice of a scene's own, because its tables belong to the scene.
+
+    If a method of ``MeshLightSampler`` is replaced, it takes the place of "area", and of a choice that is not given.
+    """
+    if replaced(MeshLightSampler) and chosen in (None, "area"):
+        return MeshLightSampler()
+    return copy.copy(PARTS.find("lamp choice", "power" if chosen is None else chosen))
+
+
 def brdfs_of(chosen: Sequence[BrdfChoice]) -> list[Brdf]:
     """The BRDFs that a scene knows. If several of them describe a material, the last one in this list is used.
 
@@ -569,7 +578,7 @@ def scene_from_mesh(
     fast: bool = True,
     smooth: bool | float = False,
     up_axis: str = "y",
-    lamp_choice: LampChoices = "power",
+    lamp_choice: LampChoices | None = None,
     two_sided_lamps: bool = False,
 ) -> SceneData:
     """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.

@@ -83,7 +83,7 @@ def load_scene_data(
     fast: bool = True,
     smooth: bool | float = False,
     up_axis: str = "y",
-    lamp_choice: LampChoices = "power",
+    lamp_choice: LampChoices | None = None,
     two_sided_lamps: bool = False,
 ) -> SceneData:
     """Read a scene.

@@ -127,6 +127,37 @@ def half_the_factor(material, w_o, w_i, normal):
 
 
 @ti.func
+def area_of_one(v0, v1, v2):
+    """Every triangle has the same area."""
+    return 1.0
+
+
+def empty_cdf(self):
+    """Nothing is filled in."""
+    self.cdf.fill(0)
+
+
+@ti.func
+def the_first_one():
+    """Always the same triangle."""
+    return 0
+
+
+@ti.func
+def density_of_one(self):
+    """As if the lamps had the area 1."""
+    return 1.0
+
+
+@ti.func
+def straight_to_the_first(self, hit_point):
+    """No point is chosen."""
+    triangle_id = self.emissive_triangle_ids[0]
+    v0, v1, v2 = self.geometry.triangle(triangle_id)
+    return ((v0 + v1 + v2) / 3 - hit_point).normalized(), triangle_id
+
+
+@ti.func
 def flat_shading(self, ray):
     """A colour of the ray alone."""
     return abs(ray.direction)
@@ -177,6 +208,9 @@ def handout_seams() -> list[Seam]:
     brdf = {"sample_direction": along_the_normal, "evaluate_probability": twice_the_density}
     brdf |= {"evaluate_brdf": without_pi, "evaluate_brdf_factor": half_the_factor}
     seams += [Seam("BRDF", name, wrong, "brdfs", (None, "brdf")) for name, wrong in brdf.items()]
+    lamps = {"compute_triangle_area": area_of_one, "compute_cdf": empty_cdf, "sample_emissive_triangle": the_first_one}
+    lamps |= {"evaluate_probability": density_of_one, "sample_mesh_lights": straight_to_the_first}
+    seams += [Seam("MeshLightSampler", name, wrong, "lamps", (None, "environment")) for name, wrong in lamps.items()]
     seams += [Seam("A1Renderer", "shade_ray", flat_shading, "", ("normal", None))]
     seams += [Seam("A2Renderer", "shade_ray", flat_shading, "", (None, "mis"))]
     views = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")
@@ -220,6 +254,8 @@ def replaced(seam: Seam, way: str):
         yield {"environment": mine(pixels)}, {}, {}
     elif seam.slot == "sampler":
         yield {}, {"sampler": mine if way == "class" else mine()}, {}
+    elif seam.slot == "lamps":
+        yield {"lamp_choice": mine if way == "class" else mine()}, {}, {}
     elif seam.slot == "brdfs":
         yield {"brdfs": [mine if way == "class" else mine()]}, {}, {}
     else:
@@ -269,9 +305,11 @@ RIGHT: dict[tuple, np.ndarray] = {}
 
 def right(seam: Seam, output: str) -> np.ndarray:
     """What the package's own methods give."""
-    key = (*seam.shows, output, seam.slot == "environment")
+    key = (*seam.shows, output, seam.slot if seam.slot in ("environment", "lamps") else "")
     if key not in RIGHT:
         options = {"environment": np.full((2, 4, 3), 0.5)} if seam.slot == "environment" else {}
+        if seam.slot == "lamps":
+            options = {"lamp_choice": tt.MeshLightSampler}
         of_output = outputs_of(seam, "", (output,), options, {}, {})
         RIGHT[key] = of_output.get(output)
     return RIGHT[key]
@@ -290,7 +328,11 @@ def table_row(seam: Seam, way: str, what: tuple[str, ...]) -> dict[str, str]:
 
 ALIKE = ("evaluate_brdf", "evaluate_brdf_factor", "shade_hit", "shade_triangle_id", "shade_distance")
 ALIKE += ("shade_barycentric", "shade_material_id", "evaluate_probability", "generate_ndc_coords")
-ALIKE += ("generate_camera_coords", "compute_matrix")  # live by the same lines as others: tested with what takes long
+ALIKE += (
+    "generate_camera_coords",
+    "compute_matrix",
+    "compute_triangle_area",
+)  # live by the same lines as others: tested with what takes long
 
 
 @pytest.mark.parametrize("seam", [s for s in SEAMS if s.method not in ALIKE], ids=lambda seam: seam.id)

@@ -17,8 +17,7 @@ def sample_of_lights(scene: ti.template(), surface, rng):
 
     The value is 0 if something blocks the light. For a mirror it is always 0: only its own direction finds light.
     """
-    xi_choice, xi = rng.next_2d(), rng.next_2d()
-    w_i, distance, light, pdf = scene.lights.sample(surface.origin, surface.normal, xi_choice, xi)
+    w_i, distance, light, pdf = scene.lights.sample(surface.origin, surface.normal, rng.next_2d())
     value, pdf_brdf = tm.vec3(0), surface.pdf(w_i)
     if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
         value = surface.eval_cosine(w_i) * light / pdf

@@ -1,12 +1,13 @@
 """The interface of a choice among lamps: which of the surfaces that emit gets the sample?
 
-    lamp, probability = choice.choose(x, n, xi)
+    lamp, probability, rest = choice.choose(x, n, xi)
 
 The three choices trade time for variance. ``area`` is the course's (A3-2): it only looks at areas. ``power`` looks at
 the emitted light, too. ``hierarchy`` also looks at the point that is lit.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -48,18 +49,26 @@ class LampChoice:
 
     Attributes:
         name: its name in the registry, which ``lamp_choice=`` takes.
+        geometry: the triangles and spheres of the scene; the scene sets it before it calls ``prepare``.
+        samples_points: whether it chooses the point on the lamp, too, as the handout's ``MeshLightSampler`` does. Then
+            it has the methods ``sample_mesh_lights`` and ``evaluate_probability`` of that class.
     """
 
-    kind, name = "lamp choice", ""
+    kind, name, samples_points = "lamp choice", "", False
+    geometry: Any = None
 
     def prepare(self, lamps: LampTable) -> None:
         """Build the tables for the lamps of a scene. Called once, before the first kernel that asks for a choice."""
 
     @ti.func
     def choose(self, x, n, xi):
-        """(lamp, probability) for the point x with the normal n, made of one random number ξ in [0, 1)."""
+        """(lamp, probability, rest) for the point x with the normal n, made of one random number ξ in [0, 1).
+
+        The rest is ξ within the interval that belongs to the lamp, stretched to [0, 1). The place on the lamp is made
+        of it. Samples that are well distributed in ξ are then well distributed over all lamps together.
+        """
         ti.static_assert(False, "a choice of lamps must say what choose(self, x, n, xi) is")
-        return 0, 1.0
+        return 0, 1.0, xi
 
     @ti.func
     def probability(self, x, n, lamp):

@@ -85,7 +85,7 @@ class ByHierarchy(LampChoice):
 
     @ti.func
     def choose(self, x, n, xi):
-        """(lamp, probability): the way down from the root; ξ is stretched again at each step."""
+        """(lamp, probability, rest): the way down from the root; ξ is stretched again at each step."""
         node, probability = 1, 1.0
         while node < self.leaves:
             left = self.share_of_left(x, n, node)
@@ -96,7 +96,7 @@ class ByHierarchy(LampChoice):
                 node, probability = 2 * node + 1, probability * (1 - left)
                 xi = (xi - left) / (1 - left)
         lamp = self.lamps[node - self.leaves]
-        return ti.max(lamp, 0), probability
+        return ti.max(lamp, 0), probability, ti.min(xi, 1 - ti.static(runtime.epsilon()))
 
     @ti.func
     def probability(self, x, n, lamp):

@@ -5,8 +5,11 @@ import taichi as ti
 
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
+
+CELLS = 1 << 24  # a random number in f32 is a multiple of 1/CELLS
 
 
 @ti.data_oriented
@@ -14,8 +17,9 @@ from taichi_tracer.system.seams import seams
 class ByWeight(LampChoice):
     """A lamp is chosen with the probability weight / sum of all weights. A subclass defines ``weights``.
 
-    The cumulative distribution is built in float64 and then rounded. The probability of a lamp is the difference of two
-    rounded values, so that it is exactly the probability with which the lamp is chosen.
+    The cumulative distribution consists of multiples of 2⁻²⁴, as the random numbers of f32 do. Therefore the difference
+    of two values is exactly the probability with which a lamp is chosen, and no lamp with a weight is left out, however
+    small its share is.
     """
 
     def weights(self, lamps: LampTable) -> np.ndarray:
@@ -24,16 +28,13 @@ class ByWeight(LampChoice):
 
     def prepare(self, lamps: LampTable) -> None:
         """Build the cumulative distribution. If all weights are 0, all lamps are equally likely."""
-        weights = self.weights(lamps)
-        largest = weights.max()
-        weights = weights / largest if 0 < largest < np.inf else np.ones(len(lamps))
-        cdf = np.concatenate([[0], np.cumsum(weights)])
         self.count = len(lamps)
+        cdf = np.concatenate([[0], np.cumsum(cells_of(self.weights(lamps)))]) / CELLS
         self._memory = memory.Memory()
         self.cdf = ti.field(float)
         self._memory.fields.dense(ti.i, self.count + 1).place(self.cdf)
         self._memory.allocate()
-        self._load((cdf / cdf[-1]).astype(runtime.dtype()))
+        self._load(cdf.astype(runtime.dtype()))
 
     @ti.kernel
     def _load(self, cdf: ti.types.ndarray(ndim=1)):
@@ -42,7 +43,7 @@ class ByWeight(LampChoice):
 
     @ti.func
     def choose(self, x, n, xi):
-        """(lamp, probability): the lamp whose interval of the cumulative distribution contains ξ."""
+        """(lamp, probability, rest): the lamp whose interval of the cumulative distribution contains ξ."""
         low, high = 0, self.count
         while high - low > 1:
             middle = (low + high) >> 1
@@ -50,12 +51,29 @@ class ByWeight(LampChoice):
                 low = middle
             else:
                 high = middle
-        return low, self.probability(x, n, low)
+        probability = self.probability(x, n, low)
+        return low, probability, (xi - self.cdf[low]) / probability
 
     @ti.func
     def probability(self, x, n, lamp):
         """The share of the lamp in the sum of all weights."""
         return self.cdf[lamp + 1] - self.cdf[lamp]
+
+
+def cells_of(weights: np.ndarray) -> np.ndarray:
+    """(L,) int64 with the sum ``CELLS``, in proportion to the weights, but at least 1 where a weight is above 0.
+
+    Raises:
+        InputError: there are more weights than cells.
+    """
+    count = len(weights)
+    if count > CELLS // 2:
+        raise InputError(f"{count:,} surfaces emit light: more than {CELLS // 2:,} need the lamp choice 'hierarchy'")
+    largest = weights.max()
+    shares = weights / largest if 0 < largest < np.inf else np.ones(count)
+    cells = np.maximum(np.floor(shares / shares.sum() * (CELLS - count)), shares > 0).astype(np.int64)
+    cells[shares.argmax()] += CELLS - cells.sum()  # what rounding left over is at most one cell per lamp
+    return cells
 
 
 @register

@@ -19,7 +19,7 @@ from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.seams import seams
+from taichi_tracer.system.seams import called, seams
 
 
 @ti.data_oriented
@@ -59,6 +59,7 @@ class Lamps(Light):
         lamp_of = np.full(self.geometry.n_primitives, -1, np.int32)
         lamp_of[self.table.ids] = np.arange(self.count)
         self._load(self.table.primitives, self.table.areas.astype(runtime.dtype()), lamp_of)
+        self.choice.geometry = self.geometry
         self.choice.prepare(self.table)
 
     @ti.kernel
@@ -88,35 +89,54 @@ class Lamps(Light):
         return self.emitted(hit)
 
     @ti.func
-    def sample_from(self, x, n, xi_choice, xi):
+    def sample_from(self, x, n, xi):
         """(w_i, distance, radiance, pdf) of a direction from the point x with the normal n to a point on a lamp.
 
-        The light is 0 if the lamp does not emit towards x.
-
-        Args:
-            xi_choice: one random number, which chooses the lamp. xi: two, which choose the point on it.
+        The light is 0 if the lamp does not emit towards x. The first random number chooses the lamp; what it leaves
+        and the second choose the point on it.
         """
-        lamp, probability = self.choice.choose(x, n, xi_choice)
         w_i, distance, light, pdf = tm.vec3(0, 1, 0), 1.0, tm.vec3(0), 1.0
-        if ti.static(not self.geometry.effects.spheres):
-            w_i, distance, light, pdf = self.sample_triangle(x, self.primitives[lamp], xi)
+        if ti.static(self.choice.samples_points):
+            w_i, distance, light, pdf = self.sample_of_choice(x)
         else:
-            primitive = self.primitives[lamp]
-            if primitive >= 0:
-                w_i, distance, light, pdf = self.sample_triangle(x, primitive, xi)
+            lamp, probability, rest = self.choice.choose(x, n, xi.x)
+            place = tm.vec2(rest, xi.y)
+            if ti.static(not self.geometry.effects.spheres):
+                w_i, distance, light, pdf = self.sample_triangle(x, lamp, place)
             else:
-                w_i, distance, light, pdf = self.sample_sphere(x, -1 - primitive, xi)
-        return w_i, distance, light, pdf * probability
+                primitive = self.primitives[lamp]
+                if primitive >= 0:
+                    w_i, distance, light, pdf = self.sample_triangle(x, lamp, place)
+                else:
+                    w_i, distance, light, pdf = self.sample_sphere(x, -1 - primitive, place)
+            pdf *= probability
+        return w_i, distance, light, pdf
 
     @ti.func
-    def sample_triangle(self, x, triangle_id, xi):
-        """(w_i, distance, radiance, pdf) of a point uniform on a triangle.
+    def sample_of_choice(self, x):
+        """(w_i, distance, radiance, pdf) of a direction that the choice itself samples, see ``samples_points``."""
+        w_i, triangle_id = called(self.choice.sample_mesh_lights, x)
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        n = self.geometry.unit_normals[triangle_id]
+        cosine = -tm.dot(w_i, n)
+        if ti.static(self.two_sided):
+            cosine = abs(cosine)
+        distance, light, pdf = 1.0, tm.vec3(0), 1.0
+        if cosine > 0:
+            distance = tm.dot(v0 - x, n) / tm.dot(w_i, n)
+            light = self.library.get(self.geometry.triangle_material_ids[triangle_id]).Ke
+            pdf = called(self.choice.evaluate_probability) * distance * distance / cosine
+        # Shortened by the rounding of the distance, so that the triangle does not block its own light.
+        return w_i, distance * (1 - ti.static(16 * runtime.epsilon())), light, pdf
+
+    @ti.func
+    def sample_triangle(self, x, lamp, xi):
+        """(w_i, distance, radiance, pdf) of a point uniform on a lamp that is a triangle.
 
         The point is moved off the triangle by the rounding error of a ray from x, so that the triangle does not block
         its own light.
         """
-        v0, v1, v2 = self.geometry.triangle(triangle_id)
-        place = uniform_triangle(xi)
+        triangle_id, place = self.primitives[lamp], uniform_triangle(xi)
         y, error = self.geometry.position(triangle_id, place.x, place.y)
         n = self.geometry.unit_normals[triangle_id]
         is_front = tm.dot(x - y, n) > 0
@@ -129,8 +149,7 @@ class Lamps(Light):
         light, pdf = tm.vec3(0), 1.0
         if distance > 0 and cosine > 0 and (self.two_sided or is_front):
             light = self.library.get(self.geometry.triangle_material_ids[triangle_id]).Ke
-            area = tm.cross(v1 - v0, v2 - v0).norm() / 2
-            pdf = distance * distance / (area * cosine)
+            pdf = distance * distance / (self.areas[lamp] * cosine)
         return w_i, distance, light, pdf
 
     @ti.func

@@ -89,23 +89,22 @@ class SceneLights:
         return light
 
     @ti.func
-    def sample(self, x, n, xi_choice, xi):
+    def sample(self, x, n, xi):
         """(w_i, distance, radiance, pdf) of a direction from x to a lamp or to a far light; n is the normal at x.
 
-        Args:
-            xi_choice: two random numbers: the first chooses between far lights and lamps, the second chooses a lamp.
-            xi: two random numbers for the direction.
+        The first random number chooses between far lights and lamps; what it leaves chooses the lamp and the direction.
         """
         w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
         if ti.static(self.far_share == 0):
-            w_i, distance, light, pdf = self.lamps.sample_from(x, n, xi_choice.y, xi)
+            w_i, distance, light, pdf = self.lamps.sample_from(x, n, xi)
         elif ti.static(self.far_share == 1):
             w_i, distance, light, pdf = self.sample_radiance_far(x, xi)
-        elif xi_choice.x < self.far_share:
-            w_i, distance, light, pdf = self.sample_radiance_far(x, xi)
+        elif xi.x < self.far_share:
+            w_i, distance, light, pdf = self.sample_radiance_far(x, tm.vec2(xi.x / self.far_share, xi.y))
             pdf *= self.far_share
         else:
-            w_i, distance, light, pdf = self.lamps.sample_from(x, n, xi_choice.y, xi)
+            rest = (xi.x - self.far_share) / (1 - self.far_share)
+            w_i, distance, light, pdf = self.lamps.sample_from(x, n, tm.vec2(rest, xi.y))
             pdf *= 1 - self.far_share
         return w_i, distance, light, pdf
 

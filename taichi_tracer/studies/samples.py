@@ -133,10 +133,9 @@ class _Choices:
     ):
         for i in lamps:
             index = first + ti.cast(i, ti.u32)
-            a, xi_choice = self.numbers.point(seed, ti.u32(0), index, ti.u32(0))
-            b, c = self.numbers.point(seed, ti.u32(0), index, ti.u32(1))
-            lamps[i], _ = self.lamps.choice.choose(x, n, xi_choice)
-            w_i, _, radiance, pdf = self.lamps.sample_from(x, n, xi_choice, tm.vec2(b, c))
+            a, b = self.numbers.point(seed, ti.u32(0), index, ti.u32(0))
+            lamps[i], _, _ = self.lamps.choice.choose(x, n, a)
+            w_i, _, radiance, pdf = self.lamps.sample_from(x, n, tm.vec2(a, b))
             cells[i] = cell_of(w_i, width, height)
             light[i] = radiance.dot(tm.vec3(1.0 / 3)) * ti.max(0.0, tm.dot(n, w_i)) / pdf
 

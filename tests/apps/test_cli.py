@@ -308,7 +308,10 @@ BAD_WORDS = {
     "unknown view": (["render", "cube", "--view", "norml"], ["'norml'", "did you mean 'normal'?", "distance"]),
     "two views": (["render", "cube", "--view", "hit", "--estimator", "mis"], ["--view hit and --estimator mis"]),
     "not an estimator": (["effects", "cube", "--estimator", "hit"], ["unknown estimator 'hit'", "uniform", "mis"]),
-    "unknown estimator": (["render", "cube", "--estimator", "zzz"], ["view, estimator or integrator 'zzz'", "mis"]),
+    "unknown estimator": (
+        ["render", "cube", "--estimator", "zzz"],
+        ["estimator, path or integrator 'zzz'", "mis"],
+    ),
     "unknown intersector": (["info", "cube", "--intersector", "octree"], ["'octree'", "bvh", "brute_force"]),
     "unknown triangle test": (["info", "cube", "--triangle-test", "x"], ["'x'", "watertight"]),
     "unknown arch": (["info", "cube", "--arch", "gpu"], ["'gpu'", "cuda"]),

@@ -17,7 +17,6 @@ from taichi_tracer.integrators.direct_light import DirectLight
 from taichi_tracer.materials import Material
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.sampler import UniformSampler
-from taichi_tracer.system.registry import PARTS
 
 LARGEST_Z = 4.5
 KD = np.array([0.8, 0.5, 0.2])
@@ -202,31 +201,6 @@ def test_a_furnace_holds_a_sphere_of_its_reflectance():
 
 
 # ── what an estimator is made of ──
-
-
-def test_the_heuristics_weigh_both_techniques_to_one():
-    """Veach & Guibas: w_a + w_b = 1; β = 2 squares the ratio; no density is no weight; huge ones do not overflow."""
-    power, balance = (PARTS.find("integrator", name) for name in ("mis", "mis_balance"))
-    pairs = np.array([[1, 1], [1, 3], [3, 1], [2.5, 0], [0, 2.5], [1e30, 1e30], [1e-30, 1e30]], np.float32)
-    with np.errstate(over="ignore"):
-        for heuristic, exponent in ((power, 2), (balance, 1)):
-            a, b = heuristics(heuristic, pairs), heuristics(heuristic, pairs[:, ::-1])
-            np.testing.assert_allclose(
-                a[:5], [1 / 2, 1 / (1 + 3**exponent), 1 - 1 / (1 + 3**exponent), 1, 0], rtol=1e-6
-            )
-            np.testing.assert_allclose(a + b, 1, rtol=1e-6)
-
-
-@ti.kernel
-def _heuristic(mis: ti.template(), pairs: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=1)):
-    for i in range(pairs.shape[0]):
-        out[i] = mis.heuristic(pairs[i, 0], pairs[i, 1])
-
-
-def heuristics(mis, pairs):
-    out = np.zeros(len(pairs), np.float32)
-    _heuristic(mis, np.ascontiguousarray(pairs), out)
-    return out
 
 
 @pytest.mark.long

@@ -42,7 +42,7 @@ class Probe:
 
     def samples(self, points, normals, seed=1):
         """(n, 9) per point and normal: w_i, distance, red light, pdf, pdf of what is hit, is blocked, light seen."""
-        xi = np.random.default_rng(seed).random((len(points), 4)).astype(np.float32)
+        xi = np.random.default_rng(seed).random((len(points), 2)).astype(np.float32)
         out = np.zeros((len(points), 9), np.float32)
         self._run(np.float32(points), np.float32(normals), xi, out)
         return out
@@ -58,9 +58,7 @@ class Probe:
         for i in range(points.shape[0]):
             x = tm.vec3(points[i, 0], points[i, 1], points[i, 2])
             n = tm.vec3(normals[i, 0], normals[i, 1], normals[i, 2])
-            w_i, distance, light, pdf = self.lights.sample(
-                x, n, tm.vec2(xi[i, 0], xi[i, 1]), tm.vec2(xi[i, 2], xi[i, 3])
-            )
+            w_i, distance, light, pdf = self.lights.sample(x, n, tm.vec2(xi[i, 0], xi[i, 1]))
             ray = tt.Ray(origin=x, direction=w_i)
             hit = self.scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
             for k in ti.static(range(3)):
