@@ -28,6 +28,9 @@ class Effects:
         spheres: whether there are spheres.
         culling: whether rays pass through the backs of some triangles.
         background: whether there is a picture behind the scene.
+        blockers: what a ray that leaves a surface can hit: "all": anything; "backs": something only if it leaves the
+            back of a surface, as inside a convex body; "none": nothing, as in a plane. See ``formulas.convexity``.
+        scatters: whether a material reflects into more than single directions, so that it is worth sampling the lights.
         reasons: (effect, whether it is simulated, why) for each line of the receipt.
     """
 
@@ -40,12 +43,19 @@ class Effects:
     spheres: bool
     culling: bool
     background: bool
+    blockers: str
+    scatters: bool
     reasons: tuple[tuple[str, bool, str], ...] = field(compare=False)
 
     @property
     def is_lit(self) -> bool:
         """Whether there is light to reflect, from the environment, from a surface that emits or from another light."""
         return self.environment in ("constant", "image") or len(self.lights) > 0 or self.lamps
+
+    @property
+    def samples_lights(self) -> bool:
+        """Whether directions that are drawn from the environment or from lamps find light that a surface reflects."""
+        return self.scatters and (self.environment in ("constant", "image") or self.lamps)
 
     @property
     def is_dark(self) -> bool:
@@ -65,7 +75,14 @@ class Effects:
 
 
 def derive(
-    mesh, brdfs, brdf_of: list[int], environment=None, background=None, lights=(), mode: str = "scene"
+    mesh,
+    brdfs,
+    brdf_of: list[int],
+    environment=None,
+    background=None,
+    lights=(),
+    mode: str = "scene",
+    blockers: str = "all",
 ) -> Effects:
     """The effects of a scene.
 
@@ -75,6 +92,7 @@ def derive(
         brdf_of: for each material of the mesh, the index of its BRDF in ``brdfs``.
         environment, background, lights: the attributes of ``SceneData`` with these names.
         mode: "scene" derives the effects; "all" has every effect, for comparison.
+        blockers: what a ray that leaves a surface can hit, see ``Effects``.
     """
     if mode not in MODES:
         raise one_of("effects", mode, MODES)
@@ -92,9 +110,12 @@ def derive(
         "spheres": len(mesh.spheres) > 0,
         "culling": mesh.has_culling,
         "background": background is not None,
+        "blockers": blockers,
+        "scatters": any(not brdfs[i].is_delta for i in has),
     }
     reasons = [_about_brdf(b, has.count(i), [mesh.materials[k] for k in used]) for i, b in enumerate(brdfs)]
-    reasons += _about_light(sky, environment, lights, emits)
+    reasons += _about_light(sky, environment, lights)
+    reasons += _about_paths(found, len(lights), int(mesh.emits().sum()) if emits else 0)
     normals = "a triangle has them" if found["interpolated_normals"] else "no triangle has them"
     reasons.append(("vertex normals", found["interpolated_normals"], normals))
     count = f"{len(mesh.spheres):,} of them" if found["spheres"] else "the scene has none"
@@ -106,6 +127,7 @@ def derive(
     if mode == "all":
         found |= {"brdfs": tuple(range(len(brdfs))), "environment": "none" if environment is None else "image"}
         found |= {"emitters": True, "interpolated_normals": True, "spheres": True}
+        found |= {"blockers": "all", "scatters": True}
         reasons = [_with_all(name, is_on, why, environment is not None) for name, is_on, why in reasons]
     return Effects(**found, reasons=tuple(reasons))
 
@@ -113,7 +135,7 @@ def derive(
 def _with_all(name: str, is_on: bool, why: str, has_environment: bool) -> tuple[str, bool, str]:
     """A line of the receipt in the mode "all"."""
     depends_on_scene = name in ("background", "backface cull") or name.startswith("light ")
-    needs_environment = name in ("environment", "look-up", "shadow rays")
+    needs_environment = name in ("environment", "look-up")
     if depends_on_scene or (needs_environment and not has_environment):
         return name, is_on, why
     return name, True, "everything is compiled"
@@ -136,7 +158,7 @@ def _about_brdf(brdf, count: int, materials: list) -> tuple[str, bool, str]:
     return brdf.name, False, "another BRDF takes its materials" if described else f"no triangle has {brdf.needs}"
 
 
-def _about_light(sky: str, environment, lights, emits: bool) -> list[tuple[str, bool, str]]:
+def _about_light(sky: str, environment, lights) -> list[tuple[str, bool, str]]:
     name = "" if environment is None else environment.name
     is_lit = sky in ("constant", "image")
     why = {
@@ -146,13 +168,44 @@ def _about_light(sky: str, environment, lights, emits: bool) -> list[tuple[str, 
         "image": f"{name}",
     }[sky]
     look_up = "its radiance is the same in every direction" if sky == "constant" else why
-    has_shadows = is_lit or emits or len(lights) > 0
-    shadow = "sent where light could be reflected" if has_shadows else "there is no light to be blocked"
-    emitted = "a material has Ke > 0; it lights other surfaces" if emits else "no triangle has a material with Ke > 0"
     return [
         ("environment", is_lit, why),
         ("look-up", sky == "image", look_up),
         *((f"light {light.name}", True, type(light).__name__) for light in lights),
-        ("shadow rays", has_shadows, shadow),
-        ("emitters", emits, emitted),
+    ]
+
+
+def _about_paths(found: dict, lights: int, lamps: int) -> list[tuple[str, bool, str]]:
+    """The lines about rays that leave a surface, and about the two ways to find the light that a surface reflects.
+
+    Args:
+        found: the attributes of ``Effects``. lights: the number of lights that are sampled one by one.
+        lamps: the number of surfaces that emit.
+    """
+    has_even_light = found["environment"] in ("constant", "image") or lamps > 0
+    is_lit = has_even_light or lights > 0
+    free = {
+        "all": "",
+        "backs": "no surface lies in front of another; only rays that leave the back of one are traced",
+        "none": "no surface lies in front of another, nor behind",
+    }[found["blockers"]]
+    shadow = free or "sent where light could be reflected"
+    bounces = free or "a surface can lie in front of another"
+    if not is_lit:
+        shadow, bounces = "there is no light to be blocked", "there is no light to be reflected"
+    if found["scatters"] and has_even_light:
+        both = "both can find what a surface reflects"
+    elif has_even_light:
+        both = "every material is a mirror or glass: only the BRDF's own direction finds light"
+    else:
+        both = "only samples find the lights, which have no area" if lights > 0 else "there is no light"
+    emitters = "no triangle has a material with Ke > 0"
+    if lamps > 0:
+        emitters = f"{lamps:,} of the triangles and spheres have Ke > 0, and light the others"
+    is_traced = is_lit and found["blockers"] == "all"
+    return [
+        ("emitters", lamps > 0, emitters),
+        ("shadow rays", is_traced, shadow),
+        ("bounces", is_traced, bounces),
+        ("light and BRDF", found["scatters"] and has_even_light, both),
     ]

@@ -84,6 +84,11 @@ class Mesh:
         """The ids of the materials that at least one primitive has, in ascending order."""
         return np.unique(np.concatenate([self.face_materials, self.sphere_materials]))
 
+    def emits(self) -> np.ndarray:
+        """(P,) bool: for each triangle and then for each sphere, whether its material has Ke > 0."""
+        is_bright = np.array([max(m.Ke) > 0 for m in self.materials], bool)
+        return is_bright[np.concatenate([self.face_materials, self.sphere_materials])]
+
     def primitives(self) -> np.ndarray:
         """(P,) int32: for each primitive, its row if it is a triangle, and −1 − its row if it is a sphere."""
         table = np.zeros(self.num_primitives, np.int32)

@@ -716,6 +716,10 @@ class A4Renderer(ProgressiveRenderer):
         paths.settings = self.path_settings
         return self
 
+    def receipt(self) -> list[str]:
+        """One line per effect and per form; then how many bounces are simulated, and whether roulette ends paths."""
+        return [*super().receipt(), *self.path_settings.receipt(self.scene_data.effects)]
+
     @property
     def max_bounces(self) -> int:
         """How many surfaces may reflect, from 0 to 64: 0 shows only what emits, 1 is direct light (A4-2)."""

@@ -21,6 +21,7 @@ from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.fast.stand_ins import Form, intersector_class
 from taichi_tracer.files.arrays import dressed, mesh_from_arrays
 from taichi_tracer.formulas.camera_frame import up_of, view_of_points
+from taichi_tracer.formulas.convexity import sides_that_see_others
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed, visible_points
 from taichi_tracer.lights.base import Light
@@ -29,7 +30,7 @@ from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.ray import Ray
+from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF, MeshLightSampler
 from taichi_tracer.system import memory, runtime
@@ -187,7 +188,33 @@ class SceneInKernels:
 
         The caller multiplies the result by ``factor``. If ``factor`` is 0, no light is looked up and no ray is sent.
         """
-        return self.lights.visible_far(self.ray_intersector, surface, w_i, factor)
+        return self.lights.visible_far(self, surface, w_i, factor)
+
+    @ti.func
+    def is_blocked(self, surface, w_i, distance):
+        """Whether anything lies between a surface and a light in the direction w_i; if nothing can, no ray is sent."""
+        blocked = False
+        if ti.static(self.effects.blockers != "none"):
+            if self.may_meet(surface, w_i):
+                blocked = self.ray_intersector.is_occluded(Ray(origin=surface.origin, direction=w_i), distance)
+        return blocked
+
+    @ti.func
+    def met(self, surface, ray):
+        """HitData of what a ray hits that leaves a surface; if it can hit nothing, it is not traced."""
+        hit = no_hit()
+        if ti.static(self.effects.blockers != "none"):
+            if self.may_meet(surface, ray.direction):
+                hit = self.ray_intersector.query_segment(ray, 0.0, tm.inf)
+        return hit
+
+    @ti.func
+    def may_meet(self, surface, w_i):
+        """Whether a ray that leaves a surface can hit anything, see ``Effects.blockers``."""
+        may = True
+        if ti.static(self.effects.blockers == "backs"):
+            may = surface.hit.is_backfacing or tm.dot(surface.geometric_normal, w_i) <= 0
+        return may
 
 
 @ti.data_oriented
@@ -262,6 +289,7 @@ class SceneData:
         self.environment, self.background = load_environment(environment), load_background(background)
 
         self._memory = memory.Memory()
+        self._blockers = blockers_of(mesh, chosen, triangle_test)
         with self._memory as builder:
             self.material_library = MaterialLibrary(mesh.materials, brdfs_of(brdfs), builder)
             self.effects = self._derived()
@@ -295,7 +323,7 @@ class SceneData:
     def _derived(self) -> Effects:
         library = self.material_library
         rest = self.environment, self.background, self.lights, self.effects_mode
-        return derive(self.mesh, library.brdfs, library.brdf_of, *rest)
+        return derive(self.mesh, library.brdfs, library.brdf_of, *rest, self._blockers)
 
     def _changed(self) -> None:
         self.effects = self.geometry.effects = self._derived()
@@ -514,6 +542,16 @@ def described(materials: list[Material]) -> str:
     """All members of all materials as text, for the fingerprint: checkpoints keep it, so that it must not change."""
     words = ["Material(" + ", ".join(f"{f.name}={getattr(m, f.name)!r}" for f in fields(m)) + ")" for m in materials]
     return f"[{', '.join(words)}]"
+
+
+def blockers_of(mesh: Mesh, intersector, triangle_test: str | TriangleTest) -> str:
+    """What a ray that leaves a surface can hit, see ``Effects``. A student's code may find more: it is always asked."""
+    test = PARTS.find("triangle test", triangle_test)
+    if replaced(intersector) or not test.solve.__module__.startswith("taichi_tracer."):
+        return "all"
+    if len(mesh.spheres) > 0:
+        return "backs" if len(mesh.spheres) == 1 and len(mesh.faces) == 0 else "all"
+    return sides_that_see_others(mesh.vertices, mesh.faces)
 
 
 def lamp_choice_of(chosen: LampChoices | None) -> LampChoice:

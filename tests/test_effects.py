@@ -119,9 +119,11 @@ def test_the_receipt_names_every_effect_with_its_reason():
         "spheres         not simulated, the scene has none",
         "backface cull   not simulated, all triangles have two sides",
         "background      not simulated, the scene has none",
+        "shadow rays     not simulated, no surface lies in front of another, nor behind",
+        "light and BRDF  simulated, both can find what a surface reflects",
     ):
         assert line in text
-    other_effects, lights = 8, 1
+    other_effects, lights = 10, 1
     assert len(lines) == len(scene.material_library.brdfs) + other_effects + lights
     assert scene.receipt()[: len(lines)] == lines
 
@@ -209,6 +211,7 @@ def with_brdf(name):
 BALL = with_spheres([(0, 0, 0.5, 0.5)], *SQUARE)
 ONLY_ONE_SIDE = Mesh(*SQUARE, face_culls=np.array([True, False]))
 SMOOTH = Mesh(*SQUARE, normals=np.array([[0.6, 0, 0.8]]), face_normals=np.zeros((2, 3), np.int32))
+TWO = Mesh(np.concatenate([SQUARE[0], SQUARE[0] + [0, 0, 1]]), np.concatenate([SQUARE[1], SQUARE[1] + 4]))
 LIT = {"environment": "studio"}
 
 # Effect → (the code that simulates it, a scene that has it not, a scene that has it).
@@ -240,6 +243,8 @@ CODE = {
         lambda: (scene_of(fast=False, **LIT), scene_of(mesh=BALL, fast=False, **LIT)),
     ),
     "background": (Background, "color", lambda: (scene_of(**LIT), scene_of(background=(1, 0, 0), **LIT))),
+    "shadow rays": (RayIntersector, "is_blocked", lambda: (scene_of(**LIT), scene_of(mesh=TWO, **LIT))),
+    "light and BRDF": (SceneLights, "pdf_far", lambda: (scene_of(Material(Ns=1e21), **LIT), scene_of(**LIT))),
 }
 
 

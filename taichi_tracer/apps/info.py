@@ -66,9 +66,12 @@ def cost_of_light(scene: SceneData, estimator: str) -> list[str]:
         ti.sync()
         seconds.append(time.perf_counter() - start)
     hits = float(A1Renderer(scene, MEASURED, MEASURED).use("hit").image().any(axis=2).mean())
+    shadow = f"and up to {hits:.2f} shadow rays ({2 * hits:.2f} with MIS), one for each hit"
+    if scene.effects.blockers != "all":
+        shadow = "and no shadow rays"
     return [
         f"compile time    {digits(seconds[0] - seconds[1], '.2f')} s ({estimator})",
-        f"rays per sample 1 eye ray, and up to {hits:.2f} shadow rays ({2 * hits:.2f} with MIS), one for each hit",
+        f"rays per sample 1 eye ray, {shadow}",
     ]
 
 

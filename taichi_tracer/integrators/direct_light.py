@@ -56,7 +56,7 @@ class DirectLight(Integrator):
                 w_i, f_cos_over_pdf = self.direction(scene, surface, technique, xi_brdf, xi_light)
                 L += f_cos_over_pdf * scene.visible_radiance(surface, w_i, f_cos_over_pdf)
         if ti.static(len(scene.lights.single) > 0):
-            L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+            L += scene.lights.reflected_single(scene, surface, rng)
         return L
 
     @ti.func
@@ -79,7 +79,7 @@ class DirectLight(Integrator):
                 w_i = surface.sample(xi_brdf)
                 if technique == 0:
                     f_cos_over_pdf = surface.weight(w_i)
-            else:
+            elif ti.static(scene.effects.scatters):
                 w_i, f_cos_over_pdf = self.sample(scene, surface.scattering(), technique, xi_brdf, xi_light)
         else:
             w_i, f_cos_over_pdf = self.sample(scene, surface, technique, xi_brdf, xi_light)

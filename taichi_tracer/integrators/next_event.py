@@ -8,22 +8,25 @@ multiplies each by a heuristic of the two densities; the sum is then unbiased (V
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.ray import Ray
-
 
 @ti.func
 def sample_of_lights(scene: ti.template(), surface, rng):
     """(f_r cos θ L / pdf, pdf of the lights, pdf of the BRDF) of a direction that is drawn from the lights.
 
-    The value is 0 if something blocks the light. For a mirror it is always 0: only its own direction finds light.
+    The value is 0 if something blocks the light. For a mirror it is always 0: only its own direction finds light. If
+    all surfaces of the scene are mirrors, no sample is taken.
     """
-    w_i, distance, light, pdf = scene.lights.sample(surface.origin, surface.normal, rng.next_2d())
-    value, pdf_brdf = tm.vec3(0), surface.pdf(w_i)
-    if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
-        value = surface.eval_cosine(w_i) * light / pdf
-        if value.max() > 0:
-            if scene.ray_intersector.is_occluded(Ray(origin=surface.origin, direction=w_i), distance):
-                value = tm.vec3(0)
+    value, pdf, pdf_brdf = tm.vec3(0), 1.0, 0.0
+    if ti.static(scene.effects.samples_lights):
+        w_i, distance, light, pdf_lights = scene.lights.sample(surface.origin, surface.normal, rng.next_2d())
+        pdf, pdf_brdf = pdf_lights, surface.pdf(w_i)
+        if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
+            value = surface.eval_cosine(w_i) * light / pdf
+            if value.max() > 0:
+                if scene.is_blocked(surface, w_i, distance):
+                    value = tm.vec3(0)
+    else:
+        rng.skip_2d()
     return value, pdf, pdf_brdf
 
 
@@ -37,8 +40,8 @@ def light_along(scene: ti.template(), surface, w_i, knows_pdf: ti.template()):
     light, pdf = tm.vec3(0), 0.0
     if surface.lets_pass(w_i):
         ray = surface.ray_along(w_i)
-        hit = scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
+        hit = scene.met(surface, ray)
         light = scene.lights.arriving(ray, hit)
-        if ti.static(knows_pdf):
+        if ti.static(knows_pdf and scene.effects.samples_lights):
             pdf = scene.lights.pdf(surface.origin, surface.normal, w_i, hit)
     return light, pdf

@@ -63,6 +63,23 @@ class PathSettings:
             self._values = changed
             self._numbers.set(*self._as_numbers())
 
+    def receipt(self, effects) -> list[str]:
+        """Lines about the bounces and the roulette; ``effects`` are those of the scene."""
+        of, most = self._values, self._values["max_bounces"]
+        bounces = "not simulated, max_bounces is 0: only emitted light is seen"
+        if most > 0 and effects.is_lit:
+            is_direct = most == 1 or effects.blockers != "all"
+            bounces = f"at most {most}" if not is_direct else "one, from the light to the eye"
+        q = of["rr_termination_probability"]
+        roulette = "not simulated, rr_termination_probability is 0"
+        if of["rr_start_bounce"] >= most:
+            roulette = f"not simulated, no path is longer than rr_start_bounce = {of['rr_start_bounce']}"
+        elif of["roulette"] == "throughput":
+            roulette = f"simulated, by the throughput after bounce {of['rr_start_bounce']}"
+        elif q > 0:
+            roulette = f"simulated, with q = {q:g} after bounce {of['rr_start_bounce']}"
+        return [f"{'path length':<15} {bounces}", f"{'roulette':<15} {roulette}"]
+
     def __getitem__(self, name: str) -> Any:
         return self._values[name]
 

@@ -60,7 +60,7 @@ class Paths(Integrator):
                 if ti.static(self.samples_lights):
                     L += throughput * self.light_sample(scene, surface, rng) * self.settings.counts(depth)
                 if ti.static(len(scene.lights.single) > 0):
-                    single = scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+                    single = scene.lights.reflected_single(scene, surface, rng)
                     L += throughput * single * self.settings.counts(depth)
 
                 w_i, n, pdf, is_delta = surface.sample(rng.next_2d()), surface.normal, 0.0, surface.is_delta()
@@ -76,7 +76,7 @@ class Paths(Integrator):
                         throughput /= survival
                 if is_going:
                     ray = surface.ray_along(w_i)
-                    hit = scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
+                    hit = scene.met(surface, ray)
                     light = scene.lights.arriving(ray, hit) * self.settings.counts(depth)
                     if light.max() > 0:
                         L += throughput * light * self.share_of_hit(scene, ray, n, hit, pdf, is_delta)
@@ -142,7 +142,8 @@ class WeightedPaths(Paths):
     def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):
         """The heuristic of the density of the BRDF against the density of the lights; 1 for the ray of a mirror."""
         share = 1.0
-        if not is_delta:
-            pdf_lights = scene.lights.pdf(ray.origin, n, ray.direction, hit)
-            share = heuristic(pdf, pdf_lights, self.exponent)
+        if ti.static(scene.effects.samples_lights):
+            if not is_delta:
+                pdf_lights = scene.lights.pdf(ray.origin, n, ray.direction, hit)
+                share = heuristic(pdf, pdf_lights, self.exponent)
         return share

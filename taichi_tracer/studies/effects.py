@@ -50,6 +50,10 @@ def with_one_more(scene: SceneData) -> dict[str, Effects]:
         variants["+ environment look-up"] = replace(effects, environment="image")
     if not effects.emitters:
         variants["+ emitters"] = replace(effects, emitters=True)
+    if effects.is_lit and effects.blockers != "all":
+        variants["+ shadow rays"] = replace(effects, blockers="all")
+    if effects.is_lit and not effects.scatters:
+        variants["+ light and BRDF"] = replace(effects, scatters=True)
     return variants
 
 
