@@ -1,13 +1,15 @@
 """The chart of a study of accuracy: error against seconds of rendering, with bands over seeds, and compile seconds."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 
 from taichi_tracer.studies.convergence import Study
 from taichi_tracer.system.digits import digits
 
-COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8e5ea2", "#e08e0b", "#5d6d7e")
+COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8e5ea2", "#e08e0b", "#5d6d7e", "#17a2b8", "#8c564b", "#b5bd00", "#e377c2")
+SHOWN = {"estimator", "sampler", "max_bounces", "roulette", "lamp_choice"}  # knobs whose settings have curves
 
 
 def draw(study: Study):
@@ -16,14 +18,17 @@ def draw(study: Study):
 
     figure = Figure(figsize=(10, 5.6), layout="constrained")
     axes, bars = figure.subplots(1, 2, width_ratios=(3.2, 1))
-    estimators = list(dict.fromkeys(c.variant.estimator for c in study.curves))
     usual = study.curves[0].variant
-    main = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
+    main = [c for c in study.curves if set(c.variant.differences(usual)) <= SHOWN]
+    alike = list(dict.fromkeys(replace(c.variant, sampler=usual.sampler) for c in main))
     for curve in main:
-        colour = COLOURS[estimators.index(curve.variant.estimator) % len(COLOURS)]
+        colour = COLOURS[alike.index(replace(curve.variant, sampler=usual.sampler)) % len(COLOURS)]
         is_first = curve.variant.sampler == usual.sampler
         seconds, known = curve.mean_seconds, curve.mean_errors > 0
-        label = f"{curve.variant.label} (slope {digits(curve.slope, '.2f')})"
+        ending = f"slope {digits(curve.slope, '.2f')}"
+        if curve.is_biased:
+            ending = f"misses {digits(-100 * curve.shift, '.2g')} % of the light"
+        label = f"{curve.variant.label} ({ending})"
         style = {"color": colour, "linestyle": "-" if is_first else "--", "marker": "o" if is_first else "x"}
         axes.loglog(seconds[known], 100 * curve.mean_errors[known], label=label, markersize=4, linewidth=1.4, **style)
         low, high = np.min(curve.errors, axis=0), np.max(curve.errors, axis=0)

@@ -301,7 +301,7 @@ class ExtremeRadiance(RendererCase):
     name, spp = "Ke of 1e30 and 1e-30", 64
 
     def judge(self, epsilon):
-        """Divided by Ke, both pictures are the same, with the same error, and their mean is that of Lambert's formula."""
+        """Divided by Ke, both pictures and their errors are the same, and the mean is that of Lambert's formula."""
         corners, up = np.array([[-1.0, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1]]), np.array([0.0, 1, 0])
         place = {"eye": (0, 0.5, 0), "at": (0, 0, 0), "up": (0, 0, 1), "screen_window": (-1, 1, -1, 1)}
         centres = (np.arange(9) + 0.5) / 9 * 2 - 1
