@@ -46,7 +46,7 @@ def calibration() -> str:
 
 
 def paths() -> str:
-    """A table: the same for light that bounces up to 5 times: how often the true error is inside the interval, or above.
+    """A table: the same for light that bounces up to 5 times, and how often the true error is above the interval.
 
     The last scene has a caustic.
     """

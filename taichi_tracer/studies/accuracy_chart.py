@@ -11,6 +11,9 @@ from taichi_tracer.system.digits import digits
 COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8e5ea2", "#e08e0b", "#5d6d7e", "#17a2b8", "#8c564b", "#b5bd00", "#e377c2")
 SHOWN = {"estimator", "sampler", "max_bounces", "roulette", "lamp_choice"}  # knobs whose settings have curves
 
+LEGEND_CHARACTERS, HANDLE_CHARACTERS = 170, 8  # that fit side by side, and that the line before a label takes of them
+NOTHING_COMPILED = 0.05  # seconds: a variant that differs by numbers alone runs the kernels of another one
+
 
 def draw(study: Study):
     """A ``matplotlib`` figure: the curves of error against seconds, and beside them a bar of compile seconds each."""
@@ -40,9 +43,11 @@ def draw(study: Study):
     draw_guide(axes)
     axes.set(xlabel="seconds of rendering", ylabel="relative RMSE, %", title=study.scene)
     axes.grid(True, which="both", alpha=0.2)
-    axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3, frameon=False)
-    names = [c.variant.label for c in study.curves]
-    bars.barh(names, [c.compile_seconds for c in study.curves], color="#9aa5b1")
+    longest = max(len(text) for text in axes.get_legend_handles_labels()[1])
+    columns = max(1, LEGEND_CHARACTERS // (longest + HANDLE_CHARACTERS))
+    figure.legend(fontsize=7, loc="outside lower center", ncols=columns, frameon=False)
+    compiled = [c for c in study.curves if c.compile_seconds > NOTHING_COMPILED] or study.curves
+    bars.barh([c.variant.label for c in compiled], [c.compile_seconds for c in compiled], color="#9aa5b1")
     bars.invert_yaxis()
     bars.tick_params(axis="y", labelsize=7)
     bars.set(xlabel="compiling, s (once)")
