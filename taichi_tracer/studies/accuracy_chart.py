@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from taichi_tracer.studies.accuracy_tables import MAIN
 from taichi_tracer.studies.convergence import Study
 from taichi_tracer.system.digits import digits
 
 COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8e5ea2", "#e08e0b", "#5d6d7e", "#17a2b8", "#8c564b", "#b5bd00", "#e377c2")
-SHOWN = {"estimator", "sampler", "max_bounces", "roulette", "lamp_choice"}  # knobs whose settings have curves
 
 LEGEND_CHARACTERS, HANDLE_CHARACTERS = 170, 8  # that fit side by side, and that the line before a label takes of them
 NOTHING_COMPILED = 0.05  # seconds: a variant that differs by numbers alone runs the kernels of another one
@@ -22,7 +22,7 @@ def draw(study: Study):
     figure = Figure(figsize=(10, 5.6), layout="constrained")
     axes, bars = figure.subplots(1, 2, width_ratios=(3.2, 1))
     usual = study.curves[0].variant
-    main = [c for c in study.curves if set(c.variant.differences(usual)) <= SHOWN]
+    main = [c for c in study.curves if set(c.variant.differences(usual)) <= MAIN]
     alike = list(dict.fromkeys(replace(c.variant, sampler=usual.sampler) for c in main))
     for curve in main:
         colour = COLOURS[alike.index(replace(curve.variant, sampler=usual.sampler)) % len(COLOURS)]

@@ -57,10 +57,12 @@ def as_html(study: Study, figure) -> str:
     parts += ["<h2>Error against time</h2>", svg_of(figure)]
     band = "Lines are the mean over the seeds, bands their spread. Compiling happens once and is shown beside."
     parts.append(page.paragraph(band, "note"))
-    parts += ["<h2>What an error costs</h2>", table_of_costs(study)]
-    for title, content in tables_of_questions(study).items():
+    questions = tables_of_questions(study)
+    for title, content in questions.items():
         parts += [f"<h2>{title}</h2>", content]
-    parts += ["<h2>What each knob buys</h2>", table_of_knobs(study)]
+    parts += ["<h2>What an error costs</h2>", table_of_costs(study)]
+    if knob_table(study) or not questions:
+        parts += ["<h2>What each knob buys</h2>", table_of_knobs(study)]
     parts += [f"<h2>The same {study.equal_seconds:.2g} s</h2>", *pictures(study)]
     return page.page(f"What accuracy costs in time: {study.scene}", parts)
 
@@ -80,7 +82,9 @@ def table_of_costs(study: Study) -> str:
         "variant or the reference is biased."
     )
     if any(curve.is_biased for curve in study.curves):
-        note += " Paths with fewer bounces than the reference leave out light, and are: no further sample adds it."
+        note += (
+            " Paths with fewer bounces than the reference are biased: no further sample adds the light that they miss."
+        )
     return page.table(rows, list(rows[0])) + page.paragraph(note, "note")
 
 

@@ -9,6 +9,8 @@ from taichi_tracer.studies.convergence import GLARE, TARGETS, Curve, Study, with
 
 WITH_TABLES = ("max_bounces", "roulette", "lamp_choice")  # knobs that have tables of their own
 
+MAIN = {"estimator", "sampler", *WITH_TABLES}  # knobs whose settings are compared in the chart and in the summary
+
 
 def efficiency_table(study: Study) -> list[dict]:
     """A row for each variant: what it costs to reach an error, and whether it is biased."""
@@ -66,12 +68,11 @@ def bounce_table(study: Study) -> list[dict]:
     if len(curves) < 2:
         return []
     samples, noise = noise_at_equal_samples(curves)
-    slowest = max(c.milliseconds_per_sample for c in curves)
     return [
         {
             "bounces": c.variant.max_bounces,
             "ms per sample": c.milliseconds_per_sample,
-            "time": c.milliseconds_per_sample / slowest,
+            "time": c.milliseconds_per_sample / curves[-1].milliseconds_per_sample,
             "mean": c.reference_mean * (1 + c.shift),
             "missing light": -c.shift,
             "standard error": c.shift_error,
@@ -138,7 +139,7 @@ def error_ratio(base: Curve, other: Curve) -> float:
 def summary(study: Study, target: float = TARGETS[2]) -> list[str]:
     """A few sentences on what the study found."""
     usual = study.curves[0].variant
-    main = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
+    main = [c for c in study.curves if set(c.variant.differences(usual)) <= MAIN]
     told = sorted((c for c in main if c.seconds_to(target)[0] > 0), key=lambda c: c.seconds_to(target)[0])
     if not told:
         advice = f"No variant came near enough to {target:.0%} for its time to be told: give a larger budget."
@@ -174,11 +175,12 @@ def told_of_paths(study: Study) -> list[str]:
         clear = [r for r in bounces if r not in hidden]
         if clear:
             r, most = clear[-1], bounces[-1]["bounces"]
+            bounces_of = "1 bounce" if r["bounces"] == 1 else f"{r['bounces']} bounces"
             sentences.append(
-                f"Paths of at most {r['bounces']} bounces miss {100 * r['missing light']:.2g} % of the light, with a "
+                f"Paths of at most {bounces_of} miss {100 * r['missing light']:.2g} % of the light, with a "
                 f"standard error of {100 * r['standard error']:.1g} %, and take {r['time']:.0%} of the time of {most}."
             )
-        if hidden:
+        if hidden and hidden[0] is not bounces[-1]:
             least = hidden[0]["bounces"]
             sentences.append(f"From {least} bounces on, what is missing cannot be told from its standard error.")
     for knob, what in (("roulette", "roulette"), ("lamp_choice", "choice of lamps")):

@@ -9,12 +9,14 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 from oracles import errors
+from scipy import stats
 from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.picture.error_estimate import RelativeError, mean_of_neighbours, percent, relative_error
 from taichi_tracer.picture.film import Film
+from taichi_tracer.studies.metrics import relative_rmse
 
 SHAPE = (24, 24)
 
@@ -151,3 +153,24 @@ def test_a_lamp_of_any_radiance_has_the_error_of_a_lamp_of_one(sampler):
     np.testing.assert_allclose(
         [(e, e.low, e.high) for e in told], [(e, e.low, e.high) for e in told[:1] * 3], rtol=1e-4
     )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["cornell_box", "specular_spheres"])
+def test_paths_know_their_error(name):
+    """60 short renders. If 90 % of all renders are covered, fewer than 46 are with a probability of 1e-3.
+
+    ``python -m benchmarks.error paths`` does the same with 200 renders and more scenes.
+    """
+    start("f32")
+    lamps = name == "cornell_box"
+    scene = tt.load_scene_data(name, **({} if lamps else {"environment": "studio"}))
+    size, covered = 24, 0
+    truth = tt.A4Renderer(scene, size, size, seed=77).use("path").render(2048).image().astype(np.float64)
+    renderer = tt.A4Renderer(scene, size, size).use("path")
+    for seed in range(60):
+        renderer.seed = seed
+        renderer.begin_anew()
+        told = renderer.render(32).error()
+        covered += told.low <= relative_rmse(renderer.image(), truth) <= told.high
+    assert covered >= stats.binom.ppf(1e-3, 60, 0.9) == 46

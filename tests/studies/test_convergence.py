@@ -115,7 +115,7 @@ def test_bounces_have_their_bias_beside_their_noise_and_time():
     assert math.isnan(direct.seconds_to(0.002)[0])
     assert whole.seconds_to(0.002)[0] > 0
     sentences = accuracy_tables.summary(study(whole, direct, short))
-    assert any(s.startswith("Paths of at most 1 bounces miss 20 % of the light") for s in sentences)
+    assert any(s.startswith("Paths of at most 1 bounce miss 20 % of the light") for s in sentences)
     assert "From 3 bounces on, what is missing cannot be told from its standard error." in sentences
     assert {r["knob"] for r in accuracy_tables.knob_table(study(whole, direct, short))} == set()
 
