@@ -47,7 +47,8 @@ def draw(study: Study):
     columns = max(1, LEGEND_CHARACTERS // (longest + HANDLE_CHARACTERS))
     figure.legend(fontsize=7, loc="outside lower center", ncols=columns, frameon=False)
     compiled = [c for c in study.curves if c.compile_seconds > NOTHING_COMPILED] or study.curves
-    bars.barh([c.variant.label for c in compiled], [c.compile_seconds for c in compiled], color="#9aa5b1")
+    seconds, height = [c.compile_seconds for c in compiled], min(0.8, 0.1 * len(compiled))
+    bars.barh([c.variant.label for c in compiled], seconds, height, color="#9aa5b1")
     bars.invert_yaxis()
     bars.tick_params(axis="y", labelsize=7)
     bars.set(xlabel="compiling, s (once)")

@@ -55,6 +55,8 @@ class Variant:
         """Estimator, sampler, the bounces of paths, and what differs from the defaults."""
         usual = Variant(self.estimator, self.sampler, max_bounces=self.max_bounces)
         bounces = [self.setting("max_bounces")] * self.is_path
+        if self.roulette == NO_ROULETTE:
+            usual = replace(usual, rr_start_bounce=self.rr_start_bounce)
         others = [self.setting(name) for name in self.differences(usual)]
         return ", ".join([self.estimator, self.sampler, *bounces, *others])
 
@@ -73,7 +75,7 @@ class Variant:
             named = {NO_ROULETTE: "no roulette", BY_THROUGHPUT: "roulette by throughput"}
             return named.get(value) or f"roulette q = {value}"
         if knob == "rr_start_bounce":
-            return f"roulette after {value}"
+            return f"after bounce {value}"
         words = {"fast_math": "fast math", "adaptive": "adaptive", "scale": f"resolution x {self.scale:g}"}
         return words.get(knob, str(value)) if value is not False else f"no {words[knob]}"
 

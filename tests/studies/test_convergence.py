@@ -162,10 +162,10 @@ def test_plans():
 def test_a_question_of_paths_is_turned_alone():
     plan = variants.plan(max_bounces=(1, 16, 5), roulettes=("none", 0.2), rr_start_bounce=1)
     assert [v.label for v in plan] == [
-        "path, sobol, 16 bounces, roulette after 1",
-        "path, sobol, 5 bounces, roulette after 1",
-        "path, sobol, 1 bounce, roulette after 1",
-        "path, sobol, 16 bounces, roulette q = 0.2, roulette after 1",
+        "path, sobol, 16 bounces",
+        "path, sobol, 5 bounces",
+        "path, sobol, 1 bounce",
+        "path, sobol, 16 bounces, roulette q = 0.2, after bounce 1",
     ]
     assert plan[0].paths == {
         "max_bounces": 16, "rr_start_bounce": 1, "roulette": "course", "rr_termination_probability": 0.0
