@@ -49,7 +49,7 @@ def draw(study: Study):
     compiled = [c for c in study.curves if c.compile_seconds > NOTHING_COMPILED] or study.curves
     seconds, height = [c.compile_seconds for c in compiled], min(0.8, 0.1 * len(compiled))
     bars.barh([c.variant.label for c in compiled], seconds, height, color="#9aa5b1")
-    bars.invert_yaxis()
+    bars.set_ylim(len(compiled) - 0.5, -0.5)  # the first at the top
     bars.tick_params(axis="y", labelsize=7)
     bars.set(xlabel="compiling, s (once)")
     return figure
