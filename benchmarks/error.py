@@ -1,6 +1,6 @@
 """Is the estimated error of a picture true? Is the predicted number of samples right? What do the estimates cost?
 
-python -m benchmarks.error [calibration | prediction | bookkeeping ...]
+python -m benchmarks.error [calibration | paths | prediction | bookkeeping ...]
 """
 
 import math
@@ -12,36 +12,74 @@ import taichi as ti
 import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from taichi_tracer.picture.film import Film, add_to_pair
-from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.studies.metrics import relative_rmse
 
 RENDERS, SIZE, SPP = 200, 64, 16
 REFERENCE_SPP, REFERENCE_SEED = 8192, 10**6  # of the picture that errors are measured against
 PREDICTION_SIZE, MOST_SPP = 192, 20_000
+MESHES = ("blob", "cornell_box", "cube", "specular_spheres", "sphere", "torus_knot")
+# Scene, estimator, options of the scene. The references are made with the estimator ``path``, whose mean is the same.
+PATHS = (
+    ("cornell_box", "path", {}),
+    ("cornell_box", "explicit", {}),
+    ("veach_plates", "path", {}),
+    ("many_lights", "path", {"lamp_choice": "hierarchy"}),
+    ("specular_spheres", "path", {"environment": "studio"}),
+)
+CAUSTIC = ("caustic_sphere", "path", {})  # what few samples find, no estimate from samples can tell
+PATHS_SPP = (16, 64)
 TARGETS = {"cornell_box": 0.08, "specular_spheres": 0.03, "sphere": 0.02, "torus_knot": 0.05, "cube": 0.02}
 
 
 def calibration() -> str:
-    """A table: how often the interval contains the true error, over many short renders of each shipped mesh."""
+    """A table: how often the interval contains the true error, over many short renders of shipped meshes."""
     lines = [f"\n**the 95 % interval, over {RENDERS} renders of {SIZE}², {SPP} samples, MIS, studio**\n"]
     lines += ["| scene | sampler | true error inside | told / true | reference's error |", "|---|---|--:|--:|--:|"]
-    for name in [n for n in scene_names() if "/" not in n]:
+    for name in MESHES:
         scene = tt.load_scene_data(name, environment="studio")
         truth = tt.A2Renderer(scene, SIZE, SIZE, seed=REFERENCE_SEED).use("mis").render(REFERENCE_SPP)
-        image = truth.image().astype(np.float64)
         for sampler in ("sobol", "independent"):
             renderer = tt.A2Renderer(scene, SIZE, SIZE, sampler=sampler).use("mis")
-            inside, ratios = 0, []
-            for seed in range(RENDERS):
-                renderer.seed = seed
-                renderer.begin_anew()
-                told = renderer.render(SPP).error()
-                true = relative_rmse(renderer.image(), image)
-                inside += told.low <= true <= told.high
-                ratios.append(told / true)
-            share, ratio = inside / RENDERS, math.exp(np.log(ratios).mean())
+            share, _, ratio, _ = covered(renderer, SPP, truth.image())
             lines.append(f"| {name} | {sampler} | {share:.1%} | {ratio:.3f} | {truth.error():.2%} |")
     return "\n".join(lines) + "\n"
+
+
+def paths() -> str:
+    """A table: the same for light that bounces up to 5 times, and how often the true error is above the interval.
+
+    The last scene has a caustic.
+    """
+    lines = [f"\n**the 95 % interval, over {RENDERS} renders of {SIZE}², paths of at most 5 bounces**\n"]
+    columns = "scene", "estimator", "sampler", "samples", "inside", "above", "told / true", "true error", "reference's"
+    lines += [f"| {' | '.join(columns)} |", "|---|---|---|--:|--:|--:|--:|--:|--:|"]
+    for name, way, options in (*PATHS, CAUSTIC):
+        scene = tt.load_scene_data(name, **options)
+        truth = tt.A4Renderer(scene, SIZE, SIZE, seed=REFERENCE_SEED).use("path").render(REFERENCE_SPP)
+        for sampler, spp in (*(("sobol", n) for n in PATHS_SPP), ("independent", PATHS_SPP[0])):
+            renderer = tt.A4Renderer(scene, SIZE, SIZE, sampler=sampler).use(way)
+            share, above, ratio, true = covered(renderer, spp, truth.image())
+            numbers = f"{spp} | {share:.1%} | {above:.1%} | {ratio:.3f} | {true:.1%} | {truth.error():.2%}"
+            lines.append(f"| {name} | {way} | {sampler} | {numbers} |")
+            print(lines[-1], file=sys.stderr, flush=True)
+    return "\n".join(lines) + "\n"
+
+
+def covered(renderer, spp: int, truth: np.ndarray) -> tuple[float, float, float, float]:
+    """(share of renders with the true error inside the interval, share above it, told / true, true error).
+
+    The last two are a geometric mean and a root mean square over the renders.
+    """
+    told, true = [], []
+    for seed in range(RENDERS):
+        renderer.seed = seed
+        renderer.begin_anew()
+        told.append(renderer.render(spp).error())
+        true.append(relative_rmse(renderer.image(), truth.astype(np.float64)))
+    inside = np.mean([one.low <= had <= one.high for one, had in zip(told, true, strict=True)])
+    above = np.mean([had > one.high for one, had in zip(told, true, strict=True)])
+    ratio = math.exp(np.log(np.array(told, float) / true).mean())
+    return float(inside), float(above), ratio, float(np.sqrt(np.square(true).mean()))
 
 
 def prediction() -> str:
@@ -94,7 +132,7 @@ def bookkeeping() -> str:
     return report
 
 
-PARTS = {"calibration": calibration, "prediction": prediction, "bookkeeping": bookkeeping}
+PARTS = {"calibration": calibration, "paths": paths, "prediction": prediction, "bookkeeping": bookkeeping}
 
 
 if __name__ == "__main__":

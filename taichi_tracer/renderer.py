@@ -376,7 +376,7 @@ class ProgressiveRenderer:
         With the low-discrepancy sampler, the value of a pixel comes from a single difference and is rough. Means over
         regions of many pixels are reliable.
         """
-        return np.sqrt(self.film.variance_of_mean())
+        return self.film.standard_error()
 
     def image(self) -> Picture:
         """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered.

@@ -12,6 +12,7 @@ from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, variants
 from taichi_tracer.system.digits import digits
 
+EFFICIENCIES = ("roulette", "lamp_choice")
 FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
 
 
@@ -58,9 +59,11 @@ def run(args: Namespace) -> int:
 def study_of(args: Namespace) -> StudyRequest:
     """The study that the options ask for; the folder of its report is made, and known to be writable."""
     find_scene(args.scene)
-    named = ("estimators", "samplers", "precisions", "triangle_tests", "intersectors", "lookups", "forms")
-    knobs = {name: names(getattr(args, name), variants.known(name)) for name in named}
-    plan = variants.plan(every=args.every, fast_math=FAST_MATH[args.fast_math], **given(**knobs))
+    knobs = {name: names(getattr(args, name), variants.known(name)) for name in variants.NAMED}
+    knobs["estimators"] = estimators_of(args)
+    knobs |= {"max_bounces": args.max_bounces, "roulettes": roulettes_of(args.roulettes)}
+    knobs |= {"rr_start_bounce": args.rr_start_bounce, "fast_math": FAST_MATH.get(args.fast_math)}
+    plan = variants.plan(every=args.every, **given(**knobs))
     camera, (width, height) = taken(CameraRequest, args), args.size
     source = variants.Source(
         args.scene,
@@ -69,10 +72,35 @@ def study_of(args: Namespace) -> StudyRequest:
         args.lights,
         view_of=lambda view: camera.applied_to(view, width / height),
         up_axis=up_axis_of(args),
+        two_sided_lamps=args.two_sided_lamps,
         **given(intensity=args.intensity, rotation=args.rotation),
     )
     report = None if args.report is None else prepared(args.report)
     return StudyRequest(source, tuple(plan), args.size, args.budget, args.seeds, args.arch, report)
+
+
+def estimators_of(args: Namespace) -> tuple[str, ...] | None:
+    """The estimators that were chosen; "all" is every one of direct light, or of paths where they are asked about."""
+    asks_for_paths = any(getattr(args, name) is not None for name in variants.OF_PATHS)
+    kinds = {
+        is_path: tuple(n for n in variants.known("estimators") if variants.is_path(n) == is_path) for is_path in (0, 1)
+    }
+    return names(args.estimators, kinds[asks_for_paths])
+
+
+def roulettes_of(chosen: tuple[str, ...] | None) -> tuple[str | float, ...] | None:
+    """The roulettes that were chosen: names, and numbers q."""
+    if chosen is None or chosen == ("all",):
+        return names(chosen, variants.known("roulettes"))
+    return tuple(number_or_name(word) for word in chosen)
+
+
+def number_or_name(word: str) -> str | float:
+    """What a word stands for."""
+    try:
+        return float(word)
+    except ValueError:
+        return word
 
 
 def names(chosen: tuple[str, ...] | None, known: tuple[str, ...]) -> tuple[str, ...] | None:
@@ -106,8 +134,17 @@ def as_text(study: convergence.Study) -> list[str]:
             f"{row['variant']:<{width}}  {times}  {row['ms per sample']:10.2f}  {digits(row['slope'], '6.2f')}"
             f"  {digits(row['compile s'], '9.2f')}  {digits(row['bias z'], '6.2f')}"
         )
+    for rows in (accuracy_tables.bounce_table(study), *(accuracy_tables.efficiency_of(study, k) for k in EFFICIENCIES)):
+        lines += ["", *columns(rows)] if rows else []
     lines += ["", *accuracy_tables.summary(study)]
     return lines
+
+
+def columns(rows: list[dict]) -> list[str]:
+    """Rows of names and numbers as lines of text, with errors in percent."""
+    shown = [list(rows[0]), *(list(row.values()) for row in accuracy_report.in_words(rows))]
+    widths = [max(len(str(row[i])) for row in shown) for i in range(len(shown[0]))]
+    return ["  ".join(str(value).rjust(width) for value, width in zip(row, widths, strict=True)) for row in shown]
 
 
 class Bar:

@@ -241,14 +241,33 @@ def add_accuracy(parser: Parser) -> None:
     """What a study of accuracy compares, and for how long."""
     add_scene_argument(parser)
     add_parts_option(parser)
-    add_light_options(parser, f"(default: {LIGHT})")
-    add_surface_options(parser)
+    add_light_options(parser, f"or none (default: the scene's own light, or {LIGHT} where it has none)")
+    add_surface_options(parser, names_lamp_choice=False)
     knobs = parser.add_argument_group("what is compared", "names with commas, or all; those with a star if not given")
     for name in ("estimators", "samplers", "precisions", "intersectors", "triangle-tests", "lookups", "forms"):
         keyword = name.replace("-", " ")
         knobs.add_argument(f"--{name}", type=names, metavar="A,B", help=f"which {keyword}")
-    knobs.add_argument("--fast-math", choices=("off", "on", "both"), default="both", help="default: %(default)s")
+    knobs.add_argument("--fast-math", choices=("off", "on", "both"), help="default: both")
     knobs.add_argument("--every", action="store_true", help="every combination, not each knob alone")
+    one = parser.add_argument_group(
+        "questions",
+        "with several values of one of these, the other knobs that are not named keep their first value, and the "
+        "estimator is path, or mis for choices of lamps alone",
+    )
+    one.add_argument("--lamp-choices", type=names, metavar="A,B", help="how a sample chooses among lamps")
+    one.add_argument(
+        "--max-bounces",
+        type=wholes,
+        metavar="A,B",
+        help="how many surfaces may reflect on a path; the largest is that of the reference (default: 5)",
+    )
+    one.add_argument(
+        "--roulettes",
+        type=names,
+        metavar="A,B",
+        help="none, throughput, or the probability q with which the course's roulette ends a path: 0.2,0.5",
+    )
+    one.add_argument("--rr-start-bounce", type=whole, metavar="N", help="after so many, it may end a path (default: 3)")
     parser.add_argument("--size", type=size, default="128x128", metavar="WxH", help="pixels (default: %(default)s)")
     parser.add_argument(
         "--seeds", type=at_least_one, default=3, metavar="N", help="renderings of each (default: %(default)s)"
@@ -369,8 +388,8 @@ def add_light_options(parser: Parser, otherwise: str) -> argparse._ArgumentGroup
     return light
 
 
-def add_surface_options(parser: Parser) -> None:
-    """BRDFs and lights by name."""
+def add_surface_options(parser: Parser, names_lamp_choice: bool = True) -> None:
+    """BRDFs and lights by name; and one choice of lamps, unless a command compares several."""
     surfaces = parser.add_argument_group("surfaces and lights", "names with commas")
     surfaces.add_argument(
         "--brdfs",
@@ -382,9 +401,10 @@ def add_surface_options(parser: Parser) -> None:
     surfaces.add_argument(
         "--lights", type=names, default=(), metavar="A,B", help="lights of the scene, beside its environment"
     )
-    surfaces.add_argument(
-        "--lamp-choice", metavar="NAME", help="how a sample chooses among the surfaces with Ke > 0 (one name)"
-    )
+    if names_lamp_choice:
+        surfaces.add_argument(
+            "--lamp-choice", metavar="NAME", help="how a sample chooses among the surfaces with Ke > 0 (one name)"
+        )
     surfaces.add_argument("--two-sided-lamps", action="store_true", help="triangles with Ke > 0 emit from both sides")
 
 

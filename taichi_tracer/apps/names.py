@@ -192,9 +192,8 @@ def names_of_scenes() -> dict[str, Names]:
 
 def names_of_knobs() -> dict[str, Names]:
     """What a study of accuracy compares."""
-    knobs = ("estimators", "samplers", "precisions", "intersectors", "triangle_tests", "lookups", "forms")
-    usual = {knob: inspect.signature(variants.plan).parameters[knob].default for knob in knobs}
-    return {knob.replace("_", " "): Names(variants.known(knob), usual[knob]) for knob in knobs}
+    knobs = (*variants.NAMED, "roulettes")
+    return {knob.replace("_", " "): Names(variants.known(knob), variants.USUAL[knob]) for knob in knobs}
 
 
 LISTS = {

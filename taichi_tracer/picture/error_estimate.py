@@ -33,31 +33,61 @@ import math
 
 import numpy as np
 import taichi as ti
+import taichi.math as tm
 
 QUANTILE = 1.96  # 95 % of a normal distribution lie within this number of standard deviations from its mean
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
 
 
-@ti.func
-def variance_from_deviation(deviation, n):
-    """Variance s²/n of the mean of n independent samples; ``deviation`` sums their squared deviations from the mean.
+# Kernels compute standard errors, and only numpy squares them, in f64: in f32, the square of 1e-30 is 0, so that the
+# picture of a dim lamp would seem to have no error, and the square of 1e30 is infinite.
 
-    It is NaN for fewer than two samples.
+
+@ti.func
+def error_from_deviation(deviation, scale, n):
+    """Standard error s/√n of the mean of n independent samples; it is NaN for fewer than two samples.
+
+    Args:
+        deviation: the sum of their squared deviations from the mean, each multiplied by ``scale`` before it is squared.
     """
-    return deviation / (ti.cast(n, float) * (n - 1))
+    squares = ti.max(deviation, 0.0)  # rounding can make the sum for samples that are all alike negative
+    return tm.sqrt(squares) / tm.sqrt(ti.cast(n, float) * (n - 1)) / scale
 
 
 @ti.func
-def variance_from_halves(total_even, n_even, total_odd, n_odd):
-    """Variance of the mean of two independent halves, from the sum and the number of the samples of each.
+def error_from_halves(total_even, n_even, total_odd, n_odd):
+    """Standard error of the mean of two independent halves, from the sum and the number of the samples of each.
 
     If a half of n_i samples has the variance σ²/n_i, then the squared difference of the two means has the expectation
-    σ² n/(n_even n_odd) for n = n_even + n_odd, and the mean of all has the variance σ²/n. For equal halves this is a
-    quarter of the squared difference. It is not finite if a half has no samples.
+    σ² n/(n_even n_odd) for n = n_even + n_odd, and the mean of all has the variance σ²/n. For equal halves the standard
+    error is half of the difference. It is not finite if a half has no samples.
     """
     n = n_even + n_odd
     difference = total_even / n_even - total_odd / n_odd
-    return difference * difference * (ti.cast(n_even, float) * n_odd / (ti.cast(n, float) * n))
+    return abs(difference) * tm.sqrt(ti.cast(n_even, float) * n_odd) / n
+
+
+# The squares of scaled deviations between these two limits, and the sum of 2^27 of them, are normal numbers of f32.
+SMALLEST_SCALED, LARGEST_SCALED = 2.0**-50, 2.0**50
+SCALE_STEP = 2.0**60  # a power of two, so that scaling rounds nothing
+
+
+@ti.func
+def scale_for(scale, deviation, is_first):
+    """The scale with which a deviation can be squared: the present one, or another one where that is out of range.
+
+    It is 1 unless light is dimmer than 1e-15 or brighter than 1e15. A smaller scale is always taken where the deviation
+    asks for it, since what was added up before is negligible then; a larger one, only for the first deviation.
+    """
+    scaled = deviation * scale
+    while scaled > LARGEST_SCALED:
+        scale /= SCALE_STEP
+        scaled /= SCALE_STEP
+    if is_first:
+        while 0 < scaled < SMALLEST_SCALED:
+            scale *= SCALE_STEP
+            scaled *= SCALE_STEP
+    return scale
 
 
 class RelativeError(float):
@@ -108,7 +138,7 @@ def relative_error(variance: np.ndarray, groups: np.ndarray, image: np.ndarray) 
     # Therefore the variances of the channels are added first, and only their sum is squared.
     v = np.where(known, np.maximum(variance, 0).sum(axis=2, dtype=np.float64), 0)
     total = v.sum()
-    if not math.isfinite(total):  # radiance above 1e19: its square is infinite in f32
+    if not math.isfinite(total):
         return RelativeError(math.nan, math.nan, math.nan)
     if total == 0:
         return RelativeError(0.0, 0.0, 0.0)

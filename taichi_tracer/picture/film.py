@@ -6,9 +6,10 @@ import taichi.math as tm
 
 from taichi_tracer.picture.error_estimate import (
     RelativeError,
+    error_from_deviation,
+    error_from_halves,
     relative_error,
-    variance_from_deviation,
-    variance_from_halves,
+    scale_for,
 )
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
@@ -42,6 +43,8 @@ class Film:
         total, rest: [x, y, half] the sum of the samples of each half is total + rest, which together are exact to twice
             the precision.
         deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
+        scale: [x, y] what deviations are multiplied by before they are squared: 1, or for very dim or very bright light
+            another power of two, because the squares would be 0 or infinite in f32.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
     """
 
@@ -75,8 +78,8 @@ class Film:
         self.count, pixel = ti.field(ti.i32), fields.dense(ti.ij, shape)
         pixel.place(self.count)
         if self.keeps_deviation:
-            self.deviation = ti.Vector.field(3, float)
-            pixel.place(self.deviation)
+            self.deviation, self.scale = ti.Vector.field(3, float), ti.field(float)
+            pixel.place(self.deviation, self.scale)
         # In memory, the numbers of a half lie side by side, but the two halves of the picture lie apart. A pass over
         # all pixels writes to only one half; then the memory of the other half need not be written back.
         self.half_count = ti.field(ti.i32)
@@ -86,6 +89,8 @@ class Film:
         fields.place(self.non_finite_count)
         fields.dense(ti.i, MAX_LOCATED).place(self.non_finite_at)
         self._memory.allocate()
+        if self.keeps_deviation:
+            self._clear()  # fields begin with 0, and the scale is 1
 
     def check_alive(self) -> None:
         """Raise a StaleSceneError if Taichi was initialised again after the film was made."""
@@ -105,7 +110,7 @@ class Film:
         for x, y in self.count:
             self.count[x, y] = 0
             if ti.static(self.keeps_deviation):
-                self.deviation[x, y] = tm.vec3(0)
+                self.deviation[x, y], self.scale[x, y] = tm.vec3(0), 1.0
             for half in ti.static(range(self.halves)):
                 self.half_count[x, y, half] = 0
                 self.total[x, y, half], self.rest[x, y, half] = tm.vec3(0), tm.vec3(0)
@@ -138,9 +143,20 @@ class Film:
             self.canvas[x, y] = mean
             if ti.static(self.keeps_deviation):
                 if self.count[x, y] > 1:
-                    self.deviation[x, y] = self.deviation[x, y] + (value - mean_before) * (value - mean)  # Welford 1962
+                    self.add_deviation(x, y, value - mean_before, value - mean)  # Welford 1962
         else:
             self.locate(x, y, sample)
+
+    @ti.func
+    def add_deviation(self, x, y, a, b):
+        """Add the product a b of two deviations of one sign, |a| ≥ |b|, to the squared deviations of a pixel."""
+        deviation, scale = self.deviation[x, y], self.scale[x, y]
+        wanted = scale_for(scale, abs(a).max(), deviation.max() == 0)
+        if wanted < scale:
+            deviation *= (wanted / scale) * (wanted / scale)
+        if wanted != scale:
+            self.scale[x, y] = wanted
+        self.deviation[x, y] = deviation + (a * wanted) * (b * wanted)
 
     @ti.func
     def locate(self, x, y, sample):
@@ -188,9 +204,10 @@ class Film:
             n, m = self.count[x, y], other.count[x, y]
             if m > 0:
                 if ti.static(self.keeps_deviation):
-                    difference = other.mean(x, y) - self.mean(x, y)
-                    share = ti.cast(n, float) * m / (n + m)
-                    self.deviation[x, y] += other.deviation[x, y] + difference * difference * share  # Chan et al. 1979
+                    root = tm.sqrt(ti.max(other.deviation[x, y], 0.0)) / other.scale[x, y]
+                    self.add_deviation(x, y, root, root)
+                    difference = (other.mean(x, y) - self.mean(x, y)) * tm.sqrt(ti.cast(n, float) * m / (n + m))
+                    self.add_deviation(x, y, difference, difference)  # Chan et al. 1979
                 for half in ti.static(range(self.halves)):
                     total, rest = other.total[x, y, half], other.rest[x, y, half]
                     self.add_to_half(x, y, half, total, rest, other.half_count[x, y, half])
@@ -234,38 +251,46 @@ class Film:
         return relative_error(*self.spread(), self.image())
 
     def variance_of_mean(self) -> np.ndarray:
-        """(height, width, 3) float32, top row first: the variance of every pixel's mean; NaN where it is unknown."""
+        """(height, width, 3) float64, top row first: the variance of every pixel's mean; NaN where it is unknown."""
         return self.spread()[0]
+
+    def standard_error(self) -> np.ndarray:
+        """(height, width, 3) float32, top row first: the root of ``variance_of_mean``."""
+        return self._standard_errors()[0]
 
     def spread(self) -> tuple[np.ndarray, np.ndarray]:
         """The values of every pixel that ``relative_error`` needs, top row first.
 
         Returns:
-            The variance of the mean, (height, width, 3) float32, which is NaN where it is unknown; and the number of
+            The variance of the mean, (height, width, 3) float64, which is NaN where it is unknown; and the number of
             independent groups of samples from which it was estimated, (height, width) int32.
         """
+        errors, groups = self._standard_errors()
+        return np.square(errors, dtype=np.float64), groups
+
+    def _standard_errors(self) -> tuple[np.ndarray, np.ndarray]:
         self.check_alive()
-        variance = np.empty((self.height, self.width, 3), np.float32)
+        errors = np.empty((self.height, self.width, 3), np.float32)
         groups = np.empty((self.height, self.width), np.int32)
-        self._write_spread(variance, groups)
-        return variance, groups
+        self._write_spread(errors, groups)
+        return errors, groups
 
     @ti.kernel
     def _write_spread(
-        self, variance: ti.types.ndarray(dtype=ti.f32, ndim=3), groups: ti.types.ndarray(dtype=ti.i32, ndim=2)
+        self, errors: ti.types.ndarray(dtype=ti.f32, ndim=3), groups: ti.types.ndarray(dtype=ti.i32, ndim=2)
     ):
         for row, column in ti.ndrange(self.height, self.width):
             x, y = column, self.height - 1 - row
-            k, v = self.count[x, y], tm.vec3(0)
+            k, e = self.count[x, y], tm.vec3(0)
             if ti.static(self.halves == 2):
                 n_even, n_odd = self.half_count[x, y, 0], self.half_count[x, y, 1]
                 k = ti.select(n_even > 0 and n_odd > 0, 2, 1)
-                v = variance_from_halves(self.total[x, y, 0], n_even, self.total[x, y, 1], n_odd)
+                e = error_from_halves(self.total[x, y, 0], n_even, self.total[x, y, 1], n_odd)
             else:
-                v = variance_from_deviation(self.deviation[x, y], k)
+                e = error_from_deviation(self.deviation[x, y], self.scale[x, y], k)
             groups[row, column] = k
             for i in ti.static(range(3)):
-                variance[row, column, i] = ti.select(k > 1, ti.max(0.0, ti.cast(v[i], ti.f32)), tm.nan)
+                errors[row, column, i] = ti.select(k > 1, ti.cast(e[i], ti.f32), tm.nan)
 
     def sample_deviation(self) -> np.ndarray:
         """(height, width) float64, top row first: the standard deviation of one sample of every pixel.
@@ -275,7 +300,7 @@ class Film:
         self.check_alive()
         n = self.count.to_numpy()
         variance = self.deviation.to_numpy().sum(axis=2, dtype=np.float64) / np.maximum(n - 1, 1)
-        return np.sqrt(variance).T[::-1]
+        return (np.sqrt(variance) / self.scale.to_numpy()).T[::-1]
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """The complete content of the film, for a checkpoint.
@@ -285,6 +310,7 @@ class Film:
                 same of half 1 if there is one, and the deviation if it is kept.
             counts: [x, y, 0] the number of all samples, [x, y, 1] that of half 1, 0 if there is none; int32.
             non_finite: (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of each.
+            scale: [x, y] of the deviation; only if it is not 1 everywhere.
         """
         self.check_alive()
         pairs = np.stack([self.total.to_numpy(), self.rest.to_numpy()], axis=3)  # [x, y, half, total or rest, channel]
@@ -295,7 +321,10 @@ class Film:
         counts[..., 0] = self.count.to_numpy()
         counts[..., 1 : self.halves] = self.half_count.to_numpy()[..., 1:]
         non_finite = np.concatenate([[[self.non_finite, 0, 0]], self.non_finite_at.to_numpy()]).astype(np.int32)
-        return {"values": values, "counts": counts, "non_finite": non_finite}
+        arrays = {"values": values, "counts": counts, "non_finite": non_finite}
+        if self.keeps_deviation and (self.scale.to_numpy() != 1).any():
+            arrays["scale"] = self.scale.to_numpy()
+        return arrays
 
     def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
         """Restore the arrays of ``to_arrays``, to the last bit; every pixel took ``samples`` samples."""
@@ -312,6 +341,7 @@ class Film:
         ]
         if self.keeps_deviation:
             parts.append((self.deviation, values[:, :, -1]))
+            parts.append((self.scale, arrays.get("scale", np.ones(counts.shape[:2], values.dtype))))
         for field, array in parts:
             field.from_numpy(np.ascontiguousarray(array))
         self.non_finite_count[None] = int(non_finite[0, 0])

@@ -38,6 +38,10 @@ def accuracy(
     scales: Sequence[float] | None = None,
     intersectors: Sequence[str] | None = None,
     forms: Sequence[str] | None = None,
+    lamp_choices: Sequence[str] | None = None,
+    max_bounces: Sequence[int] | None = None,
+    roulettes: Sequence[str | float] | None = None,
+    rr_start_bounce: int | None = None,
     every: bool = False,
 ) -> Accuracy:
     """What does accuracy cost in time? Every way to render a scene, against a reference.
@@ -45,14 +49,15 @@ def accuracy(
     Args:
         scene: a name, a path, or a ``SceneData``. Given by name, precision and fast math are compared too, which starts
             Taichi anew: scenes that were made before cannot be used afterwards.
-        environment: what lights it; None takes the scene's own, or the studio.
+        environment: what lights it, or "none"; None takes the scene's own light, or the studio if it has none.
         size: width and height.
         budget: seconds in all, compilation included.
         seeds: renderings of every variant.
         report: a folder that exists, for ``accuracy.html`` and the numbers as files; None writes nothing.
-        estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales, intersectors, forms:
-            what is compared; None takes the defaults of ``variants.plan``. A loaded scene keeps its precision and its
-            fast math.
+        estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales, intersectors, forms,
+            lamp_choices, max_bounces, roulettes: what is compared; None takes the defaults of ``variants.plan``. A
+            loaded scene keeps its precision and its fast math.
+        rr_start_bounce: after so many bounces, roulette may end a path.
         every: compare every combination, instead of changing one setting at a time.
     """
     import numpy as np
@@ -62,8 +67,11 @@ def accuracy(
 
     knobs: dict[str, Any] = {"estimators": estimators, "samplers": samplers, "precisions": precisions}
     knobs |= {"triangle_tests": triangle_tests, "fast_math": fast_math, "lookups": lookups, "adaptive": adaptive}
-    knobs |= {"scales": scales, "intersectors": intersectors, "forms": forms}
-    given = {name: tuple(values) for name, values in knobs.items() if values is not None}
+    knobs |= {"scales": scales, "intersectors": intersectors, "forms": forms, "lamp_choices": lamp_choices}
+    knobs |= {"max_bounces": max_bounces, "roulettes": roulettes}
+    given: dict[str, Any] = {name: tuple(values) for name, values in knobs.items() if values is not None}
+    if rr_start_bounce is not None:
+        given["rr_start_bounce"] = rr_start_bounce
     source = variants.Source(scene, environment)
     if source.is_loaded:
         settings = runtime.ensure()

@@ -1,13 +1,18 @@
 """The chart of a study of accuracy: error against seconds of rendering, with bands over seeds, and compile seconds."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 
+from taichi_tracer.studies.accuracy_tables import MAIN
 from taichi_tracer.studies.convergence import Study
 from taichi_tracer.system.digits import digits
 
-COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8e5ea2", "#e08e0b", "#5d6d7e")
+COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#8e5ea2", "#e08e0b", "#5d6d7e", "#17a2b8", "#8c564b", "#b5bd00", "#e377c2")
+
+LEGEND_CHARACTERS, HANDLE_CHARACTERS = 170, 8  # that fit side by side, and that the line before a label takes of them
+NOTHING_COMPILED = 0.05  # seconds: a variant that differs by numbers alone runs the kernels of another one
 
 
 def draw(study: Study):
@@ -16,14 +21,17 @@ def draw(study: Study):
 
     figure = Figure(figsize=(10, 5.6), layout="constrained")
     axes, bars = figure.subplots(1, 2, width_ratios=(3.2, 1))
-    estimators = list(dict.fromkeys(c.variant.estimator for c in study.curves))
     usual = study.curves[0].variant
-    main = [c for c in study.curves if set(c.variant.differences(usual)) <= {"estimator", "sampler"}]
+    main = [c for c in study.curves if set(c.variant.differences(usual)) <= MAIN]
+    alike = list(dict.fromkeys(replace(c.variant, sampler=usual.sampler) for c in main))
     for curve in main:
-        colour = COLOURS[estimators.index(curve.variant.estimator) % len(COLOURS)]
+        colour = COLOURS[alike.index(replace(curve.variant, sampler=usual.sampler)) % len(COLOURS)]
         is_first = curve.variant.sampler == usual.sampler
         seconds, known = curve.mean_seconds, curve.mean_errors > 0
-        label = f"{curve.variant.label} (slope {digits(curve.slope, '.2f')})"
+        ending = f"slope {digits(curve.slope, '.2f')}"
+        if curve.is_biased:
+            ending = f"misses {digits(-100 * curve.shift, '.2g')} % of the light"
+        label = f"{curve.variant.label} ({ending})"
         style = {"color": colour, "linestyle": "-" if is_first else "--", "marker": "o" if is_first else "x"}
         axes.loglog(seconds[known], 100 * curve.mean_errors[known], label=label, markersize=4, linewidth=1.4, **style)
         low, high = np.min(curve.errors, axis=0), np.max(curve.errors, axis=0)
@@ -35,10 +43,13 @@ def draw(study: Study):
     draw_guide(axes)
     axes.set(xlabel="seconds of rendering", ylabel="relative RMSE, %", title=study.scene)
     axes.grid(True, which="both", alpha=0.2)
-    axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3, frameon=False)
-    names = [c.variant.label for c in study.curves]
-    bars.barh(names, [c.compile_seconds for c in study.curves], color="#9aa5b1")
-    bars.invert_yaxis()
+    longest = max(len(text) for text in axes.get_legend_handles_labels()[1])
+    columns = max(1, LEGEND_CHARACTERS // (longest + HANDLE_CHARACTERS))
+    figure.legend(fontsize=7, loc="outside lower center", ncols=columns, frameon=False)
+    compiled = [c for c in study.curves if c.compile_seconds > NOTHING_COMPILED] or study.curves
+    seconds, height = [c.compile_seconds for c in compiled], min(0.8, 0.1 * len(compiled))
+    bars.barh([c.variant.label for c in compiled], seconds, height, color="#9aa5b1")
+    bars.set_ylim(len(compiled) - 0.5, -0.5)  # the first at the top
     bars.tick_params(axis="y", labelsize=7)
     bars.set(xlabel="compiling, s (once)")
     return figure

@@ -11,7 +11,14 @@ import numpy as np
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.studies import page
 from taichi_tracer.studies.accuracy_chart import draw, png_of, svg_of
-from taichi_tracer.studies.accuracy_tables import efficiency_table, knob_table, show_seconds, summary
+from taichi_tracer.studies.accuracy_tables import (
+    bounce_table,
+    efficiency_of,
+    efficiency_table,
+    knob_table,
+    show_seconds,
+    summary,
+)
 from taichi_tracer.studies.convergence import TARGETS, Curve, Study, without_glare
 from taichi_tracer.system.digits import digits
 
@@ -44,12 +51,18 @@ def as_html(study: Study, figure) -> str:
         f"reference has {study.reference_samples} samples per pixel and a relative error of {study.reference_error} "
         "itself, which was taken off; errors that are not clearly larger are left out."
     )
+    if study.reference_bounces is not None:
+        about += f" In it, light bounces at most {study.reference_bounces} times."
     parts = [page.paragraph(about, "note"), *(page.paragraph(s) for s in summary(study))]
     parts += ["<h2>Error against time</h2>", svg_of(figure)]
     band = "Lines are the mean over the seeds, bands their spread. Compiling happens once and is shown beside."
     parts.append(page.paragraph(band, "note"))
+    questions = tables_of_questions(study)
+    for title, content in questions.items():
+        parts += [f"<h2>{title}</h2>", content]
     parts += ["<h2>What an error costs</h2>", table_of_costs(study)]
-    parts += ["<h2>What each knob buys</h2>", table_of_knobs(study)]
+    if knob_table(study) or not questions:
+        parts += ["<h2>What each knob buys</h2>", table_of_knobs(study)]
     parts += [f"<h2>The same {study.equal_seconds:.2g} s</h2>", *pictures(study)]
     return page.page(f"What accuracy costs in time: {study.scene}", parts)
 
@@ -68,7 +81,51 @@ def table_of_costs(study: Study) -> str:
         "“About” stands where no picture was so good: the slope was continued. A bias z beyond ±3 would mean that the "
         "variant or the reference is biased."
     )
+    if any(curve.is_biased for curve in study.curves):
+        note += (
+            " Paths with fewer bounces than the reference are biased: no further sample adds the light that they miss."
+        )
     return page.table(rows, list(rows[0])) + page.paragraph(note, "note")
+
+
+PERCENT = ("missing light", "standard error", "noise")  # beginnings of the columns that are shown in percent
+
+
+def tables_of_questions(study: Study) -> dict[str, str]:
+    """Title → table, for bounces, roulettes and choices of lamps, as far as they were compared."""
+    found = {}
+    if bounces := bounce_table(study):
+        found["What bounces bring"] = as_table(bounces) + page.paragraph(
+            "Missing light is a bias: it does not become smaller with more samples, as noise does. Both are in percent "
+            "of the mean of the reference. Time is a multiple of that of the most bounces.",
+            "note",
+        )
+    titles = {"roulette": "What roulette saves", "lamp_choice": "Which lamp?"}
+    for knob, title in titles.items():
+        if rows := efficiency_of(study, knob):
+            found[title] = as_table(rows) + page.paragraph(
+                "Time and variance, at equal samples, are multiples of those of the first row. Efficiency is "
+                "1/(variance × time): what has twice the efficiency reaches the same error in half of the time.",
+                "note",
+            )
+    return found
+
+
+def as_table(rows: list[dict]) -> str:
+    """A table of rows of names and numbers."""
+    return page.table(in_words(rows), list(rows[0]))
+
+
+def in_words(rows: list[dict]) -> list[dict]:
+    """Rows whose numbers are words: errors in percent, others with three digits."""
+    return [{name: in_word(name, value) for name, value in row.items()} for row in rows]
+
+
+def in_word(name: str, value) -> str:
+    """One value of a column of that name."""
+    if name.startswith(PERCENT):
+        return percent(value)
+    return show(value) if isinstance(value, float) else str(value)
 
 
 def table_of_knobs(study: Study) -> str:
@@ -129,6 +186,11 @@ def show(value: float) -> str:
     return "?" if math.isnan(value) else digits(value, ".3g")
 
 
+def percent(value: float) -> str:
+    """A fraction in percent, with three digits, or "?"."""
+    return f"{show(100 * value)} %"
+
+
 def table_rows(study: Study) -> list[dict]:
     """A row for every picture that was compared: variant, seed, samples, seconds, error."""
     return [row for curve in study.curves for row in rows_of(curve)]
@@ -144,6 +206,9 @@ def rows_of(curve: Curve) -> list[dict]:
             "samples": int(curve.samples[k]),
             "seconds": float(curve.seconds[seed, k]),
             "relative_rmse": float(curve.errors[seed, k]),
+            "noise": float(curve.noise[seed, k]),
+            "missing_light": -curve.shift,
+            "missing_light_standard_error": curve.shift_error,
             "compile_seconds": curve.compile_seconds,
         }
         for seed in range(len(curve.seconds))
@@ -167,10 +232,17 @@ def as_json(study: Study) -> str:
         "size": list(study.size),
         "machine": study.machine,
         "seconds": study.seconds,
-        "reference": {"samples": study.reference_samples, "relative_rmse": float(study.reference_error)},
+        "reference": {
+            "samples": study.reference_samples,
+            "relative_rmse": float(study.reference_error),
+            "max_bounces": study.reference_bounces,
+        },
         "summary": summary(study),
         "costs": efficiency_table(study),
         "knobs": knob_table(study),
+        "bounces": bounce_table(study),
+        "roulettes": efficiency_of(study, "roulette"),
+        "lamp choices": efficiency_of(study, "lamp_choice"),
         "measurements": table_rows(study),
     }
     return json.dumps(without_nan(content), indent=1)

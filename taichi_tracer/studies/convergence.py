@@ -12,10 +12,11 @@ from taichi_tracer.fast.primary_hits import LARGE_PICTURE
 from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.error_estimate import RelativeError, relative_error
 from taichi_tracer.picture.progress import slope
-from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.renderer import A2Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.metrics import flip, rel_mse, relative_rmse
-from taichi_tracer.studies.variants import Source, Variant, light_renderer
+from taichi_tracer.studies.variants import Source, Variant, renderer_of
+from taichi_tracer.system.errors import InputError
 
 TARGETS = (0.10, 0.05, 0.02, 0.01)  # relative RMSE
 REFERENCE_SEED = 1_000_003
@@ -26,6 +27,7 @@ STEEPEST = -0.75  # slope that is continued beyond what was measured: what Owen'
 FLATTEST = -0.1  # slope of a curve that hardly falls: it is not continued, since its end would be anywhere
 FARTHEST = 300  # times the seconds that were measured: no curve is continued beyond
 FEW_POINTS = 4  # of a curve with fewer, the slope is that of all; of others, that of the later half
+REFERENCE_LAMPS = "hierarchy"  # of the reference, where choices of lamps are compared: it has the least noise
 WARM_UP = 3  # samples: after them everything is compiled
 GLARE = 50  # times the mean of the picture: pixels above it, such as a sun in a mirror, would alone decide its error
 CLEAR = 1.5  # times the reference's own error: below it, the error of a picture cannot be told from that
@@ -41,7 +43,11 @@ class Curve:
         samples: (K,) per pixel, at which the picture was compared.
         seconds, errors: (seeds, K) of rendering; relative RMSE against the reference, the reference's own taken off.
             NaN where the reference is no better.
-        bias: z-score of the mean of the pictures against that of the reference.
+        noise: (seeds, K) the relative error that each picture tells of itself: what light it leaves out is not in it.
+        reference_mean: without the pixels that glare.
+        shift, shift_error: the mean of the pictures minus that of the reference, as a fraction of the latter, and the
+            standard error of this fraction; without the pixels that glare.
+        is_biased: whether the variant leaves out light that is in the reference.
         image, image_error, image_flip, image_rel_mse: at equal time; None for variants without one.
     """
 
@@ -50,8 +56,11 @@ class Curve:
     samples: np.ndarray
     seconds: np.ndarray
     errors: np.ndarray
+    noise: np.ndarray
     reference_mean: float
-    bias: float
+    shift: float
+    shift_error: float
+    is_biased: bool = False
     image: np.ndarray | None = None
     image_samples: int = 0
     image_error: float = math.nan
@@ -74,6 +83,11 @@ class Curve:
         return 1e3 * float(self.mean_seconds[-1] / self.samples[-1])
 
     @property
+    def bias(self) -> float:
+        """z-score of the mean of the pictures against that of the reference."""
+        return self.shift / self.shift_error if self.shift_error > 0 else 0.0
+
+    @property
     def slope(self) -> float:
         """Of error against seconds on logarithms, over the later half: −1/2 for independent samples."""
         points = self._known()
@@ -87,7 +101,8 @@ class Curve:
     def seconds_to(self, target: float) -> tuple[float, bool]:
         """(seconds to a relative error, whether that was measured).
 
-        Beyond the last picture the slope is continued; NaN where that would be too far.
+        Beyond the last picture the slope is continued; NaN where that would be too far, or where the error is to a part
+        light that was left out, which no further sample adds.
         """
         points = self._known()
         if not points:
@@ -99,7 +114,7 @@ class Curve:
         if points[0][1] <= target:
             return points[0][0], True
         power = max(self.slope, STEEPEST)
-        if not power < FLATTEST:
+        if self.is_biased or not power < FLATTEST:
             return math.nan, False
         factor = (points[-1][1] / target) ** (-1 / power)
         return (points[-1][0] * factor if factor <= FARTHEST else math.nan), False
@@ -118,6 +133,8 @@ class Study:
     Attributes:
         reference_error: as the reference's own samples tell it.
         equal_seconds: of rendering, of the pictures that are shown beside each other.
+        reference_bounces: how many surfaces reflect in the reference at most; None for direct light.
+        notes: what was not compared, and why.
     """
 
     scene: str
@@ -130,6 +147,8 @@ class Study:
     reference_error: RelativeError | None = None
     reference_samples: int = 0
     seconds: float = 0.0
+    reference_bounces: int | None = None
+    notes: list[str] = field(default_factory=list)
 
     @property
     def glaring(self) -> int:
@@ -153,16 +172,29 @@ class Truth:
     error: RelativeError
     variance: np.ndarray
     samples: int
-    renderer: A2Renderer | None
+    renderer: ProgressiveRenderer | None
 
     @property
     def counted(self) -> np.ndarray:
         """(h, w) bool: the pixels that errors are of, all but those that glare."""
         return without_glare(self.image)
 
+    @property
+    def mean(self) -> float:
+        """Of the pixels that errors are of."""
+        return float(self.image[self.counted].mean())
+
     def error_of(self, image: np.ndarray) -> float:
         """Relative RMSE of a picture."""
         return relative_rmse(image[self.counted], self.image[self.counted])
+
+    def noise_of(self, renderer: ProgressiveRenderer) -> float:
+        """What a picture tells of its own error, without the pixels that glare: a fraction of the reference's mean."""
+        variance, groups = renderer.film.spread()
+        known = self.counted & (groups > 1)
+        if not known.any():
+            return math.nan
+        return math.sqrt(variance[known].mean()) / self.mean
 
 
 def measure(
@@ -180,10 +212,15 @@ def measure(
         budget: seconds in all, compilation included. A variant that compiles for longer than its share still gets
             a few samples.
         tell: called with what is being done, and the share of the budget that is spent.
+
+    Raises:
+        InputError: the scene has no light, or what is to be compared cannot be compared with it.
     """
     source.check(variants)
     start = time.perf_counter()
-    study = Study(source.name, size, "", seeds, budget * PICTURE_SHARE)
+    study = Study("", size, "", seeds, budget * PICTURE_SHARE)
+    most = max(v.max_bounces for v in variants)
+    study.reference_bounces = most if variants[0].is_path else None
     truths: dict[str, Truth] = {}
     done = 0
     # variants of one precision together, since each change starts Taichi anew; the first one's come first
@@ -192,6 +229,11 @@ def measure(
         source.start(group[0], arch)
         study.machine = describe_machine()
         runs, scenes, renderers = [], {}, {}
+        if not study.scene:
+            scenes[group[0].scene] = first_scene = source.load(group[0])
+            study.scene = source.title(first_scene)
+            variants, study.notes = comparable(variants, first_scene)
+            group = [v for v in group if v in variants]
         for variant in group:
             if variant.scene not in scenes:
                 scenes[variant.scene] = source.load(variant)
@@ -199,12 +241,16 @@ def measure(
             if variant.lookup not in truths:
                 tell("reference", (time.perf_counter() - start) / budget)
                 share = REFERENCE_SHARE * (FURTHER_REFERENCE if truths else 1)
-                truths[variant.lookup] = reference_of(scene, size, share * budget)
+                own = reference_variant(variant, variants)
+                if own.scene not in scenes:
+                    scenes[own.scene] = source.load(own)
+                truths[variant.lookup] = reference_of(scenes[own.scene], own, size, share * budget)
             tell(f"{variant.label}: compiling", (time.perf_counter() - start) / budget)
             truth = scaled(truths[variant.lookup], variant.scale)
             key = (*variant.scene, variant.sampler, variant.adaptive, variant.scale)
             if key not in renderers:  # one for all estimators: what the eye rays hit is compiled once
-                renderers[key] = make(light_renderer(), scene, variant, truth.image.shape[1::-1])
+                kind = renderer_of(variant.estimator)
+                renderers[key] = make(kind, scene, variant, truth.image.shape[1::-1])
             runs.append(Run(renderers[key], variant, truth))
         for seed in range(seeds):  # all variants in turn, so that what else the machine does meets all alike
             for i, run in enumerate(runs):
@@ -216,6 +262,8 @@ def measure(
         study.curves += [run.curve(seeds + 1, study.equal_seconds) for run in runs]
         done += len(group)
     first = truths[variants[0].lookup]
+    for curve in study.curves:
+        curve.is_biased = curve.variant.is_path and curve.variant.max_bounces < most
     study.curves.sort(key=lambda c: variants.index(c.variant))
     study.references = {lookup: truth.image for lookup, truth in truths.items()}
     study.reference_error, study.reference_samples = first.error, first.samples
@@ -223,13 +271,44 @@ def measure(
     return study
 
 
-def reference_of(scene, size: tuple[int, int], seconds: float) -> Truth:
+def comparable(variants: list[Variant], scene) -> tuple[list[Variant], list[str]]:
+    """The variants that differ in a scene, and notes on those that do not.
+
+    Raises:
+        InputError: choices of lamps are compared, and the scene has no lamps.
+    """
+    if len({v.lamp_choice for v in variants}) > 1 and scene.lamps.count == 0:
+        raise InputError(f"accuracy: {scene.source} has no surface with Ke > 0, so that no lamp is chosen")
+    notes = []
+    if scene.environment is None and len({v.lookup for v in variants}) > 1:
+        variants = [v for v in variants if v.lookup == variants[0].lookup]
+        notes.append("The scene has no environment, so that its look-up was not compared.")
+    return variants, notes
+
+
+def reference_variant(variant: Variant, variants: list[Variant]) -> Variant:
+    """What the reference of a variant is rendered with: the package's own parts, whatever is compared with them."""
+    choices = {v.lamp_choice for v in variants}
+    own = Variant(
+        estimator="path" if variant.is_path else "mis",
+        lamp_choice=variant.lamp_choice if len(choices) == 1 else REFERENCE_LAMPS,
+        max_bounces=max(v.max_bounces for v in variants),
+    )
+    of_scene = ("lookup", "triangle_test", "intersector", "plain")
+    return replace(own, **{knob: getattr(variant, knob) for knob in of_scene})
+
+
+def reference_of(scene, variant: Variant, size: tuple[int, int], seconds: float) -> Truth:
     """A picture by multiple importance sampling, for that many seconds, and how far it is off."""
-    renderer = make(A2Renderer, scene, Variant(), size)  # the package's own, whatever is compared with it
+    renderer = make(A4Renderer if variant.is_path else A2Renderer, scene, variant, size)
     renderer.seed = REFERENCE_SEED
     renderer.render(time=max(seconds, SHORTEST_REFERENCE))
     image, (variance, groups) = renderer.image().astype(np.float64), renderer.film.spread()
     error = relative_error(variance, np.where(without_glare(image), groups, 0), image)
+    if math.isnan(error):
+        raise InputError(
+            f"accuracy: no light of {scene.source} reaches the camera, so that there is no error to measure"
+        )
     return Truth(image, error, variance, renderer.samples, renderer)
 
 
@@ -253,18 +332,27 @@ def scaled(truth: Truth, scale: float) -> Truth:
     return replace(truth, image=image, error=RelativeError(error, error, error), variance=variance)
 
 
-def make(renderer_class: type[A2Renderer], scene, variant: Variant, size: tuple[int, int]) -> A2Renderer:
+def make(
+    renderer_class: type[ProgressiveRenderer], scene, variant: Variant, size: tuple[int, int]
+) -> ProgressiveRenderer:
     """A renderer of a variant; it never compiles another form of the eye rays in the middle of a measurement."""
     width, height = size
     renderer = renderer_class(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
     renderer.eye_rays.use_packets = renderer.eye_rays.can_use_packets and width * height >= LARGE_PICTURE
+    return as_variant(renderer, variant)
+
+
+def as_variant(renderer: ProgressiveRenderer, variant: Variant) -> ProgressiveRenderer:
+    """The renderer, with the estimator of a variant, and with the length of its paths."""
+    if isinstance(renderer, A4Renderer):
+        renderer.path_settings.set(**variant.paths)
     return renderer.use(variant.estimator)
 
 
 class Run:
     """The measurement of one variant, seed by seed; it is compiled when it is made."""
 
-    def __init__(self, renderer: A2Renderer, variant: Variant, truth: Truth) -> None:
+    def __init__(self, renderer: ProgressiveRenderer, variant: Variant, truth: Truth) -> None:
         self.variant, self.truth, self.renderer = variant, truth, renderer
         self.begin(0)
         renderer.render(WARM_UP, watch=lambda _: None)
@@ -272,12 +360,13 @@ class Run:
         self.samples: list[int] = []
         self.seconds: list[list[float]] = []
         self.errors: list[list[float]] = []
+        self.noise: list[list[float]] = []
         self.finals: list[tuple[np.ndarray, np.ndarray]] = []
 
     def begin(self, seed: int) -> None:
         """Start over with other random numbers."""
         self.renderer.seed = seed
-        self.renderer.use(self.variant.estimator).begin_anew()
+        as_variant(self.renderer, self.variant).begin_anew()
 
     def render(self, seed: int, slot: float) -> None:
         """Compare pictures of one seed, each with twice as many samples per pixel as the one before.
@@ -285,7 +374,7 @@ class Run:
         Args:
             slot: seconds that the first seed may take. The other seeds take as many samples as that one.
         """
-        renderer, spent, done, seconds, errors = self.renderer, 0.0, 0, [], []
+        renderer, spent, done, seconds, errors, noise = self.renderer, 0.0, 0, [], [], []
         self.begin(seed)
         is_first, first = not self.samples, PILOT if self.variant.adaptive else FIRST_SAMPLES
         for wanted in doubled(first) if is_first else list(self.samples):
@@ -297,10 +386,12 @@ class Run:
             spent, done = spent + time.perf_counter() - begin, wanted
             seconds.append(spent)
             errors.append(error_beyond(self.truth.error_of(renderer.image()), self.truth.error))
+            noise.append(self.truth.noise_of(renderer))
             if is_first:
                 self.samples.append(wanted)
         self.seconds.append(seconds)
         self.errors.append(errors)
+        self.noise.append(noise)
         self.finals.append((renderer.image().astype(np.float64), renderer.film.variance_of_mean()))
 
     def curve(self, seed: int, equal_seconds: float) -> Curve:
@@ -311,8 +402,9 @@ class Run:
             np.array(self.samples),
             np.array(self.seconds),
             np.array(self.errors),
-            float(self.truth.image.mean()),
-            bias(self.finals, self.truth),
+            np.array(self.noise),
+            self.truth.mean,
+            *shift(self.finals, self.truth),
         )
         if self.variant.scale == 1:
             self.begin(seed)
@@ -335,13 +427,13 @@ def error_beyond(measured: float, reference: float) -> float:
     return math.sqrt(measured**2 - reference**2)
 
 
-def bias(finals: list[tuple[np.ndarray, np.ndarray]], truth: Truth) -> float:
-    """z-score of the mean of pictures against that of the reference: beyond ±3, one of the two is biased.
+def shift(finals: list[tuple[np.ndarray, np.ndarray]], truth: Truth) -> tuple[float, float]:
+    """(mean of pictures minus that of the reference, its standard error), both as fractions of the reference's mean.
 
     Args:
         finals: (picture, variance of its pixels) for every seed.
     """
     difference = np.mean([p for p, _ in finals], axis=0) - truth.image
     variance = np.sum([np.nan_to_num(v) for _, v in finals], axis=0) / len(finals) ** 2 + np.nan_to_num(truth.variance)
-    spread = variance.sum(axis=2) / 3  # channels err together
-    return float(difference.mean() / math.sqrt(spread.mean() / spread.size)) if spread.any() else 0.0
+    spread = variance[truth.counted].sum(axis=1) / 3  # channels err together
+    return float(difference[truth.counted].mean()) / truth.mean, math.sqrt(spread.mean() / spread.size) / truth.mean

@@ -621,6 +621,8 @@ def test_accuracy_refuses_before_it_works(tmp_path, capsys):
     for words, message in (
         (["accuracy", "cube", "--estimators", "brdf,miss"], "unknown estimator 'miss': did you mean 'mis'?"),
         (["accuracy", "kube"], "unknown scene 'kube'"),
+        (["accuracy", "cube", "--estimators", "path,mis"], "no reference fits both: compare one kind at a time"),
+        (["accuracy", "cube", "--roulettes", "none,2"], "q must be more than 0 and less than 1, not 2.0"),
         (["accuracy", "cube", "--budget", "0"], "'0' is not a number more than 0"),
         (["compare", "no.png", "no.png"], "no.png: no such file"),
         (["merge", "no.checkpoint", "no.checkpoint", "-o", "x.png"], "no.checkpoint: no such file"),

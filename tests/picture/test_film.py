@@ -72,6 +72,25 @@ def test_two_replicas_tell_the_variance_by_their_difference(precision, rng):
     assert np.isnan(one.error())
 
 
+@pytest.mark.parametrize("replicated", [False, True])
+@pytest.mark.parametrize("ke", [1e-30, 1e-22, 1e22, 1e30])
+def test_the_error_of_dim_and_bright_light_is_that_of_light_of_one(f32, rng, ke, replicated):
+    """The squares of these numbers are 0 or infinite in f32; the error, a quotient, is the same for all of them."""
+    values = rng.lognormal(size=(2, 40, 3)).astype(np.float32)
+    values[0, 3:5] = 0  # samples that found no lamp, before and after others
+    errors = []
+    for factor in (1, ke):
+        parts = [Film(2, 1, replicated=replicated) for _ in range(3)]
+        for film, samples in zip(parts, (values[0], values[0], values[1]), strict=True):
+            _add(film, (samples * np.float32(factor)).astype(np.float32))
+        films = [parts[0], Film(2, 1, replicated=replicated)]
+        films[1].from_arrays(parts[0].to_arrays(), 40)
+        parts[1].merge(parts[2])
+        errors.append([float(film.error()) for film in (*films, parts[1])])
+    assert errors[0][0] > 0.01
+    np.testing.assert_allclose(errors[1], errors[0], rtol=1e-5)
+
+
 @pytest.mark.long
 def test_a_film_goes_to_arrays_and_back_to_the_last_bit(precision, rng):
     values = rng.lognormal(size=(9, 3)).astype(runtime.dtype())
@@ -131,7 +150,7 @@ def test_old_checkpoints_of_independent_samples_stay_readable_to_the_last_bit(pr
     n = counts[..., :1].astype(dtype)
     np.testing.assert_array_equal(film.canvas.to_numpy(), values[:, :, 0] / n)
     variance = (values[:, :, 2] / (n * (n - 1))).transpose(1, 0, 2)[::-1]
-    np.testing.assert_array_equal(film.variance_of_mean(), variance.astype(np.float32))
+    np.testing.assert_allclose(film.variance_of_mean(), variance, rtol=1e-6)
     written = film.to_arrays()
     assert written["values"].dtype == dtype
     assert written["values"].tobytes() == values.tobytes()

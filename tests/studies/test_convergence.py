@@ -17,7 +17,8 @@ from taichi_tracer.studies.variants import Variant
 def curve(power=-0.5, scale=1.0, per_sample=0.01, variant=None, k=7):
     samples = 2 ** np.arange(1, k + 1)
     seconds = np.tile(samples * per_sample, (3, 1))
-    return Curve(variant or Variant(), 1.0, samples, seconds, scale * seconds**power, 1.0, 0.0)
+    errors = scale * seconds**power
+    return Curve(variant or Variant(), 1.0, samples, seconds, errors, errors.copy(), 1.0, 0.0, 0.001)
 
 
 def study(*curves):
@@ -70,9 +71,11 @@ def test_bias_is_found_and_none_is_not_invented(rng):
         noise = np.repeat(rng.normal(size=(3, 8, 8, 1)), 3, axis=3)
         return [(1 + shift + 0.1 * n, np.full((8, 8, 3), 0.01)) for n in noise]
 
-    scores = [convergence.bias(pictures(0), truth) for _ in range(40)]
-    assert 0.6 < np.std(scores) < 1.5
-    assert convergence.bias(pictures(10 * 0.1 / math.sqrt(3 * 64)), truth) > 5
+    shifts = np.array([convergence.shift(pictures(0), truth) for _ in range(40)])
+    assert 0.6 < np.std(shifts[:, 0] / shifts[:, 1]) < 1.5
+    shift, error = convergence.shift(pictures(10 * 0.1 / math.sqrt(3 * 64)), truth)
+    assert shift > 5 * error
+    assert shift == pytest.approx(10 * 0.1 / math.sqrt(3 * 64), rel=0.4)
 
 
 def test_a_reference_of_fewer_pixels_is_the_mean_of_blocks(rng):
@@ -94,6 +97,42 @@ def test_pixels_that_glare_are_in_no_error():
     assert truth.error_of(wrong) == 0
     wrong[0, 0] = 2
     assert truth.error_of(wrong) == pytest.approx(math.sqrt(1 / 99))
+
+
+def test_bounces_have_their_bias_beside_their_noise_and_time():
+    """Of a curve that misses 20 % of the light: no error below that is promised, whatever its slope."""
+    variants_ = [Variant("path", max_bounces=k) for k in (8, 1, 3)]
+    whole, direct, short = (curve(scale=0.02, per_sample=0.01 * v.max_bounces, variant=v) for v in variants_)
+    direct.shift, short.shift = -0.2, -0.001
+    direct.is_biased = short.is_biased = True
+    direct.noise *= 0.5
+    rows = accuracy_tables.bounce_table(study(whole, direct, short))
+    assert [row["bounces"] for row in rows] == [1, 3, 8]
+    assert [row["missing light"] for row in rows] == [0.2, 0.001, 0]
+    assert rows[0]["time"] == pytest.approx(1 / 8)
+    assert rows[0]["mean"] == pytest.approx(0.8)
+    assert rows[0]["noise at 128 spp"] == pytest.approx(direct.noise[0, -1])
+    assert math.isnan(direct.seconds_to(0.002)[0])
+    assert whole.seconds_to(0.002)[0] > 0
+    sentences = accuracy_tables.summary(study(whole, direct, short))
+    assert any(s.startswith("Paths of at most 1 bounce miss 20 % of the light") for s in sentences)
+    assert "From 3 bounces on, what is missing cannot be told from its standard error." in sentences
+    assert {r["knob"] for r in accuracy_tables.knob_table(study(whole, direct, short))} == set()
+
+
+def test_efficiency_is_one_over_variance_times_seconds():
+    none, roulette = (curve(scale=0.02, variant=Variant("path", roulette=r)) for r in ("none", 0.5))
+    roulette.noise *= 1.5
+    roulette.seconds = roulette.seconds / 3
+    first, second = accuracy_tables.efficiency_of(study(none, roulette), "roulette")
+    assert (first["roulette"], first["efficiency"]) == ("no roulette", 1)
+    assert second["efficiency"] == pytest.approx(3 / 1.5**2)
+    assert accuracy_tables.efficiency_of(study(none, roulette), "lamp_choice") == []
+    told = accuracy_tables.summary(study(none, roulette))
+    assert "Roulette q = 0.5 is 1.33 times as efficient as no roulette." in told
+    page = accuracy_report.tables_of_questions(study(none, roulette))
+    assert list(page) == ["What roulette saves"]
+    assert "<td>1.33</td>" in page["What roulette saves"]
 
 
 def test_a_time_that_is_hardly_longer_is_not_once_as_long():
@@ -120,6 +159,41 @@ def test_plans():
         variants.plan(forms=("simple",))
 
 
+def test_a_question_of_paths_is_turned_alone():
+    plan = variants.plan(max_bounces=(1, 16, 5), roulettes=("none", 0.2), rr_start_bounce=1)
+    assert [v.label for v in plan] == [
+        "path, sobol, 16 bounces",
+        "path, sobol, 5 bounces",
+        "path, sobol, 1 bounce",
+        "path, sobol, 16 bounces, roulette q = 0.2, after bounce 1",
+    ]
+    assert plan[0].paths == {
+        "max_bounces": 16, "rr_start_bounce": 1, "roulette": "course", "rr_termination_probability": 0.0
+    }  # fmt: skip
+    assert plan[3].paths["rr_termination_probability"] == 0.2
+    assert Variant("path", roulette="throughput").paths["roulette"] == "throughput"
+    assert [v.setting("lamp_choice") for v in variants.plan(lamp_choices=("power", "area"))] == [
+        "lamps by power", "lamps by area"
+    ]  # fmt: skip
+    assert [v.estimator for v in variants.plan(max_bounces=(3,), samplers=("sobol",))[:3]] == list(variants.PATHS)
+
+
+@pytest.mark.parametrize(
+    ("knobs", "message"),
+    [
+        ({"estimators": ("path", "mis")}, "bounces with path, and not with mis: .* no reference fits both"),
+        ({"estimators": ("mis",), "max_bounces": (1, 2)}, "max_bounces is of paths, .* use estimators among implicit"),
+        ({"roulettes": ("russian",)}, "unknown roulette 'russian': known are none, throughput, or a number q"),
+        ({"roulettes": (1.0,)}, "q must be more than 0 and less than 1, not 1.0"),
+        ({"max_bounces": (65,)}, "max_bounces must be a whole number from 0 to 64, not 65"),
+        ({"lamp_choices": ("nearest", "power")}, "unknown lamp choice 'nearest'"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_in_one_line(knobs, message):
+    with pytest.raises(tt.InputError, match=message):
+        variants.plan(**knobs)
+
+
 def test_forms_and_intersectors_are_knobs_that_are_turned_on_request():
     only = {"estimators": ("mis",), "samplers": ("sobol",), "precisions": ("f32",), "fast_math": (False,)}
     only |= {"triangle_tests": ("watertight",), "lookups": ("nearest",), "adaptive": (False,), "scales": (1.0,)}
@@ -129,6 +203,27 @@ def test_forms_and_intersectors_are_knobs_that_are_turned_on_request():
     assert not any(v.plain for v in variants.plan(every=True))
     rows = accuracy_tables.knob_table(study(*(curve(variant=v) for v in plan)))
     assert ("plain", "fast forms", "plain forms") in [(r["knob"], r["from"], r["to"]) for r in rows]
+
+
+@pytest.mark.long
+def test_a_small_study_of_bounces_finds_what_is_missing(tmp_path):
+    """In the white room, k bounces miss (3/4)^(k+1) of the light; the reference with 8 bounces misses (3/4)^9."""
+    start("f32")
+    room = tt.load_scene_data("white_room")
+    table, _ = tt.studies.accuracy(room, size=(16, 16), budget=6, seeds=2, report=tmp_path, max_bounces=(0, 2, 8))
+    assert list(table["variant"]) == ["path, sobol, 8 bounces", "path, sobol, 2 bounces", "path, sobol, 0 bounces"]
+    content = json.loads((tmp_path / "accuracy.json").read_text())
+    assert content["scene"] == "white_room, lit by its lamps"
+    assert content["reference"]["max_bounces"] == 8
+    for row in content["bounces"]:
+        exact = 1 - (1 - 0.75 ** (row["bounces"] + 1)) / (1 - 0.75**9)
+        assert abs(row["missing light"] - exact) < 4 * row["standard error"] + 1e-5
+    assert "What bounces bring" in (tmp_path / "accuracy.html").read_text(encoding="utf-8")
+    cube = tt.load_scene_data("cube")
+    with pytest.raises(tt.InputError, match="has no surface with Ke > 0"):
+        tt.studies.accuracy(cube, size=(8, 8), budget=1, lamp_choices=("area", "power"))
+    with pytest.raises(tt.InputError, match="has no light: give an environment"):
+        tt.studies.accuracy(cube, "none", size=(8, 8), budget=1)
 
 
 @pytest.mark.long

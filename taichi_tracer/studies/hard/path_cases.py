@@ -301,23 +301,25 @@ class ExtremeRadiance(RendererCase):
     name, spp = "Ke of 1e30 and 1e-30", 64
 
     def judge(self, epsilon):
-        """Divided by Ke, both pictures are the same, and their mean is that of Lambert's formula."""
+        """Divided by Ke, both pictures and their errors are the same, and the mean is that of Lambert's formula."""
         corners, up = np.array([[-1.0, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1]]), np.array([0.0, 1, 0])
         place = {"eye": (0, 0.5, 0), "at": (0, 0, 0), "up": (0, 0, 1), "screen_window": (-1, 1, -1, 1)}
         centres = (np.arange(9) + 0.5) / 9 * 2 - 1
         truth = np.array([[oracle.polygon_irradiance((x, 0, z), up, corners) for x in centres] for z in centres])
-        pictures, nan = [], 0
+        pictures, errors, nan = [], [], 0
         for radiance in (1e30, 1e-30):
             scene = SceneData(mesh_of([square(2), quad(*corners)], [FLOOR, lamp(radiance)]))
             renderer = A4Renderer(scene, camera=OrthographicCamera(9, 9, **place), jitter=False)
             renderer.max_bounces = 1
             image, _, not_finite = rendered(renderer, "path", self.spp)
             pictures.append(image[..., 0] / radiance)
+            errors.append(float(renderer.error()))
             nan += not_finite
             scene.destroy()
         one, other = pictures
         wrong = int((np.abs(one / other - 1) > self.spp * PIXEL).sum())
         wrong += int(abs(one.mean() / (ALBEDO / np.pi * truth.mean()) - 1) > 0.02)
+        wrong += int(not abs(errors[0] / errors[1] - 1) <= self.spp * PIXEL)  # one that is not known is wrong, too
         return {"tried": 2 * one.size, "wrong": wrong, "nan": nan}
 
 
