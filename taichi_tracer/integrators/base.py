@@ -13,7 +13,9 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.integrators.controls import Control
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels, seams
 
 
@@ -45,6 +47,18 @@ class Integrator:
     def facts(self) -> dict:
         """Its own values on which the bits of a picture depend, for checkpoints."""
         return {}
+
+    def controls(self) -> tuple[Control, ...]:
+        """The values that can be changed while the picture is shown, as far as they have an effect at present."""
+        return ()
+
+    def change(self, **values) -> None:
+        """Change values of ``controls`` by their names.
+
+        Raises:
+            InputError: there is no such value, or it is out of its range; then nothing has changed.
+        """
+        raise InputError(f"{self.name} has no {next(iter(values))} that can be changed")
 
     def notes(self) -> list[str]:
         """What the user should know about the picture that was begun, one line each."""

@@ -7,6 +7,7 @@ f_r cos θ L / p. Both densities are per solid angle. The two-sample forms are i
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.integrators.controls import Control, Slider
 from taichi_tracer.integrators.direct_light import DirectLight
 from taichi_tracer.integrators.live_numbers import LiveNumbers
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
@@ -59,6 +60,19 @@ class OneSampleMis(DirectLight):
             self._changes += 1
             if self._numbers is not None and not self._numbers.is_over():
                 self._numbers.set(self.p_light)
+
+    def controls(self) -> tuple[Control, ...]:
+        """Both weights."""
+        names = "mis_plight", "mis_pbrdf"
+        return tuple(Slider(name, weight, 0.0, 1.0, name) for name, weight in zip(names, self.weights, strict=True))
+
+    def change(self, **values) -> None:
+        """Change ``mis_plight``, ``mis_pbrdf``, or both; see ``set_weights``."""
+        weights = dict(zip(("mis_plight", "mis_pbrdf"), self.weights, strict=True))
+        if not values.keys() <= weights.keys():
+            super().change(**values)
+        weights |= values
+        self.set_weights(weights["mis_plight"], weights["mis_pbrdf"])
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""
