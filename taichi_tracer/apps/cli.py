@@ -200,8 +200,8 @@ def add_render(parser: Parser) -> None:
         type=bounces,
         default=(),
         metavar="LIST",
-        help="one picture for the light after each of these numbers of bounces, such as 0,1,2,3+ or 0,1-4, and one with "
-        "all of them side by side: FILE_bounce_0.png ..., FILE_bounces.png",
+        help="one picture for the light after each of these numbers of bounces, such as 0,1,2,3+ or 0,1-4, and one "
+        "with all of them side by side: FILE_bounce_0.png ..., FILE_bounces.png",
     )
     targets = parser.add_argument_group(
         "when to stop", "at the first that is reached; else the samples of the scene file, or 1"

@@ -185,10 +185,6 @@ class PathRequest:
     rr_termination_probability: float | None
     roulette: str | None
 
-    def words(self) -> list[str]:
-        """The options that ask for the same."""
-        return options_of(**vars(self))
-
 
 @dataclass(frozen=True)
 class WeightsRequest:
@@ -196,10 +192,6 @@ class WeightsRequest:
 
     mis_plight: float | None
     mis_pbrdf: float | None
-
-    def words(self) -> list[str]:
-        """The options that ask for the same."""
-        return options_of(**vars(self))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ class Slider:
 
     Attributes:
         name: of the value, for ``Integrator.change``.
-        label: what stands beside the slider; up to 11 characters have room there.
+        label: what stands beside the slider; up to 10 characters have room there.
     """
 
     name: str

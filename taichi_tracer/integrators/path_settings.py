@@ -86,7 +86,7 @@ class PathSettings:
     def controls(self) -> tuple[Control, ...]:
         """What a window can change of these settings, and what has an effect: see ``Integrator.controls``."""
         of = self._values
-        found: list[Control] = [Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES, "max bounces")]
+        found: list[Control] = [Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES, "max bounce")]
         if of["max_bounces"] > 0:
             found += [BouncesControl("bounces", of["bounces"], of["max_bounces"])]
             found += [NameControl("roulette", of["roulette"], ROULETTES, "Roulette")]
