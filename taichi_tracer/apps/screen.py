@@ -96,6 +96,12 @@ class Screen:
         place = at.x, at.y, at.shown_width, at.shown_height
         _copy(renderer.canvas, self.pixels, *place, renderer.srgb, display.part, display.scale)
 
+    def let_plot(self, may_be_shown: bool) -> None:
+        """Say whether there is room for a drawing below the right panel; if not, it is removed."""
+        if self.has_plot and not may_be_shown and self.layout.right > 0:
+            self.pixels[self.layout.width - self.layout.right :] = BACKGROUND
+        self.has_plot = may_be_shown
+
     def put_plot(self, plot: np.ndarray) -> None:
         """Copy a drawing, (h, w, 3) with the top row first, to the bottom of the right margin, if it has room there."""
         height, width = plot.shape[:2]

@@ -141,9 +141,7 @@ class Viewer:
         self.frame_seconds = 0.0
         self.started, self.error, self.error_at, self.last_samples = 0.0, math.nan, 0.0, math.inf
         self.curve: list[tuple[float, float]] = []  # (seconds, error) since the picture was begun
-        self.unfolded: str | None = (
-            None  # the kind whose list is unfolded, if there is no room for all; None: what shows
-        )
+        self.unfolded: str | None = None  # the kind whose list is unfolded if not all have room; None is what shows
         geometry = renderer.scene_data.geometry
         self.usual_speed = self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
@@ -314,8 +312,9 @@ class Viewer:
     def draw_panels(self, gui) -> None:
         """Both panels, as far as there is room, and the help over the picture while it is asked for.
 
-        ``ti.ui`` places a panel only when its name is new: the name therefore contains the size of the window, after
-        two # signs, where it is not shown. It measures panels in fractions of the size that the window had at first.
+        ``ti.ui`` places a panel only when its name is new: the name therefore contains the size of the window and the
+        height of the panel, after two # signs, where they are not shown. It measures panels in fractions of the size
+        that the window had at first.
         """
         layout, (width, height) = self.screen.layout, self.first_size
         size = f"##{layout.width}x{layout.height}"
@@ -326,10 +325,10 @@ class Viewer:
         if layout.right > 0:
             counter = LineCounter()
             self.draw_settings(counter)
-            self.screen.has_plot = layout.height - PLOT_HEIGHT >= counter.height
+            self.screen.let_plot(layout.height - PLOT_HEIGHT >= counter.height)
             down = layout.height - PLOT_HEIGHT * self.screen.has_plot
             place = (layout.width - layout.right) / width, 0.0, layout.right / width, down / height
-            with gui.sub_window(f"Settings{size}", *place) as panel:
+            with gui.sub_window(f"Settings{size}x{down}", *place) as panel:
                 self.draw_settings(panel)
         if self.shows_help:
             x, y = layout.left + HELP_PLACE, HELP_PLACE
@@ -488,7 +487,9 @@ def draw_bounces(panel, control: BouncesControl) -> tuple[int, int | None] | Non
     first, last = value
     if first != last:
         panel.text(f"Bounces that count: {name_of_bounces(value)}")
-    chosen = min(max(panel.slider_int("k", min(first, control.most), 0, control.most), 0), control.most)
+    chosen = min(first, control.most)
+    if control.most > 0:
+        chosen = min(max(panel.slider_int("k", chosen, 0, control.most), 0), control.most)
     return value if chosen == first else (chosen, chosen)
 
 

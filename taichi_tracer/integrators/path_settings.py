@@ -87,8 +87,9 @@ class PathSettings:
         """What a window can change of these settings, and what has an effect: see ``Integrator.controls``."""
         of = self._values
         found: list[Control] = [Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES, "max bounce")]
-        if of["max_bounces"] > 0:
+        if of["max_bounces"] > 0 or of["bounces"] is not None:
             found += [BouncesControl("bounces", of["bounces"], of["max_bounces"])]
+        if of["max_bounces"] > 0:
             found += [NameControl("roulette", of["roulette"], ROULETTES, "Roulette")]
             q, is_by_throughput = of["rr_termination_probability"], of["roulette"] == "throughput"
             if not is_by_throughput:
