@@ -18,7 +18,7 @@ from taichi_tracer.apps.rescue import written, written_bytes, written_picture
 from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR, note
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, to_bytes
-from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, name_of
+from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words, name_of
 from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
@@ -157,19 +157,11 @@ def run(args: Namespace) -> int:
 
 def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: PictureRequest) -> bool:
     """Write pictures by bounce and their sum side by side, all with the same exposure; False if it went elsewhere."""
-    captions = [*map(caption, bounces), SUM]
+    captions = [*map(in_words, bounces), SUM]
     shown = [to_bytes(image, picture.is_encoded, picture.display) for image in (*images, sum(images))]
     place = written_bytes(path, contact_sheet(shown, captions))
     print(f"{place}: {', '.join(captions)}", flush=True)
     return place == path
-
-
-def caption(bounces: Bounces) -> str:
-    """What a picture shows that counts the light after first … last bounces."""
-    first, last = bounces
-    if first == last:
-        return "1 bounce" if first == 1 else f"{first} bounces"
-    return f"{first} or more bounces" if last is None else f"{first} to {last} bounces"
 
 
 def make_picture(

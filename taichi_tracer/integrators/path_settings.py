@@ -155,7 +155,8 @@ def check_terms(terms: Sequence[Bounces], max_bounces: int) -> None:
         for bounce in range(first, (max_bounces if last is None else last) + 1):
             if bounce in taken:
                 both = f"{taken[bounce]} and {name}"
-                raise InputError(f"bounces {both} both count the light after {bounce} bounces: name each number once")
+                light = in_words((bounce, bounce))
+                raise InputError(f"bounces {both} both count the light after {light}: name each number once")
             taken[bounce] = name
 
 
@@ -163,6 +164,14 @@ def name_of(bounces: Bounces) -> str:
     """The name of (first, last), as ``--bounces`` takes it: "2", "1-3", or "4+" for 4 and more."""
     first, last = bounces
     return f"{first}+" if last is None else f"{first}" if first == last else f"{first}-{last}"
+
+
+def in_words(bounces: Bounces) -> str:
+    """(first, last) as words: "1 bounce", "1 to 3 bounces", or "4 or more bounces"."""
+    first, last = bounces
+    if first == last:
+        return "1 bounce" if first == 1 else f"{first} bounces"
+    return f"{first} or more bounces" if last is None else f"{first} to {last} bounces"
 
 
 def is_whole(number) -> bool:
