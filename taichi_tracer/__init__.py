@@ -124,6 +124,7 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.integrators.direct_light import DirectLight as DirectLight
     from taichi_tracer.intersectors.bvh import BVHRayIntersector as BVHRayIntersector
     from taichi_tracer.lights.base import Light as Light
+    from taichi_tracer.lights.choice import LampChoice as LampChoice
     from taichi_tracer.materials import Material as Material
     from taichi_tracer.materials import MaterialLibrary as MaterialLibrary
     from taichi_tracer.ray import HitData as HitData
@@ -133,6 +134,8 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.ray_intersector import RayIntersector as RayIntersector
     from taichi_tracer.renderer import A1Renderer as A1Renderer
     from taichi_tracer.renderer import A2Renderer as A2Renderer
+    from taichi_tracer.renderer import A3Renderer as A3Renderer
+    from taichi_tracer.renderer import A4Renderer as A4Renderer
     from taichi_tracer.rt3.renderer import RT3Renderer as RT3Renderer
     from taichi_tracer.sampler import BRDF as BRDF
     from taichi_tracer.sampler import Sampler as Sampler

@@ -687,17 +687,19 @@ class A3Renderer(A2Renderer):
     def mis_pbrdf(self, weight: float) -> None:
         self.set_weights(mis_pbrdf=weight)
 
-    def set_weights(self, **weights: float) -> None:
-        """Change ``mis_plight``, ``mis_pbrdf``, or both at once."""
-        if weights:
-            self._one_sample().change(**weights)
+    def set_weights(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> "Self":
+        """Change one of the weights, or both at once; None leaves a weight as it is. Returns the renderer."""
+        light, brdf = self._one_sample().weights
+        light, brdf = light if mis_plight is None else mis_plight, brdf if mis_pbrdf is None else mis_pbrdf
+        self._one_sample().set_weights(light, brdf)
+        return self
 
-    def _one_sample(self):
+    def _one_sample(self) -> Any:
         """This renderer's copy of the integrator."""
         name = "mis_one_sample"
         return self._integrators.setdefault(name, copy.copy(PARTS.find("integrator", name)))
 
-    def set_sample_mis_one_sample(self):
+    def set_sample_mis_one_sample(self) -> "Self":
         """Use multiple importance sampling with one sample, drawn by lot (A3-4)."""
         return self.use("mis_one_sample")
 
@@ -713,17 +715,20 @@ class A4Renderer(ProgressiveRenderer):
 
     name, what, jitters = "A4Renderer", "path", True
 
-    def __init__(self, scene_data: SceneData, *args, **options) -> None:
-        if not isinstance(scene_data, SceneData):
-            raise not_a_scene(type(self).__name__, scene_data)
-        scene_data.check_alive()
-        self.path_settings = PathSettings()
-        super().__init__(scene_data, *args, **options)
+    _path_settings: PathSettings | None = None
 
-    def use(self, integrator):
+    @property
+    def path_settings(self) -> PathSettings:
+        """All the values that say how long paths are, and which bounces count."""
+        if self._path_settings is None:
+            self._path_settings = PathSettings()
+        return self._path_settings
+
+    def use(self, integrator: IntegratorChoice) -> "Self":
         """Choose how light is found; the length of paths stays. Returns the renderer."""
         super().use(integrator)
-        self.active.settings = self.path_settings
+        paths: Any = self.active
+        paths.settings = self.path_settings
         return self
 
     @property
@@ -777,7 +782,7 @@ class A4Renderer(ProgressiveRenderer):
         """One picture for the light after each number of bounces; their sum is the picture of all of them (A4-5).
 
         Every picture is rendered with the same random numbers, and therefore of the same paths. They add up to the
-        picture of ``spp`` samples but for rounding: in f32, to about 1e-6 of the brightest value. The paths of a
+        picture of ``spp`` samples but for rounding: in f32, to about 1e-7 of the brightest value. The paths of a
         picture end after the last bounce that counts in it. Afterwards, ``bounces`` is as before, and the next
         ``render`` starts the picture again.
 
@@ -816,14 +821,14 @@ class A4Renderer(ProgressiveRenderer):
         super().begin()
         warn_if_dark(self.scene_data)
 
-    def set_shading_implicit(self):
+    def set_shading_implicit(self) -> "Self":
         """Let paths find lights by chance: ``implicit`` (A4-1)."""
         return self.use("implicit")
 
-    def set_shading_explicit(self):
+    def set_shading_explicit(self) -> "Self":
         """Take a sample of the lights at every surface: ``explicit`` (A4-1)."""
         return self.use("explicit")
 
-    def set_shading_mis(self):
+    def set_shading_mis(self) -> "Self":
         """Combine both by the power heuristic: ``path`` (A3-4, A4-1)."""
         return self.use("path")

@@ -422,7 +422,7 @@ class Viewer:
             value = slide(panel, control.label, value, control.low, control.high)
         if value != control.value:
             try:
-                self.renderer.active.change(**{control.name: value})
+                self.renderer.active.change(control.name, value)
             except InputError as error:
                 self.tell(str(error))
 

@@ -8,6 +8,7 @@ sample, a vec3. The film computes the mean of the samples (A2-9).
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import taichi as ti
 import taichi.math as tm
@@ -52,13 +53,13 @@ class Integrator:
         """The values that can be changed while the picture is shown, as far as they have an effect at present."""
         return ()
 
-    def change(self, **values) -> None:
-        """Change values of ``controls`` by their names.
+    def change(self, name: str, value: Any) -> None:
+        """Change a value of ``controls``.
 
         Raises:
             InputError: there is no such value, or it is out of its range; then nothing has changed.
         """
-        raise InputError(f"{self.name} has no {next(iter(values))} that can be changed")
+        raise InputError(f"{self.name} has no {name} that can be changed")
 
     def notes(self) -> list[str]:
         """What the user should know about the picture that was begun, one line each."""

@@ -4,6 +4,8 @@ The direction comes from the mixture p(ω) = mis_plight p_light(ω) + mis_pbrdf 
 f_r cos θ L / p. Both densities are per solid angle. The two-sample forms are in ``direct_light``.
 """
 
+from typing import Any
+
 import taichi as ti
 import taichi.math as tm
 
@@ -66,13 +68,15 @@ class OneSampleMis(DirectLight):
         names = "mis_plight", "mis_pbrdf"
         return tuple(Slider(name, weight, 0.0, 1.0, name) for name, weight in zip(names, self.weights, strict=True))
 
-    def change(self, **values) -> None:
-        """Change ``mis_plight``, ``mis_pbrdf``, or both; see ``set_weights``."""
-        weights = dict(zip(("mis_plight", "mis_pbrdf"), self.weights, strict=True))
-        if not values.keys() <= weights.keys():
-            super().change(**values)
-        weights |= values
-        self.set_weights(weights["mis_plight"], weights["mis_pbrdf"])
+    def change(self, name: str, value: Any) -> None:
+        """Change ``mis_plight`` or ``mis_pbrdf``; see ``set_weights``."""
+        light, brdf = self.weights
+        if name == "mis_plight":
+            self.set_weights(value, brdf)
+        elif name == "mis_pbrdf":
+            self.set_weights(light, value)
+        else:
+            super().change(name, value)
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""

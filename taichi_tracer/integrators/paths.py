@@ -11,6 +11,8 @@ sample of the lights at every surface; a light that a ray hits then counts only 
 does both, and weights them by a heuristic of both densities. All three have the same mean.
 """
 
+from typing import Any
+
 import taichi as ti
 import taichi.math as tm
 
@@ -53,11 +55,11 @@ class Paths(Integrator):
         """Those of ``settings``."""
         return () if self.settings is None else self.settings.controls()
 
-    def change(self, **values) -> None:
-        """Change ``settings``, see ``PathSettings.set``."""
+    def change(self, name: str, value: Any) -> None:
+        """Change a value of ``settings``, see ``PathSettings.set``."""
         if self.settings is None:
             self.settings = PathSettings()
-        self.settings.set(**values)
+        self.settings.set(**{name: value})
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):
