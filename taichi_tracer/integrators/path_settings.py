@@ -138,8 +138,8 @@ def check(max_bounces, rr_start_bounce, rr_termination_probability, roulette, bo
 def check_bounces(bounces) -> None:
     """Raise an InputError if this is not (first, last) or (first, None)."""
     is_pair = isinstance(bounces, tuple | list) and len(bounces) == 2
-    first, last = bounces if is_pair else (None, None)
-    ends = (first, MOST_BOUNCES if last is None else last)
+    ends: Any = tuple(bounces) if is_pair else (None, None)
+    ends = (ends[0], MOST_BOUNCES if ends[1] is None else ends[1])
     if not all(is_whole(end) for end in ends) or not 0 <= ends[0] <= ends[1] <= MOST_BOUNCES:
         text = f"(first, last) with 0 <= first <= last <= {MOST_BOUNCES}, (first, None), or None"
         raise InputError(f"bounces must be {text}, not {bounces!r}")
