@@ -4,9 +4,10 @@
 ``references/pictures.json`` keeps of each. ``canary`` tells whether this machine rounds as the one that made the file.
 """
 
+import copy
 import hashlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import taichi as ti
@@ -31,6 +32,7 @@ ESTIMATORS = ("uniform", "hemisphere", "brdf", "environment", "mis", "mis_balanc
 INTEGRATORS = ("flat", "normal_map", "depth_map")
 SAMPLERS = ("sobol", "independent")
 STUDIO = {"environment": "studio"}
+LAMPS = "lamps"  # a scene option of this list: "off" makes every material black that emits light
 # From where the meshes are seen, whatever a scene's own camera is, so that digests change only with the renderer.
 VIEW = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
 ORTHOGRAPHIC = {"projection": "orthographic", "screen_window": (-1.6, 1.6, -1.2, 1.2)}
@@ -45,7 +47,7 @@ class Picture:
         shows: a view, an estimator or an integrator.
         spp: samples per pixel; 0 is what the pixel's centre shows.
         precision: "f32" or "f64".
-        options: of the renderer. scene_options: of the scene.
+        options: of the renderer. scene_options: of the scene, and ``LAMPS``.
     """
 
     scene: str
@@ -117,6 +119,10 @@ def pictures() -> Iterator[Picture]:
         yield Picture(scene, "brdf", 20, "f32", {"adaptive": True}, STUDIO)
         yield Picture(scene, "normal", 0, "f32", {"projection": "orthographic"})
         yield Picture(scene, "mis", 2, "f32", {"projection": "orthographic"}, STUDIO)
+    off = {**STUDIO, LAMPS: "off"}
+    for estimator in ESTIMATORS:
+        yield Picture("cornell_box", estimator, 3, "f32", {}, off)
+    yield Picture("cornell_box", "mis", 3, "f64", {}, off)
     for scene in DOCUMENTS:
         for what in (*VIEWS, *INTEGRATORS):
             yield Picture(f"rt3/{scene}", what)
@@ -137,7 +143,11 @@ class Maker:
     """Makes the pictures of one group: the scene is loaded once, and a renderer is made once for equal options."""
 
     def __init__(self, group: list[Picture]) -> None:
-        self.scene = tt.load_scene_data(group[0].scene, **group[0].scene_options)
+        options = dict(group[0].scene_options)
+        lamps = options.pop(LAMPS, "on")
+        self.scene = tt.load_scene_data(group[0].scene, **options)
+        if lamps == "off":
+            self.scene = without_lamps(self.scene)
         self.renderers = {}
 
     def __call__(self, picture: Picture) -> np.ndarray:
@@ -163,6 +173,15 @@ class Maker:
     def destroy(self) -> None:
         """Free the scene's memory."""
         self.scene.destroy()
+
+
+def without_lamps(scene: tt.SceneData) -> tt.SceneData:
+    """The same scene, but none of its materials emits light."""
+    mesh = copy.copy(scene.mesh)
+    mesh.materials = [replace(material, Ke=(0.0, 0.0, 0.0)) for material in mesh.materials]
+    dark = tt.SceneData(mesh, view=scene.view, environment=scene.environment)
+    scene.destroy()
+    return dark
 
 
 def digest(array: np.ndarray) -> str:

@@ -25,6 +25,7 @@ from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.renderer import A2Renderer, ProgressiveRenderer
+from taichi_tracer.scene_data import SceneInKernels
 from taichi_tracer.system.seams import in_kernels
 
 
@@ -77,7 +78,7 @@ def test_light_is_what_the_environment_the_lights_and_the_materials_emit():
     assert scene_of().effects.is_dark
     assert not scene_of().effects.is_lit
     emitting = scene_of(Material(Ke=(1, 0, 0))).effects
-    assert (emitting.is_dark, emitting.is_lit, emitting.emitters) == (False, False, True)
+    assert (emitting.is_dark, emitting.is_lit, emitting.emitters) == (False, True, True)
     assert not scene_of(Material(), Material(Ke=(1, 0, 0))).effects.emitters  # no triangle has the second
     assert scene_of(environment="white").effects.is_lit
     assert scene_of(environment="black").effects.is_dark
@@ -243,7 +244,7 @@ CODE = {
         lambda: (scene_of(fast=False, **LIT), scene_of(mesh=BALL, fast=False, **LIT)),
     ),
     "background": (Background, "color", lambda: (scene_of(**LIT), scene_of(background=(1, 0, 0), **LIT))),
-    "shadow rays": (RayIntersector, "is_blocked", lambda: (scene_of(**LIT), scene_of(mesh=TWO, **LIT))),
+    "shadow rays": (SceneInKernels, "may_meet", lambda: (scene_of(**LIT), scene_of(mesh=TWO, **LIT))),
     "light and BRDF": (SceneLights, "pdf_far", lambda: (scene_of(Material(Ns=1e21), **LIT), scene_of(**LIT))),
 }
 

@@ -17,7 +17,7 @@ PROGRAMS = sorted((Path(__file__).parents[1] / "interactive").glob("*.py"))
 
 
 def test_there_are_programs():
-    assert [p.name for p in PROGRAMS] == ["A1.py", "A2.py"]
+    assert [p.name for p in PROGRAMS] == ["A1.py", "A2.py", "A3.py", "A4.py"]
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda p: p.name)
@@ -45,6 +45,19 @@ def test_a2_without_a_display_writes_a_picture_by_every_estimator(tmp_path):
     run_without_a_display("A2.py", tmp_path)
     written = sorted(p.name for p in (tmp_path / "renders").iterdir())
     assert written == sorted(f"specular_spheres_{name}.png" for name in A2Renderer.names())
+    for path in (tmp_path / "renders").iterdir():
+        assert np.asarray(Image.open(path)).std() > 10
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("program", "scene", "names"),
+    [("A3.py", "veach_plates", tt.A3Renderer.names()), ("A4.py", "cornell_box", tt.A4Renderer.names())],
+)
+def test_a3_and_a4_without_a_display_write_a_picture_by_every_integrator(program, scene, names, tmp_path):
+    run_without_a_display(program, tmp_path)
+    written = sorted(p.name for p in (tmp_path / "renders").iterdir())
+    assert written == sorted(f"{scene}_{name}.png" for name in names)
     for path in (tmp_path / "renders").iterdir():
         assert np.asarray(Image.open(path)).std() > 10
 

@@ -21,9 +21,10 @@ MOST_LINES_OF_A_FUNCTION = 90
 LAYERS = (
     "system",
     "formulas ray tones",
-    "brdfs sampler camera",
+    "brdfs",
     "materials geometry files",
     "environment background effects lights",
+    "sampler camera",
     "ray_intersector intersectors",
     "picture fast scene_data",
     "integrators renderer",

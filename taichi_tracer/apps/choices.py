@@ -1,11 +1,11 @@
-"""What one window can show: the renderers over one scene and one camera, its light, and its triangle test."""
+"""What one window can show: the renderers over one scene and one camera, its light, triangle test and lamp choice."""
 
 from taichi_tracer.apps.names import renderers
 from taichi_tracer.apps.words import LIGHT
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.renderer import A1Renderer, A2Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.system.registry import PARTS
 
@@ -16,7 +16,7 @@ class Choices:
     """The renderers of one window, and which of them shows. All have one camera.
 
     A renderer is made when something that it offers is chosen for the first time. The renderer that is given, and its
-    scene, stay as they are, except for the environment; another triangle test makes another scene.
+    scene, stay as they are, except for the environment; another triangle test or lamp choice makes another scene.
 
     Attributes:
         renderer: the one that shows.
@@ -28,11 +28,13 @@ class Choices:
     def __init__(self, renderer: ProgressiveRenderer) -> None:
         self.renderer = renderer
         scene, environment = renderer.scene_data, renderer.scene_data.environment
-        self._classes = {c.what: c for c in renderers() if c.what in (A1Renderer.what, A2Renderer.what)}
+        of_courses = A1Renderer.what, A3Renderer.what, A4Renderer.what
+        self._classes = {c.what: c for c in renderers() if c.what in of_courses}
         # What the given renderer offers comes first.
         self._classes = {type(renderer).what: None, **self._classes, type(renderer).what: type(renderer)}
-        self._scenes = {self.triangle_test: scene}
-        self._made = {(self.triangle_test, type(renderer)): renderer}
+        self._scenes = {key_of(scene): scene}
+        self._made = {(*key_of(scene), type(renderer)): renderer}
+        self._last = {type(renderer): renderer}  # the renderer of each class that was shown last
         self._environments = {} if environment is None else {environment.name: environment}
         # That of the scene, those of the package, and none: the order in which they come one after another.
         self.environments = list(dict.fromkeys([*self._environments, *shipped_environments(), NO_LIGHT]))
@@ -51,13 +53,13 @@ class Choices:
     @property
     def offered(self) -> list[tuple[type[ProgressiveRenderer], list[Integrator]]]:
         """What each renderer offers; what the given renderer offers comes first."""
-        known = {type(one): one for (test, _), one in self._made.items() if test == self.triangle_test}
+        known = {type(one): one for one in self._made.values() if one.scene_data is self.scene}
         return [(c, list(known[c].offers if c in known else c.offered())) for c in self._classes.values()]
 
     def use(self, renderer_class: type[ProgressiveRenderer], name: str) -> None:
         """Show something that a renderer offers. For the first picture of light, a scene without light gets one."""
         needs_light = any(one.needs_light for one in renderer_class.offered() if one.name == name)
-        if needs_light and self.environment == NO_LIGHT and not self.scene.lights and not self._has_chosen_light:
+        if needs_light and self.scene.effects.is_dark and not self._has_chosen_light:
             self.set_environment(LIGHT)
         self._show(self._renderer(renderer_class, self.scene).use(name))
 
@@ -65,11 +67,12 @@ class Choices:
         """Show a renderer, with the exposure and the tone curve of the one before."""
         display = self.renderer.display
         self.renderer = renderer.set_display(display.exposure, display.tone)
+        self._last[type(renderer)] = renderer
         self._take_white()
 
     def _renderer(self, renderer_class: type[ProgressiveRenderer], scene: SceneData) -> ProgressiveRenderer:
         """The renderer of this class for a scene; it is made if there is none, like the one that shows."""
-        key = scene.ray_intersector.triangle_test, renderer_class
+        key = *key_of(scene), renderer_class
         if key not in self._made:
             like = self.renderer
             options = {"sampler": like.sampler, "seed": like.seed, "first_sample": like.first_sample}
@@ -78,6 +81,7 @@ class Choices:
             renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
             renderer.eye_rays.use_packets = like.eye_rays.use_packets  # so that nothing is compiled that is not needed
             self._made[key] = renderer
+        copy_values(self._last.get(renderer_class, self._made[key]), self._made[key])
         return self._made[key]
 
     # ── white, in the view of the distance ──
@@ -126,13 +130,49 @@ class Choices:
 
     def next_triangle_test(self) -> None:
         """Show the scene with the triangle test that comes next; its intersector is built when this happens first."""
-        test = after(self.triangle_test, self.triangle_tests)
-        if test not in self._scenes:
-            self._scenes[test] = again(self.scene, triangle_test=test)
-        scene, former = self._scenes[test], self.renderer
+        self._show_scene(triangle_test=after(self.triangle_test, self.triangle_tests))
+
+    # ── which lamp ──
+
+    @property
+    def lamp_choice(self) -> str:
+        """How samples of the scene choose among its lamps."""
+        return self.scene.lamps.choice.name
+
+    @property
+    def lamp_choices(self) -> list[str]:
+        """The names of the lamp choices; none if the choice makes no difference to what is shown."""
+        known = PARTS.names("lamp choice")
+        matters = self.scene.lamps.count > 1 and self.renderer.needs_light and self.renderer.active.samples_lights
+        return known if matters and self.lamp_choice in known else []
+
+    def next_lamp_choice(self) -> None:
+        """Show the scene with the lamp choice that comes next."""
+        self._show_scene(lamp_choice=after(self.lamp_choice, self.lamp_choices))
+
+    def _show_scene(self, **changes: str) -> None:
+        """Show the scene with other arguments of ``SceneData``; it is made when these are chosen for the first time."""
+        names = {"triangle_test": self.triangle_test, "lamp_choice": self.lamp_choice, **changes}
+        key = names["triangle_test"], names["lamp_choice"]
+        if key not in self._scenes:
+            self._scenes[key] = again(self.scene, **changes)
+        scene, former = self._scenes[key], self.renderer
         if scene.environment is not former.scene_data.environment:
             scene.set_environment(former.scene_data.environment)
         self._show(self._renderer(type(former), scene).use(former.active))
+
+
+def key_of(scene: SceneData) -> tuple[str, str]:
+    """The names that ``Choices`` can change of a scene."""
+    return scene.ray_intersector.triangle_test, scene.lamps.choice.name
+
+
+def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> None:
+    """Give a renderer the lengths of paths, or the weights, of a former one of the same class."""
+    if isinstance(former, A4Renderer) and isinstance(renderer, A4Renderer):
+        renderer.path_settings.set(**former.path_settings.facts())
+    if isinstance(former, A3Renderer) and isinstance(renderer, A3Renderer):
+        renderer.set_weights(mis_plight=former.mis_plight, mis_pbrdf=former.mis_pbrdf)
 
 
 def after(name: str, names: list[str]) -> str:

@@ -21,6 +21,7 @@ from taichi_tracer.apps.words import (
     OneOfOptions,
     as_value,
     at_least_one,
+    bounces,
     degrees,
     let_every_character_print,
     names,
@@ -31,7 +32,6 @@ from taichi_tracer.apps.words import (
     told,
     values_of,
     whole,
-    wholes,
 )
 from taichi_tracer.system import leftovers
 from taichi_tracer.system.errors import InputError, StaleSceneError
@@ -197,10 +197,11 @@ def add_render(parser: Parser) -> None:
     add_display_options(parser)
     parser.add_argument(
         "--bounces",
-        type=wholes,
+        type=bounces,
         default=(),
-        metavar="A,B",
-        help="one picture for the light of each of these numbers of bounces, and one with all of them side by side",
+        metavar="LIST",
+        help="one picture for the light after each of these numbers of bounces, such as 0,1,2,3+ or 0,1-4, and one "
+        "with all of them side by side: FILE_bounce_0.png ..., FILE_bounces.png",
     )
     targets = parser.add_argument_group(
         "when to stop", "at the first that is reached; else the samples of the scene file, or 1"
@@ -444,6 +445,7 @@ def add_picture_options(parser: Parser) -> None:
     )
     parser.add_argument("--jitter", action="store_true", help="rays through random points of the pixels, in views too")
     add_path_options(parser)
+    add_weight_options(parser)
     add_camera_options(parser)
 
 
@@ -470,6 +472,15 @@ def add_path_options(parser: Parser) -> None:
     paths.add_argument(
         "--roulette", metavar="NAME", help="course: the constant Q (default); throughput: dark paths end first"
     )
+
+
+def add_weight_options(parser: Parser) -> None:
+    """How often ``mis_one_sample`` takes which direction."""
+    weights = parser.add_argument_group(
+        "weights", "of the two directions among which mis_one_sample draws lots; their sum counts as 1"
+    )
+    weights.add_argument("--mis-plight", type=number, metavar="W", help="one to a light (default: 0.5)")
+    weights.add_argument("--mis-pbrdf", type=number, metavar="W", help="one from the BRDF (default: 0.5)")
 
 
 def add_camera_options(parser: Parser) -> None:

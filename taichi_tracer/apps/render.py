@@ -11,12 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.apps.contact_sheet import contact_sheet
 from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
-from taichi_tracer.apps.rescue import written, written_picture
+from taichi_tracer.apps.rescue import written, written_bytes, written_picture
 from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR, note
 from taichi_tracer.files.disk import check_place, make_folder
-from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable
+from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, to_bytes
+from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words, name_of
 from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
@@ -27,7 +29,7 @@ SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
 SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
 DISTANCE = "distance"  # the view to which --max-distance belongs
-SHEET_GAP = 4  # pixels between two pictures that stand side by side
+SUM = "sum"  # the caption of the last picture of a contact sheet
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -39,7 +41,7 @@ class RenderRequest:
         output: a file or a folder; None is where the scene file says, or ``PICTURE_FOLDER``.
         spp, time, error: what ends the rendering, as for ``ProgressiveRenderer.render``. Where all are None, it is the
             samples of the picture.
-        bounces: numbers of bounces, each of which gets a picture of its own; empty is one picture of all.
+        bounces: (first, last) of the light that each picture counts, see ``PathSettings``; empty is one picture of all.
         checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
         aovs: the raw arrays that each file has beside its picture.
     """
@@ -50,7 +52,7 @@ class RenderRequest:
     spp: int | None
     time: float | None
     error: float | None
-    bounces: tuple[int, ...]
+    bounces: tuple[Bounces, ...]
     checkpoint: str | None
     checkpoint_every: float
     aovs: tuple[Aov, ...]
@@ -65,10 +67,8 @@ def render_of(args: Namespace) -> RenderRequest:
     scene, pictures = scene_and_pictures_of(args)
     if args.max_distance is not None and all(one.name != DISTANCE for picture in pictures for _, one in picture.views):
         note(f"--max-distance {args.max_distance:g} changes nothing here: it belongs to the view {DISTANCE!r}")
-    for picture in pictures:
-        for renderer_class, integrator in picture.views:
-            if args.bounces and not issubclass(renderer_class, A4Renderer):
-                raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
+    if args.bounces:
+        check_pictures_by_bounce(args, pictures)
     return RenderRequest(
         scene=scene,
         pictures=pictures,
@@ -83,6 +83,36 @@ def render_of(args: Namespace) -> RenderRequest:
     )
 
 
+def check_pictures_by_bounce(args: Namespace, pictures: Sequence[PictureRequest]) -> None:
+    """Raise an InputError unless there are pictures for ``--bounces`` that can be added up."""
+    for picture in pictures:
+        for renderer_class, integrator in picture.views:
+            if not issubclass(renderer_class, A4Renderer):
+                raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
+        for one in args.bounces:
+            check_bounces(one)
+        most = picture.paths.max_bounces
+        check_terms(args.bounces, DEFAULTS["max_bounces"] if most is None else most)
+    if len(args.bounces) > 1:
+        given = [name for name in ("time", "error", "adaptive") if getattr(args, name)]
+        if given:
+            advice = "give --spp alone"
+            raise InputError(f"--bounces takes the same samples for each picture, --{given[0]} does not: {advice}")
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the pictures of one view go.
+
+    Attributes:
+        pictures: one path, or one for each member of ``RenderRequest.bounces``.
+        sheet: where a contact sheet of them goes, or None.
+    """
+
+    pictures: tuple[Path, ...]
+    sheet: Path | None = None
+
+
 def run(args: Namespace) -> int:
     """Render and write every view that was asked for.
 
@@ -92,10 +122,10 @@ def run(args: Namespace) -> int:
     """
     request = render_of(args)
     paths = paths_of(request)
-    for picture, places in zip(request.pictures, paths, strict=True):
-        note_linear(picture.display, places)
+    for picture, views in zip(request.pictures, paths, strict=True):
+        note_linear(picture.display, [path for places in views for path in places.pictures])
     if request.checkpoint is not None:
-        count = sum(len(places) for places in paths)
+        count = sum(len(places.pictures) for views in paths for places in views)
         if count > 1:
             raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
         check_place(request.checkpoint)
@@ -103,34 +133,34 @@ def run(args: Namespace) -> int:
     scene = request.scene.load()
     loading = f"scene {time.perf_counter() - start:.2f} s"
     is_in_place = True
-    for picture, places in zip(request.pictures, paths, strict=True):
-        made, following = {}, iter(places)
-        for renderer_class, integrator in picture.views:
+    for picture, views in zip(request.pictures, paths, strict=True):
+        made = {}
+        for (renderer_class, integrator), places in zip(picture.views, views, strict=True):
             if renderer_class not in made:
                 made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
             shown = []
-            for bounce in request.bounces or (None,):
-                if bounce is not None:
-                    renderer.bounces = bounce, bounce
+            for path, bounces in zip(places.pictures, request.bounces or (None,), strict=True):
+                if bounces is not None:
+                    renderer.bounces = bounces
                 with Interruption() as interruption:
-                    is_in_place &= make_picture(renderer, picture, request, next(following), loading, interruption)
+                    is_in_place &= make_picture(renderer, picture, request, path, loading, interruption)
                 if interruption.number is not None:
                     of = "" if request.spp is None else f" of {request.spp}"
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
                     return interruption.exit_code
                 shown.append(renderer.film.own_pixels(renderer.image()))
-            if request.bounces:
-                is_in_place &= write_sheet(shown, next(following), renderer.srgb and picture.is_encoded)
+            if places.sheet is not None:
+                is_in_place &= write_sheet(shown, request.bounces, places.sheet, picture)
     return 0 if is_in_place else USER_ERROR
 
 
-def write_sheet(images: list[np.ndarray], path: Path, srgb: bool) -> bool:
-    """Write pictures side by side; False if the file had to be written elsewhere."""
-    gap = np.ones((images[0].shape[0], SHEET_GAP, 3), np.float32)
-    row = [part for image in images for part in (gap, image)][1:]
-    place = written_picture(path, np.concatenate(row, axis=1), srgb)
-    print(f"{place}: {len(images)} pictures side by side", flush=True)
+def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: PictureRequest) -> bool:
+    """Write pictures by bounce and their sum side by side, all with the same exposure; False if it went elsewhere."""
+    captions = [*map(in_words, bounces), SUM]
+    shown = [to_bytes(image, picture.is_encoded, picture.display) for image in (*images, sum(images))]
+    place = written_bytes(path, contact_sheet(shown, captions))
+    print(f"{place}: {', '.join(captions)}", flush=True)
     return place == path
 
 
@@ -171,19 +201,10 @@ def note_linear(display: Display, paths: Sequence[Path]) -> None:
         note(f"{', '.join(linear)}: linear, without {display}: these change only {' '.join(EIGHT_BITS)}")
 
 
-def paths_of(request: RenderRequest) -> list[list[Path]]:
-    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``.
-
-    A view has a picture for each number of bounces that is asked for, and then one with all of them.
-    """
-    asked, output, bounces = request.pictures, request.output, request.bounces
-    of_bounces = [*(f"_bounce_{bounce}" for bounce in bounces), "_bounces"] if bounces else [""]
-    names = [
-        (None if bounces else picture.filename, f"{integrator.name}{end}")
-        for picture in asked
-        for _, integrator in picture.views
-        for end in of_bounces
-    ]
+def paths_of(request: RenderRequest) -> list[list[Places]]:
+    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``."""
+    asked, output = request.pictures, request.output
+    names = [(picture.filename, integrator.name) for picture in asked for _, integrator in picture.views]
     if output is None and all(filename is not None for filename, _ in names):
         paths = [Path(filename) for filename, _ in names]
         for path in paths:
@@ -196,11 +217,24 @@ def paths_of(request: RenderRequest) -> list[list[Path]]:
                 path.parent / Path(path.name if filename is None else filename).name
                 for path, (filename, _) in zip(paths, names, strict=True)
             ]
-    paths = distinct(paths)
-    for path in paths:
-        check_writable(path, channel_names(request.aovs))
-    places = iter(paths)
-    return [[next(places) for _ in picture.views for _ in of_bounces] for picture in asked]
+    found = [places_of(path, request) for path in distinct(paths)]
+    for places in found:
+        for path in places.pictures:
+            check_writable(path, channel_names(request.aovs))
+        if places.sheet is not None:
+            check_writable(places.sheet)
+    following = iter(found)
+    return [[next(following) for _ in picture.views] for picture in asked]
+
+
+def places_of(path: Path, request: RenderRequest) -> Places:
+    """The place of a view's picture; or of its pictures by bounce, which have the number after the name."""
+    if not request.bounces:
+        return Places((path,))
+    pictures = tuple(path.with_stem(f"{path.stem}_bounce_{name_of(one)}") for one in request.bounces)
+    if len(pictures) == 1:
+        return Places((path,) if request.output is not None and Path(request.output) == path else pictures)
+    return Places(pictures, path.with_name(f"{path.stem}_bounces.png"))
 
 
 def distinct(paths: list[Path]) -> list[Path]:

@@ -5,14 +5,14 @@ return. Names of parts are looked up in the registry, after the files of ``--par
 """
 
 from argparse import Namespace
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.formulas.camera_frame import up_of
-from taichi_tracer.renderer import A1Renderer, A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.rt3 import document as rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.scene_data import SceneData
@@ -185,9 +185,13 @@ class PathRequest:
     rr_termination_probability: float | None
     roulette: str | None
 
-    def words(self) -> list[str]:
-        """The options that ask for the same."""
-        return options_of(**{field.name: getattr(self, field.name) for field in fields(self)})
+
+@dataclass(frozen=True)
+class WeightsRequest:
+    """How often ``mis_one_sample`` takes which direction, as for ``A3Renderer``; None is its default."""
+
+    mis_plight: float | None
+    mis_pbrdf: float | None
 
 
 @dataclass(frozen=True)
@@ -219,6 +223,7 @@ class PictureRequest:
     display: Display
     max_distance: float | None
     paths: PathRequest
+    weights: WeightsRequest
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
@@ -252,6 +257,8 @@ class PictureRequest:
         renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
         if isinstance(renderer, A4Renderer):
             renderer.path_settings.set(**given(**vars(self.paths)))
+        if isinstance(renderer, A3Renderer):
+            renderer.set_weights(**given(**vars(self.weights)))
         if self.shot is not None and isinstance(renderer, RT3Renderer):
             renderer.set_depth(**self.shot.integrator.depth)
         if self.max_distance is not None and isinstance(renderer, A1Renderer):
@@ -350,6 +357,7 @@ def _picture_of(args: Namespace, shot: rt3.Shot | None) -> PictureRequest:
         display=Display(args.exposure, args.tone),
         max_distance=args.max_distance,
         paths=taken(PathRequest, args),
+        weights=taken(WeightsRequest, args),
     )
     if not picture.display.is_plain and not any(integrator.srgb for _, integrator in picture.views):
         shown = ", ".join(integrator.name for _, integrator in picture.views)

@@ -1,8 +1,9 @@
 """The interactive window (A1-16): the picture between two panels. The only file that uses ``ti.ui``.
 
-The panels stand in margins of their own and so hide nothing of the scene: on the left what is shown, the six views and
-the estimators of light; on the right the settings. ``ti.ui`` tells a program neither of the mouse wheel nor of F1:
-zooming is a drag with the right button, or the keys i and o; help is the key h, or a button.
+The panels stand in margins of their own and so hide nothing of the scene: on the left what is shown, the six views, the
+estimators of light and the paths; on the right the settings, as far as they have an effect on the picture. ``ti.ui``
+tells a program neither of the mouse wheel nor of F1: zooming is a drag with the right button, or the keys i and o; help
+is the key h, or a button.
 """
 
 import math
@@ -19,15 +20,19 @@ import taichi as ti
 
 from taichi_tracer.apps import camera_controller, clipboard
 from taichi_tracer.apps.camera_controller import Pose
-from taichi_tracer.apps.choices import Choices
+from taichi_tracer.apps.choices import Choices, after
 from taichi_tracer.apps.display import can_open_window, screen_size
 from taichi_tracer.apps.plot import draw_curve
-from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.apps.requests import options_of, scene_and_pictures_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Screen, first_size
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.files.images import check_writable
-from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
+from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
+from taichi_tracer.integrators.one_sample import OneSampleMis
+from taichi_tracer.integrators.path_settings import DEFAULTS
+from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
+from taichi_tracer.renderer import A1Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
 from taichi_tracer.system.digits import digits
@@ -51,6 +56,8 @@ OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watc
 HELP_PLACE = 12  # pixels between the panel, or the top, and the help
 MOST_EXPOSURE, EXPOSURE_STEP = 10.0, 0.125  # stops: the ends of the slider, and between two of its places
 OTHER_LINES = 9  # of the panel beside texts and views: its title, frame, time, two buttons, and a message of four lines
+TITLE_HEIGHT, TEXT_HEIGHT, BUTTON_HEIGHT = 31, 17, 23  # pixels in ti.ui: of a panel's title with its edges, of lines
+MESSAGE_LINES = 4
 TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
 HELP_KEYS = (
     "a d         eye left, right (along x)",
@@ -111,7 +118,8 @@ def write_all(renderer: ProgressiveRenderer, folder: Path) -> list[Path]:
 def save(renderer: ProgressiveRenderer, folder: Path) -> Path:
     """Write what the renderer shows now to <folder>/<scene>_<view>.png; InputError where that cannot be."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{Path(renderer.scene_data.source).stem}_{renderer.active.name}.png"
+    bounces = "".join(f"_bounce_{name}" for name in bounce_words(renderer))
+    path = folder / f"{Path(renderer.scene_data.source).stem}_{renderer.active.name}{bounces}.png"
     check_writable(path)
     renderer.save(path)
     return path
@@ -133,6 +141,7 @@ class Viewer:
         self.frame_seconds = 0.0
         self.started, self.error, self.error_at, self.last_samples = 0.0, math.nan, 0.0, math.inf
         self.curve: list[tuple[float, float]] = []  # (seconds, error) since the picture was begun
+        self.unfolded: str | None = None  # the kind whose list is unfolded if not all have room; None is what shows
         geometry = renderer.scene_data.geometry
         self.usual_speed = self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
@@ -303,8 +312,9 @@ class Viewer:
     def draw_panels(self, gui) -> None:
         """Both panels, as far as there is room, and the help over the picture while it is asked for.
 
-        ``ti.ui`` places a panel only when its name is new: the name therefore contains the size of the window, after
-        two # signs, where it is not shown. It measures panels in fractions of the size that the window had at first.
+        ``ti.ui`` places a panel only when its name is new: the name therefore contains the size of the window and the
+        height of the panel, after two # signs, where they are not shown. It measures panels in fractions of the size
+        that the window had at first.
         """
         layout, (width, height) = self.screen.layout, self.first_size
         size = f"##{layout.width}x{layout.height}"
@@ -313,9 +323,12 @@ class Viewer:
             with gui.sub_window(f"Control Panel{size}", *place) as panel:
                 self.draw_control_panel(panel)
         if layout.right > 0:
-            down = layout.height - PLOT_HEIGHT if layout.height > 2 * PLOT_HEIGHT else layout.height
+            counter = LineCounter()
+            self.draw_settings(counter)
+            self.screen.let_plot(layout.height - PLOT_HEIGHT >= counter.height)
+            down = layout.height - PLOT_HEIGHT * self.screen.has_plot
             place = (layout.width - layout.right) / width, 0.0, layout.right / width, down / height
-            with gui.sub_window(f"Settings{size}", *place) as panel:
+            with gui.sub_window(f"Settings{size}x{down}", *place) as panel:
                 self.draw_settings(panel)
         if self.shows_help:
             x, y = layout.left + HELP_PLACE, HELP_PLACE
@@ -328,9 +341,15 @@ class Viewer:
         """What can be shown: a button per view, and per estimator."""
         for text in TEXTS:
             panel.text(text)
+        folds = self.must_fold()
         for number, (renderer_class, offers) in enumerate(self.choices.offered):
-            if number > 0:
-                panel.text(f"-- {renderer_class.what}s --")
+            kind = renderer_class.what
+            if folds and kind != (self.unfolded or self.renderer.what):
+                if panel.button(f"{kind.capitalize()}s ..."):
+                    self.unfolded = kind
+                continue
+            if folds or number > 0:
+                panel.text(f"-- {kind}s --")
             for integrator in offers:
                 is_active = renderer_class is type(self.renderer) and integrator.name == self.renderer.active.name
                 if panel.button((integrator.label or integrator.name) + (" [Active]" if is_active else "")):
@@ -345,6 +364,13 @@ class Viewer:
         for line in self.message:
             panel.text(line)
 
+    def must_fold(self) -> bool:
+        """Whether the window is too low for the buttons of all lists."""
+        lists = [len(offers) for _, offers in self.choices.offered]
+        texts = len(TEXTS) + len(lists) + 2 + MESSAGE_LINES  # with the lines of time and error
+        buttons = sum(lists) + 2
+        return TITLE_HEIGHT + TEXT_HEIGHT * texts + BUTTON_HEIGHT * buttons > self.screen.layout.height
+
     def draw_settings(self, panel) -> None:
         """What changes the picture: light, triangle test, camera; and the speed of the keys."""
         choices, camera = self.choices, self.renderer.camera
@@ -352,6 +378,10 @@ class Viewer:
             self.choose(choices.next_environment)
         if len(choices.triangle_tests) > 1 and panel.button(f"Triangles: {choices.triangle_test}"):
             self.choose(choices.next_triangle_test)
+        if len(choices.lamp_choices) > 1 and panel.button(f"Choice of lamps: {choices.lamp_choice}"):
+            self.choose(choices.next_lamp_choice)
+        for control in self.renderer.active.controls():
+            self.draw_control(panel, control)
         is_right = camera.handedness == "right"
         if panel.checkbox("Right-handed camera", is_right) != is_right:
             camera.set_camera_parameters(handedness="left" if is_right else "right")
@@ -377,6 +407,25 @@ class Viewer:
         if panel.button("Reset camera (r)"):
             self.reset()
 
+    def draw_control(self, panel, control: Control) -> None:
+        """A value of the integrator: a slider or a button. The picture starts again if it changes."""
+        value = control.value
+        if isinstance(control, BouncesControl):
+            value = draw_bounces(panel, control)
+        elif isinstance(control, NameControl):
+            if panel.button(f"{control.label}: {value}"):
+                value = after(value, list(control.names))
+        elif isinstance(control.low, int) and isinstance(control.high, int):
+            value = panel.slider_int(control.label, value, control.low, control.high)
+            value = min(max(value, control.low), control.high)  # a number that is typed may be outside
+        else:
+            value = slide(panel, control.label, value, control.low, control.high)
+        if value != control.value:
+            try:
+                self.renderer.active.change(control.name, value)
+            except InputError as error:
+                self.tell(str(error))
+
     def draw_display(self, panel) -> None:
         """The slider of the exposure, and the button that takes the next tone curve; the samples stay."""
         display = self.renderer.display
@@ -396,6 +445,54 @@ class Viewer:
         self.tell(BUSY)
 
 
+class LineCounter:
+    """A panel that shows nothing, on which nothing is ever moved or pressed; it adds up the height of what is drawn."""
+
+    def __init__(self) -> None:
+        self.height = TITLE_HEIGHT
+
+    def text(self, text: str) -> None:
+        """A line of text."""
+        self.height += TEXT_HEIGHT
+
+    def button(self, label: str) -> bool:
+        """A button."""
+        self.height += BUTTON_HEIGHT
+        return False
+
+    def checkbox(self, label: str, value: bool) -> bool:
+        """A checkbox."""
+        self.height += BUTTON_HEIGHT
+        return value
+
+    def slider_int(self, label: str, value: int, low: int, high: int) -> int:
+        """A slider of whole numbers."""
+        self.height += BUTTON_HEIGHT
+        return value
+
+    def slider_float(self, label: str, value: float, low: float, high: float) -> float:
+        """A slider; as that of ``ti.ui``, it returns f32."""
+        self.height += BUTTON_HEIGHT
+        return float(np.float32(value))
+
+
+def draw_bounces(panel, control: BouncesControl) -> tuple[int, int | None] | None:
+    """Which bounces count: all, or after a click those of one number, which a slider chooses."""
+    value = control.value
+    is_part = value is not None
+    if panel.checkbox("Only light after k bounces", is_part) != is_part:
+        return None if is_part else (min(1, control.most),) * 2
+    if value is None:
+        return None
+    first, last = value
+    if first != last:
+        panel.text(f"Bounces that count: {name_of_bounces(value)}")
+    chosen = min(first, control.most)
+    if control.most > 0:
+        chosen = min(max(panel.slider_int("k", chosen, 0, control.most), 0), control.most)
+    return value if chosen == first else (chosen, chosen)
+
+
 def slide(panel, label: str, value: float, low: float, high: float) -> float:
     """What a slider has been moved to; exactly ``value`` if it has not been moved."""
     shown = min(max(value, low), high)
@@ -405,13 +502,16 @@ def slide(panel, label: str, value: float, low: float, high: float) -> float:
 
 def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ()) -> str:
     """The command line that makes the picture that the renderer shows; arguments as for ``show``."""
-    scene, test = name_of(renderer.scene_data.source), renderer.scene_data.ray_intersector.triangle_test
-    words = ["taichi-tracer", "render", scene, *with_triangle_test(scene_options, test)]
+    scene = renderer.scene_data
+    words = with_choice(scene_options, "triangle_test", "triangle test", scene.ray_intersector.triangle_test)
+    words = with_choice(words, "lamp_choice", "lamp choice", scene.lamps.choice.name)
+    words = ["taichi-tracer", "render", name_of(scene.source), *words]
     words += ["--view", renderer.active.name]
     if renderer.needs_light:
-        environment = renderer.scene_data.environment
+        environment = scene.environment
         words += ["--environment", "none" if environment is None else environment.name]
         words += ["--spp", str(renderer.samples), "--sampler", renderer.sampler.name]
+    words += value_words(renderer)
     words += ["--seed", str(renderer.seed)] * (renderer.seed != 0)
     words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
     words += renderer.display.words() if renderer.srgb else []
@@ -421,13 +521,34 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     return shlex.join([*words, *camera_words(renderer.camera)])
 
 
-def with_triangle_test(words: Sequence[str], test: str) -> list[str]:
-    """The options of a scene with this triangle test; it is not named if it is the default, or unknown by name."""
-    option, changed = "--triangle-test", list(words)
+def value_words(renderer: ProgressiveRenderer) -> list[str]:
+    """The options for the values of the integrator that are not the defaults: lengths of paths, or weights."""
+    if isinstance(renderer.active, OneSampleMis) and renderer.active.weights != OneSampleMis.weights:
+        mis_plight, mis_pbrdf = renderer.active.weights
+        return options_of(mis_plight=mis_plight, mis_pbrdf=mis_pbrdf)
+    if not isinstance(renderer, A4Renderer):
+        return []
+    changed = {name: value for name, value in renderer.path_settings.facts().items() if value != DEFAULTS[name]}
+    return options_of(**changed | {"bounces": ",".join(bounce_words(renderer)) or None})
+
+
+def bounce_words(renderer: ProgressiveRenderer) -> list[str]:
+    """The name of the bounces whose light is shown, as ``--bounces`` takes it; nothing if all of it is shown."""
+    bounces = renderer.bounces if isinstance(renderer, A4Renderer) else None
+    return [] if bounces is None else [name_of_bounces(bounces)]
+
+
+def with_choice(words: Sequence[str], argument: str, kind: str, name: str) -> list[str]:
+    """The options of a scene with this part for an argument; it is not named if it is the default, or not registered.
+
+    Args:
+        argument: of ``SceneData``. kind: of the part, in the registry. name: of the part.
+    """
+    option, changed = f"--{argument.replace('_', '-')}", list(words)
     if option in changed:
-        changed[changed.index(option) + 1] = test
-    elif test in set(PARTS.names("triangle test")) - {signature(SceneData).parameters["triangle_test"].default}:
-        changed += [option, test]
+        changed[changed.index(option) + 1] = name
+    elif name in set(PARTS.names(kind)) - {signature(SceneData).parameters[argument].default}:
+        changed += [option, name]
     return changed
 
 

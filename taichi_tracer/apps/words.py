@@ -4,6 +4,7 @@ Nothing here imports Taichi, so that ``--help`` and ``--version`` answer at once
 """
 
 import argparse
+import re
 import sys
 from dataclasses import fields
 from typing import TypeVar
@@ -123,9 +124,19 @@ def whole(text: str) -> int:
     return value
 
 
-def wholes(text: str) -> tuple[int, ...]:
-    """The whole numbers of at least 0 in a list with commas, for argparse."""
-    return tuple(whole(part) for part in text.split(","))
+def bounces(text: str) -> tuple[tuple[int, int | None], ...]:
+    """(first, last) of each member of a list with commas such as "0,1,2-4,5+", for argparse; "5+" is (5, None)."""
+    found = []
+    for word in text.split(","):
+        match = re.fullmatch(r"(\d+)(?:-(\d+)|(\+))?", word.strip(), re.ASCII)
+        first, last, rest = match.groups() if match else (None, None, None)
+        if first is None or (last is not None and int(last) < int(first)):
+            raise argparse.ArgumentTypeError(
+                f"{text.strip()!r} is not a list of numbers of bounces, such as 0,1,2-4,5+, where 2-4 is all the light "
+                "after two to four bounces, and 5+ after five or more"
+            )
+        found.append((int(first), None if rest else int(first if last is None else last)))
+    return tuple(found)
 
 
 def names(text: str) -> tuple[str, ...]:

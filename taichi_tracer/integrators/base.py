@@ -8,12 +8,15 @@ sample, a vec3. The film computes the mean of the samples (A2-9).
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.integrators.controls import Control
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels, seams
 
 
@@ -45,6 +48,18 @@ class Integrator:
     def facts(self) -> dict:
         """Its own values on which the bits of a picture depend, for checkpoints."""
         return {}
+
+    def controls(self) -> tuple[Control, ...]:
+        """The values that can be changed while the picture is shown, as far as they have an effect at present."""
+        return ()
+
+    def change(self, name: str, value: Any) -> None:
+        """Change a value of ``controls``.
+
+        Raises:
+            InputError: there is no such value, or it is out of its range; then nothing has changed.
+        """
+        raise InputError(f"{self.name} has no {name} that can be changed")
 
     def notes(self) -> list[str]:
         """What the user should know about the picture that was begun, one line each."""

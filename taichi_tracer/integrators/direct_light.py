@@ -149,7 +149,7 @@ class BrdfSampling(DirectLight):
 class EnvironmentSampling(DirectLight):
     """ω_i in proportion to the light of the environment, or to a lamp: best if the surface is matte."""
 
-    name, label, aliases = "environment", "Environment", ("light",)
+    name, label, aliases = "environment", "Lights", ("light",)
 
     @ti.func
     def sample(self, scene, surface, technique, xi_brdf, xi_light):

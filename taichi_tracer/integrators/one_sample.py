@@ -4,9 +4,12 @@ The direction comes from the mixture p(ω) = mis_plight p_light(ω) + mis_pbrdf 
 f_r cos θ L / p. Both densities are per solid angle. The two-sample forms are in ``direct_light``.
 """
 
+from typing import Any
+
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.integrators.controls import Control, Slider
 from taichi_tracer.integrators.direct_light import DirectLight
 from taichi_tracer.integrators.live_numbers import LiveNumbers
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
@@ -59,6 +62,21 @@ class OneSampleMis(DirectLight):
             self._changes += 1
             if self._numbers is not None and not self._numbers.is_over():
                 self._numbers.set(self.p_light)
+
+    def controls(self) -> tuple[Control, ...]:
+        """Both weights."""
+        names = "mis_plight", "mis_pbrdf"
+        return tuple(Slider(name, weight, 0.0, 1.0, name) for name, weight in zip(names, self.weights, strict=True))
+
+    def change(self, name: str, value: Any) -> None:
+        """Change ``mis_plight`` or ``mis_pbrdf``; see ``set_weights``."""
+        light, brdf = self.weights
+        if name == "mis_plight":
+            self.set_weights(value, brdf)
+        elif name == "mis_pbrdf":
+            self.set_weights(light, value)
+        else:
+            super().change(name, value)
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""

@@ -1,9 +1,11 @@
 """How long paths are, and which of their bounces count. The numbers can be changed at any time without compiling."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import taichi as ti
 
+from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl, Slider
 from taichi_tracer.integrators.live_numbers import LiveNumbers
 from taichi_tracer.system.errors import InputError
 
@@ -12,6 +14,16 @@ ROULETTES = ("course", "throughput")
 # With "throughput", a path survives with at most this probability, so that no path lasts for ever (PBR, 4th edition,
 # section 14.2.1, and Mitsuba 3 use the same cap).
 MOST_SURVIVAL = 0.95
+MOST_SLIDER_Q = 0.95  # the right end of the slider; 1 would end every path
+DEFAULTS: dict[str, Any] = {
+    "max_bounces": 5,
+    "rr_start_bounce": 3,
+    "rr_termination_probability": 0.0,
+    "roulette": "course",
+    "bounces": None,
+}
+
+Bounces = tuple[int, int | None]  # (first, last); None: no end
 
 
 @ti.data_oriented
@@ -25,17 +37,12 @@ class PathSettings:
             1/(1 − q), so that the mean does not change. 0 is no roulette.
         roulette: "course" takes the constant q; "throughput" takes 1 − the largest component of the throughput, so that
             dark paths end first.
-        bounces: (first, last): only light after so many bounces counts; None counts all (A4-5).
+        bounces: (first, last): only light after so many bounces counts; (first, None) counts the light after ``first``
+            bounces and more; None counts all (A4-5).
     """
 
     def __init__(self) -> None:
-        self._values: dict[str, Any] = {
-            "max_bounces": 5,
-            "rr_start_bounce": 3,
-            "rr_termination_probability": 0.0,
-            "roulette": "course",
-            "bounces": None,
-        }
+        self._values = dict(DEFAULTS)
         self._numbers = LiveNumbers(*self._as_numbers())
 
     @property
@@ -59,6 +66,8 @@ class PathSettings:
         """
         changed = self._values | values
         check(**changed)
+        if changed["bounces"] is not None:
+            changed["bounces"] = tuple(changed["bounces"])
         if changed != self._values:
             self._values = changed
             self._numbers.set(*self._as_numbers())
@@ -85,15 +94,32 @@ class PathSettings:
 
     def _as_numbers(self) -> tuple[float, ...]:
         of = self._values
-        first, last = (0, MOST_BOUNCES) if of["bounces"] is None else of["bounces"]
+        first, last = (0, None) if of["bounces"] is None else of["bounces"]
+        last = MOST_BOUNCES if last is None else last
         q, is_by_throughput = of["rr_termination_probability"], float(of["roulette"] == "throughput")
-        return of["max_bounces"], of["rr_start_bounce"], q, is_by_throughput, first, last
+        most = min(of["max_bounces"], last)  # a path need not go on after the last bounce that counts
+        return most, of["rr_start_bounce"], q, is_by_throughput, first, last
+
+    def controls(self) -> tuple[Control, ...]:
+        """What a window can change of these settings, and what has an effect: see ``Integrator.controls``."""
+        of = self._values
+        found: list[Control] = [Slider("max_bounces", of["max_bounces"], 0, MOST_BOUNCES, "max bounce")]
+        if of["max_bounces"] > 0 or of["bounces"] is not None:
+            found += [BouncesControl("bounces", of["bounces"], of["max_bounces"])]
+        if of["max_bounces"] > 0:
+            found += [NameControl("roulette", of["roulette"], ROULETTES, "Roulette")]
+            q, is_by_throughput = of["rr_termination_probability"], of["roulette"] == "throughput"
+            if not is_by_throughput:
+                found += [Slider("rr_termination_probability", q, 0.0, MOST_SLIDER_Q, "rr prob.")]
+            if q > 0 or is_by_throughput:
+                found += [Slider("rr_start_bounce", of["rr_start_bounce"], 0, MOST_BOUNCES, "rr start")]
+        return tuple(found)
 
     # ── in kernels ──
 
     @ti.func
     def max_bounces(self):
-        """``max_bounces``; in kernels."""
+        """How many surfaces of a path may reflect; in kernels."""
         return ti.cast(self._numbers.get(0), ti.i32)
 
     @ti.func
@@ -123,9 +149,46 @@ def check(max_bounces, rr_start_bounce, rr_termination_probability, roulette, bo
     if roulette not in ROULETTES:
         raise InputError(f"unknown roulette {roulette!r}: use one of {', '.join(ROULETTES)}")
     if bounces is not None:
-        is_pair = isinstance(bounces, tuple | list) and len(bounces) == 2 and all(is_whole(b) for b in bounces)
-        if not is_pair or not 0 <= bounces[0] <= bounces[1] <= MOST_BOUNCES:
-            raise InputError(f"bounces must be (first, last) with 0 <= first <= last, or None, not {bounces!r}")
+        check_bounces(bounces)
+
+
+def check_bounces(bounces) -> None:
+    """Raise an InputError if this is not (first, last) or (first, None)."""
+    is_pair = isinstance(bounces, tuple | list) and len(bounces) == 2
+    ends: Any = tuple(bounces) if is_pair else (None, None)
+    ends = (ends[0], MOST_BOUNCES if ends[1] is None else ends[1])
+    if not all(is_whole(end) for end in ends) or not 0 <= ends[0] <= ends[1] <= MOST_BOUNCES:
+        text = f"(first, last) with 0 <= first <= last <= {MOST_BOUNCES}, (first, None), or None"
+        raise InputError(f"bounces must be {text}, not {bounces!r}")
+
+
+def check_terms(terms: Sequence[Bounces], max_bounces: int) -> None:
+    """Raise an InputError unless the terms can be added up: no bounce twice, and none that no path makes."""
+    taken: dict[int, str] = {}
+    for first, last in terms:
+        name = name_of((first, last))
+        if first > max_bounces:
+            raise InputError(f"bounces {name}: paths make at most {max_bounces} bounces: give a larger max_bounces")
+        for bounce in range(first, (max_bounces if last is None else last) + 1):
+            if bounce in taken:
+                both = f"{taken[bounce]} and {name}"
+                light = in_words((bounce, bounce))
+                raise InputError(f"bounces {both} both count the light after {light}: name each number once")
+            taken[bounce] = name
+
+
+def name_of(bounces: Bounces) -> str:
+    """The name of (first, last), as ``--bounces`` takes it: "2", "1-3", or "4+" for 4 and more."""
+    first, last = bounces
+    return f"{first}+" if last is None else f"{first}" if first == last else f"{first}-{last}"
+
+
+def in_words(bounces: Bounces) -> str:
+    """(first, last) as words: "1 bounce", "1 to 3 bounces", or "4 or more bounces"."""
+    first, last = bounces
+    if first == last:
+        return "1 bounce" if first == 1 else f"{first} bounces"
+    return f"{first} or more bounces" if last is None else f"{first} to {last} bounces"
 
 
 def is_whole(number) -> bool:

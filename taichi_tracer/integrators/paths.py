@@ -11,11 +11,14 @@ sample of the lights at every surface; a light that a ray hits then counts only 
 does both, and weights them by a heuristic of both densities. All three have the same mean.
 """
 
+from typing import Any
+
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.next_event import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.system.registry import register
@@ -47,6 +50,16 @@ class Paths(Integrator):
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""
         return {} if self.settings is None else self.settings.facts()
+
+    def controls(self) -> tuple[Control, ...]:
+        """Those of ``settings``."""
+        return () if self.settings is None else self.settings.controls()
+
+    def change(self, name: str, value: Any) -> None:
+        """Change a value of ``settings``, see ``PathSettings.set``."""
+        if self.settings is None:
+            self.settings = PathSettings()
+        self.settings.set(**{name: value})
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):

@@ -5,7 +5,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.choices import Choices, after
-from taichi_tracer.renderer import A1Renderer, A2Renderer
+from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer
 
 VERTICES = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 10.0
 FACES = [[0, 1, 2], [0, 2, 3]]
@@ -26,9 +26,10 @@ def test_views_and_estimators_are_offered_those_of_the_renderer_first(choices):
     def names(choices):
         return [(c.what, [one.name for one in offers]) for c, offers in choices.offered]
 
-    views, estimators = ("view", A1Renderer.names()), ("estimator", A2Renderer.names())
-    assert names(choices) == [views, estimators]
-    assert names(Choices(renderer_of(A2Renderer))) == [estimators, views]
+    views, estimators, paths = ((c.what, c.names()) for c in (A1Renderer, A3Renderer, A4Renderer))
+    assert names(choices) == [views, estimators, paths]
+    assert names(Choices(renderer_of(A2Renderer))) == [estimators, views, paths]
+    assert names(Choices(renderer_of(A4Renderer))) == [paths, views, estimators]
 
 
 def test_a_renderer_of_ones_own_takes_the_place_of_the_packages():
@@ -36,7 +37,7 @@ def test_a_renderer_of_ones_own_takes_the_place_of_the_packages():
         """A student's."""
 
     own = Own(renderer_of().scene_data, width=8, height=6)
-    assert [c for c, _ in Choices(own).offered] == [Own, A2Renderer]
+    assert [c for c, _ in Choices(own).offered] == [Own, A3Renderer, A4Renderer]
 
 
 def test_the_first_picture_of_light_gets_one_and_keeps_camera_and_seed(choices):
@@ -108,6 +109,49 @@ def test_white_stays_while_the_camera_moves_and_can_be_chosen():
     light.set_white(None)
     light.use(A1Renderer, "hit")
     assert light.white == light.usual_white
+
+
+@pytest.fixture
+def lamps():
+    """Choices of a scene whose two triangles emit light."""
+    return Choices(renderer_of(material=tt.Material(Ke=(1, 1, 1))))
+
+
+def test_a_scene_with_lamps_is_lit_by_them_alone_unless_one_chooses_more(lamps):
+    for renderer_class, name in ((A3Renderer, "mis"), (A4Renderer, "path")):
+        lamps.use(renderer_class, name)
+        assert lamps.environment == "none"
+    lamps.next_environment()
+    assert lamps.environment != "none"
+
+
+def test_the_choice_of_lamps_is_offered_where_it_matters_and_keeps_the_lengths_of_paths(lamps):
+    assert lamps.lamp_choices == []  # a view shows no light
+    lamps.use(A4Renderer, "implicit")
+    assert lamps.lamp_choices == []  # no sample of the lights is taken
+    lamps.use(A4Renderer, "explicit")
+    assert lamps.lamp_choices == tt.system.registry.PARTS.names("lamp choice")
+    first = lamps.renderer
+    first.max_bounces = 7
+    lamps.next_lamp_choice()
+    assert lamps.lamp_choice == after("power", lamps.lamp_choices)
+    assert lamps.renderer is not first
+    assert (lamps.renderer.active.name, lamps.renderer.max_bounces) == ("explicit", 7)
+    lamps.use(A1Renderer, "normal")
+    lamps.next_triangle_test()
+    lamps.use(A4Renderer, "path")
+    assert lamps.renderer.max_bounces == 7
+    lamps.renderer.max_bounces = 2
+    while lamps.renderer is not first:
+        lamps.next_triangle_test() if lamps.triangle_test != "watertight" else lamps.next_lamp_choice()
+    assert first.max_bounces == 2
+
+
+def test_the_weights_go_along_to_another_scene(lamps):
+    lamps.use(A3Renderer, "mis_one_sample")
+    lamps.renderer.mis_plight = 0.75
+    lamps.next_triangle_test()
+    assert (lamps.renderer.mis_plight, lamps.renderer.mis_pbrdf) == (0.75, 0.5)
 
 
 def test_after_goes_on_at_the_beginning():

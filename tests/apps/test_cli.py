@@ -310,7 +310,7 @@ BAD_WORDS = {
     "not an estimator": (["effects", "cube", "--estimator", "hit"], ["unknown estimator 'hit'", "uniform", "mis"]),
     "unknown estimator": (
         ["render", "cube", "--estimator", "zzz"],
-        ["estimator, path or integrator 'zzz'", "mis"],
+        ["view, estimator, path or integrator 'zzz'", "mis"],
     ),
     "unknown intersector": (["info", "cube", "--intersector", "octree"], ["'octree'", "bvh", "brute_force"]),
     "unknown triangle test": (["info", "cube", "--triangle-test", "x"], ["'x'", "watertight"]),
@@ -340,6 +340,28 @@ BAD_WORDS = {
     "no such folder": (["render", "cube", "-o", "no/such/folder/x.png"], ["no/such/folder"]),
     "unknown format": (["render", "cube", "-o", "x.docx"], ["x.docx", ".png"]),
     "no format": (["render", "cube", "-o", "None"], ["None: the name has no ending", "give None.png"]),
+    "no list of bounces": (["render", "cube", "--bounces", "1,2-"], ["--bounces", "'1,2-'", "such as 0,1,2-4,5+"]),
+    "bounces backwards": (["render", "cube", "--bounces", "3-1"], ["--bounces", "'3-1'", "such as 0,1,2-4,5+"]),
+    "bounces of a view": (
+        ["render", "cube", "--bounces", "1"],
+        ["needs paths", "normal", "--estimator path"],
+    ),
+    "bounces beyond the last": (
+        ["render", "cube", "--estimator", "path", "--max-bounces", "3", "--bounces", "4+"],
+        ["bounces 4+", "at most 3 bounces"],
+    ),
+    "bounces twice": (
+        ["render", "cube", "--estimator", "path", "--bounces", "1,0-2"],
+        ["1 and 0-2 both count the light after 1 bounce:"],
+    ),
+    "bounces and a time": (
+        ["render", "cube", "--estimator", "path", "--bounces", "0,1", "--time", "1"],
+        ["--bounces takes the same samples", "--time", "give --spp alone"],
+    ),
+    "both weights 0": (
+        ["render", "cube", "--estimator", "mis_one_sample", "--mis-plight", "0", "--mis-pbrdf", "0", "--quick"],
+        ["mis_plight and mis_pbrdf must not both be 0"],
+    ),
     "one file, two views": (["render", "cube", "--view", "hit,normal", "-o", "x.png"], ["x.png", "folder"]),
 }
 
@@ -461,6 +483,13 @@ def test_sizes(text, expected):
     assert make_parser().parse_args(["render", "cube", "--size", text]).size == expected
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"), [("2", ((2, 2),)), ("0,1-3,4+", ((0, 0), (1, 3), (4, None))), ("0, 5", ((0, 0), (5, 5)))]
+)
+def test_bounces(text, expected):
+    assert make_parser().parse_args(["render", "cube", "--bounces", text]).bounces == expected
+
+
 # ── info ──
 
 
@@ -503,6 +532,51 @@ def test_estimators_are_lit_by_the_studio_unless_told_otherwise(tmp_path, capsys
     np.testing.assert_array_equal(a, b)
     assert c[0, 0].tolist() == [2, 2, 2]
     assert "note" not in capsys.readouterr().err
+
+
+def test_a_scene_with_lamps_is_lit_by_them_alone(monkeypatch):
+    """By default; an environment is added where somebody asks for one."""
+
+    def scene_of(name, *words):
+        request, _ = scene_and_pictures_of(make_parser().parse_args(["render", name, *QUICK, *words]))
+        return request.load()
+
+    for estimator in ("mis", "path"):
+        assert scene_of("cornell_box", "--estimator", estimator).environment is None
+    assert scene_of("cornell_box", "--estimator", "path", "--environment", "studio").environment.name == "studio"
+    assert scene_of("cube", "--estimator", "path").environment.name == "studio"
+
+
+def test_pictures_by_bounce_and_a_sheet_of_them(tmp_path, capsys):
+    words = ["render", "cornell_box", "--estimator", "explicit", "--size", "20x10", "--spp", "2"]
+    assert quickly([*words, "--exposure", "1", "--bounces", "0,1,2+", "-o", str(tmp_path / "box.png")]) == 0
+    names = ["box_bounce_0.png", "box_bounce_1.png", "box_bounce_2+.png", "box_bounces.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
+    assert "box_bounces.png: 0 bounces, 1 bounce, 2 or more bounces, sum" in capsys.readouterr().out
+    sheet = pixels(tmp_path / "box_bounces.png")
+    for name in names[:3]:  # the same exposure in the files and in the sheet
+        picture = pixels(tmp_path / name)
+        places = np.lib.stride_tricks.sliding_window_view(sheet, picture.shape)[..., 0, :, :, :]
+        assert (places == picture).all(axis=(-3, -2, -1)).any(), name
+
+
+@pytest.mark.long
+def test_files_of_pictures_by_bounce(tmp_path, monkeypatch):
+    """One number alone is the picture that -o names; files of other formats have their sheet as a PNG."""
+    monkeypatch.chdir(tmp_path)
+    words = ["render", "cornell_box", "--estimator", "path", "--size", "16x8", "--spp", "4"]
+    assert quickly([*words, "-o", "whole.npy"]) == 0
+    assert quickly([*words, "--bounces", "2", "-o", "two.npy"]) == 0
+    assert quickly([*words, "--bounces", "2"]) == 0
+    assert quickly([*words, "--bounces", "0,1,2,3-4,5", "-o", "parts.npy"]) == 0
+    parts = ["parts_bounce_0.npy", "parts_bounce_1.npy", "parts_bounce_2.npy", "parts_bounce_3-4.npy"]
+    parts += ["parts_bounce_5.npy"]
+    written = [path.name for path in tmp_path.glob("*.*")]
+    assert sorted(written) == sorted([*parts, "parts_bounces.png", "two.npy", "whole.npy"])
+    assert [path.name for path in (tmp_path / "renders").iterdir()] == ["cornell_box_path_bounce_2.png"]
+    whole = np.load("whole.npy")
+    np.testing.assert_allclose(sum(map(np.load, parts)), whole, rtol=0, atol=2e-6 * whole.max())
+    np.testing.assert_array_equal(np.load("two.npy"), np.load(parts[2]))
 
 
 @pytest.mark.long

@@ -122,6 +122,11 @@ def test_a_drawing_is_put_into_the_right_margin_if_there_is_one():
     screen.put_plot(plot)
     drawn = shown(screen)[-150:, -PANEL_WIDTH:]
     np.testing.assert_array_equal(drawn[:2, :, 0], [[255] * PANEL_WIDTH, [0] * PANEL_WIDTH])
+    screen.let_plot(False)
+    assert (screen.pixels == BACKGROUND).all()
+    screen.put_plot(plot)
+    assert (screen.pixels == BACKGROUND).all()
+    screen.let_plot(True)
     screen.resize((300, 400))
     screen.put_plot(plot)
     assert (screen.pixels == BACKGROUND).all()

@@ -23,6 +23,7 @@ from taichi_tracer.apps.screen import PANEL_WIDTH, Layout
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system import runtime
+from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.display import Display
 
 QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
@@ -54,7 +55,7 @@ class FakePanel:
 
     def __init__(self, pressed=None, **slides):
         self.pressed, self.slides = pressed, slides
-        self.windows, self.texts, self.buttons = [], [], []
+        self.windows, self.texts, self.buttons, self.sliders = [], [], [], []
 
     @contextlib.contextmanager
     def sub_window(self, name, x, y, width, height):
@@ -73,7 +74,13 @@ class FakePanel:
     def checkbox(self, label, value):
         return value != (label == self.pressed)
 
+    def slider_int(self, label, value, low, high):
+        self.sliders.append(label)
+        assert low <= value <= high
+        return self.slides.get(label.split()[-1], value)
+
     def slider_float(self, label, value, low, high):
+        self.sliders.append(label)
         assert low <= value <= high
         return float(np.float32(self.slides.get(label.split()[-1], value)))
 
@@ -87,7 +94,10 @@ def pressed(view, label=None, **slides):
 
 
 VIEWS = ["Hit", "Triangle ID", "Distance", "Barycentric", "Normal", "Material ID"]
-ESTIMATORS = ["Uniform sphere", "Uniform hemisphere", "BRDF", "Environment", "MIS, power", "MIS, balance"]
+ESTIMATORS = ["Uniform sphere", "Uniform hemisphere", "BRDF", "Lights", "MIS, power", "MIS, balance"]
+ESTIMATORS += ["MIS, one sample"]
+PATHS = ["Paths, implicit", "Paths, explicit", "Paths, MIS"]
+ALWAYS = ["fov", "x speed"]  # sliders of every picture with a perspective camera
 
 
 def test_the_panel_has_the_courses_texts_and_a_button_per_view_and_estimator(renderer, tmp_path):
@@ -95,7 +105,7 @@ def test_the_panel_has_the_courses_texts_and_a_button_per_view_and_estimator(ren
     panel = pressed(view)
     assert panel.windows == ["Control Panel", "Settings"]
     assert panel.texts[:2] == ["'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys"]
-    shown = [*VIEWS, *ESTIMATORS]
+    shown = [*VIEWS, *ESTIMATORS, *PATHS]
     shown[VIEWS.index("Normal")] = "Normal [Active]"
     settings = ["Environment: none", "Triangles: moller_trumbore", "Copy camera (c)", "Reset camera (r)"]
     assert panel.buttons == [*shown, "Save picture (p)", "Help (h)", *settings]
@@ -244,6 +254,125 @@ def test_the_slider_and_the_button_change_the_display_and_keep_the_samples(light
     assert light.display.exposure == 1.23
 
 
+# ── direct light and paths ──
+
+
+@pytest.fixture(scope="module")
+def path_renderer(scene):
+    return tt.A4Renderer(scene, width=40, height=30)
+
+
+def test_the_settings_of_paths_are_shown_as_far_as_they_have_an_effect(path_renderer, tmp_path):
+    view = viewer.Viewer(path_renderer.use("path"), tmp_path)
+    panel = pressed(view)
+    assert panel.sliders == ["max bounce", "rr prob.", *ALWAYS, "exposure"]
+    assert "Choice of lamps: power" in panel.buttons
+    assert "Environment: none" in panel.buttons
+    pressed(view, **{"prob.": 0.25})
+    assert path_renderer.rr_termination_probability == 0.25
+    assert pressed(view).sliders == ["max bounce", "rr prob.", "rr start", *ALWAYS, "exposure"]
+    pressed(view, "Roulette: course")
+    assert path_renderer.roulette == "throughput"
+    assert pressed(view).sliders == ["max bounce", "rr start", *ALWAYS, "exposure"]
+    pressed(view, start=1)
+    assert path_renderer.rr_start_bounce == 1
+    pressed(view, bounce=0)
+    assert path_renderer.max_bounces == 0
+    assert pressed(view).sliders == ["max bounce", *ALWAYS, "exposure"]
+    path_renderer.use("implicit")
+    assert not [label for label in pressed(view).buttons if "lamps" in label]
+
+
+def test_one_number_of_bounces_can_be_shown(path_renderer, tmp_path, monkeypatch):
+    view = viewer.Viewer(path_renderer.use("explicit"), tmp_path)
+    path_renderer.path_settings.set(max_bounces=4, bounces=None)
+    monkeypatch.setattr(path_renderer, "_shown", path_renderer.state())
+    pressed(view, "Only light after k bounces")
+    assert path_renderer.bounces == (1, 1)
+    assert not path_renderer.is_current()
+    pressed(view, k=3)
+    assert path_renderer.bounces == (3, 3)
+    assert "--bounces 3" in viewer.as_command(path_renderer)
+    pressed(view, bounce=2)
+    pressed(view)  # no path makes three bounces then
+    assert path_renderer.bounces == (2, 2)
+    pressed(view, bounce=0)
+    pressed(view)
+    assert path_renderer.bounces == (0, 0)
+    pressed(view, "Only light after k bounces")
+    assert path_renderer.bounces is None
+    path_renderer.path_settings.set(max_bounces=4, bounces=(1, 3))
+    assert "Bounces that count: 1-3" in pressed(view).texts
+    assert path_renderer.bounces == (1, 3)
+    path_renderer.bounces = None
+
+
+def test_the_weights_of_one_sample_have_sliders(scene, tmp_path):
+    renderer = tt.A3Renderer(scene, width=40, height=30)
+    view = viewer.Viewer(renderer.use("mis_one_sample"), tmp_path)
+    assert pressed(view).sliders == ["mis_plight", "mis_pbrdf", *ALWAYS, "exposure"]
+    pressed(view, mis_plight=0.75, mis_pbrdf=0.25)
+    assert (renderer.mis_plight, renderer.mis_pbrdf) == (0.75, 0.25)
+    assert "--mis-plight 0.75 --mis-pbrdf 0.25" in viewer.as_command(renderer)
+    pressed(view, mis_plight=0.0)
+    pressed(view, mis_pbrdf=0.0)
+    assert "".join(view.message) == "mis_plight and mis_pbrdf must not both be 0"
+    assert (renderer.mis_plight, renderer.mis_pbrdf) == (0, 0.25)
+    renderer.use("mis")
+    assert pressed(view).sliders == [*ALWAYS, "exposure"]
+    assert "mis-plight" not in viewer.as_command(renderer)
+
+
+def test_the_command_makes_the_same_paths(path_renderer, scene):
+    settings = {"max_bounces": 9, "rr_start_bounce": 1, "rr_termination_probability": float(np.float32(0.3))}
+    path_renderer.use("path").path_settings.set(**settings, roulette="course", bounces=None)
+    words = shlex.split(viewer.as_command(path_renderer, ["--lamp-choice", "hierarchy"]))
+    assert words[words.index("--lamp-choice") + 1] == "power"
+    words[words.index("--spp") + 1] = "1"  # nothing is rendered here
+    _, (picture,) = scene_and_pictures_of(make_parser().parse_args([as_value(word) for word in words[1:]]))
+    again = picture.make_renderer(tt.A4Renderer, scene)
+    assert again.path_settings.facts() == path_renderer.path_settings.facts()
+
+
+def test_labels_fit_beside_their_sliders(path_renderer, scene):
+    """The panel has 248 pixels: sliders take 65 % of what its edges leave, and a character 7."""
+    path_renderer.path_settings.set(rr_termination_probability=0.5)
+    one_sample = tt.A3Renderer(scene, width=40, height=30).use("mis_one_sample")
+    controls = [*path_renderer.active.controls(), *one_sample.active.controls()]
+    labels = [control.label for control in controls if hasattr(control, "low")]
+    assert len(labels) == 5
+    assert max(map(len, labels)) <= 10
+    names = [control for control in controls if hasattr(control, "names")]
+    buttons = [f"{control.label}: {name}" for control in names for name in control.names]
+    buttons += [f"{label} [Active]" for label in (*VIEWS, *ESTIMATORS, *PATHS)]
+    buttons += [f"Choice of lamps: {name}" for name in PARTS.names("lamp choice")]
+    assert max(map(len, buttons)) * 7 + 24 <= PANEL_WIDTH
+
+
+def test_a_low_window_folds_the_lists_that_do_not_show(renderer, tmp_path):
+    view = viewer.Viewer(renderer.use("normal"), tmp_path)
+    view.screen.resize((view.first_size[0], 400))
+    panel = pressed(view, "Paths ...")
+    assert [label for label in panel.buttons if label.endswith("...")] == ["Estimators ...", "Paths ..."]
+    assert not set(PATHS) & set(panel.buttons)
+    panel = pressed(view)
+    assert [label for label in panel.buttons if label.endswith("...")] == ["Views ...", "Estimators ..."]
+    assert set(PATHS) <= set(panel.buttons)
+    view.screen.resize(view.first_size)
+    panel = pressed(view)
+    assert set(VIEWS[:3]) | set(ESTIMATORS) | set(PATHS) <= set(panel.buttons)
+
+
+def test_the_curve_gives_way_to_the_settings(path_renderer, tmp_path):
+    view = viewer.Viewer(path_renderer.use("path"), tmp_path)
+    view.screen.resize(view.first_size)
+    pressed(view)
+    assert view.screen.has_plot
+    view.screen.resize((view.first_size[0], 450))
+    pressed(view)
+    assert not view.screen.has_plot
+
+
 def test_data_has_no_exposure(renderer, tmp_path):
     panel = pressed(viewer.Viewer(renderer.use("normal"), tmp_path))
     assert not [label for label in panel.buttons if "Tone" in label]
@@ -307,8 +436,8 @@ class Desktop:
 
     def picture(self):
         """(h, w, 3) pixels of the picture between the panels."""
-        top = (self.height - SIZE) // 2
-        return self.window()[top : top + SIZE, PANEL_WIDTH : PANEL_WIDTH + SIZE]
+        bottom = self.height - (self.height - SIZE) // 2
+        return self.window()[bottom - SIZE : bottom, PANEL_WIDTH : PANEL_WIDTH + SIZE]
 
     def point(self, x, y):
         """Move the mouse to a point of the window."""

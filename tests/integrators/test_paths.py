@@ -130,16 +130,36 @@ def test_one_bounce_is_direct_light(box):
 def test_bounces_add_up_to_the_picture(box):
     """The same samples: what 0, 1, 2 … bounces contribute sums up to the picture, but for rounding (A4-5)."""
     renderer = tt.A4Renderer(box, 16, 16)
-    renderer.max_bounces = 4
-    whole = renderer.render(8).image().astype(float)
-    parts = []
-    for k in range(5):
-        renderer.bounces = (k, k)
-        parts.append(renderer.render(8).image().astype(float))
-    np.testing.assert_allclose(sum(parts), whole, rtol=1e-5, atol=1e-6)
-    assert all(part.any() for part in parts)
-    renderer.bounces = (1, 3)
-    np.testing.assert_allclose(renderer.render(8).image(), sum(parts[1:4]), rtol=1e-5, atol=1e-6)
+    renderer.path_settings.set(max_bounces=4, rr_termination_probability=0.25, rr_start_bounce=1)
+    whole = renderer.render(8).image()
+    renderer.render(3)  # other samples, which no picture may contain
+    parts = renderer.pictures_by_bounce(8)
+    assert list(parts) == [0, 1, 2, 3, 4]
+    assert all(part.any() for part in parts.values())
+    tolerance = 2e-6 * whole.max()
+    np.testing.assert_allclose(sum(parts.values()), whole, rtol=0, atol=tolerance)
+    assert all(part.srgb for part in parts.values())
+    ranges = renderer.pictures_by_bounce(8, [0, (1, 3), (4, None)])
+    assert list(ranges) == [0, (1, 3), (4, None)]
+    np.testing.assert_array_equal(ranges[0], parts[0])
+    np.testing.assert_array_equal(ranges[4, None], parts[4])
+    np.testing.assert_allclose(ranges[1, 3], parts[1] + parts[2] + parts[3], rtol=0, atol=tolerance)
+    assert renderer.bounces is None
+    np.testing.assert_array_equal(renderer.render(8).image(), whole)
+
+
+def test_pictures_by_bounce_refuse_what_cannot_be_added_up(box):
+    renderer = tt.A4Renderer(box, 8, 8)
+    for bounces, told in (
+        ([0, (0, 1)], "both count the light after 0"),
+        ([6], "at most 5 bounces"),
+        (["1"], "must be"),
+    ):
+        with pytest.raises(tt.InputError, match=told):
+            renderer.pictures_by_bounce(1, bounces)
+    with pytest.raises(tt.InputError, match="give adaptive=False"):
+        tt.A4Renderer(box, 8, 8, adaptive=True).pictures_by_bounce(1)
+    assert renderer.samples == 0
 
 
 def test_settings_start_the_picture_over_without_compiling(box):

@@ -1,0 +1,72 @@
+"""Which bounces count: their names, which of them can be added up, and the shortest paths that are enough."""
+
+import pytest
+
+import taichi_tracer as tt
+from taichi_tracer.integrators.controls import BouncesControl
+from taichi_tracer.integrators.path_settings import MOST_BOUNCES, PathSettings, check_terms, in_words, name_of
+
+
+@pytest.fixture(scope="module")
+def settings():
+    tt.system.runtime.ensure()
+    return PathSettings()
+
+
+def test_bounces_are_named_as_the_command_line_takes_them():
+    terms = ((0, 0), (1, 1), (1, 3), (4, None))
+    assert [name_of(one) for one in terms] == ["0", "1", "1-3", "4+"]
+    assert [in_words(one) for one in terms] == ["0 bounces", "1 bounce", "1 to 3 bounces", "4 or more bounces"]
+
+
+@pytest.mark.parametrize(
+    ("terms", "told"),
+    [
+        ([(0, 0), (0, 2)], "bounces 0 and 0-2 both count the light after 0 bounces"),
+        ([(3, None), (5, 5)], r"bounces 3\+ and 5 both count the light after 5 bounces"),
+        ([(7, 7)], "bounces 7: paths make at most 5 bounces: give a larger max_bounces"),
+    ],
+)
+def test_terms_that_cannot_be_added_up_are_refused(terms, told):
+    with pytest.raises(tt.InputError, match=told):
+        check_terms(terms, 5)
+
+
+def test_terms_that_can_be_added_up():
+    check_terms([(0, 0), (4, None), (1, 3)], 5)
+    check_terms([(0, 9)], 5)
+
+
+def test_paths_end_after_the_last_bounce_that_counts(settings):
+    for bounces, most in ((None, 9), ((2, 2), 2), ((0, None), 9), ((3, 20), 9), ((0, 0), 0)):
+        settings.set(max_bounces=9, bounces=bounces)
+        assert settings._as_numbers()[0] == most
+        assert settings["max_bounces"] == 9
+    settings.set(bounces=None)
+
+
+@pytest.mark.parametrize("value", [3, (3, 1), (0, 65), (None, 2), (-1, None), (1, 2, 3), "12", (0, True)])
+def test_what_is_no_range_of_bounces_is_refused(settings, value):
+    told = rf"bounces must be \(first, last\) with 0 <= first <= last <= {MOST_BOUNCES}"
+    with pytest.raises(tt.InputError, match=told):
+        settings.set(bounces=value)
+
+
+def test_a_list_becomes_a_pair(settings):
+    settings.set(bounces=[1, 2])
+    assert settings["bounces"] == (1, 2)
+    settings.set(bounces=None)
+
+
+def test_controls_are_those_that_have_an_effect(settings):
+    def names(**values):
+        settings.set(**values)
+        return [control.name for control in settings.controls()]
+
+    usual = ["max_bounces", "bounces", "roulette", "rr_termination_probability"]
+    assert names(max_bounces=5, rr_termination_probability=0.0, roulette="course", bounces=None) == usual
+    assert names(rr_termination_probability=0.5) == [*usual, "rr_start_bounce"]
+    assert names(roulette="throughput") == [*usual[:3], "rr_start_bounce"]
+    assert names(max_bounces=0) == ["max_bounces"]
+    assert names(bounces=(0, 0)) == ["max_bounces", "bounces"]
+    assert settings.controls()[1] == BouncesControl("bounces", (0, 0), 0)
