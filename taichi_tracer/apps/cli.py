@@ -32,6 +32,7 @@ from taichi_tracer.apps.words import (
     told,
     values_of,
     whole,
+    wholes,
 )
 from taichi_tracer.system import leftovers
 from taichi_tracer.system.errors import InputError, StaleSceneError

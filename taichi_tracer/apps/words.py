@@ -139,6 +139,11 @@ def bounces(text: str) -> tuple[tuple[int, int | None], ...]:
     return tuple(found)
 
 
+def wholes(text: str) -> tuple[int, ...]:
+    """The whole numbers of at least 0 in a list with commas, for argparse."""
+    return tuple(whole(part) for part in text.split(","))
+
+
 def names(text: str) -> tuple[str, ...]:
     """The names in a list with commas, for argparse."""
     return tuple(text.split(","))
