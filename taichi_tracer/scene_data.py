@@ -41,6 +41,7 @@ from taichi_tracer.system.seams import replaced
 
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
+FEW_LAMPS = 64  # up to so many, a choice by power alone takes less time than it loses to a hierarchy
 ROWS_SHOWN = 20  # of a table of hits in a notebook
 
 # What the parameters of a scene may be; ``SceneData`` says what each means.
@@ -240,7 +241,8 @@ class SceneData:
         up_axis: the axis that points upwards in the scene, "y" or "z". The computed view has this axis upright, and the
             zenith of the environment is in this direction. The coordinates of the scene stay as they are.
         lamp_choice: how a sample of the light chooses among the surfaces with Ke > 0: the name of a registered
-            ``LampChoice``, or one: "area", "power" or "hierarchy".
+            ``LampChoice``, or one: "area", "power" or "hierarchy". None takes "power" for up to 64 of them, and
+            "hierarchy" for more.
         two_sided_lamps: whether triangles with Ke > 0 emit from both sides; if not, from their front only (A3-1).
 
     Attributes:
@@ -299,7 +301,7 @@ class SceneData:
         self.material_library.load()
         self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
-        self.lamps = Lamps(self.geometry, self.material_library, lamp_choice_of(lamp_choice), two_sided_lamps)
+        self.lamps = Lamps(self.geometry, self.material_library, lamp_choice_of(lamp_choice, mesh), two_sided_lamps)
         self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
         self._computed_view = self.view if view is None else None
         self._in_kernels: SceneInKernels | None = None
@@ -344,7 +346,10 @@ class SceneData:
 
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""
-        return [*self.effects.receipt(), *(str(form) for form in self.forms)]
+        lines = [*self.effects.receipt(), *(str(form) for form in self.forms)]
+        if self.lamps.count > 0:
+            lines.append(f"{'lamp choice':<15} {self.lamps.choice.name}: one of {self.lamps.count:,} for each sample")
+        return lines
 
     def fingerprint(self) -> str:
         """A hash of everything in the scene on which a picture depends."""
@@ -554,14 +559,15 @@ def blockers_of(mesh: Mesh, intersector, triangle_test: str | TriangleTest) -> s
     return sides_that_see_others(mesh.vertices, mesh.faces)
 
 
-def lamp_choice_of(chosen: LampChoices | None) -> LampChoice:
-    """A lamp choice of a scene's own, because its tables belong to the scene.
+def lamp_choice_of(chosen: LampChoices | None, mesh: Mesh) -> LampChoice:
+    """A lamp choice of a scene's own, because its tables belong to the scene; None asks for one that suits the mesh.
 
     If a method of ``MeshLightSampler`` is replaced, it takes the place of "area", and of a choice that is not given.
     """
     if replaced(MeshLightSampler) and chosen in (None, "area"):
         return MeshLightSampler()
-    return copy.copy(PARTS.find("lamp choice", "power" if chosen is None else chosen))
+    usual = "power" if mesh.emits().sum() <= FEW_LAMPS else "hierarchy"
+    return copy.copy(PARTS.find("lamp choice", usual if chosen is None else chosen))
 
 
 def brdfs_of(chosen: Sequence[BrdfChoice]) -> list[Brdf]:

@@ -52,9 +52,11 @@ class LampChoice:
         geometry: the triangles and spheres of the scene; the scene sets it before it calls ``prepare``.
         samples_points: whether it chooses the point on the lamp, too, as the handout's ``MeshLightSampler`` does. Then
             it has the methods ``sample_mesh_lights`` and ``evaluate_probability`` of that class.
+        keeps_area: whether points are uniform in area on every triangle, as the handout asks (A3-2). If not, those on a
+            triangle that is seen as large are uniform in solid angle, see ``Lamps``.
     """
 
-    kind, name, samples_points = "lamp choice", "", False
+    kind, name, samples_points, keeps_area = "lamp choice", "", False, False
     geometry: Any = None
 
     def prepare(self, lamps: LampTable) -> None:

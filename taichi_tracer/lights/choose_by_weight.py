@@ -82,7 +82,7 @@ def cells_of(weights: np.ndarray) -> np.ndarray:
 class ByArea(ByWeight):
     """In proportion to the area, whatever the lamp emits: the course's sampling (A3-2)."""
 
-    name = "area"
+    name, keeps_area = "area", True
 
     def weights(self, lamps: LampTable) -> np.ndarray:
         """The areas."""

@@ -1,18 +1,27 @@
 """The surfaces of a scene that emit light, all together as one light: triangles and spheres whose material has Ke > 0.
 
-A sample chooses a lamp (``choice``), then a point y on it, uniform in area on a triangle and uniform in the cone in
-which a sphere is seen. Densities are per solid angle, seen from the point x that is lit (A3-3):
+A sample chooses a lamp (``choice``), then a point y on it. Densities are per solid angle, seen from the point x that is
+lit (A3-3). On a triangle that looks small from x, the point is uniform in area:
 
     p(ω) = P(lamp) / area · |x − y|² / cos θ_y
+
+A triangle that looks large, and a sphere, is sampled uniformly in its solid angle Ω: p(ω) = P(lamp) / Ω.
 """
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.formulas.area_lights import cone_of_sphere, uniform_cone, uniform_triangle
+from taichi_tracer.formulas.area_lights import (
+    cone_of_sphere,
+    solid_angle,
+    uniform_cone,
+    uniform_spherical_triangle,
+    uniform_triangle,
+)
 from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.formulas.spheres import sphere_roots, widened
+from taichi_tracer.formulas.triangles import moller_trumbore, unit
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice, LampTable
@@ -20,6 +29,13 @@ from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import called, seams
+
+# A triangle is near if its middle is closer than this, in units of the radius of a ball around it. Then points are
+# uniform in solid angle, which takes more time for a sample, and makes samples equally bright.
+NEAR = 3.0
+# In units of the square of the scene's longest side: only a small part of a scene is near to lamps that are smaller
+# than this. There, the time that every sample would take is worth more.
+SMALL = 0.1
 
 
 @ti.data_oriented
@@ -34,6 +50,8 @@ class Lamps(Light):
 
     Attributes:
         count: the number of lamps.
+        has_near: whether a surface may be near a lamp. It is asked once, for the whole scene: the code for this case is
+            compiled only if a lamp is larger than ``SMALL``.
     """
 
     name = "lamps"
@@ -45,6 +63,9 @@ class Lamps(Light):
         self.table = lamp_table(geometry, library.materials, self.two_sided)
         self.count = len(self.table)
         self._memory: memory.Memory | None = None
+        size = np.ptp(geometry.mesh.vertices, axis=0).max() if len(geometry.mesh.vertices) > 0 else 0.0
+        is_large = self.table.areas.max(initial=0) > SMALL * size * size
+        self.has_near = bool(is_large) and not choice.keeps_area and not choice.samples_points
 
     def prepare(self) -> None:
         """Build the tables that ``sample`` and ``pdf`` read."""
@@ -52,13 +73,18 @@ class Lamps(Light):
             return
         self._memory = memory.Memory()
         self.primitives, self.areas, self.lamp_of = ti.field(ti.i32), ti.field(float), ti.field(ti.i32)
+        self.balls = ti.Vector.field(4, float)  # around each lamp: centre and radius
         fields = self._memory.fields
-        fields.dense(ti.i, self.count).place(self.primitives, self.areas)
+        fields.dense(ti.i, self.count).place(self.primitives, self.areas, self.balls)
         fields.dense(ti.i, self.geometry.n_primitives).place(self.lamp_of)
         self._memory.allocate()
         lamp_of = np.full(self.geometry.n_primitives, -1, np.int32)
         lamp_of[self.table.ids] = np.arange(self.count)
-        self._load(self.table.primitives, self.table.areas.astype(runtime.dtype()), lamp_of)
+        centre = (self.table.low + self.table.high) / 2
+        radius = np.linalg.norm(self.table.high - self.table.low, axis=1, keepdims=True) / 2
+        balls = np.concatenate([centre, radius], axis=1)
+        numbers = np.concatenate([self.table.areas[:, None], balls], axis=1).astype(runtime.dtype())
+        self._load(self.table.primitives, numbers, lamp_of)
         self.choice.geometry = self.geometry
         self.choice.prepare(self.table)
 
@@ -66,12 +92,14 @@ class Lamps(Light):
     def _load(
         self,
         primitives: ti.types.ndarray(ndim=1),
-        areas: ti.types.ndarray(ndim=1),
+        numbers: ti.types.ndarray(ndim=2),
         lamp_of: ti.types.ndarray(ndim=1),
     ):
         for i in self.primitives:
             self.primitives[i] = primitives[i]
-            self.areas[i] = areas[i]
+            self.areas[i] = numbers[i, 0]
+            for k in ti.static(range(4)):
+                self.balls[i][k] = numbers[i, 1 + k]
         for i in self.lamp_of:
             self.lamp_of[i] = lamp_of[i]
 
@@ -137,6 +165,9 @@ class Lamps(Light):
         its own light.
         """
         triangle_id, place = self.primitives[lamp], uniform_triangle(xi)
+        omega = self.large_solid_angle(x, lamp)
+        if omega > 0:
+            place = self.place_in_solid_angle(x, triangle_id, omega, xi)
         y, error = self.geometry.position(triangle_id, place.x, place.y)
         n = self.geometry.unit_normals[triangle_id]
         is_front = tm.dot(x - y, n) > 0
@@ -150,7 +181,29 @@ class Lamps(Light):
         if distance > 0 and cosine > 0 and (self.two_sided or is_front):
             light = self.library.get(self.geometry.triangle_material_ids[triangle_id]).Ke
             pdf = distance * distance / (self.areas[lamp] * cosine)
+            if omega > 0:
+                pdf = 1 / omega
         return w_i, distance, light, pdf
+
+    @ti.func
+    def large_solid_angle(self, x, lamp):
+        """The solid angle in which x sees a lamp that is a triangle, if x is near it; 0 if it is far away."""
+        omega = 0.0
+        if ti.static(self.has_near):
+            ball = self.balls[lamp]
+            if (x - ball.xyz).norm_sqr() < NEAR * NEAR * ball.w * ball.w:
+                v0, v1, v2 = self.geometry.triangle(self.primitives[lamp])
+                omega = solid_angle(v0 - x, v1 - x, v2 - x)
+        return omega
+
+    @ti.func
+    def place_in_solid_angle(self, x, triangle_id, omega, xi):
+        """(u, v) of a point of a triangle that x sees in the solid angle omega, uniform in this solid angle."""
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        d = uniform_spherical_triangle(unit(v0 - x), unit(v1 - x), unit(v2 - x), omega, xi)
+        is_inside, t, u, v, det = moller_trumbore(x, d, v0, v1, v2)
+        u = tm.clamp(u, 0.0, 1.0)
+        return tm.vec2(u, tm.clamp(v, 0.0, 1 - u))
 
     @ti.func
     def sample_sphere(self, x, sphere_id, xi):
@@ -179,12 +232,16 @@ class Lamps(Light):
             if lamp >= 0 and (self.two_sided or not hit.is_backfacing):
                 cosine = ti.max(-tm.dot(w_i, hit.geometric_normal), ti.static(runtime.smallest()))
                 pdf = hit.distance * hit.distance / (self.areas[lamp] * cosine)
+                primitive, omega = self.primitives[lamp], 0.0
+                if primitive >= 0:
+                    omega = self.large_solid_angle(x, lamp)
                 if ti.static(self.geometry.effects.spheres):
-                    primitive = self.primitives[lamp]
                     if primitive < 0:
                         sphere = self.geometry.spheres[-1 - primitive]
                         far = (sphere.xyz - x).norm()
-                        pdf = ti.select(far > sphere.w, 1 / (2 * tm.pi * cone_of_sphere(far, sphere.w)), 0.0)
+                        omega = ti.select(far > sphere.w, 2 * tm.pi * cone_of_sphere(far, sphere.w), tm.inf)
+                if omega > 0:
+                    pdf = 1 / omega
                 pdf *= self.choice.probability(x, n, lamp)
         return pdf
 

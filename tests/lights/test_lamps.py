@@ -91,6 +91,18 @@ def test_a_square_gives_lamberts_irradiance(choice):
             assert abs(mean - expected) <= limit * error + 1e-5 * expected, (point, normal, mean, expected, error)
 
 
+def test_a_near_lamp_is_sampled_in_solid_angle():
+    """Lambert's irradiance close to the lamp, where samples that are uniform in area differ by orders of magnitude."""
+    normal, corners = np.array([0, 0, -1.0]), SQUARE[0]
+    point = corners.mean(axis=0) + [0.1, 0.05, 0.05]
+    expected = polygon_irradiance(point, normal, corners)
+    normals, points, errors = np.tile(normal, (SAMPLES, 1)), np.tile(point, (SAMPLES, 1)), {}
+    for choice in ("area", "power"):
+        mean, errors[choice] = irradiance(Probe(square(lamp_choice=choice)).samples(points, normals), normals)
+        assert abs(mean - expected) <= largest_z(2, 0.01) * errors[choice] + 1e-4 * expected
+    assert errors["power"] < errors["area"] / 5
+
+
 @pytest.mark.parametrize("distance", [1.001, 1.5, 30.0, 3000.0])
 def test_a_sphere_gives_the_irradiance_of_its_cone(distance):
     scene = tt.SceneData(with_spheres([[0, 0, 0, 1]], materials=[LAMP]))

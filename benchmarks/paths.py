@@ -1,0 +1,171 @@
+"""Paths, compared with Mitsuba 3: time per sample, time to a given error, many lamps, and the time to compile.
+
+python -m benchmarks.paths [sample | error | many | compile ...]
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+
+import numpy as np
+import taichi as ti
+
+import taichi_tracer as tt
+from benchmarks.direct import MOST_SECONDS, MOST_SPP, SPP_PER_CALL, time_to
+from benchmarks.measure import describe_machine, interleaved, ratio_table
+from benchmarks.mitsuba_scenes import MitsubaPicture, path
+
+SCENE = "cornell_box"
+SIZE, BOUNCES = 512, 5  # of the time per sample
+ERROR_SIZE = 256
+THEIRS = ("independent", "multijitter", "ldsampler", "orthogonal")
+SPP = (4, 16, 64, 256, 1024)  # of the points of a curve
+REFERENCE_SPP, REFERENCE_SEED = 4096, 1000
+MANY_SIZE, MANY_REFERENCE = 128, 4096
+COMPILE = """
+import sys, time
+import taichi as ti
+import taichi_tracer as tt
+tt.init("cpu")
+renderer = tt.A4Renderer(tt.load_scene_data(sys.argv[1]), 16, 16).use(sys.argv[2])
+tt.A2Renderer(renderer.scene_data, 16, 16).use("uniform").render()  # the kernels that every picture needs
+ti.sync()
+start = time.perf_counter()
+renderer.render()
+ti.sync()
+first = time.perf_counter() - start
+renderer.render()
+ti.sync()
+print(first)
+"""
+
+
+def renderer_of(scene, size: int, how: str, bounces: int, sampler: str = "sobol", seed: int = 0):
+    """A renderer of paths."""
+    renderer = tt.A4Renderer(scene, size, size, sampler=sampler, seed=seed).use(how)
+    renderer.max_bounces = bounces
+    return renderer
+
+
+def per_sample() -> str:
+    """A table: milliseconds for one sample of every pixel."""
+    scene = tt.load_scene_data(SCENE)
+    ours = {f"{how}, {s}": renderer_of(scene, SIZE, how, BOUNCES, s) for how in WAYS for s in ("sobol", "independent")}
+    theirs = MitsubaPicture(SCENE, path(BOUNCES), SIZE, SIZE)
+
+    def render(renderer) -> None:
+        renderer.render(SPP_PER_CALL)
+        ti.sync()
+
+    calls: dict[str, Callable[[], object]] = {"Mitsuba path, llvm": lambda: theirs.render(SPP_PER_CALL)}
+    calls |= {name: lambda r=renderer: render(r) for name, renderer in ours.items()}
+    medians = {name: s / SPP_PER_CALL for name, s in interleaved(calls).items()}
+    title = f"{SCENE}, {SIZE}², {BOUNCES} bounces, {SPP_PER_CALL} samples per call"
+    return ratio_table(title, medians, "Mitsuba path, llvm", "ms per sample")
+
+
+WAYS = ("explicit", "path", "implicit")
+
+
+def relative_rmse(image: np.ndarray, truth: np.ndarray) -> float:
+    """RMSE relative to the mean of the reference."""
+    return float(np.sqrt(((image.astype(np.float64) - truth) ** 2).mean()) / truth.mean())
+
+
+def curve(renderer, truth: np.ndarray, most_seconds: float = MOST_SECONDS) -> list[tuple[float, float]]:
+    """(error, seconds) of a picture that doubles its samples; compiling is not counted."""
+    renderer.render(3)
+    renderer.begin_anew()
+    points, seconds, wanted = [], 0.0, 4
+    while seconds < most_seconds and wanted <= MOST_SPP:
+        start = time.perf_counter()
+        renderer.render(wanted - renderer.samples)
+        ti.sync()
+        seconds += time.perf_counter() - start
+        points.append((relative_rmse(renderer.image(), truth), seconds))
+        wanted *= 2
+    return points
+
+
+def their_curve(bounces: int, sampler: str, truth: np.ndarray) -> list[tuple[float, float]]:
+    """(error, seconds) of Mitsuba's pictures."""
+    peer, points = MitsubaPicture(SCENE, path(bounces), ERROR_SIZE, ERROR_SIZE, sampler=sampler), []
+    for spp in SPP:
+        peer.render(spp)
+        start = time.perf_counter()
+        image = peer.render(spp, seed=1)
+        points.append((relative_rmse(image, truth), time.perf_counter() - start))
+    return points
+
+
+def to_error() -> str:
+    """Tables: seconds of rendering until 2 % (direct light) and 5 % (6 bounces) relative RMSE."""
+    scene, report = tt.load_scene_data(SCENE), []
+    for bounces, target in ((1, 0.02), (6, 0.05)):
+        truth = renderer_of(scene, ERROR_SIZE, "explicit", bounces, seed=REFERENCE_SEED).render(REFERENCE_SPP).image()
+        reference = MitsubaPicture(SCENE, path(bounces), ERROR_SIZE, ERROR_SIZE, sampler="multijitter")
+        their_truth = reference.render(REFERENCE_SPP, seed=REFERENCE_SEED).astype(np.float64)
+        seconds = {}
+        for how in ("explicit", "path"):
+            points = curve(renderer_of(scene, ERROR_SIZE, how, bounces), truth.astype(np.float64))
+            seconds[f"taichi_tracer, {how}, sobol"] = time_to(points, target)
+        for sampler in THEIRS:
+            seconds[f"Mitsuba, {sampler}"] = time_to(their_curve(bounces, sampler, their_truth), target)
+        best = min((s, name) for name, s in seconds.items() if name.startswith("Mitsuba") and s == s)[1]
+        title = f"time to {target:.0%}, {SCENE} lit by its lamp, {ERROR_SIZE}², {bounces} bounces, rendering only"
+        report.append(ratio_table(title, seconds, best, "ms"))
+    return "".join(report)
+
+
+def many_lamps() -> str:
+    """A table: seconds until 5 % with each choice of lamps; 10,000 emitters, direct light."""
+    seconds, truth = {}, None
+    for choice in ("hierarchy", "power", "area"):
+        scene = tt.load_scene_data("many_lights", lamp_choice=choice)
+        if truth is None:
+            truth = renderer_of(scene, MANY_SIZE, "explicit", 1, seed=REFERENCE_SEED).render(MANY_REFERENCE).image()
+        points = curve(renderer_of(scene, MANY_SIZE, "explicit", 1), truth.astype(np.float64), 4 * MOST_SECONDS)
+        seconds[choice] = time_to(points, 0.05)
+        if seconds[choice] != seconds[choice]:
+            errors, times = np.log(np.array(points)).T
+            slope = (errors[-1] - errors[-3]) / (times[-1] - times[-3])
+            name = f"{choice} (extrapolated from {points[-1][0]:.0%} after {points[-1][1]:.0f} s)"
+            seconds[name] = float(np.exp(times[-1] + (np.log(0.05) - errors[-1]) / slope))
+            del seconds[choice]
+    base = next(name for name in seconds if name.startswith("area"))
+    return ratio_table(f"many_lights, {MANY_SIZE}², direct light, time to 5 %", seconds, base, "ms")
+
+
+def compile_times() -> str:
+    """A table: seconds of the first sample in a new process with an empty cache, beyond the kernels of any picture."""
+    lines = ["\n**compile time of a path kernel, cold**\n", "| | seconds |", "|---|--:|"]
+    for scene in (SCENE, "specular_spheres", "many_lights"):
+        for how in WAYS:
+            with tempfile.TemporaryDirectory() as folder:
+                program = f"{folder}/first.py"
+                with open(program, "w", encoding="utf-8") as file:
+                    file.write(COMPILE)
+                found = []
+                for run in range(3):
+                    cache = {"TI_OFFLINE_CACHE_FILE_PATH": f"{folder}/{run}"}
+                    words = [sys.executable, program, scene, how]
+                    done = subprocess.run(words, env=os.environ | cache, capture_output=True, text=True, check=True)
+                    found.append(float(done.stdout.split()[-1]))
+            lines.append(f"| {scene}, {how} | {np.median(found):.2f} |")
+    return "\n".join(lines) + "\n"
+
+
+PARTS = {"sample": per_sample, "error": to_error, "many": many_lamps, "compile": compile_times}
+
+
+def report(names: list[str]) -> str:
+    """The requested tables."""
+    tt.init(arch="auto")
+    return "".join(PARTS[name]() for name in names or PARTS)
+
+
+if __name__ == "__main__":
+    print(describe_machine() + report(sys.argv[1:]))
