@@ -17,7 +17,7 @@ from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.camera_frame import UP_AXES
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.studies import variants
@@ -72,9 +72,10 @@ def find_estimator(name: str) -> Integrator:
     Raises:
         InputError: there is none, or it shows something for which no light is needed.
     """
-    known = {alias: one for one in light_renderer().offered() for alias in (*one.aliases, one.name)}
+    offered = [*light_renderer().offered(), *A4Renderer.offered()]
+    known = {alias: one for one in offered for alias in (*one.aliases, one.name)}
     if name not in known:
-        raise one_of("estimator", name, light_renderer().names())
+        raise one_of("estimator", name, [one.name for one in offered])
     return known[name]
 
 

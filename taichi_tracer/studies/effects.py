@@ -13,9 +13,9 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.effects import Effects
-from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData, SceneInKernels
-from taichi_tracer.studies.variants import light_renderer
+from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.digits import digits
 
 RUNS = 9  # of each variant, in turn
@@ -57,7 +57,7 @@ def with_one_more(scene: SceneData) -> dict[str, Effects]:
     return variants
 
 
-def compiled_for(effects: Effects, renderer_class: type[A2Renderer]) -> type[A2Renderer]:
+def compiled_for(effects: Effects, renderer_class: type[ProgressiveRenderer]) -> type[ProgressiveRenderer]:
     """A renderer whose kernels are compiled for other effects than the scene calls for."""
 
     class WithEffects(renderer_class):
@@ -90,7 +90,7 @@ def measure(
         complete: the same scene, made with ``effects="all"``.
         plain: the same scene, made with ``fast=False``; None leaves it out.
     """
-    usual, size = light_renderer(), (width, height)
+    usual, size = renderer_of(estimator), (width, height)
     renderers = {USUAL: usual(scene, *size, sampler=sampler)}
     for name, more in with_one_more(scene).items():
         renderers[name] = compiled_for(more, usual)(scene, *size, sampler=sampler)
@@ -119,7 +119,7 @@ def measure(
     ]
 
 
-def timed(renderer: A2Renderer, spp: int) -> float:
+def timed(renderer: ProgressiveRenderer, spp: int) -> float:
     """Seconds of ``spp`` samples."""
     start = time.perf_counter()
     renderer.render(spp)
