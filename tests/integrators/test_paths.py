@@ -202,12 +202,14 @@ def test_wrong_settings_are_refused_and_change_nothing(box, name, value, message
     assert renderer.path_settings.facts() == before
 
 
-def test_a_mirror_shows_the_lamp_in_every_way():
-    """Only the mirror's own direction finds light, also for ``explicit``."""
+@pytest.mark.parametrize(("in_precision", "ns"), [("f64", 1e21), ("f32", 1e30)])
+def test_a_mirror_shows_the_lamp_in_every_way(in_precision, ns):
+    """Only the mirror's own direction finds light, also for ``explicit``: 1e21 is the exponent of the course's mirror."""
+    start(in_precision)
     corners = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], float)
     vertices = np.concatenate([corners, corners + [0, 2, 0]])
     faces = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]])
-    materials = [tt.Material("mirror", Kd=(0.5, 0.5, 0.5), Ns=1e30), tt.Material("lamp", Kd=(0, 0, 0), Ke=(2, 4, 8))]
+    materials = [tt.Material("mirror", Kd=(0.5, 0.5, 0.5), Ns=ns), tt.Material("lamp", Kd=(0, 0, 0), Ke=(2, 4, 8))]
     view = {"eye": (0, 1, 0.01), "at": (0, 0, 0), "up": (0, 0, 1), "fov": 1.0}
     mesh = Mesh(vertices, faces, face_materials=np.array([0, 0, 1, 1], np.int32), materials=materials)
     renderer = tt.A4Renderer(tt.SceneData(mesh, view=view), 4, 4)
