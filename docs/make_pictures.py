@@ -4,8 +4,8 @@
 
 The documents print how their pictures are made. Each ``taichi-tracer render … -o docs/images/…`` is run, and each
 ``taichi-tracer samples …``; if the Python of a document saves pictures in docs/images, all of its Python is run. All
-this is done on the CPU. ``OTHERS`` has the pictures that no document makes. Charts of times come out differently on every machine; they
-are made only with ``--measured``, which takes about a quarter of an hour.
+this is done on the CPU. ``OTHERS`` has the pictures that no document makes. Charts of times come out differently on
+every machine; they are made only with ``--measured``, which takes about a quarter of an hour.
 
 FOLDER is where the pictures go; without it, they replace those in docs/images.
 """

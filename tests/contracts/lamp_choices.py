@@ -1,4 +1,4 @@
-"""What every choice of lamps must do: lamps as often as their probability, probabilities that add up to 1, no lamp lost.
+"""What every choice of lamps must do: lamps as often as their probabilities, which add up to 1, and no lamp lost.
 
 The choice is asked as ``Lamps`` asks it: for a point x with the normal n, and with random numbers in [0, 1) that are
 multiples of 2⁻²⁴, as those of f32 are.

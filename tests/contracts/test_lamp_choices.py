@@ -1,4 +1,4 @@
-"""Every registered choice of lamps, and the handout's, keeps its contract; those that break it in one point are found."""
+"""Every registered choice of lamps, and the handout's, keeps its contract; those that break it are found."""
 
 import numpy as np
 import pytest

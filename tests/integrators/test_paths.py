@@ -204,7 +204,7 @@ def test_wrong_settings_are_refused_and_change_nothing(box, name, value, message
 
 @pytest.mark.parametrize(("in_precision", "ns"), [("f64", 1e21), ("f32", 1e30)])
 def test_a_mirror_shows_the_lamp_in_every_way(in_precision, ns):
-    """Only the mirror's own direction finds light, also for ``explicit``: 1e21 is the exponent of the course's mirror."""
+    """Only the mirror's own direction finds light, also for ``explicit``. The course's mirror has Ns = 1e21."""
     start(in_precision)
     corners = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], float)
     vertices = np.concatenate([corners, corners + [0, 2, 0]])
