@@ -10,90 +10,26 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks import peers  # noqa: F401 (its import sets the path of libLLVM)
 from benchmarks.measure import describe_machine, interleaved, ratio_table
+from benchmarks.mitsuba_scenes import MitsubaPicture
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.scene_data_loader import COURSE_VIEW
 
 SIZE = 512
 SPP_PER_CALL = 16
 SCALAR_SPP = 4  # samples per call of Mitsuba's scalar variant, which is slower
 RUNS = 5
-MIRROR_FROM = 1e6  # Ns; the material "phong" of the scene has 50, and "mirror" has 1e21
 
 
-class MitsubaDirect:
-    """The three spheres under an environment in Mitsuba 3, with its ``direct`` integrator."""
+def mitsuba_picture(environment: str, variant: str, size: int, sampler: str = "independent", mis: bool = False):
+    """The three spheres under an environment in Mitsuba 3, with its ``direct`` integrator.
 
-    def __init__(self, environment: str, variant: str, size: int, sampler: str = "independent", mis: bool = False):
-        import drjit
-        import mitsuba
-
-        mitsuba.set_variant(variant)
-        self.mi, self.dr, self.size = mitsuba, drjit, size
-        scene = {"type": "scene", "integrator": self.integrator(mis), "sensor": self.sensor(sampler)}
-        scene["light"] = self.light(environment)
-        from taichi_tracer.files import read
-        from taichi_tracer.scene_data_loader import find_scene
-
-        mesh = read(find_scene("specular_spheres"))
-        for i, material in enumerate(mesh.materials):
-            scene[f"part{i}"] = self.part(mesh, i, material)
-        self.scene = mitsuba.load_dict(scene)
-
-    @staticmethod
-    def integrator(mis: bool) -> dict:
-        """BRDF sampling only; with ``mis``, multiple importance sampling with the light."""
-        return {"type": "direct", "emitter_samples": 1 if mis else 0, "bsdf_samples": 1}
-
-    def sensor(self, sampler: str) -> dict:
-        """A camera with the view of the course."""
-        to_world = self.mi.ScalarTransform4f().look_at(*(COURSE_VIEW[k] for k in ("eye", "at", "up")))
-        film = {"type": "hdrfilm", "width": self.size, "height": self.size, "rfilter": {"type": "box"}}
-        film |= {"pixel_format": "rgb", "component_format": "float32"}
-        return {
-            "type": "perspective",
-            "fov": COURSE_VIEW["fov"],
-            "fov_axis": "y",
-            "to_world": to_world,
-            "film": film,
-            "sampler": {"type": sampler, "sample_count": 1},
-        }
-
-    def light(self, environment: str) -> dict:
-        """The same radiance. Mitsuba rotates the map differently, but this does not change the time."""
-        pixels = np.load(shipped_environments()[environment]).astype(np.float32)
-        return {"type": "envmap", "bitmap": self.mi.Bitmap(pixels)}
-
-    def part(self, mesh, i: int, material) -> dict:
-        """The triangles of one material."""
-        ids = mesh.faces[mesh.face_materials == i]
-        normal_ids = mesh.face_normals[mesh.face_materials == i]
-        vertices, normals = mesh.vertices[ids.ravel()], mesh.normals[normal_ids.ravel()]
-        bsdf = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(material.Kd)}}
-        if material.Ns > 1:  # Mitsuba 3 has no Phong BRDF; this is a microfacet lobe of the same width
-            bsdf = {"type": "roughconductor", "material": "none", "alpha": (2 / (material.Ns + 2)) ** 0.5}
-        if material.Ns > MIRROR_FROM:
-            bsdf = {"type": "conductor", "material": "none"}
-        shape = self.mi.Mesh(f"part{i}", len(vertices), len(ids), has_vertex_normals=True, props=self.properties(bsdf))
-        parameters = self.mi.traverse(shape)
-        parameters["vertex_positions"] = vertices.astype(np.float32).ravel()
-        parameters["vertex_normals"] = normals.astype(np.float32).ravel()
-        parameters["faces"] = np.arange(len(vertices), dtype=np.uint32)
-        parameters.update()
-        return shape
-
-    def properties(self, bsdf: dict):
-        """The properties of a mesh with its BSDF, which cannot be set later."""
-        properties = self.mi.Properties()
-        properties["mesh_bsdf"] = self.mi.load_dict(bsdf)
-        return properties
-
-    def render(self, spp: int = 1, seed: int = 0) -> np.ndarray:
-        """The picture, (h, w, 3)."""
-        image = self.mi.render(self.scene, spp=spp, seed=seed)
-        return np.array(image)
+    Args:
+        mis: multiple importance sampling with the light; otherwise BRDF sampling only.
+    """
+    integrator = {"type": "direct", "emitter_samples": 1 if mis else 0, "bsdf_samples": 1}
+    pixels = np.load(shipped_environments()[environment])
+    return MitsubaPicture("specular_spheres", integrator, size, size, variant, sampler, pixels)
 
 
 def per_sample() -> str:
@@ -101,7 +37,7 @@ def per_sample() -> str:
     scene = tt.load_scene_data("specular_spheres", environment="studio")
     renderer = tt.A2Renderer(scene, SIZE, SIZE, sampler="independent").use("brdf")
     sobol = tt.A2Renderer(scene, SIZE, SIZE).use("brdf")
-    scalar = {"Mitsuba scalar_rgb": (MitsubaDirect("studio", "scalar_rgb", SIZE), SCALAR_SPP)}
+    scalar = {"Mitsuba scalar_rgb": (mitsuba_picture("studio", "scalar_rgb", SIZE), SCALAR_SPP)}
     calls = {name: lambda p=p, n=n: p.render(n) for name, (p, n) in scalar.items()}
     report = []
 
@@ -118,7 +54,7 @@ def per_sample() -> str:
     report.append(
         ratio_table(f"direct illumination, {SIZE}², BRDF sampling", medians, "Mitsuba scalar_rgb", "ms per sample")
     )
-    llvm = MitsubaDirect("studio", "llvm_ad_rgb", SIZE)
+    llvm = mitsuba_picture("studio", "llvm_ad_rgb", SIZE)
     medians = interleaved(
         {
             "Mitsuba llvm_ad_rgb": lambda: llvm.render(SPP_PER_CALL),
@@ -179,10 +115,10 @@ def to_error() -> str:
             wanted *= 2
         curves[f"taichi_tracer, {estimator}, {sampler}"] = points
     for variant in ("llvm_ad_rgb",):
-        theirs = MitsubaDirect("sunny", variant, ERROR_SIZE, mis=True).render(REFERENCE_SPP, seed=REFERENCE_SEED)
+        theirs = mitsuba_picture("sunny", variant, ERROR_SIZE, mis=True).render(REFERENCE_SPP, seed=REFERENCE_SEED)
         their_truth = theirs.astype(np.float64)
         for sampler in THEIRS:
-            peer = MitsubaDirect("sunny", variant, ERROR_SIZE, sampler, mis=True)
+            peer = mitsuba_picture("sunny", variant, ERROR_SIZE, sampler, mis=True)
             points = []
             for spp in (4, 16, 64, 256, 1024):
                 peer.render(spp)

@@ -2,9 +2,10 @@
 
     python docs/make_pictures.py [--measured] [FOLDER]
 
-The commands are those that the documents print: each ``taichi-tracer render … -o docs/images/…`` is run, on the CPU.
-``OTHERS`` has the pictures that no such command makes. Charts of times come out differently on every machine; they
-are made only with ``--measured``, which takes about a quarter of an hour.
+The documents print how their pictures are made. Each ``taichi-tracer render … -o docs/images/…`` is run, and each
+``taichi-tracer samples …``; if the Python of a document saves pictures in docs/images, all of its Python is run. All
+this is done on the CPU. ``OTHERS`` has the pictures that no document makes. Charts of times come out differently on
+every machine; they are made only with ``--measured``, which takes about a quarter of an hour.
 
 FOLDER is where the pictures go; without it, they replace those in docs/images.
 """
@@ -21,6 +22,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = "docs/images/"
+COMMANDS = "taichi-tracer render ", "taichi-tracer samples "  # those that write pictures
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -29,7 +31,7 @@ def commands() -> list[list[str]]:
     found = []
     for path in DOCUMENTS:
         for block in re.findall(r"```sh\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL):
-            lines = (shlex.split(line) for line in block.splitlines() if line.startswith("taichi-tracer render "))
+            lines = (shlex.split(line) for line in block.splitlines() if line.startswith(COMMANDS))
             found += [words[1:] for words in lines if "-o" in words and words[-1].startswith(IMAGES)]
     return [words for i, words in enumerate(found) if words not in found[:i]]
 
@@ -37,14 +39,43 @@ def commands() -> list[list[str]]:
 def render(words: list[str], folder: Path) -> list[Path]:
     """Run a command of the documents on the CPU, with ``folder`` in place of docs/images; returns what it wrote."""
     from taichi_tracer.apps.cli import as_value, main
+    from taichi_tracer.system import runtime
 
+    runtime.init("cpu", force=True)
+    arch = ["--arch", "cpu"] if words[0] == "render" else []
     with tempfile.TemporaryDirectory() as place:
         output = Path(place) / words[-1].removeprefix(IMAGES)
         ending = "/" if words[-1].endswith("/") else ""
-        code = main([*map(as_value, words[:-1]), f"{output}{ending}", "--arch", "cpu"])
+        code = main([*map(as_value, words[:-1]), f"{output}{ending}", *arch])
         if code != 0:
             raise SystemExit(f"{shlex.join(words)}: ended with {code}")
         return [Path(shutil.copy(path, folder / path.name)) for path in sorted(Path(place).iterdir())]
+
+
+def stem(words: list[str]) -> str:
+    """How the names of the pictures begin that a command writes into a folder."""
+    return f"samples_{Path(words[1]).stem}" if words[0] == "samples" else Path(words[1]).name
+
+
+def programs() -> dict[Path, list[str]]:
+    """Document → the names of the pictures that its Python saves in docs/images."""
+    found = {path: re.findall(rf'save_image\("{IMAGES}([^"]+)"', python_of(path)) for path in DOCUMENTS}
+    return {path: names for path, names in found.items() if names}
+
+
+def python_of(document: Path) -> str:
+    """All Python of a document; each block goes on where the one before it ended."""
+    return "\n".join(re.findall(r"```python\n(.*?)```", document.read_text(encoding="utf-8"), re.DOTALL))
+
+
+def run_program(document: Path, folder: Path) -> list[Path]:
+    """Run the Python of a document on the CPU, with ``folder`` in place of docs/images; returns what it wrote."""
+    from taichi_tracer.system import runtime
+
+    runtime.init("cpu", force=True)
+    code = python_of(document).replace(f'"{IMAGES}', f'"{folder.as_posix()}/')
+    exec(compile(code, document.name, "exec"), {})
+    return [folder / name for name in programs()[document]]
 
 
 def leaks(triangle_test: str) -> Callable[[Path], None]:
@@ -75,6 +106,17 @@ def accuracy(*words: str) -> Callable[[Path], None]:
     return make
 
 
+def accuracy_of_dark_box(path: Path) -> None:
+    """The same of the box with a lamp that does not emit, so that only the studio lights it."""
+    shipped = ROOT / "scene_data_dir"
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(shipped / "cornell_box.obj", folder)
+        materials = (shipped / "cornell_box.mtl").read_text(encoding="utf-8").splitlines(keepends=True)
+        dark = "".join(line for line in materials if not line.startswith("Ke "))
+        (Path(folder) / "cornell_box.mtl").write_text(dark, encoding="utf-8")
+        accuracy(f"{folder}/cornell_box.obj", "--environment", "studio")(path)
+
+
 def frame_time(path: Path) -> None:
     """The chart of ``python -m benchmarks.crossover``, which writes to its own place."""
     own = ROOT / IMAGES / path.name
@@ -86,7 +128,7 @@ def frame_time(path: Path) -> None:
 # Name → what makes the picture at a path. The first table takes seconds, and the second one measures times.
 OTHERS = {"leaks_moller_trumbore.png": leaks("moller_trumbore"), "leaks_watertight.png": leaks("watertight")}
 MEASURED = {
-    "accuracy_cornell_box.png": accuracy("cornell_box"),
+    "accuracy_cornell_box.png": accuracy_of_dark_box,
     "accuracy_bounces.png": accuracy("cornell_box", "--max-bounces", "0,1,2,3,5,8,16,64"),
     "accuracy_specular_spheres.png": accuracy("specular_spheres", "--environment", "sunny"),
     "frame_time.svg": frame_time,
@@ -97,6 +139,8 @@ def make(folder: Path, measured: bool = False) -> Iterator[Path]:
     """Make all pictures in a folder, one after the other."""
     for words in commands():
         yield from render(words, folder)
+    for document in programs():
+        yield from run_program(document, folder)
     for name, maker in (OTHERS | MEASURED if measured else OTHERS).items():
         maker(folder / name)
         yield folder / name

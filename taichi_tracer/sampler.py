@@ -305,7 +305,8 @@ class MeshLightSampler(LampChoice):
 
     The lamp choice "area" in the folder ``lights`` has the same density, and takes its numbers so that samples are
     distributed more evenly. This class takes its place as soon as one of its methods is replaced, either in a subclass
-    (``lamp_choice=MyMeshLightSampler``) or by an assignment to ``MeshLightSampler``.
+    (``lamp_choice=MyMeshLightSampler``) or by an assignment to ``MeshLightSampler``. All triangles have one density, so
+    that one with less than 2⁻²⁴ of their area, the step of a random number in f32, may be lost; "area" keeps it.
 
     Attributes:
         emissive_triangle_ids: field of the ids of the triangles whose material has Ke > 0.

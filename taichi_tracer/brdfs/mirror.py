@@ -6,7 +6,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
-from taichi_tracer.brdfs.phong import mirror_from
+from taichi_tracer.brdfs.phong import MIRROR_FROM
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
@@ -20,11 +20,11 @@ class Mirror(Brdf):
 
     name = "mirror"
     is_delta = True
-    needs = "a material with an Ns too large for the precision"
+    needs = f"a material with an Ns of {MIRROR_FROM:.0e} or more"
 
     def describes(self, material: Any, dtype: type) -> bool:
-        """Ns so large that the lobe is narrower than the rounding error of a direction."""
-        return material.Ns >= mirror_from(dtype)
+        """Ns so large that the lobe is narrower than the rounding error of a direction in f32."""
+        return material.Ns >= MIRROR_FROM
 
     @ti.func
     def eval(self, material, w_o, w_i, n):

@@ -85,7 +85,10 @@ class ByHierarchy(LampChoice):
 
     @ti.func
     def choose(self, x, n, xi):
-        """(lamp, probability, rest): the way down from the root; ξ is stretched again at each step."""
+        """(lamp, probability, rest): the way down from the root; ξ is stretched again at each step.
+
+        A quotient that rounds to 1 is made smaller: at a node with share 1, it would lead to a lamp of probability 0.
+        """
         node, probability = 1, 1.0
         while node < self.leaves:
             left = self.share_of_left(x, n, node)
@@ -95,8 +98,9 @@ class ByHierarchy(LampChoice):
             else:
                 node, probability = 2 * node + 1, probability * (1 - left)
                 xi = (xi - left) / (1 - left)
+            xi = ti.min(xi, 1 - ti.static(runtime.epsilon()))
         lamp = self.lamps[node - self.leaves]
-        return ti.max(lamp, 0), probability, ti.min(xi, 1 - ti.static(runtime.epsilon()))
+        return ti.max(lamp, 0), probability, xi
 
     @ti.func
     def probability(self, x, n, lamp):

@@ -24,10 +24,8 @@ def test_every_sample_is_the_mirrored_direction(precision, rng):
     np.testing.assert_allclose(found, np.tile(expected, (100, 1)), atol=4 * runtime.epsilon())
 
 
-@pytest.mark.parametrize(
-    ("ns", "in_f32", "in_f64"), [(1, False, False), (1e12, False, False), (1e21, True, False), (1e36, True, True)]
-)
-def test_a_lobe_narrower_than_the_precision_is_a_mirrors(ns, in_f32, in_f64):
-    """C-3."""
-    assert Mirror().describes(Material(Ns=ns), np.float32) is in_f32
-    assert Mirror().describes(Material(Ns=ns), np.float64) is in_f64
+@pytest.mark.parametrize(("ns", "is_mirror"), [(1, False), (1e12, False), (1e21, True), (1e36, True)])
+def test_a_lobe_narrower_than_f32_is_a_mirrors(ns, is_mirror):
+    """C-3. Both precisions mean the same scene."""
+    assert Mirror().describes(Material(Ns=ns), np.float32) is is_mirror
+    assert Mirror().describes(Material(Ns=ns), np.float64) is is_mirror

@@ -1,0 +1,181 @@
+"""What every choice of lamps must do: lamps as often as their probabilities, which add up to 1, and no lamp lost.
+
+The choice is asked as ``Lamps`` asks it: for a point x with the normal n, and with random numbers in [0, 1) that are
+multiples of 2⁻²⁴, as those of f32 are.
+"""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+from scipy import stats
+
+import taichi_tracer as tt
+from contracts.statistics import chi_square_p, sidak
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.system import runtime
+
+SAMPLES = 200_000  # of each point
+ALL_NUMBERS, AT_ONCE = 1 << 24, 1 << 20  # the random numbers of f32, and how many of them are tried at once
+BINS = 16  # of what is left of a random number
+ROUNDING = 1e-5  # of a probability: a product of shares in f32
+LAST = 1 - 2.0**-24  # the largest random number
+LAMPS = 37  # not a power of 2, so that a binary tree has empty leaves
+DIM_LAMP, DIM_SIZE = 18, 1e-6  # one in the middle of the list, with about 10⁻¹² of the area and of the power of all
+
+
+@ti.data_oriented
+class Bench:
+    """A choice in a scene of its own, to be asked from Python.
+
+    Args:
+        corners: (L, 3, 3) of triangles; their fronts emit.
+        radiance: (L,) of them.
+        part: a ``LampChoice``, or its class.
+    """
+
+    def __init__(self, corners, radiance, part):
+        materials = [tt.Material(f"lamp{i}", Ke=(ke, ke, ke)) for i, ke in enumerate(radiance)]
+        ids = np.arange(len(radiance), dtype=np.int32)
+        faces = np.arange(3 * len(ids), dtype=np.int32).reshape(-1, 3)
+        mesh = Mesh(np.reshape(corners, (-1, 3)), faces, face_materials=ids, materials=materials)
+        self.scene = tt.SceneData(mesh, lamp_choice=part)
+        self.lamps = self.scene.lamps
+        self.lamps.prepare()
+        self.choice, self.count, self.name = self.lamps.choice, self.lamps.count, part.name
+
+    def chosen(self, x, n, xi):
+        """lamp (N,), probability (N,) and rest (N,) of (N,) random numbers at one point."""
+        out = np.zeros((len(xi), 3), runtime.dtype())
+        self._choose(ti.Vector(x), ti.Vector(n), np.ascontiguousarray(xi, runtime.dtype()), out)
+        out = out.astype(np.float64)
+        return out[:, 0].astype(int), out[:, 1], out[:, 2]
+
+    def probabilities(self, x, n):
+        """(L,) of all lamps at one point."""
+        out = np.zeros(self.count, runtime.dtype())
+        self._probabilities(ti.Vector(x), ti.Vector(n), out)
+        return out.astype(np.float64)
+
+    def is_reached(self, x, n, lamp):
+        """Whether any random number chooses the lamp."""
+        starts = range(0, ALL_NUMBERS, AT_ONCE)
+        return any(self._is_reached(ti.Vector(x), ti.Vector(n), lamp, start) > 0 for start in starts)
+
+    @ti.kernel
+    def _choose(self, x: tm.vec3, n: tm.vec3, xi: ti.types.ndarray(ndim=1), out: ti.types.ndarray(ndim=2)):
+        for i in range(xi.shape[0]):
+            lamp, probability, rest = self.choice.choose(x, n, xi[i])
+            out[i, 0], out[i, 1], out[i, 2] = lamp, probability, rest
+
+    @ti.kernel
+    def _probabilities(self, x: tm.vec3, n: tm.vec3, out: ti.types.ndarray(ndim=1)):
+        for i in range(out.shape[0]):
+            out[i] = self.choice.probability(x, n, i)
+
+    @ti.kernel
+    def _is_reached(self, x: tm.vec3, n: tm.vec3, lamp: int, start: int) -> int:
+        found = 0
+        for i in range(AT_ONCE):
+            chosen, probability, rest = self.choice.choose(x, n, (start + i) / ti.cast(ALL_NUMBERS, float))
+            ti.atomic_max(found, ti.cast(chosen == lamp, int))
+        return found
+
+
+def many_lamps():
+    """((L, 3, 3) corners, (L,) radiance) of triangles in a cube of side 6, of very different sizes and powers.
+
+    ``DIM_LAMP`` hangs high above them all, and faces down.
+    """
+    rng = np.random.default_rng(4)
+    size = 10.0 ** rng.uniform(-2, 0, (LAMPS, 1, 1))
+    corners = rng.uniform(-3, 3, (LAMPS, 1, 3)) + size * rng.normal(size=(LAMPS, 3, 3))
+    corners[DIM_LAMP] = DIM_SIZE * np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]]) + [0, 10, 0]
+    radiance = 10.0 ** rng.uniform(-2, 2, LAMPS)
+    radiance[DIM_LAMP] = 1
+    return corners, radiance
+
+
+def points(corners):
+    """(x, n) of points among the lamps, on a lamp, at a corner of one, in its plane, far away, and farther."""
+    first = corners[0]
+    edge, other = first[1] - first[0], first[2] - first[0]
+    normal = np.cross(edge, other) / np.linalg.norm(np.cross(edge, other))
+    centre, up = first.mean(axis=0), np.array([0.0, 1.0, 0.0])
+    return [
+        (np.zeros(3), up),
+        (np.zeros(3), -up),
+        (centre, normal),
+        (centre + 1e-4 * normal, -normal),
+        (first[0], up),
+        (centre + 5 * edge, normal),
+        (np.array([40.0, -30.0, 20.0]), up),
+        (np.array([1e8, 1e8, -1e8]), up),
+    ]
+
+
+# ── the checks ──
+
+
+def check_lamp_choice(part):
+    """All that a choice of lamps must do."""
+    corners, radiance = many_lamps()
+    bench = Bench(corners, radiance, part)
+    places = points(corners)
+    level = sidak(2 * len(places))
+    for i, (x, n) in enumerate(places):
+        check_probabilities(bench, x, n)
+        check_choices(bench, x, n, level, seed=i)
+    check_a_dim_lamp_is_reached(bench)
+    bench.scene.destroy()
+
+
+def check_probabilities(bench, x, n):
+    """Finite, at least 0, and 1 together."""
+    found, what = bench.probabilities(x, n), f"{bench.name} at {x}"
+    assert np.isfinite(found).all(), f"{what}: a probability is not finite"
+    assert (found >= 0).all(), f"{what}: a probability is {found.min()}"
+    assert abs(found.sum() - 1) < LAMPS * ROUNDING, (
+        f"{what}: the probabilities of all lamps add up to {found.sum():.5f}"
+    )
+
+
+def check_choices(bench, x, n, level, seed):
+    """There is such a lamp; it is chosen with its probability; what is left of the random number is uniform."""
+    xi = np.random.default_rng(seed).integers(0, ALL_NUMBERS, SAMPLES) / ALL_NUMBERS
+    xi[:2] = 0, LAST
+    lamp, probability, rest = bench.chosen(x, n, xi)
+    what = f"{bench.name} at {x}"
+    assert (lamp >= 0).all(), f"{what}: chooses lamp {lamp.min()}"
+    assert (lamp < bench.count).all(), f"{what}: chooses lamp {lamp.max()} of {bench.count}"
+    assert np.isfinite(probability).all(), f"{what}: choose returns a probability that is not finite"
+    assert (probability > 0).all(), f"{what}: chooses a lamp with the probability {probability.min()}"
+    expected = bench.probabilities(x, n)
+    off = np.abs(probability / expected[lamp] - 1).max()
+    assert off < LAMPS * ROUNDING, f"{what}: choose returns a probability that is wrong by {off:.2g} of its value"
+    p = chi_square_p(np.bincount(lamp, minlength=bench.count), SAMPLES * expected)
+    assert p > level, f"{what}: lamps are not chosen with their probabilities: p = {p:.1e}"
+    if not bench.choice.samples_points:  # such a choice draws the point itself, and nobody uses what is left
+        assert ((rest >= 0) & (rest < 1)).all(), f"{what}: the rest is from {rest.min()} to {rest.max()}, not in [0, 1)"
+        p = p_of_uniform(lamp, rest)
+        assert p > level, f"{what}: the rest is not uniform among the samples of a lamp: p = {p:.1e}"
+
+
+def p_of_uniform(lamp, rest):
+    """p of the χ² test that the rests are uniform in [0, 1) for each lamp that is chosen often enough."""
+    counts = np.zeros((lamp.max() + 1, BINS))
+    np.add.at(counts, (lamp, (rest * BINS).astype(int)), 1)
+    counts = counts[counts.sum(axis=1) >= 10 * BINS]
+    expected = counts.sum(axis=1, keepdims=True) / BINS
+    return stats.chi2.sf((np.square(counts - expected) / expected).sum(), len(counts) * (BINS - 1))
+
+
+def check_a_dim_lamp_is_reached(bench):
+    """The dim lamp lights a point from which all others are below the horizon: if it is lost, the point is black.
+
+    A choice that draws points has one density per area for all lamps. It cannot prefer a lamp whose share of the area
+    is smaller than the step of the random numbers.
+    """
+    x, up = np.array([0.0, 9.9, 0.0]), np.array([0.0, 1.0, 0.0])
+    assert bench.probabilities(x, up)[DIM_LAMP] > 0, f"{bench.name}: the probability of a dim lamp is 0"
+    if not bench.choice.samples_points:
+        assert bench.is_reached(x, up, DIM_LAMP), f"{bench.name}: no random number chooses a dim lamp"
