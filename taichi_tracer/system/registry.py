@@ -68,7 +68,7 @@ class Registry:
         kind, name = getattr(part, "kind", None), getattr(part, "name", None)
         what = class_name(part)
         if kind not in HOMES:
-            bases = "Camera, RayIntersector, Sampler, Brdf, Light, Integrator, View, Tone"
+            bases = "Camera, RayIntersector, Sampler, Brdf, Light, LampChoice, Integrator, View, Tone"
             raise InputError(f"register: {what} derives from none of the parts that can be registered ({bases})")
         if not isinstance(name, str) or name == "":
             raise InputError(f"register: {what} needs a name: name = {what.lower()!r} in the class")
