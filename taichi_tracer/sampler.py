@@ -66,7 +66,7 @@ class RandomNumbers:
 
     @ti.func
     def next_2d_of_term(self):
-        """Two numbers in [0, 1) for a term that is **added** to all that later numbers decide, as the light's sample is.
+        """Two numbers in [0, 1) for a term that is **added** to what later numbers decide, as the light's sample is.
 
         At a surface, the sample of the light and that of the BRDF are added, and never multiplied with each other. A
         sampler that ``shares_terms`` takes the pair from the dimension of the next ``next_2d``, so that both are

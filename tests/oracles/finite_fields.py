@@ -25,8 +25,8 @@ def power(a, exponent):
 def niederreiter(index):
     """Four lists of the base-4 digits of the four numbers of an index, as elements, the most significant one first.
 
-    The matrix of the number that belongs to the element α has the entries C(j, r) α^(j − r) (Faure 1982 for prime bases,
-    Niederreiter 1987 for the powers of primes).
+    The matrix of the number that belongs to the element α has the entries C(j, r) α^(j − r) (Faure 1982 for prime
+    bases, Niederreiter 1987 for the powers of primes).
     """
     digits = [(index >> (2 * j)) & 3 for j in range(DIGITS)]
     numbers = []
