@@ -29,7 +29,6 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams
 
-
 TERM_BIT = 16  # dimensions are counted in the bits below, terms that share a dimension in the bits above
 
 

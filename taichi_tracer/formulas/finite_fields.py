@@ -1,8 +1,8 @@
 """Four numbers per index that are evenly distributed together: Niederreiter's (0, 4)-sequence in base 4.
 
 Any 4^m consecutive indices that begin at a multiple of 4^m give a (0, m, 4)-net: every box of volume 4^−m whose sides
-are powers of 1/4 contains exactly one of the points (Faure 1982 for prime bases; Niederreiter, "Point sets and sequences
-with small discrepancy", 1987, for powers of primes). In base 2, such a sequence exists for two numbers only.
+are powers of 1/4 contains exactly one of the points (Faure 1982 for prime bases; Niederreiter, "Point sets and
+sequences with small discrepancy", 1987, for powers of primes). In base 2, such a sequence exists for two numbers only.
 
 **Digits.** A word has 16 digits in base 4 of two bits each. A digit is an element of the field GF(4) = {0, 1, ω, ω²},
 with ω² = ω + 1: the lower bit of a digit is the coefficient of 1, the upper bit that of ω. Elements are added by
