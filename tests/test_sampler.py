@@ -106,6 +106,19 @@ def test_any_two_dimensions_take_all_combinations():
     assert deviation(1, 1 | TERM) > 10
 
 
+def test_light_that_changes_across_a_pixel_has_a_smaller_error_than_with_separate_pairs():
+    """The mean of a step that crosses pixel and direction: 512 samples of 64 pixels, f = 1 where x + x' > 1."""
+
+    def deviation(samples):
+        means = []
+        for pixel in range(64):
+            a, b = (points(samples, 512, pixel=pixel, dimension=d).astype(float) for d in (0, 1))
+            means.append(((a[:, 0] + b[:, 0] > 1) * (a[:, 1] + b[:, 1] > 1)).mean())
+        return np.sqrt(np.mean(np.square(np.array(means) - 0.25)))
+
+    assert deviation(SAMPLERS[2]) < deviation(SAMPLERS[0]) / 1.25
+
+
 @ti.kernel
 def _terms_of_a_sample(samples: ti.template(), out: ti.types.ndarray(ndim=1)):
     for _ in range(1):
