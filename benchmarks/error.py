@@ -38,7 +38,7 @@ def calibration() -> str:
     for name in MESHES:
         scene = tt.load_scene_data(name, environment="studio")
         truth = tt.A2Renderer(scene, SIZE, SIZE, seed=REFERENCE_SEED).use("mis").render(REFERENCE_SPP)
-        for sampler in ("sobol", "independent"):
+        for sampler in ("sobol", "niederreiter", "independent"):
             renderer = tt.A2Renderer(scene, SIZE, SIZE, sampler=sampler).use("mis")
             share, _, ratio, _ = covered(renderer, SPP, truth.image())
             lines.append(f"| {name} | {sampler} | {share:.1%} | {ratio:.3f} | {truth.error():.2%} |")

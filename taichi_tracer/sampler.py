@@ -19,6 +19,7 @@ from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.formulas.area_lights import uniform_triangle
+from taichi_tracer.formulas.finite_fields import first_pair, second_pair
 from taichi_tracer.formulas.hashes import as_fraction, pascal_matrix, pcg4d, reverse_bits, scramble_reversed
 from taichi_tracer.formulas.spheres import widened
 from taichi_tracer.formulas.warps import uniform_sphere
@@ -28,6 +29,8 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams
 
+TERM_BIT = 16  # dimensions are counted in the bits below, terms that share a dimension in the bits above
+
 
 class RandomNumbers:
     """The numbers of one sample of one pixel, inside a kernel; ``Sampler.start`` returns them.
@@ -35,6 +38,7 @@ class RandomNumbers:
     Attributes:
         x, y: the pixel. index: the index of the sample.
         dimension: how many dimensions were taken so far.
+        terms: how many pairs of ``next_2d_of_term`` share a dimension with another pair.
     """
 
     _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
@@ -42,7 +46,7 @@ class RandomNumbers:
 
     def __init__(self, sampler: "Sampler", seed, x, y, index) -> None:
         self.sampler, self.seed, self.x, self.y, self.index = sampler, seed, x, y, index
-        self.dimension = impl.expr_init(0)
+        self.dimension, self.terms = impl.expr_init(0), impl.expr_init(0)
         self.pixel = impl.expr_init(sampler.pixel_number(x, y))
         RandomNumbers._begun_last = impl.get_runtime().compiling_callable, self
 
@@ -60,6 +64,23 @@ class RandomNumbers:
         return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
 
     @ti.func
+    def next_2d_of_term(self):
+        """Two numbers in [0, 1) for a term that is **added** to what later numbers decide, as the light's sample is.
+
+        At a surface, the sample of the light and that of the BRDF are added, and never multiplied with each other. A
+        sampler that ``shares_terms`` takes the pair from the dimension of the next ``next_2d``, so that both are
+        distributed evenly together with the numbers before them. The pair is independent of the other one, but over
+        many samples the two do not take all combinations. If you are not sure, use ``next_2d``.
+        """
+        dimension = ti.u32(self.dimension)
+        if ti.static(self.sampler.shares_terms):
+            self.terms += 1
+            dimension |= ti.u32(self.terms) << TERM_BIT
+        else:
+            self.dimension += 1
+        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
+
+    @ti.func
     def next_1d(self):
         """One number in [0, 1)."""
         return self.next_2d().x
@@ -68,6 +89,12 @@ class RandomNumbers:
     def skip_2d(self):
         """Skip the pair of the next dimension, because other code has taken it already."""
         self.dimension += 1
+
+    @ti.func
+    def skip_2d_of_term(self):
+        """Skip the pair of ``next_2d_of_term``, because this sample has no such term."""
+        if ti.static(not self.sampler.shares_terms):
+            self.dimension += 1
 
 
 @ti.data_oriented
@@ -80,10 +107,12 @@ class Sampler:
             independent of each other, but the samples within one sequence are not; see ``picture.error_estimate``.
         is_net: whether every box of volume 2^−m contains exactly one of the first 2^m samples, in every dimension. If
             the sampler is replicated, this holds for each of its two sequences. The contract tests check it.
+        shares_terms: whether the pair of ``next_2d_of_term`` has the dimension of the next ``next_2d``. ``get_2d`` then
+            gets the number of the term, counted from 1, in the bits of ``dimension`` from TERM_BIT on.
         width, height: the size of the picture in pixels; the renderer sets it.
     """
 
-    kind, name, replicated, is_net = "sampler", "", False, False
+    kind, name, replicated, is_net, shares_terms = "sampler", "", False, False, False
     width, height = 1, 1
 
     @in_kernels
@@ -132,6 +161,48 @@ class SobolSampler(Sampler):
         x = reverse_bits(scramble_reversed(shuffled, seed_x))
         y = reverse_bits(scramble_reversed(pascal_matrix(shuffled), seed_y))
         return as_fraction(x), as_fraction(y)
+
+
+@register
+@ti.data_oriented
+@seams("point")
+class NiederreiterSampler(Sampler):
+    """Owen-scrambled points of Niederreiter's (0, 4)-sequence in base 4: the pixel and a direction are even together.
+
+    Two dimensions form a set, which is one sequence of four numbers: the pixel and the first surface, the second and
+    the third surface, and so on. In every set, each box of volume 4^−m whose sides are powers of 1/4 contains exactly
+    one of the first 4^m samples of a sequence. With pairs that are shuffled separately, this holds only in each
+    dimension by itself; therefore, where light changes across a pixel, the error decreases more slowly. Every set takes
+    the sequence in another order, and every number is scrambled by itself (Burley 2020). ``formulas.finite_fields`` has
+    the sequence and its sources.
+
+    As with ``SobolSampler``, samples with even and with odd index belong to two sequences, whose difference shows the
+    error, and every pair of dimensions is a (0, m, 2)-net in base 2.
+    """
+
+    name, replicated, is_net, shares_terms = "niederreiter", True, True, True
+
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        """Two numbers in [0, 1)."""
+        x, y = self.point(seed, pixel, index, dimension)
+        return tm.vec2(x, y)
+
+    @ti.func
+    def point(self, seed, pixel, index, dimension):
+        """The two numbers separately; the keys may also be vectors."""
+        replica, place = index & ti.u32(1), index >> 1
+        first_of_set = dimension & ti.u32((1 << TERM_BIT) - 2)
+        shuffle, _, _, _ = pcg4d(pixel, first_of_set, seed, replica)
+        _, seed_x, seed_y, _ = pcg4d(pixel, dimension, seed, replica)
+        shuffled = reverse_bits(scramble_reversed(reverse_bits(place), shuffle))
+        first_x, first_y = first_pair(shuffled)
+        second_x, second_y = second_pair(shuffled)
+        is_second = (dimension & ti.u32(1)) == 1
+        x, y = ti.select(is_second, second_x, first_x), ti.select(is_second, second_y, first_y)
+        return as_fraction(reverse_bits(scramble_reversed(x, seed_x))), as_fraction(
+            reverse_bits(scramble_reversed(y, seed_y))
+        )
 
 
 @register

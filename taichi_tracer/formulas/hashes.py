@@ -64,8 +64,19 @@ def scramble_reversed(word, seed):
 @ti.func
 def pascal_matrix(word):
     """The second generator matrix of Sobol', C(j, i) mod 2, times the bits of ``word``; the result is bit-reversed."""
+    return add_upper_bits(pascal_matrix_of_digits(word))
+
+
+@ti.func
+def pascal_matrix_of_digits(word):
+    """The matrix C(j, i) mod 2, times the 16 digits of ``word`` in base 4, which are pairs of bits."""
     word = word ^ ((word >> 16) & ti.u32(0x0000FFFF))
     word = word ^ ((word >> 8) & ti.u32(0x00FF00FF))
     word = word ^ ((word >> 4) & ti.u32(0x0F0F0F0F))
-    word = word ^ ((word >> 2) & ti.u32(0x33333333))
+    return word ^ ((word >> 2) & ti.u32(0x33333333))
+
+
+@ti.func
+def add_upper_bits(word):
+    """In each pair of bits, "exclusive or" of the upper bit to the lower one."""
     return word ^ ((word >> 1) & ti.u32(0x55555555))

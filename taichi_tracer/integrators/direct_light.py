@@ -51,7 +51,7 @@ class DirectLight(Integrator):
         if ti.static(scene.lights.has_lamps):
             L = self.reflected_with_lamps(scene, surface, rng)
         elif ti.static(len(scene.lights.far) > 0):
-            xi_brdf, xi_light = rng.next_2d(), rng.next_2d()
+            xi_brdf, xi_light = rng.next_2d_of_term(), rng.next_2d()
             for technique in range(self.techniques):
                 w_i, f_cos_over_pdf = self.direction(scene, surface, technique, xi_brdf, xi_light)
                 L += f_cos_over_pdf * scene.visible_radiance(surface, w_i, f_cos_over_pdf)
@@ -62,7 +62,7 @@ class DirectLight(Integrator):
     @ti.func
     def reflected_with_lamps(self, scene, surface, rng):
         """One sample of the light from lamps and from far away: what the direction of ``sample`` leads to."""
-        xi_brdf, xi_light = rng.next_2d(), rng.next_2d()
+        xi_brdf, xi_light = rng.next_2d_of_term(), rng.next_2d()
         w_i, f_cos_over_pdf = self.direction(scene, surface, 0, xi_brdf, xi_light)
         L = tm.vec3(0)
         if f_cos_over_pdf.max() > 0:

@@ -18,7 +18,7 @@ def sample_of_lights(scene: ti.template(), surface, rng):
     """
     value, pdf, pdf_brdf = tm.vec3(0), 1.0, 0.0
     if ti.static(scene.effects.samples_lights):
-        w_i, distance, light, pdf_lights = scene.lights.sample(surface.origin, surface.normal, rng.next_2d())
+        w_i, distance, light, pdf_lights = scene.lights.sample(surface.origin, surface.normal, rng.next_2d_of_term())
         pdf, pdf_brdf = pdf_lights, surface.pdf(w_i)
         if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
             value = surface.eval_cosine(w_i) * light / pdf
@@ -26,7 +26,7 @@ def sample_of_lights(scene: ti.template(), surface, rng):
                 if scene.is_blocked(surface, w_i, distance):
                     value = tm.vec3(0)
     else:
-        rng.skip_2d()
+        rng.skip_2d_of_term()
     return value, pdf, pdf_brdf
 
 

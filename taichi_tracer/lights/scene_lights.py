@@ -184,7 +184,7 @@ class SceneLights:
         """Light of the ``single`` lights that a surface reflects to the viewer: one sample of each light."""
         total = tm.vec3(0)
         for k in range(ti.static(len(self.single))):
-            xi = rng.next_2d()
+            xi = rng.next_2d_of_term()
             w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
             for i in ti.static(range(len(self.single))):
                 if k == i:

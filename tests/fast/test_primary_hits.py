@@ -141,7 +141,7 @@ def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("sampler", ["sobol", pytest.param("independent", marks=pytest.mark.long)])
+@pytest.mark.parametrize("sampler", ["sobol", "niederreiter", "independent"])
 def test_packets_pass_through_the_same_random_points(precision, sampler, rng):
     """With jitter: the points of a sample, as the sampler has them for each pixel alone."""
     scene = tt.scene_from_mesh(*soup(rng, 80))

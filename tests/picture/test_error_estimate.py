@@ -10,7 +10,7 @@ import taichi as ti
 import taichi.math as tm
 from oracles import errors
 from scipy import stats
-from support import start
+from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -116,7 +116,7 @@ def test_it_is_a_number_that_shows_its_interval():
     assert percent(0.5) == "50 %"
 
 
-@pytest.mark.parametrize("sampler", ["sobol", pytest.param("independent", marks=pytest.mark.long)])
+@pytest.mark.parametrize("sampler", long_except(["sobol", "niederreiter", "independent"], "sobol"))
 def test_renders_know_their_error(sampler):
     """60 short renders of a shipped scene: at least 85 % are covered, since 95 % minus 3 standard errors is 86.6 %."""
     start("f32")

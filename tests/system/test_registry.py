@@ -43,7 +43,7 @@ def white(hit):
         ("camera", "perspective", {"orthographic"}),
         ("triangle test", "watertight", {"moller_trumbore"}),
         ("intersector", "bvh", {"brute_force"}),
-        ("sampler", "sobol", {"independent"}),
+        ("sampler", "sobol", {"independent", "niederreiter"}),
         ("BRDF", "diffuse", {"mirror", "phong"}),
         ("integrator", "uniform", {"mis", "flat", "normal"}),
         ("renderer", "A1Renderer", {"A2Renderer", "RT3Renderer"}),

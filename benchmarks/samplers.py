@@ -1,0 +1,185 @@
+"""How large is the error of a picture with each sampler at equal counts, and what does a sample cost?
+
+python -m benchmarks.samplers [errors | times ...]
+
+The error is the relative RMSE against a reference; a row is the root mean square over ``SEEDS`` renders. The slope is
+that of the line through the logarithms of counts and errors. Pixels in which a lamp is seen, and those beside them, are
+left out: their error is that of the lamp's edges. The samplers "one replica" give all samples to one sequence:
+the error is smaller, but nothing in the picture tells how large it is.
+"""
+
+import math
+import sys
+
+import numpy as np
+import taichi as ti
+
+import taichi_tracer as tt
+from benchmarks.measure import describe_machine, interleaved, ratio_table
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import Material
+from taichi_tracer.sampler import NiederreiterSampler, SobolSampler
+from taichi_tracer.studies.metrics import relative_rmse
+
+SIZE, COUNTS, SEEDS = 96, (4, 16, 64, 256), 3
+REFERENCE_SPP, REFERENCE_SEED = 4096, 10**6
+SKY_SIZE, SUN_DEGREES, SUN_RADIANCE = (64, 128), 5.0, 20.0
+TIMED_SIZE, TIMED_SPP, RUNS = 256, 8, 15
+
+
+@ti.data_oriented
+class OneSobol(SobolSampler):
+    """All samples belong to the first of the two sequences."""
+
+    name, replicated = "sobol, one replica", False
+
+    @ti.func
+    def point(self, seed, pixel, index, dimension):
+        """The numbers of every second sample."""
+        return SobolSampler.point(self, seed, pixel, index << 1, dimension)
+
+
+@ti.data_oriented
+class OneNiederreiter(NiederreiterSampler):
+    """All samples belong to the first of the two sequences."""
+
+    name, replicated = "niederreiter, one replica", False
+
+    @ti.func
+    def point(self, seed, pixel, index, dimension):
+        """The numbers of every second sample."""
+        return NiederreiterSampler.point(self, seed, pixel, index << 1, dimension)
+
+
+SAMPLERS = ("independent", "sobol", OneSobol(), "niederreiter", OneNiederreiter())
+
+
+def sun_and_sky() -> np.ndarray:
+    """(h, w, 3) radiance: a sky that is brighter at the horizon, and a sun that stands high behind the camera."""
+    height, width = SKY_SIZE
+    v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
+    elevation, azimuth = np.pi * (0.5 - v), 2 * np.pi * (u - 0.5)
+    d = np.stack([np.cos(elevation) * np.cos(azimuth), np.sin(elevation), np.cos(elevation) * np.sin(azimuth)], -1)
+    sky = (1 - 0.6 * np.abs(d[..., 1:2])) * np.array([0.5, 0.7, 1.0])
+    sun = np.array([0.5, 1.0, 0.8]) / np.linalg.norm([0.5, 1.0, 0.8])
+    sky[d @ sun > np.cos(np.radians(SUN_DEGREES))] += SUN_RADIANCE
+    return sky
+
+
+def spheres_under_sun() -> tt.SceneData:
+    """Three spheres (Ns 1, 20 and 200) on a floor, under sun and sky."""
+    materials = [Material("floor", Kd=(0.5, 0.5, 0.5))]
+    materials += [Material(f"Ns {ns}", Kd=(0.8, 0.7, 0.6), Ns=ns) for ns in (1, 20, 200)]
+    floor = np.array([[-6, 0, 6], [6, 0, 6], [6, 0, -6], [-6, 0, -6]], float)
+    mesh = Mesh(
+        vertices=floor,
+        faces=np.array([[0, 1, 2], [0, 2, 3]], np.int32),
+        face_materials=np.zeros(2, np.int32),
+        materials=materials,
+        spheres=np.array([[-1.2, 0.5, 0, 0.5], [0, 0.5, 0, 0.5], [1.2, 0.5, 0, 0.5]]),
+        sphere_ids=np.array([2, 3, 4], np.int32),
+        sphere_materials=np.array([1, 2, 3], np.int32),
+    )
+    view = {"eye": (0, 1.4, 3.6), "at": (0, 0.4, 0), "up": (0, 1, 0), "fov": 45.0}
+    return tt.SceneData(mesh, view=view, environment=sun_and_sky())
+
+
+def under_studio(name):
+    """What makes a shipped scene under the studio."""
+    return lambda: tt.load_scene_data(name, environment="studio")
+
+
+def direct(scene, sampler, seed=0, size=SIZE):
+    """A picture of direct light with MIS."""
+    return tt.A2Renderer(scene, size, size, sampler=sampler, seed=seed).use("mis")
+
+
+def paths(name):
+    """What makes a picture with light that bounces up to 5 times."""
+    return lambda scene, sampler, seed=0, size=SIZE: tt.A4Renderer(scene, size, size, sampler=sampler, seed=seed).use(
+        name
+    )
+
+
+# What is rendered: what makes the scene, and what makes the picture.
+PICTURES = {
+    "spheres under a sun, mis": (spheres_under_sun, direct),
+    "specular_spheres under studio, mis": (under_studio("specular_spheres"), direct),
+    "cornell_box under studio, mis": (under_studio("cornell_box"), direct),
+    "cornell_box, mis": (lambda: tt.load_scene_data("cornell_box"), direct),
+    "veach_plates, mis": (lambda: tt.load_scene_data("veach_plates"), direct),
+    "torus_knot under studio, mis": (under_studio("torus_knot"), direct),
+    "cornell_box, path": (lambda: tt.load_scene_data("cornell_box"), paths("path")),
+    "cornell_box, explicit": (lambda: tt.load_scene_data("cornell_box"), paths("explicit")),
+    "cornell_box, implicit": (lambda: tt.load_scene_data("cornell_box"), paths("implicit")),
+    "specular_spheres under studio, path": (under_studio("specular_spheres"), paths("path")),
+}
+
+
+def errors(pictures=PICTURES, samplers=SAMPLERS) -> str:
+    """A table for every picture: the error of each sampler at each count, in percent."""
+    report = ""
+    for title, (load, make) in pictures.items():
+        scene = load()
+        reference = make(scene, "niederreiter", REFERENCE_SEED).render(REFERENCE_SPP)
+        truth, is_counted = reference.image().astype(np.float64), ~beside_lamps(reference)
+        lines = [f"\n**{title}, {SIZE}²; error of the reference {float(reference.error()):.2%}**\n"]
+        lines += [f"| relative RMSE, % | {' | '.join(map(str, COUNTS))} | slope |"]
+        lines += ["|---|" + "--:|" * (len(COUNTS) + 1)]
+        for sampler in samplers:
+            found = error_of_counts(make(scene, sampler), truth, is_counted)
+            slope = np.polyfit(np.log(COUNTS), np.log(found), 1)[0]
+            name = sampler if isinstance(sampler, str) else sampler.name
+            lines.append(f"| {name} | {' | '.join(f'{100 * e:.3g}' for e in found)} | {slope:.2f} |")
+        report += "\n".join(lines) + "\n"
+        print("\n".join(lines), file=sys.stderr, flush=True)
+        scene.destroy()
+    return report
+
+
+def beside_lamps(renderer) -> np.ndarray:
+    """(h, w): whether the pixel or one of its neighbours shows a lamp."""
+    emits = np.array([max(material.Ke) > 0 for material in renderer.scene_data.mesh.materials] + [False])
+    is_lamp = np.pad(emits[renderer.aov("material_id")], 1)
+    height, width = renderer.height, renderer.width
+    return np.any([is_lamp[i : i + height, j : j + width] for i in range(3) for j in range(3)], axis=0)
+
+
+def error_of_counts(renderer, truth: np.ndarray, is_counted: np.ndarray) -> list[float]:
+    """The root mean square of the errors of several seeds, at every count, over the pixels that count."""
+    squares = np.zeros(len(COUNTS))
+    for seed in range(SEEDS):
+        renderer.seed = seed
+        renderer.begin_anew()
+        done = 0
+        for k, count in enumerate(COUNTS):
+            renderer.render(count - done)
+            done = count
+            squares[k] += relative_rmse(renderer.image()[is_counted], truth[is_counted]) ** 2
+    return [math.sqrt(total / SEEDS) for total in squares]
+
+
+def times() -> str:
+    """Tables: milliseconds for one sample of every pixel, the samplers taking turns."""
+    report = ""
+    for title in ("specular_spheres under studio, mis", "cornell_box, path"):
+        load, make = PICTURES[title]
+        scene = load()
+        renderers = {name: make(scene, name, size=TIMED_SIZE) for name in ("sobol", "niederreiter", "independent")}
+
+        def render(renderer):
+            renderer.render(TIMED_SPP)
+            ti.sync()
+
+        seconds = interleaved({name: lambda r=r: render(r) for name, r in renderers.items()}, RUNS)
+        per_sample = {name: value / TIMED_SPP for name, value in seconds.items()}
+        report += ratio_table(f"{title}, {TIMED_SIZE}²", per_sample, "sobol", "ms per sample")
+    return report
+
+
+PARTS = {"errors": errors, "times": times}
+
+
+if __name__ == "__main__":
+    tt.init(arch="auto")
+    print(describe_machine() + "".join(PARTS[name]() for name in sys.argv[1:] or PARTS))
