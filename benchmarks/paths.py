@@ -22,8 +22,8 @@ SCENE = "cornell_box"
 SIZE, BOUNCES = 512, 5  # of the time per sample
 ERROR_SIZE = 256
 THEIRS = ("independent", "multijitter", "ldsampler", "orthogonal")
-SPP = (4, 16, 64, 256, 1024)  # of the points of a curve
-REFERENCE_SPP, REFERENCE_SEED = 4096, 1000
+SPP = (4, 16, 64, 256)  # of the points of a curve
+REFERENCE_SPP, REFERENCE_SEED = 2048, 1000
 MANY_SIZE, MANY_REFERENCE = 128, 4096
 COMPILE = """
 import sys, time
