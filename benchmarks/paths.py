@@ -23,14 +23,15 @@ SIZE, BOUNCES = 512, 5  # of the time per sample
 ERROR_SIZE = 256
 THEIRS = ("independent", "multijitter", "ldsampler", "orthogonal")
 SPP = (4, 16, 64, 256)  # of the points of a curve
-REFERENCE_SPP, REFERENCE_SEED = 2048, 1000
+REFERENCE_SPP, REFERENCE_SEED = 1024, 1000
 MANY_SIZE, MANY_REFERENCE = 128, 4096
 COMPILE = """
 import sys, time
 import taichi as ti
 import taichi_tracer as tt
 tt.init("cpu")
-renderer = tt.A4Renderer(tt.load_scene_data(sys.argv[1]), 16, 16).use(sys.argv[2])
+light = None if sys.argv[1] != "specular_spheres" else "studio"
+renderer = tt.A4Renderer(tt.load_scene_data(sys.argv[1], environment=light), 16, 16).use(sys.argv[2])
 tt.A2Renderer(renderer.scene_data, 16, 16).use("uniform").render()  # the kernels that every picture needs
 ti.sync()
 start = time.perf_counter()
