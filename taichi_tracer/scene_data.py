@@ -290,8 +290,8 @@ class SceneData:
         self.lights: list[Light] = [PARTS.find("light", light) for light in lights]
         self.environment, self.background = load_environment(environment), load_background(background)
 
-        self._memory = memory.Memory()
         self._blockers = blockers_of(mesh, chosen, triangle_test)
+        self._memory = memory.Memory()
         with self._memory as builder:
             self.material_library = MaterialLibrary(mesh.materials, brdfs_of(brdfs), builder)
             self.effects = self._derived()

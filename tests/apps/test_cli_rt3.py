@@ -60,7 +60,7 @@ def asked(*words):
     """The pictures that a command asks for, and where they go; nothing is rendered."""
     request = render_of(make_parser().parse_args(["render", "scene.xml", *words]))
     places = paths_of(request)
-    return request.pictures, [str(path) for views in places for path in views]
+    return request.pictures, [str(path) for views in places for place in views for path in place.pictures]
 
 
 def test_options_win(scene):
