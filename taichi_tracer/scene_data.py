@@ -28,7 +28,7 @@ from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.lights.scene_lights import SceneLights
+from taichi_tracer.lights.scene_lights import SceneLights, is_blocked, may_meet
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.ray_intersector import RayIntersector
@@ -189,33 +189,21 @@ class SceneInKernels:
 
         The caller multiplies the result by ``factor``. If ``factor`` is 0, no light is looked up and no ray is sent.
         """
-        return self.lights.visible_far(self, surface, w_i, factor)
+        return self.lights.visible_far(self.ray_intersector, surface, w_i, factor)
 
     @ti.func
     def is_blocked(self, surface, w_i, distance):
-        """Whether anything lies between a surface and a light in the direction w_i; if nothing can, no ray is sent."""
-        blocked = False
-        if ti.static(self.effects.blockers != "none"):
-            if self.may_meet(surface, w_i):
-                blocked = self.ray_intersector.is_occluded(Ray(origin=surface.origin, direction=w_i), distance)
-        return blocked
+        """Whether anything lies between a surface and a light in the direction w_i."""
+        return is_blocked(self.effects, self.ray_intersector, surface, w_i, distance)
 
     @ti.func
     def met(self, surface, ray):
         """HitData of what a ray hits that leaves a surface; if it can hit nothing, it is not traced."""
         hit = no_hit()
         if ti.static(self.effects.blockers != "none"):
-            if self.may_meet(surface, ray.direction):
+            if may_meet(self.effects, surface, ray.direction):
                 hit = self.ray_intersector.query_segment(ray, 0.0, tm.inf)
         return hit
-
-    @ti.func
-    def may_meet(self, surface, w_i):
-        """Whether a ray that leaves a surface can hit anything, see ``Effects.blockers``."""
-        may = True
-        if ti.static(self.effects.blockers == "backs"):
-            may = surface.hit.is_backfacing or tm.dot(surface.geometric_normal, w_i) <= 0
-        return may
 
 
 @ti.data_oriented

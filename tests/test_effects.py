@@ -25,7 +25,6 @@ from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.renderer import A2Renderer, ProgressiveRenderer
-from taichi_tracer.scene_data import SceneInKernels
 from taichi_tracer.system.seams import in_kernels
 
 
@@ -244,7 +243,7 @@ CODE = {
         lambda: (scene_of(fast=False, **LIT), scene_of(mesh=BALL, fast=False, **LIT)),
     ),
     "background": (Background, "color", lambda: (scene_of(**LIT), scene_of(background=(1, 0, 0), **LIT))),
-    "shadow rays": (SceneInKernels, "may_meet", lambda: (scene_of(**LIT), scene_of(mesh=TWO, **LIT))),
+    "shadow rays": (RayIntersector, "is_occluded", lambda: (scene_of(**LIT), scene_of(mesh=TWO, **LIT))),
     "light and BRDF": (SceneLights, "pdf_far", lambda: (scene_of(Material(Ns=1e21), **LIT), scene_of(**LIT))),
 }
 

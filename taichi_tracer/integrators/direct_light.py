@@ -56,7 +56,7 @@ class DirectLight(Integrator):
                 w_i, f_cos_over_pdf = self.direction(scene, surface, technique, xi_brdf, xi_light)
                 L += f_cos_over_pdf * scene.visible_radiance(surface, w_i, f_cos_over_pdf)
         if ti.static(len(scene.lights.single) > 0):
-            L += scene.lights.reflected_single(scene, surface, rng)
+            L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
         return L
 
     @ti.func

@@ -101,5 +101,5 @@ class OneSampleMis(DirectLight):
                     share = ti.select(pdf_brdf > 0, 1 / (1 - p_light + p_light * pdf / pdf_brdf), 0.0)
                 L = surface.weight(w_i) * light * share
         if ti.static(len(scene.lights.single) > 0):
-            L += scene.lights.reflected_single(scene, surface, rng)
+            L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
         return L

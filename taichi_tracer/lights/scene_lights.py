@@ -164,7 +164,7 @@ class SceneLights:
         return total / ti.static(max(1, len(self.far)))
 
     @ti.func
-    def visible_far(self, scene: ti.template(), surface, w_i, factor):
+    def visible_far(self, intersector: ti.template(), surface, w_i, factor):
         """Radiance that arrives at a surface from far away, from the direction w_i; 0 if something blocks it.
 
         The caller multiplies the result by ``factor``. If ``factor`` or the light is 0, no shadow ray is sent.
@@ -175,12 +175,12 @@ class SceneLights:
             for one in ti.static(self.far):
                 light += one.radiance(ray, no_hit())
             if light.max() > 0:
-                if scene.is_blocked(surface, w_i, tm.inf):
+                if is_blocked(self.effects, intersector, surface, w_i, tm.inf):
                     light = tm.vec3(0)
         return light
 
     @ti.func
-    def reflected_single(self, scene: ti.template(), surface, rng):
+    def reflected_single(self, intersector: ti.template(), surface, rng):
         """Light of the ``single`` lights that a surface reflects to the viewer: one sample of each light."""
         total = tm.vec3(0)
         for k in range(ti.static(len(self.single))):
@@ -192,6 +192,25 @@ class SceneLights:
             f_cos = surface.eval(w_i) * ti.max(0.0, tm.dot(surface.normal, w_i))
             light = f_cos * light / pdf
             if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
-                if not scene.is_blocked(surface, w_i, distance):
+                if not is_blocked(self.effects, intersector, surface, w_i, distance):
                     total += light
         return total
+
+
+@ti.func
+def is_blocked(effects: ti.template(), intersector: ti.template(), surface, w_i, distance):
+    """Whether anything lies between a surface and a light in the direction w_i; if nothing can, no ray is sent."""
+    blocked = False
+    if ti.static(effects.blockers != "none"):
+        if may_meet(effects, surface, w_i):
+            blocked = intersector.is_occluded(Ray(origin=surface.origin, direction=w_i), distance)
+    return blocked
+
+
+@ti.func
+def may_meet(effects: ti.template(), surface, w_i):
+    """Whether a ray that leaves a surface can hit anything, see ``Effects.blockers``."""
+    may = True
+    if ti.static(effects.blockers == "backs"):
+        may = surface.hit.is_backfacing or tm.dot(surface.geometric_normal, w_i) <= 0
+    return may

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support import long_except, start
+from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.formulas.convexity import MOST_DISTANCES, sides_that_see_others
@@ -59,8 +59,9 @@ def test_nothing_and_triangles_without_area():
     assert sides_that_see_others(SQUARE[0], np.array([[0, 0, 1], [0, 1, 2], [0, 2, 3]])) == "none"
 
 
-@pytest.mark.parametrize("estimator", long_except(["mis", "uniform", "implicit", "path"], "mis"))
-@pytest.mark.parametrize("name", long_except(["cube", "sphere"], "cube"))
+@pytest.mark.long
+@pytest.mark.parametrize("estimator", ["mis", pytest.param("uniform", marks=pytest.mark.exhaustive), "path"])
+@pytest.mark.parametrize("name", [pytest.param("cube", marks=pytest.mark.exhaustive), "sphere"])
 def test_rays_that_are_not_traced_would_have_hit_nothing(name, estimator):
     """The same bits, seen from outside and from inside."""
     start("f32")

@@ -134,7 +134,7 @@ def test_furnace(ns):
 QUICK_PAIR, LONG_PAIR = ("specular_spheres", "studio"), ("cornell_box", "studio")
 PAIRS = [(s, e) for s in tt.scene_names() if "/" not in s for e in ("studio", "white")]
 PAIRS = [pytest.param(*pair, marks=pytest.mark.exhaustive) for pair in PAIRS if pair not in (QUICK_PAIR, LONG_PAIR)]
-PAIRS += long_except([QUICK_PAIR, LONG_PAIR], QUICK_PAIR)
+PAIRS += long_except([QUICK_PAIR, LONG_PAIR])
 
 
 @pytest.mark.parametrize(("scene", "environment"), PAIRS)

@@ -115,11 +115,13 @@ def compare(one, other, alpha=0.01):
 USUAL = (96, 16, 16)
 SAMPLES = {"many_lights": (600, 600, 200), "veach_plates": (3000, 3000, 300)}
 MESHES = [name for name in tt.scene_names() if not name.startswith("rt3/")]
-SLOW = {"cube": (), "veach_plates": pytest.mark.exhaustive}
-CASES = [pytest.param(name, None, marks=SLOW.get(name, pytest.mark.long)) for name in MESHES]
+IN_LONG = ("caustic_sphere", "cornell_box")
+MARK = {name: pytest.mark.long if name in IN_LONG else pytest.mark.exhaustive for name in MESHES}
+CASES = [pytest.param(name, None, marks=MARK[name]) for name in MESHES]
+CASES.append(pytest.param("cornell_box", "studio", marks=pytest.mark.long))
 
 
-@pytest.mark.parametrize(("name", "environment"), [*CASES, ("cornell_box", "studio")])
+@pytest.mark.parametrize(("name", "environment"), CASES)
 def test_the_three_ways_have_the_same_mean(name, environment):
     """Every shipped mesh, lit by its own lamps, or else by the studio: five bounces, blocks of 8 × 8 pixels, 1 %.
 
@@ -220,7 +222,10 @@ def test_wrong_settings_are_refused_and_change_nothing(box, name, value, message
     assert renderer.path_settings.facts() == before
 
 
-@pytest.mark.parametrize(("in_precision", "ns"), [("f64", 1e21), pytest.param("f32", 1e30, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    ("in_precision", "ns"),
+    [pytest.param("f64", 1e21, marks=pytest.mark.long), pytest.param("f32", 1e30, marks=pytest.mark.long)],
+)
 def test_a_mirror_shows_the_lamp_in_every_way(in_precision, ns):
     """Only the mirror's own direction finds light, also for ``explicit``. The course's mirror has Ns = 1e21."""
     start(in_precision)
