@@ -332,6 +332,8 @@ ALIKE += (
     "generate_camera_coords",
     "compute_matrix",
     "compute_triangle_area",
+    "compute_cdf",
+    "sample_emissive_triangle",
 )  # live by the same lines as others: tested with what takes long
 
 
