@@ -162,11 +162,13 @@ def compile_times() -> str:
 PARTS = {"sample": per_sample, "error": to_error, "many": many_lamps, "compile": compile_times}
 
 
-def report(names: list[str]) -> str:
-    """The requested tables."""
+def main(names: list[str]) -> None:
+    """Print the requested tables, each when it is complete."""
     tt.init(arch="auto")
-    return "".join(PARTS[name]() for name in names or PARTS)
+    print(describe_machine())
+    for name in names or PARTS:
+        print(PARTS[name](), flush=True)
 
 
 if __name__ == "__main__":
-    print(describe_machine() + report(sys.argv[1:]))
+    main(sys.argv[1:])
