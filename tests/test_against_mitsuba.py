@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import stats
-from support import long_except, start
+from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.files import read
@@ -83,10 +83,11 @@ def matte(name):
 
 
 SIZES = {"cornell_box": (48, 48), "veach_plates": (64, 32)}
-PATHS = [(scene, bounces) for scene in SIZES for bounces in (1, 2, 5)]
+PATHS = [pytest.param(scene, bounces, marks=pytest.mark.exhaustive) for scene in SIZES for bounces in (1, 2, 5)]
+PATHS[2] = pytest.param("cornell_box", 5, marks=pytest.mark.long)
 
 
-@pytest.mark.parametrize(("scene", "bounces"), long_except(PATHS, ("cornell_box", 2)))
+@pytest.mark.parametrize(("scene", "bounces"), PATHS)
 def test_paths_of_as_many_bounces(scene, bounces):
     """Lamps alone: 2 of them, and 2,000; the three integrators of paths have the same mean, see test_paths.py."""
     start("f32")

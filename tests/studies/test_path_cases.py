@@ -109,7 +109,8 @@ def without_end(self):
 
 
 @ti.func
-def density_without_cosine(self, x, triangle_id, xi):
+def density_without_cosine(self, x, lamp, xi):
+    triangle_id = self.primitives[lamp]
     v0, v1, v2 = self.geometry.triangle(triangle_id)
     y = v0 + (v1 - v0) * (1 - ti.sqrt(xi.x)) + (v2 - v0) * (xi.y * ti.sqrt(xi.x))
     distance = (y - x).norm()
@@ -118,7 +119,7 @@ def density_without_cosine(self, x, triangle_id, xi):
     return (y - x) / distance, distance * 0.999, light, distance * distance / area
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("owner", "method", "broken", "case"),
     [
