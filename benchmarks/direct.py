@@ -5,6 +5,7 @@ python -m benchmarks.direct [sample | error ...]
 
 import sys
 import time
+from collections.abc import Callable
 
 import numpy as np
 import taichi as ti
@@ -95,6 +96,23 @@ def time_to(error_and_seconds: list[tuple[float, float]], target: float) -> floa
     return float(np.exp(np.interp(np.log(target), errors[order], seconds[order])))
 
 
+def curve(
+    renderer, error_of: Callable[[np.ndarray], float], most_seconds: float = MOST_SECONDS
+) -> list[tuple[float, float]]:
+    """(error, seconds) of a picture that doubles its samples; compiling is not counted."""
+    renderer.render(3)
+    renderer.begin_anew()
+    points, seconds, wanted = [], 0.0, 4
+    while seconds < most_seconds and wanted <= MOST_SPP:
+        start = time.perf_counter()
+        renderer.render(wanted - renderer.samples)
+        ti.sync()
+        seconds += time.perf_counter() - start
+        points.append((error_of(renderer.image()), seconds))
+        wanted *= 2
+    return points
+
+
 def to_error() -> str:
     """A table: seconds of rendering until 2 % and 1 % relative RMSE; 256², three spheres under sunny."""
     curves = {}
@@ -103,17 +121,7 @@ def to_error() -> str:
     truth = reference.image().astype(np.float64)
     for estimator, sampler in OURS:
         renderer = A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, sampler=sampler).use(estimator)
-        renderer.render(3)
-        renderer.reset()
-        points, seconds, wanted = [], 0.0, 4
-        while seconds < MOST_SECONDS and wanted <= MOST_SPP:
-            start = time.perf_counter()
-            renderer.render(wanted - renderer.samples)
-            ti.sync()
-            seconds += time.perf_counter() - start
-            points.append((relative_rmse(renderer.image(), truth), seconds))
-            wanted *= 2
-        curves[f"taichi_tracer, {estimator}, {sampler}"] = points
+        curves[f"taichi_tracer, {estimator}, {sampler}"] = curve(renderer, lambda image: relative_rmse(image, truth))
     for variant in ("llvm_ad_rgb",):
         theirs = mitsuba_picture("sunny", variant, ERROR_SIZE, mis=True).render(REFERENCE_SPP, seed=REFERENCE_SEED)
         their_truth = theirs.astype(np.float64)

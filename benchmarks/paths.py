@@ -14,7 +14,7 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks.direct import MOST_SECONDS, MOST_SPP, SPP_PER_CALL, time_to
+from benchmarks.direct import MOST_SECONDS, SPP_PER_CALL, curve, time_to
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.mitsuba_scenes import MitsubaPicture, path
 
@@ -76,19 +76,10 @@ def relative_rmse(image: np.ndarray, truth: np.ndarray) -> float:
     return float(np.sqrt(((image.astype(np.float64) - truth) ** 2).mean()) / truth.mean())
 
 
-def curve(renderer, truth: np.ndarray, most_seconds: float = MOST_SECONDS) -> list[tuple[float, float]]:
-    """(error, seconds) of a picture that doubles its samples; compiling is not counted."""
-    renderer.render(3)
-    renderer.begin_anew()
-    points, seconds, wanted = [], 0.0, 4
-    while seconds < most_seconds and wanted <= MOST_SPP:
-        start = time.perf_counter()
-        renderer.render(wanted - renderer.samples)
-        ti.sync()
-        seconds += time.perf_counter() - start
-        points.append((relative_rmse(renderer.image(), truth), seconds))
-        wanted *= 2
-    return points
+def error_to(truth: np.ndarray) -> Callable[[np.ndarray], float]:
+    """The function picture → its ``relative_rmse``."""
+    exact = truth.astype(np.float64)
+    return lambda image: relative_rmse(image, exact)
 
 
 def their_curve(bounces: int, sampler: str, truth: np.ndarray) -> list[tuple[float, float]]:
@@ -111,7 +102,7 @@ def to_error() -> str:
         their_truth = reference.render(REFERENCE_SPP, seed=REFERENCE_SEED).astype(np.float64)
         seconds = {}
         for how in ("explicit", "path"):
-            points = curve(renderer_of(scene, ERROR_SIZE, how, bounces), truth.astype(np.float64))
+            points = curve(renderer_of(scene, ERROR_SIZE, how, bounces), error_to(truth))
             seconds[f"taichi_tracer, {how}, sobol"] = time_to(points, target)
         for sampler in THEIRS:
             seconds[f"Mitsuba, {sampler}"] = time_to(their_curve(bounces, sampler, their_truth), target)
@@ -128,7 +119,7 @@ def many_lamps() -> str:
         scene = tt.load_scene_data("many_lights", lamp_choice=choice)
         if truth is None:
             truth = renderer_of(scene, MANY_SIZE, "explicit", 1, seed=REFERENCE_SEED).render(MANY_REFERENCE).image()
-        points = curve(renderer_of(scene, MANY_SIZE, "explicit", 1), truth.astype(np.float64), 4 * MOST_SECONDS)
+        points = curve(renderer_of(scene, MANY_SIZE, "explicit", 1), error_to(truth), 4 * MOST_SECONDS)
         seconds[choice] = time_to(points, 0.05)
         if seconds[choice] != seconds[choice]:
             errors, times = np.log(np.array(points)).T
