@@ -128,11 +128,14 @@ def test_views_and_light_are_beside_each_other(small_renderer, tmp_path):
     pressed(view, "BRDF")
     panel = pressed(view)
     assert [label for label in panel.buttons if "[Active]" in label] == ["BRDF [Active]"]
-    assert "Environment: studio" in panel.buttons
+    assert "Environment: none" in panel.buttons  # the lamp of the box lights it
     assert any(text.startswith("Time: ") for text in panel.texts)
+    assert "--environment none" in viewer.as_command(view.renderer)
+    pressed(view, "Environment: none")
+    assert view.choices.environment == view.choices.environments[0]
+    pressed(view, "Environment: black")
+    assert "Environment: studio" in pressed(view).buttons
     assert "--environment studio" in viewer.as_command(view.renderer)
-    pressed(view, "Environment: studio")
-    assert view.choices.environment == "sunny"
     pressed(view, "Hit")
     assert view.renderer is small_renderer
     small_renderer.scene_data.set_environment(None)
