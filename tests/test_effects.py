@@ -248,6 +248,7 @@ CODE = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:nothing in this scene emits light")
 @pytest.mark.parametrize("effect", long_except(CODE, *list(CODE)[::3]))
 def test_the_code_of_an_effect_is_compiled_only_where_the_scene_calls_for_it(monkeypatch, effect):

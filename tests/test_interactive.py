@@ -40,7 +40,7 @@ def run_without_a_display(name, folder):
     return result.stdout
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a2_without_a_display_writes_a_picture_by_every_estimator(tmp_path):
     run_without_a_display("A2.py", tmp_path)
     written = sorted(p.name for p in (tmp_path / "renders").iterdir())
@@ -49,7 +49,7 @@ def test_a2_without_a_display_writes_a_picture_by_every_estimator(tmp_path):
         assert np.asarray(Image.open(path)).std() > 10
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("program", "scene", "names"),
     [("A3.py", "veach_plates", tt.A3Renderer.names()), ("A4.py", "cornell_box", tt.A4Renderer.names())],

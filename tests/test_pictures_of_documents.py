@@ -64,7 +64,7 @@ def test_views_are_as_they_are_kept(words, tmp_path, capsys):
     check_same(paths)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("words", [w for w in COMMANDS if w[1] not in QUICK], ids=lambda words: " ".join(words[1:]))
 def test_pictures_of_light_are_as_they_are_kept(words, tmp_path, capsys):
     paths = make_pictures.render(words, tmp_path)
@@ -81,7 +81,7 @@ def size(path):
         return image.size
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("document", make_pictures.programs(), ids=lambda path: path.name)
 def test_pictures_of_the_python_of_documents_are_as_they_are_kept(document, tmp_path, capsys):
     check_same(make_pictures.run_program(document, tmp_path))

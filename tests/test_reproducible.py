@@ -58,7 +58,7 @@ def box():
     return made
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_threads_and_processes_do_not_matter(tmp_path):
     """Of direct light, and of paths with roulette."""
     program, names = tmp_path / "program.py", {"__name__": "here"}

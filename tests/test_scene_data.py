@@ -28,7 +28,7 @@ def square():
     return tt.scene_from_mesh(*SQUARE)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_million_rays_in_the_cornell_box_agree_with_the_oracle():
     """Hit and id exactly, t to 1e-5, on every ray that float64 puts more than rounding away from an edge."""
     count = 20_000 if DEBUG else 1_000_000

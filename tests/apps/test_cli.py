@@ -676,6 +676,7 @@ def test_one_checkpoint_is_of_one_picture(tmp_path, instant, capsys):
     assert "one file for 2 pictures" in told_by(words, capsys, code=2).err
 
 
+@pytest.mark.long
 def test_renders_to_an_error_and_to_a_time(tmp_path, instant, capsys, monkeypatch):
     words = ["render", "cube", "--estimator", "mis", "--size", "32", "-o", tmp_path / "a.png"]
     told = told_by([*words, "--error", 20, "--spp", 5000], capsys).out

@@ -332,7 +332,7 @@ def test_without_a_window_the_views_of_the_file_are_written_too(parts, monkeypat
     assert f"  {tmp_path / 'heat'}" in written
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_effects_measures_an_estimator_and_a_sampler_of_ones_own(parts, capsys):
     words = ["--estimator", "twice", "--sampler", "still", "--camera", "fisheye", "--size", "24"]
     assert main(["effects", "cube", *parts, *words, "--environment", "white"]) == 0
@@ -373,7 +373,7 @@ def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeyp
     assert [case.name for case in cases if case.name.startswith("BRDF grey: ")] != []
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_hard_cases_find_what_is_wrong_with_parts_of_ones_own(parts):
     from taichi_tracer.studies.hard.closed_meshes import ClosedSphere
     from taichi_tracer.studies.hard.modes import Mode
@@ -389,7 +389,7 @@ def test_hard_cases_find_what_is_wrong_with_parts_of_ones_own(parts):
     assert grey.word == "PASS"
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_export_and_render_know_a_camera_of_ones_own(parts, capsys):
     assert main(["export", "cube", "cube.xml", *parts, "--camera", "fisheye", "--fov", "40", "--view", "twice"]) == 0
     text = Path("cube.xml").read_text()
@@ -402,7 +402,7 @@ def test_export_and_render_know_a_camera_of_ones_own(parts, capsys):
     assert "note" not in out.err
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_merge_knows_a_sampler_of_ones_own(parts, capsys):
     words = ["cube", "--view", "twice", "--sampler", "still", "--size", "8", "--spp", "2", *parts]
     render("a", *words, "--checkpoint", "a.checkpoint")
@@ -541,7 +541,7 @@ def test_the_plain_forms_write_the_same_bytes(tmp_path):
     assert np.asarray(Image.open(files[0])).std() > 10
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_the_plain_forms_write_the_same_bytes_of_light(tmp_path):
     files = [tmp_path / "fast.png", tmp_path / "plain.png"]
     options = ["--estimator", "mis", "--environment", "studio", "--size", "24x16", "--spp", "3"]

@@ -36,6 +36,7 @@ def test_what_is_glass(material, is_glass):
     assert (found is PARTS.find("BRDF", "dielectric")) == is_glass
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ball", ["sphere", pytest.param("mesh", marks=pytest.mark.long)])
 def test_a_glass_ball_in_even_light_cannot_be_seen(ball):
     """Nothing is absorbed: whatever the path through the ball, it ends in the same light. Roulette is off."""
@@ -51,7 +52,7 @@ def test_a_glass_ball_in_even_light_cannot_be_seen(ball):
         assert -1e-5 < lost.mean() < 2e-3  # paths that were still inside after 64 reflections
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_lens_turns_the_picture_round():
     """Through a ball of glass, what is on the left is seen on the right."""
     back = np.array([[-9, -9, -9], [9, -9, -9], [9, 9, -9], [-9, 9, -9]], float)

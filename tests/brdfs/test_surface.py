@@ -137,6 +137,7 @@ def _compile(scene: ti.template()):
     _note(scene.surface_at(ray, scene.ray_intersector.query_ray(ray)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("count", "expected"), [(1, (False, 1, 1, False)), (2, (False, 2, 2, False)), (3, (True, 3, 2, False))]
 )

@@ -134,6 +134,7 @@ class TiltedMirror(Mirror):
         return tm.normalize(2 * tm.dot(n, w_o) * n - w_o + 0.1 * n)
 
 
+@pytest.mark.long
 @broken_parts(
     {
         TwiceTheDensity: "integral of pdf is 1.99|integral of pdf is 2.0",

@@ -117,6 +117,7 @@ class SometimesNan(BrdfSampling):
 with_statistics = pytest.mark.skipif(DEBUG, reason="with bounds checked, there are too few samples for statistics")
 
 
+@pytest.mark.long
 @with_statistics
 @broken_parts(
     {

@@ -127,6 +127,7 @@ class ForgetsSpheres(tt.RayIntersector):
         return nearest
 
 
+@pytest.mark.long
 @broken_parts(
     {
         MissesEveryThird: "triangle_id is .* not",

@@ -103,6 +103,7 @@ class ForgetsDimLamps(ByPower):
         self.cdf.from_numpy(np.concatenate([[0], np.cumsum(weights) / weights.sum()]).astype(np.float32))
 
 
+@pytest.mark.long
 @broken_parts(
     {
         OtherProbability: "choose returns a probability that is wrong",

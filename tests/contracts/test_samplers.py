@@ -122,6 +122,7 @@ class ReplicasAgree(IndependentSampler):
         return tm.fract(pair + 1e-3 * ti.cast(index & 1, float))
 
 
+@pytest.mark.long
 @broken_parts(
     {
         RepeatsADimension: "dimension 5 and number 0 of dimension 63 depend on each other",

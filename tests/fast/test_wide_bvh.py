@@ -36,6 +36,7 @@ def test_the_stack_is_as_deep_as_the_tree_needs(count):
     assert 1 <= tree.stack_size <= 8 * tree.depth
 
 
+@pytest.mark.long
 def test_a_destroyed_tree_leaves_others_alone():
     first, second = (tt.scene_from_mesh(*SQUARE) for _ in range(2))
     first.destroy()

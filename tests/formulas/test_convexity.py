@@ -40,6 +40,7 @@ def test_a_vertex_in_front_of_a_triangle_is_found(seed):
     assert sides_that_see_others(turned(dented, seed), dent) == "all"
 
 
+@pytest.mark.long
 def test_shipped_scenes():
     expected = {"cube": "backs", "sphere": "backs", "cornell_box": "all", "torus_knot": "all"}
     assert {name: tt.load_scene_data(name).effects.blockers for name in expected} == expected
@@ -59,7 +60,7 @@ def test_nothing_and_triangles_without_area():
     assert sides_that_see_others(SQUARE[0], np.array([[0, 0, 1], [0, 1, 2], [0, 2, 3]])) == "none"
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("estimator", ["mis", pytest.param("uniform", marks=pytest.mark.exhaustive), "path"])
 @pytest.mark.parametrize("name", [pytest.param("cube", marks=pytest.mark.exhaustive), "sphere"])
 def test_rays_that_are_not_traced_would_have_hit_nothing(name, estimator):

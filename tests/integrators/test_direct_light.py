@@ -137,6 +137,7 @@ PAIRS = [pytest.param(*pair, marks=pytest.mark.exhaustive) for pair in PAIRS if 
 PAIRS += long_except([QUICK_PAIR, LONG_PAIR])
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("scene", "environment"), PAIRS)
 def test_every_estimator_agrees_with_every_other(scene, environment):
     """Means of the quarters of the picture, pairwise within 4.5 σ; TAICHI_TRACER_LONG=all takes every scene."""

@@ -121,6 +121,7 @@ CASES = [pytest.param(name, None, marks=MARK[name]) for name in MESHES]
 CASES.append(pytest.param("cornell_box", "studio", marks=pytest.mark.long))
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("name", "environment"), CASES)
 def test_the_three_ways_have_the_same_mean(name, environment):
     """Every shipped mesh, lit by its own lamps, or else by the studio: five bounces, blocks of 8 × 8 pixels, 1 %.
@@ -139,6 +140,7 @@ def test_the_three_ways_have_the_same_mean(name, environment):
     compare(found["implicit"], found["path"])
 
 
+@pytest.mark.long
 def test_one_bounce_is_direct_light(box):
     """``path`` with one bounce has the mean of the estimator ``mis``, which samples lamps, too."""
     paths, direct = tt.A4Renderer(box, 32, 32, sampler="independent"), tt.A3Renderer(box, 32, 32, sampler="independent")

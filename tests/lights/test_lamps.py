@@ -91,6 +91,7 @@ def test_a_square_gives_lamberts_irradiance(choice):
             assert abs(mean - expected) <= limit * error + 1e-5 * expected, (point, normal, mean, expected, error)
 
 
+@pytest.mark.long
 def test_a_near_lamp_is_sampled_in_solid_angle():
     """Lambert's irradiance close to the lamp, where samples that are uniform in area differ by orders of magnitude."""
     normal, corners = np.array([0, 0, -1.0]), SQUARE[0]
@@ -150,6 +151,7 @@ def test_the_density_of_a_sample_is_that_of_what_its_ray_hits(choice, two_sided,
     assert np.median(off) < 1e-5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("choice", long_except(CHOICES, "hierarchy"))
 def test_all_choices_and_the_mixture_give_the_same_irradiance(choice, rng):
     """Against a uniform sphere of directions, at five points among lamps, blockers and an environment; 1 %."""
@@ -208,6 +210,7 @@ def test_what_cannot_be_hit_is_no_lamp():
     assert sorted(scene.lamps.table.primitives) == [0, 1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("power", [1e-30, 1e30])
 def test_extreme_radiance_is_sampled(power):
     scene = tt.SceneData(Mesh(*SQUARE, materials=[tt.Material(Ke=(power,) * 3)]))

@@ -151,6 +151,7 @@ def test_two_bounces_keep_the_contract():
     integrators.check_samples_are_finite(part("two_bounce"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rho", [0.9, pytest.param(0.4, marks=pytest.mark.long)])
 def test_two_bounces_fill_a_bowl(rho):
     """The lower half of a sphere under light of 1: each point of it sees as much of the bowl as of the sky.
@@ -226,11 +227,12 @@ def test_fisheye_shows_angles(fov):
 # ── a view ──
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_heat_map_keeps_the_contract():
     views.check_view(part("heat_map"))
 
 
+@pytest.mark.long
 def test_heat_map_shows_distances():
     """Red, then green, then blue, each over a third of 5 units; against the view ``distance``, which is white at 10."""
     distance = 10 * rendered("heat_map", "cornell_box", "--view", "distance")

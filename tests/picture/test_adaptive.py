@@ -24,7 +24,7 @@ def test_shares_follow_the_deviation():
     np.testing.assert_array_equal(shares_of(np.zeros((2, 2))), 256)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_it_is_unbiased_and_better(scene):
     """z of the mean of 8 pictures beyond 4 would have p < 1e-4; the noise is on a fifth of the pixels."""
     truth = tt.A2Renderer(scene, SIZE, SIZE, seed=5).use("mis").render(1024)
@@ -47,7 +47,7 @@ def test_it_is_unbiased_and_better(scene):
     assert counts.max() > 3 * counts.min() > 0
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_packets_take_the_same_samples(scene):
     images = []
     for use_packets in (False, True):

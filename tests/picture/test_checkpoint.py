@@ -87,7 +87,7 @@ def test_each_sampler_goes_on_where_it_was(scene, tmp_path, sampler):
     np.testing.assert_array_equal(second.render(3).image(), whole.image())
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_checkpoint_of_a_checkpoint_holds_all_samples(scene, tmp_path):
     path = tmp_path / "a.checkpoint"
     whole, part = renderer(scene).render(6), renderer(scene).render(2)

@@ -134,7 +134,7 @@ def test_renders_know_their_error(sampler):
     assert renderer.error_image().shape == (size, size, 3)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("sampler", ["sobol", "independent"])
 def test_a_lamp_of_any_radiance_has_the_error_of_a_lamp_of_one(sampler):
     """In f32, the variance for Ke = 1e-30 is 0: a noisy picture must not say that it has no error."""
@@ -155,7 +155,7 @@ def test_a_lamp_of_any_radiance_has_the_error_of_a_lamp_of_one(sampler):
     )
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["cornell_box", "specular_spheres"])
 def test_paths_know_their_error(name):
     """60 short renders. If 90 % of all renders are covered, fewer than 46 are with a probability of 1e-3.

@@ -45,6 +45,7 @@ def oracle_hits(view, shape):
     return tuple(part[::-1] for part in parts)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", long_except([0, 1], 1))
 def test_pictures_are_those_of_the_closed_form(ball, number):
     """Both cameras, every integrator, the background behind."""
