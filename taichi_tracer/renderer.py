@@ -28,10 +28,11 @@ from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
 from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.lights.near_misses import begin_counting, counter_for
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.ray import no_hit
-from taichi_tracer.sampler import RandomNumbers, Sampler, UniformSampler, sampler_of
+from taichi_tracer.sampler import DEFAULT_SAMPLER, RandomNumbers, Sampler, UniformSampler, sampler_of
 from taichi_tracer.scene_data import RayHits, SceneData, SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
@@ -129,7 +130,7 @@ class ProgressiveRenderer:
         height: int = 512,
         camera: ProjectiveCamera | type[ProjectiveCamera] | str | None = None,
         jitter: bool | None = None,
-        sampler: SamplerChoice = "sobol",
+        sampler: SamplerChoice = DEFAULT_SAMPLER,
         seed: int = 0,
         first_sample: int = 0,
         crop: tuple[int, int, int, int] | None = None,
@@ -153,14 +154,17 @@ class ProgressiveRenderer:
         chosen = PARTS.find("sampler", sampler)
         directions = chosen if isinstance(chosen, UniformSampler) else None
         self.sampler: Sampler = sampler_of(
-            chosen if directions is None else PARTS.find("sampler", "sobol"), self.camera
+            chosen if directions is None else PARTS.find("sampler", DEFAULT_SAMPLER), self.camera
         )
         self.seed, self.first_sample = int(seed), int(first_sample)
         if adaptive and not self.is_random:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
         self.adaptive, self.shares = bool(adaptive), Shares(self.width, self.height, bool(adaptive))
-        keeps_deviation = self.adaptive or not self.sampler.replicated
-        self.film = Film(self.width, self.height, crop, self.sampler.replicated, keeps_deviation, self.is_random)
+        has_halves, doubles = self.sampler.replicated or self.sampler.doubles, self.sampler.doubles
+        keeps_deviation = self.adaptive or not has_halves
+        self.film = Film(
+            self.width, self.height, crop, self.sampler.replicated, keeps_deviation, self.is_random, doubles
+        )
         self.fast = scene_data.fast if fast is None else bool(fast)
         self.replaced = replaced(self)
         self.eye_rays, self._form = self._make_eye_rays()
@@ -168,6 +172,7 @@ class ProgressiveRenderer:
         if directions is not None:
             self._integrators["uniform"] = UniformSphere(directions)
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
+        self._counted_of: Any = None  # the environment whose near misses the film counts
         self.progress = Progress(Target())
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
@@ -253,11 +258,18 @@ class ProgressiveRenderer:
 
     @ti.kernel
     def _take_sample(
-        self, scene: ti.template(), integrator: ti.template(), eye_rays: ti.template(), seed: ti.u32, index: ti.u32
+        self,
+        scene: ti.template(),
+        integrator: ti.template(),
+        eye_rays: ti.template(),
+        near_misses: ti.template(),
+        seed: ti.u32,
+        index: ti.u32,
     ):
         for x, y in ti.ndrange(*self.film.ranges):
             i, is_taken = self.shares.sample_of(x, y, index)
             if is_taken:
+                begin_counting(near_misses, x, y, integrator)
                 rng = self.sampler.start(seed, x, y, i)
                 ray, hit = eye_rays.hit_of(x, y, rng)
                 self.record(x, y, self.radiance(scene, integrator, ray, hit, rng), i)
@@ -297,7 +309,7 @@ class ProgressiveRenderer:
         scene = self.kernel_scene()
         scene.lights.prepare(self.active.samples_lights)
         self.eye_rays.bring_up_to_date(self.seed, index)
-        self._take_sample(scene, self.active, self.eye_rays, self.seed, index)
+        self._take_sample(scene, self.active, self.eye_rays, self.film.near_misses, self.seed, index)
 
     def render(
         self,
@@ -311,8 +323,9 @@ class ProgressiveRenderer:
         Args:
             spp: samples per pixel to add; 1 if no target is given.
             time: seconds of rendering. Compilation does not count; ``progress`` has the times of both.
-            error: the estimated relative RMSE (``error()``) as a fraction: 0.02 is 2 %. If every sample is the picture
-                itself, as in a view without jitter, one sample reaches this target and the time.
+            error: the relative RMSE as a fraction: 0.02 is 2 %. It is reached when the upper end of ``error()``'s interval
+                is not larger. If every sample is the picture itself, as in a view without jitter, one sample reaches
+                this target and the time.
             watch: a function that is called with ``progress`` after each pass over all pixels.
         """
         self.scene_data.check_alive()
@@ -339,9 +352,18 @@ class ProgressiveRenderer:
 
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
+        self._count_near_misses()
         self.reset()
         self.active.prepare(self.scene_data, self.camera)
         self._shown = self.state()
+
+    def _count_near_misses(self) -> None:
+        """Give the film a counter of near misses of the present environment, if light can be missed."""
+        environment = self.scene_data.environment if self.active.srgb else None
+        if environment is not self._counted_of or (self.film.near_misses and self.film.near_misses.is_over()):
+            scene = self.kernel_scene()
+            self.film.near_misses = counter_for(scene, self.width, self.height) if environment is not None else None
+            self._counted_of = environment
 
     def begin_anew(self) -> None:
         """Let the next ``render`` start again after a change of the seed; adaptive sampling takes a new pilot."""

@@ -29,6 +29,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams
 
+DEFAULT_SAMPLER = "niederreiter"
 TERM_BIT = 16  # dimensions are counted in the bits below, terms that share a dimension in the bits above
 
 
@@ -105,6 +106,8 @@ class Sampler:
     Attributes:
         replicated: whether the samples with even and with odd index belong to two sequences. The two sequences are
             independent of each other, but the samples within one sequence are not; see ``picture.error_estimate``.
+        doubles: whether all samples belong to one sequence. Then the error is bounded by the change of the picture when
+            the number of samples doubles.
         is_net: whether every box of volume 2^−m contains exactly one of the first 2^m samples, in every dimension. If
             the sampler is replicated, this holds for each of its two sequences. The contract tests check it.
         shares_terms: whether the pair of ``next_2d_of_term`` has the dimension of the next ``next_2d``. ``get_2d`` then
@@ -112,7 +115,7 @@ class Sampler:
         width, height: the size of the picture in pixels; the renderer sets it.
     """
 
-    kind, name, replicated, is_net, shares_terms = "sampler", "", False, False, False
+    kind, name, replicated, doubles, is_net, shares_terms = "sampler", "", False, False, False, False
     width, height = 1, 1
 
     @in_kernels
@@ -183,6 +186,11 @@ class NiederreiterSampler(Sampler):
     name, replicated, is_net, shares_terms = "niederreiter", True, True, True
 
     @ti.func
+    def place_of(self, index):
+        """(the number of the sequence, the place in it) of a sample."""
+        return index & ti.u32(1), index >> 1
+
+    @ti.func
     def get_2d(self, seed, pixel, index, dimension):
         """Two numbers in [0, 1)."""
         x, y = self.point(seed, pixel, index, dimension)
@@ -191,7 +199,7 @@ class NiederreiterSampler(Sampler):
     @ti.func
     def point(self, seed, pixel, index, dimension):
         """The two numbers separately; the keys may also be vectors."""
-        replica, place = index & ti.u32(1), index >> 1
+        replica, place = self.place_of(index)
         first_of_set = dimension & ti.u32((1 << TERM_BIT) - 2)
         shuffle, _, _, _ = pcg4d(pixel, first_of_set, seed, replica)
         _, seed_x, seed_y, _ = pcg4d(pixel, dimension, seed, replica)
@@ -203,6 +211,25 @@ class NiederreiterSampler(Sampler):
         return as_fraction(reverse_bits(scramble_reversed(x, seed_x))), as_fraction(
             reverse_bits(scramble_reversed(y, seed_y))
         )
+
+
+@register
+@ti.data_oriented
+@seams("point")
+class OneNiederreiterSampler(NiederreiterSampler):
+    """The points of ``NiederreiterSampler`` in one sequence: a smaller error, of which only a bound is known.
+
+    Two sequences of n/2 points are less even together than one sequence of n points; but a single one has nothing that
+    its mean could be compared with, except its own first half. The change of the picture when the number of samples
+    doubles is a bound for the error after doubling, because the error before it is larger (see ``error_estimate``).
+    """
+
+    name, replicated, doubles = "niederreiter_one", False, True
+
+    @ti.func
+    def place_of(self, index):
+        """(0, the place in the sequence) of a sample."""
+        return index & ti.u32(0), index
 
 
 @register

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.background import Background, load_background
 from taichi_tracer.brdfs.base import Brdf
-from taichi_tracer.brdfs.surface import surface_at
+from taichi_tracer.brdfs.surface import Surface, surface_at
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.fast.stand_ins import Form, intersector_class
@@ -28,6 +28,7 @@ from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
+from taichi_tracer.lights.near_misses import note_surface
 from taichi_tracer.lights.scene_lights import SceneLights, is_blocked, may_meet
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray import Ray, no_hit
@@ -37,7 +38,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import replaced
+from taichi_tracer.system.seams import in_kernels, replaced
 
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
@@ -161,7 +162,12 @@ class SceneInKernels:
         lamps = scene.lamps if effects.emitters else None
         self.lights = SceneLights([*far, *scene.lights], effects, lamps)
 
-    surface_at = surface_at
+    @in_kernels
+    def surface_at(self, ray, hit) -> Surface:
+        """The surface that a ray hit."""
+        surface = surface_at(self, ray, hit)
+        note_surface(surface)
+        return surface
 
     @ti.func
     def emitted(self, ray, hit, rng):

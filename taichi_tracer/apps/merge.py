@@ -68,6 +68,7 @@ def run(args: Namespace) -> int:
 
 def film_of(facts: dict, arrays: dict, ranges: list[list[int]]) -> Film:
     """The film that a checkpoint holds."""
-    film = Film(*facts["size"], facts["crop"], PARTS.find("sampler", facts["sampler"]).replicated)
+    sampler = PARTS.find("sampler", facts["sampler"])
+    film = Film(*facts["size"], facts["crop"], sampler.replicated, doubles=sampler.doubles)
     film.from_arrays(arrays, sum(end - start for start, end in ranges))
     return film

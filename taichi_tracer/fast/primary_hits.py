@@ -11,7 +11,7 @@ from taichi_tracer.fast.packets import LANES, SIDE, SIDE_BITS, TILE, TILE_BITS, 
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.picture.adaptive import SHARE_BITS, Shares
 from taichi_tracer.ray import no_hit
-from taichi_tracer.sampler import Sampler, sampler_of
+from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, sampler_of
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import replaced, why_replaced
@@ -52,7 +52,7 @@ class PrimaryHits:
         ranges: tuple[tuple[int, int], tuple[int, int]] | None = None,
     ) -> None:
         self.scene_data, self.camera, self.jitter = scene_data, camera, jitter
-        self.sampler = sampler_of(PARTS.find("sampler", "sobol"), camera) if samples is None else samples
+        self.sampler = sampler_of(PARTS.find("sampler", DEFAULT_SAMPLER), camera) if samples is None else samples
         self.shares = Shares(camera.width, camera.height) if shares is None else shares
         self.width, self.height = camera.width, camera.height
         intersector = scene_data.ray_intersector

@@ -12,6 +12,7 @@ import taichi.math as tm
 
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
+from taichi_tracer.lights.near_misses import note_look_up
 from taichi_tracer.ray import Ray, no_hit
 
 FAR_SHARE = 0.5  # of the samples of a scene with both: they go to what is far away
@@ -63,10 +64,19 @@ class SceneLights:
     def seen(self, ray, hit):
         """Radiance that a ray sees directly from the lights; ``hit`` is what the ray hits."""
         light = tm.vec3(0)
-        for one in ti.static(self.far):
-            light += one.radiance(ray, hit)
+        if not hit.is_hit:
+            light = self.from_far(ray)
         for one in ti.static(self.single):
             light += one.radiance(ray, hit)
+        return light
+
+    @ti.func
+    def from_far(self, ray):
+        """Radiance along a ray that hits nothing."""
+        light = tm.vec3(0)
+        for one in ti.static(self.far):
+            light += one.radiance(ray, no_hit())
+        note_look_up(ray.direction, light)
         return light
 
     @ti.func
@@ -84,8 +94,7 @@ class SceneLights:
         if hit.is_hit:
             light = self.emitted(hit)
         else:
-            for one in ti.static(self.far):
-                light += one.radiance(ray, hit)
+            light = self.from_far(ray)
         return light
 
     @ti.func
@@ -177,6 +186,8 @@ class SceneLights:
             if light.max() > 0:
                 if is_blocked(self.effects, intersector, surface, w_i, tm.inf):
                     light = tm.vec3(0)
+                else:
+                    note_look_up(w_i, light)
         return light
 
     @ti.func

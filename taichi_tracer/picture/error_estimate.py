@@ -11,22 +11,23 @@ independently. Samples of even index follow the first scrambling, samples of odd
 k = 2 groups, and v = (mean_even − mean_odd)² / 4 (replicated randomised quasi-Monte Carlo: Owen, "Monte Carlo theory,
 methods and examples"). For one pixel, this estimate is rough. For a whole picture, it is precise.
 
-**The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The true mean square error of this
-picture is random, and so is M. The variance of their difference is 2 v² k / (k − 1) per pixel. It does not depend on
-the kurtosis of the samples, because the kurtosis affects both in the same way and cancels. Only an estimate v̂ of v is
-known. There are two ways to estimate v² from it:
+If all samples are one sequence, there are no such groups. Then the two halves are the first 2^m samples and the
+others. When as many others have been added, half of the difference of the two means is |I_2n − I_n|, the change of the
+mean I by the doubling of n. I_2n is the better of the two, so that |I_2n − I_n| is mostly the error of I_n: a bound for
+the error of I_2n. Between two powers of two, the others are fewer and their mean is rougher: the bound is wider.
 
-- v̂² is too large: for normal errors, by the factor (k + 1) / (k − 1). Therefore it is divided by this factor. It is too
-  small if a sample can take only a few values, as with a light that is either seen or not.
-- v̂ times the mean v̂ of the neighbouring pixels is right in this case, but too small if a single pixel stands out.
+**The picture.** The mean square error of N pixels is estimated by M = Σ v / N. The true mean square error is random,
+too: both are sums of squares of about normal numbers, as many as pixels matter. If single pixels have most of the error,
+few do: Satterthwaite's number of equally noisy pixels is
 
-For each of the two ways, the variances of all pixels are added, and the larger sum is taken:
+    ν = (Σ v)² / Σ v².
 
-    V = max(Σ 2 v̂² k / (k + 1), Σ 2 v̂ v̂_neighbours k / (k − 1)) / N²
+If both are sums of 2ν squares, the ratio of true to estimated M has the F-distribution with (2ν, 2ν) degrees of freedom.
+Therefore the error lies between e / F and e F with 95 % probability, where e = √M, and F² is the 0.975 quantile of this
+distribution. Because every v is rough, ν comes out too small rather than too large, and the interval a little wide.
 
-The 95 % interval is log M ± 1.96 √V / M. It uses the logarithm, because M cannot be negative. It is widened if few
-pixels contain most of the error. In 95 of 100 pictures, it contains the true error. An estimate cannot include light
-that no sample has found yet, such as a small light.
+**What no sample met.** Samples cannot tell of a small sun that no sample has met. ``unseen_light`` bounds it by near
+misses. The upper end of the interval is √((e F)² + unseen²).
 """
 
 import math
@@ -35,7 +36,8 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-QUANTILE = 1.96  # 95 % of a normal distribution lie within this number of standard deviations from its mean
+QUANTILE_RANGE = 30  # beyond this multiple of 1/√ν, practically nothing of the F-distribution is left
+TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
 
 
@@ -93,27 +95,38 @@ def scale_for(scale, deviation, is_first):
 class RelativeError(float):
     """Relative RMSE of a picture: a fraction of the picture's mean. It is NaN if it is unknown.
 
+    The error of a picture is the root of the mean over all pixels and channels of the squared difference to the true
+    picture, divided by the mean of the picture. No pixel is left out.
+
     Attributes:
-        low, high: the 95 % interval: in 95 of 100 pictures, the true error lies inside.
+        low, high: the 95 % interval: in 95 of 100 pictures, the true error lies inside. If only a bound is known, low
+            is 0.
+        unseen: what light may add that no sample has met; ``high`` contains it. It is 0 if no light can be missed.
     """
 
     low: float
     high: float
+    unseen: float
 
-    def __new__(cls, value: float, low: float, high: float) -> "RelativeError":
+    def __new__(cls, value: float, low: float, high: float, unseen: float = 0.0) -> "RelativeError":
         """Make a float that knows its interval."""
         self = super().__new__(cls, value)
-        self.low, self.high = float(low), float(high)
+        self.low, self.high, self.unseen = float(low), float(high), float(unseen)
         return self
 
-    def __getnewargs__(self) -> tuple[float, float, float]:  # type: ignore[override]  # float has one argument
+    def __getnewargs__(self) -> tuple[float, float, float, float]:  # type: ignore[override]  # float has one argument
         """The arguments with which ``copy`` and ``pickle`` make it again."""
-        return float(self), self.low, self.high
+        return float(self), self.low, self.high, self.unseen
 
     def __str__(self) -> str:
         if math.isnan(self):
             return "unknown"
-        return f"{percent(self)} ({percent(self.low)} to {percent(self.high)})"
+        told = f"{percent(self)} ({percent(self.low)} to {percent(self.high)})"
+        if self.low == 0 < self:
+            told = f"at most {percent(self.high)}"
+        if self.unseen > TELLS_UNSEEN * self.high:
+            told += f"; light that no sample met may add {percent(self.unseen)}"
+        return told
 
 
 def percent(fraction: float) -> str:
@@ -121,7 +134,9 @@ def percent(fraction: float) -> str:
     return f"{100 * fraction:.3g} %"
 
 
-def relative_error(variance: np.ndarray, groups: np.ndarray, image: np.ndarray) -> RelativeError:
+def relative_error(
+    variance: np.ndarray, groups: np.ndarray, image: np.ndarray, unseen: float = 0.0, is_bound: bool = False
+) -> RelativeError:
     """Relative RMSE √M / mean of the picture, with its 95 % interval.
 
     Args:
@@ -129,6 +144,8 @@ def relative_error(variance: np.ndarray, groups: np.ndarray, image: np.ndarray) 
         groups: (h, w) the number k of independent groups of samples from which v̂ was estimated. If it is below 2, v̂
             is unknown, and the pixel is left out.
         image: (h, w, 3) the picture.
+        unseen: the relative RMSE that light may add that no sample met.
+        is_bound: whether v̂ comes from the doubling of one sequence, so that it is a bound.
     """
     known = groups > 1
     mean = float(image[known].mean(dtype=np.float64)) if known.any() else 0.0
@@ -141,29 +158,18 @@ def relative_error(variance: np.ndarray, groups: np.ndarray, image: np.ndarray) 
     if not math.isfinite(total):
         return RelativeError(math.nan, math.nan, math.nan)
     if total == 0:
-        return RelativeError(0.0, 0.0, 0.0)
+        return RelativeError(0.0, 0.0, unseen, unseen)
     value = math.sqrt(total / (CHANNELS * known.sum())) / mean
-
-    k = np.maximum(groups, 2).astype(np.float64)  # for fewer groups, v is 0
-    own = (2 * v**2 * k / (k + 1)).sum()
-    neighbours = (2 * v * mean_of_neighbours(v, known) * k / (k - 1)).sum()
-    relative_deviation = math.sqrt(max(own, neighbours)) / total  # √V / M
-    pixels_that_decide = total**2 / (v**2).sum()  # this number of pixels of equal variance has the same uncertainty
-    widening = 1 + pixels_that_decide**-0.5  # V is an estimate too; from n pixels, its error is about 1/√n
-    factor = math.exp(QUANTILE * widening * relative_deviation / 2)  # divided by 2, because the error is the root of M
-    return RelativeError(value, value / factor, value * factor)
+    factor = error_quantile(float(total**2 / (v**2).sum()))
+    return RelativeError(value, 0.0 if is_bound else value / factor, math.hypot(value * factor, unseen), unseen)
 
 
-def mean_of_neighbours(values: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """(h, w): for every pixel, the mean of its known neighbours (up to eight); 0 if no neighbour is known.
+def error_quantile(nu: float) -> float:
+    """F: the root of the 0.975 quantile of the F-distribution with (2ν, 2ν) degrees of freedom, for ν ≥ 1.
 
-    Args:
-        values: (h, w), 0 where they are unknown.
-        known: (h, w) bool.
+    The logarithm of a number with this distribution has a density in proportion to cosh(t/2)^(−2ν).
     """
-    height, width = values.shape
-    sums, counts = np.pad(values, 1), np.pad(known.astype(np.float64), 1)  # adds a border of unknown pixels
-    around = [(i, j) for i in range(3) for j in range(3) if (i, j) != (1, 1)]  # (1, 1) is the pixel itself
-    total = sum(sums[i : i + height, j : j + width] for i, j in around)
-    number = sum(counts[i : i + height, j : j + width] for i, j in around)
-    return total / np.maximum(number, 1)
+    t = np.linspace(0, QUANTILE_RANGE / math.sqrt(nu), 2001)
+    density = np.exp(-2 * nu * np.log(np.cosh(t / 2)))
+    cumulative = np.concatenate([[0], np.cumsum((density[1:] + density[:-1]) / 2)])
+    return math.exp(float(np.interp(0.95, cumulative / cumulative[-1], t)) / 2)

@@ -11,6 +11,8 @@ from taichi_tracer.picture.error_estimate import (
     relative_error,
     scale_for,
 )
+from taichi_tracer.lights.near_misses import NearMissCounter, NearMisses
+from taichi_tracer.picture.unseen_light import unseen_light
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 
@@ -25,14 +27,16 @@ class Film:
 
     The low-discrepancy sampler takes its samples from two independent replicas of one sequence: samples of even index
     from the first, samples of odd index from the second. The film keeps the sums of these two halves separate,
-    because their difference shows the error (see ``error_estimate``). Independent samples need no second half: all of
-    them belong to half 0.
+    because their difference shows the error (see ``error_estimate``). If all samples belong to one sequence, half 0 has
+    the first 2^m samples, where 2^m is the largest power of two below their number, and half 1 has the others.
+    Independent samples need no second half: all of them belong to half 0.
 
     Args:
         width, height: size in pixels.
         crop: (x0, x1, y0, y1) in pixels from the bottom left, x1 and y1 excluded. Only the pixels inside take samples.
             None stands for all pixels.
         replicated: whether the samples of even and of odd index are two independent replicas.
+        doubles: whether all samples are one sequence, whose error is bounded by its change when their number doubles.
         keeps_deviation: whether the film adds up squared deviations; with None, if the error is estimated from them.
         averages: whether pixels take samples. If all values come from ``put``, ``reset`` has no sums to clear.
 
@@ -46,6 +50,7 @@ class Film:
         scale: [x, y] what deviations are multiplied by before they are squared: 1, or for very dim or very bright light
             another power of two, because the squares would be 0 or infinite in f32.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
+        near_misses: the counter of near misses of bright spots, see ``lights.near_misses``; None if nothing is counted.
     """
 
     def __init__(
@@ -56,6 +61,7 @@ class Film:
         replicated: bool = False,
         keeps_deviation: bool | None = None,
         averages: bool = True,
+        doubles: bool = False,
     ) -> None:
         self.width, self.height = width, height
         self.crop = (0, width, 0, height) if crop is None else tuple(int(c) for c in crop)
@@ -65,10 +71,13 @@ class Film:
                 f"film: crop {self.crop} does not lie within {width}x{height}: 0 <= x0 < x1 <= width, same for y"
             )
         self.ranges = (x0, x1), (y0, y1)
-        self.halves = 2 if replicated else 1  # a power of two, so that "& (halves - 1)" gives the half of a sample
-        self.keeps_deviation = not replicated if keeps_deviation is None else keeps_deviation
+        self.halves = 2 if replicated or doubles else 1
+        self.doubles = doubles
+        self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
         self.averages = averages
         self.samples = 0
+        self.near_misses: NearMissCounter | None = None
+        self._near_misses_before: NearMisses | None = None  # of the samples that were loaded or merged
 
         self._memory = memory.Memory()
         fields = self._memory.fields
@@ -104,6 +113,9 @@ class Film:
         elif self.samples > 0:
             self.non_finite_count[None] = 0
         self.samples = 0
+        self._near_misses_before = None
+        if self.near_misses is not None:
+            self.near_misses.clear()
 
     @ti.kernel
     def _clear(self):
@@ -136,7 +148,7 @@ class Film:
         operation, which takes more time than the rest of this method.
         """
         if is_finite(value):
-            half = ti.cast(sample, ti.i32) & (self.halves - 1)
+            half = self.half_of(x, y, sample)
             mean_before = self.canvas[x, y]
             self.add_to_half(x, y, half, value, tm.vec3(0), 1)
             mean = self.mean(x, y)
@@ -146,6 +158,21 @@ class Film:
                     self.add_deviation(x, y, value - mean_before, value - mean)  # Welford 1962
         else:
             self.locate(x, y, sample)
+
+    @ti.func
+    def half_of(self, x, y, sample):
+        """The half to which a sample is added. Where a new doubling begins, half 1 becomes a part of half 0 first."""
+        half = ti.cast(sample, ti.i32) & ti.static(self.halves - 1)
+        if ti.static(self.doubles):
+            n = self.count[x, y]
+            half = ti.select(n > 0, 1, 0)
+            if n & (n - 1) == 0 and self.half_count[x, y, 1] > 0:
+                total, rest = self.total[x, y, 1], self.rest[x, y, 1]
+                self.count[x, y] = 0
+                self.add_to_half(x, y, 0, total, rest, self.half_count[x, y, 1])
+                self.count[x, y] = n
+                self.total[x, y, 1], self.rest[x, y, 1], self.half_count[x, y, 1] = tm.vec3(0), tm.vec3(0), 0
+        return half
 
     @ti.func
     def add_deviation(self, x, y, a, b):
@@ -190,13 +217,18 @@ class Film:
             raise InputError(
                 f"film: {other.width}x{other.height} samples cannot be added to a film of {self.width}x{self.height}"
             )
-        if (self.halves, self.keeps_deviation) != (other.halves, other.keeps_deviation):
+        if (self.halves, self.doubles, self.keeps_deviation) != (other.halves, other.doubles, other.keeps_deviation):
             raise InputError("film: samples of different samplers cannot be added")
         located = [*self.non_finite_samples(), *other.non_finite_samples()][:MAX_LOCATED]
         self._merge(other)
         for i, place in enumerate(located):
             self.non_finite_at[i] = place
         self.samples += other.samples
+        self._near_misses_before = _sum(self._near_misses_before, other.counted())
+
+    def counted(self) -> NearMisses | None:
+        """The near misses of all samples; None if nothing is counted."""
+        return _sum(self._near_misses_before, None if self.near_misses is None else self.near_misses.counts())
 
     @ti.kernel
     def _merge(self, other: ti.template()):
@@ -246,9 +278,13 @@ class Film:
     def error(self) -> RelativeError:
         """Relative RMSE of the picture, with its 95 % interval, over the pixels that have two samples or more.
 
-        It is NaN if there is no such pixel, or if the picture is black.
+        The upper end contains the light that no sample met, see ``unseen_light``. The error is NaN if there is no such
+        pixel, or if the picture is black.
         """
-        return relative_error(*self.spread(), self.image())
+        image = self.image()
+        counted = self.counted()
+        unseen = 0.0 if counted is None else unseen_light(counted, self.samples, float(self.own_pixels(image).mean()))
+        return relative_error(*self.spread(), image, unseen, self.doubles)
 
     def variance_of_mean(self) -> np.ndarray:
         """(height, width, 3) float64, top row first: the variance of every pixel's mean; NaN where it is unknown."""
@@ -311,6 +347,8 @@ class Film:
             counts: [x, y, 0] the number of all samples, [x, y, 1] that of half 1, 0 if there is none; int32.
             non_finite: (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of each.
             scale: [x, y] of the deviation; only if it is not 1 everywhere.
+            near_misses: (levels, 8) float64 and near_per_pixel: [x, y] int32, see ``NearMisses``: for each level its
+                radiance and its share, the near look-ups of each kind, and those that met it; only if they are counted.
         """
         self.check_alive()
         pairs = np.stack([self.total.to_numpy(), self.rest.to_numpy()], axis=3)  # [x, y, half, total or rest, channel]
@@ -324,6 +362,9 @@ class Film:
         arrays = {"values": values, "counts": counts, "non_finite": non_finite}
         if self.keeps_deviation and (self.scale.to_numpy() != 1).any():
             arrays["scale"] = self.scale.to_numpy()
+        counted = self.counted()
+        if counted is not None:
+            arrays |= counted.to_arrays()
         return arrays
 
     def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
@@ -346,6 +387,9 @@ class Film:
             field.from_numpy(np.ascontiguousarray(array))
         self.non_finite_count[None] = int(non_finite[0, 0])
         self.samples = samples
+        self._near_misses_before = NearMisses.from_arrays(arrays)
+        if self.near_misses is not None:
+            self.near_misses.clear()
         self._show_mean()
 
     @ti.kernel
@@ -353,6 +397,10 @@ class Film:
         for x, y in self.count:
             if self.count[x, y] > 0:
                 self.canvas[x, y] = self.mean(x, y)
+
+
+def _sum(first: NearMisses | None, second: NearMisses | None) -> NearMisses | None:
+    return first if second is None else second if first is None else first + second
 
 
 @ti.func

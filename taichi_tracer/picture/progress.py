@@ -32,7 +32,8 @@ class Target:
     Attributes:
         spp: the number of samples per pixel to add.
         time: seconds of rendering, without compilation.
-        error: relative RMSE as a fraction: 0.02 is 2 %.
+        error: relative RMSE as a fraction: 0.02 is 2 %. It is reached when the upper end of the interval of the estimate
+            is not larger: an estimate that is too small by chance must not end the rendering.
     """
 
     spp: int | None = None
@@ -143,7 +144,7 @@ class Progress:
         target = self.target
         if target.spp is not None and self.samples >= target.spp:
             return True
-        if target.error is not None and self.samples >= FIRST_ERROR and self.error <= target.error:
+        if target.error is not None and self.samples >= FIRST_ERROR and self.error.high <= target.error:
             return True
         if target.time is None or not self._recent:
             return False
@@ -173,7 +174,7 @@ class Progress:
         power = 0.5  # 1/√n, the error of independent samples
         if n >= FIT_SPAN * now[0][0]:
             power += CAUTION * min(max(-slope(now) - power, 0.0), MOST_EXTRA_SLOPE)
-        return n * (error / self.target.error) ** (1 / power) - self.samples
+        return n * (max(error, self.error.high) / self.target.error) ** (1 / power) - self.samples
 
 
 def slope(points: list[tuple[float, float]]) -> float:

@@ -14,7 +14,7 @@ from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.picture.error_estimate import RelativeError, mean_of_neighbours, percent, relative_error
+from taichi_tracer.picture.error_estimate import RelativeError, error_quantile, percent, relative_error
 from taichi_tracer.picture.film import Film
 from taichi_tracer.studies.metrics import relative_rmse
 
@@ -55,7 +55,7 @@ def test_value_is_the_root_of_the_mean_variance_over_the_mean(rng):
     groups = rng.integers(1, 4, (5, 7))
     told = relative_error(variance, groups, image)
     expected, low, high = errors.relative_error(variance, groups, image)
-    np.testing.assert_allclose([float(told), told.low, told.high], [expected, low, high], rtol=1e-12)
+    np.testing.assert_allclose([float(told), told.low, told.high], [expected, low, high], rtol=1e-4)
 
 
 @ti.kernel
@@ -97,14 +97,20 @@ def test_a_variance_that_is_infinite_makes_the_error_unknown():
     assert str(found) == "unknown"
 
 
-def test_neighbours_do_not_wrap_around_and_leave_out_the_pixel_itself():
-    values, known = np.zeros((3, 4)), np.ones((3, 4), bool)
-    values[0, 0] = 6
-    mean = mean_of_neighbours(values, known)
-    np.testing.assert_allclose(mean[:2, :2], [[0, 6 / 5], [6 / 5, 6 / 8]])
-    assert mean[2].max() == mean[:, 2:].max() == 0
-    known[0, 1] = False
-    assert mean_of_neighbours(values, known)[1, 0] == pytest.approx(6 / 4)
+@pytest.mark.parametrize("nu", [1.0, 1.7, 5.0, 123.4, 1e6])
+def test_the_factor_of_the_interval_is_the_quantile_of_f(nu):
+    assert error_quantile(nu) == pytest.approx(math.sqrt(stats.f.ppf(0.975, 2 * nu, 2 * nu)), rel=1e-4)
+
+
+def test_what_no_sample_met_is_in_the_upper_end_and_said_where_it_matters():
+    variance, groups, image = np.full((4, 4, 3), 0.01), np.full((4, 4), 2), np.ones((4, 4, 3))
+    without = relative_error(variance, groups, image)
+    told = relative_error(variance, groups, image, 1.5)
+    assert (float(told), told.low, told.unseen) == (float(without), without.low, 1.5)
+    assert told.high == pytest.approx(math.hypot(without.high, 1.5))
+    assert str(told).endswith("; light that no sample met may add 150 %")
+    assert "no sample" not in str(relative_error(variance, groups, image, 0.001))
+    assert relative_error(0 * variance, groups, image, 1.5).high == 1.5
 
 
 def test_it_is_a_number_that_shows_its_interval():
@@ -112,6 +118,7 @@ def test_it_is_a_number_that_shows_its_interval():
     assert str(error) == "1.23 % (1.1 % to 1.38 %)"
     assert f"{error:.1%}" == "1.2%"
     assert copy.copy(error).high == 0.0138
+    assert copy.copy(RelativeError(0.1, 0.1, 0.3, 0.2)).unseen == 0.2
     assert str(RelativeError(math.nan, math.nan, math.nan)) == "unknown"
     assert percent(0.5) == "50 %"
 

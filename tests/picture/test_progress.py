@@ -29,7 +29,7 @@ def simulate(power, target, per_sample=0.01):
 def test_the_prediction_at_a_tenth_of_the_way_is_within_a_quarter(power):
     predictions, progress = simulate(power, 0.02)
     end = progress.samples
-    assert end == pytest.approx(0.02 ** (1 / power), rel=0.03)
+    assert end == pytest.approx((0.02 / 1.1) ** (1 / power), rel=0.03)  # the upper end reaches the target
     at_a_tenth = next(total for n, total in predictions if n >= end / 10)
     assert at_a_tenth == pytest.approx(progress.seconds, rel=0.25)
 
@@ -83,7 +83,7 @@ def test_renders_keep_to_a_time_and_to_an_error():
     assert renderer.progress.compile_seconds > 0.05
     renderer.begin_anew()
     renderer.render(spp=4096, error=0.1)
-    assert renderer.error() <= 0.1
+    assert renderer.error().high <= 0.1
     assert 8 <= renderer.samples < 4096
     seen = []
     renderer.render(spp=3, watch=lambda p: seen.append(p.samples))

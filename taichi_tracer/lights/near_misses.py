@@ -1,0 +1,235 @@
+"""Near misses of bright spots: how often rays looked beside a small sun, and how often they met it.
+
+A small sun that no ray of a picture has met leaves no trace in the picture's samples. But the environment is known
+before the first sample. If rays often look into directions close to the sun, others should meet it, and as long as they
+have not, light is missing. Therefore, for each level of brightness, such look-ups are counted: those within
+``NEAR`` of a bright spot, and among them those that met it. ``picture.unseen_light`` computes from both numbers how
+much light may be missing.
+
+Only look-ups that decide what is found are counted: those of eye rays, of mirrors, and of lobes from which no sample of
+the lights is taken. An environment whose light is spread over large areas has no bright spot, and nothing is counted.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+from taichi.lang import impl
+
+from taichi_tracer.environment import Environment
+from taichi_tracer.system import memory
+from taichi_tracer.system.seams import in_kernels, replaced
+
+NEAR = np.radians(10.0)  # wide enough that a picture with few samples has near misses, and a sky is even within it
+LEVELS = (1 / 4, 1 / 40, 1 / 400)  # of the largest radiance: where each level ends below
+SMALL = 0.005  # of the sphere: what is larger is met by many rays
+MATTERS = 0.01  # of all the light: what has less is not missed
+ROWS = 64  # of the map of directions that are near; it has twice as many columns
+KINDS = ("eye rays", "mirrors", "lobes")
+EYE, MIRROR, LOBE = range(len(KINDS))
+ENOUGH = 1000  # look-ups that met a level: more need not be counted
+
+
+@dataclass(frozen=True)
+class Level:
+    """A level of brightness of an environment.
+
+    Attributes:
+        low, high: its radiance, as a mean of red, green and blue, for an intensity of 1.
+        share: the solid angle of its texels / the solid angle of all directions that are near to them.
+    """
+
+    low: float
+    high: float
+    share: float
+
+
+@dataclass
+class NearMisses:
+    """What was counted for one picture; the counts of disjoint samples may be added.
+
+    Attributes:
+        levels: (n, 2) of each level: its largest radiance, with the intensity, and its ``share``.
+        near, met: (n, 3) of each level and each of ``KINDS``: look-ups that are near, and those of them that met it.
+        per_pixel: (width, height) near look-ups of lobes.
+    """
+
+    levels: np.ndarray
+    near: np.ndarray
+    met: np.ndarray
+    per_pixel: np.ndarray
+
+    def __add__(self, other: "NearMisses") -> "NearMisses":
+        counts = self.near + other.near, self.met + other.met, self.per_pixel + other.per_pixel
+        return NearMisses(self.levels, *counts)
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """The arrays of a checkpoint, see ``Film.to_arrays``."""
+        levels = np.concatenate([self.levels, self.near, self.met], axis=1)
+        return {"near_misses": levels, "near_per_pixel": self.per_pixel.astype(np.int32)}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "NearMisses | None":
+        """The inverse of ``to_arrays``; None if the arrays have no near misses."""
+        if "near_misses" not in arrays:
+            return None
+        levels, near, met = np.split(arrays["near_misses"], [2, 2 + len(KINDS)], axis=1)
+        return cls(levels, near.astype(np.int64), met.astype(np.int64), arrays["near_per_pixel"].astype(np.int64))
+
+
+def levels_of(environment: Environment) -> tuple[tuple[Level, ...], np.ndarray]:
+    """The levels that are small and matter, and the map of directions.
+
+    Returns:
+        The levels; and (ROWS, 2 ROWS) uint8, row 0 at the zenith: bit i is set where level i is near.
+    """
+    pixels = environment.pixels.astype(np.float64)
+    h, w = pixels.shape[:2]
+    brightness = pixels.mean(axis=2)
+    edges = np.cos(np.pi * np.arange(h + 1) / h)
+    solid_angle = np.repeat((edges[:-1] - edges[1:])[:, None] * 2 * np.pi / w, w, axis=1)
+    light = brightness * solid_angle
+    found: list[Level] = []
+    zones = np.zeros((ROWS, 2 * ROWS), np.uint8)
+    cells, areas = _centres(ROWS, 2 * ROWS)
+    high = np.inf
+    for fraction in LEVELS:
+        low = fraction * brightness.max()
+        is_level = (brightness >= low) & (brightness < high)
+        of_sphere = solid_angle[brightness >= low].sum() / (4 * np.pi)
+        if of_sphere > SMALL or low == 0:
+            break
+        if light[is_level].sum() > MATTERS * light.sum():
+            rows, columns = np.nonzero(is_level)
+            spots = np.unique(np.stack([rows * ROWS // h, columns * 2 * ROWS // w]), axis=1)
+            spot = cells[spots[0], spots[1]]
+            is_near = (cells @ spot.T).max(axis=2) > np.cos(NEAR + np.pi / ROWS / 2)
+            share = solid_angle[is_level].sum() / areas[is_near].sum()
+            zones |= is_near.astype(np.uint8) << len(found)
+            found.append(Level(low, min(high, brightness.max() * 2), float(share)))
+        high = low
+    return tuple(found), zones
+
+
+def _centres(rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    """(rows, columns, 3) directions of the centres of the cells, as ``Environment.coords`` has them, and their areas."""
+    v, u = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
+    elevation, azimuth = np.pi * (0.5 - v), 2 * np.pi * (u - 0.5)
+    x, z = np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth)
+    return np.stack([x, np.sin(elevation), z], axis=-1), np.cos(elevation) * 2 * (np.pi / rows) * (np.pi / columns)
+
+
+@ti.data_oriented
+class NearMissCounter:
+    """Counts the near misses of one picture, inside its kernel; see ``NearMisses``.
+
+    Args:
+        light: the environment as a light, an ``EnvironmentLight``.
+        levels, zones: of ``levels_of``.
+        width, height: the size of the picture in pixels.
+    """
+
+    _begun_last: tuple | None = None  # (the kernel that is being compiled, its counter)
+
+    def __init__(self, light, levels: tuple[Level, ...], zones: np.ndarray, width: int, height: int) -> None:
+        self.light, self.levels = light, levels
+        self._memory = memory.Memory()
+        fields = self._memory.fields
+        self.zones, self.per_pixel = ti.field(ti.u8), ti.field(ti.i32)
+        self.near, self.met = ti.field(ti.i32), ti.field(ti.i32)
+        fields.dense(ti.ij, zones.shape).place(self.zones)
+        fields.dense(ti.ij, (width, height)).place(self.per_pixel)
+        fields.dense(ti.ij, (len(levels), len(KINDS))).place(self.near, self.met)
+        self._memory.allocate()
+        self.zones.from_numpy(zones)
+
+    def is_over(self) -> bool:
+        """Whether its fields are gone, because Taichi was started again."""
+        return self._memory.is_over()
+
+    def clear(self) -> None:
+        """Forget all counts."""
+        for field in (self.near, self.met, self.per_pixel):
+            field.fill(0)
+
+    def counts(self) -> NearMisses:
+        """What was counted so far."""
+        intensity = self.light.environment.intensity
+        levels = np.array([[level.high * intensity, level.share] for level in self.levels])
+        return NearMisses(levels, *(f.to_numpy().astype(np.int64) for f in (self.near, self.met, self.per_pixel)))
+
+    @in_kernels
+    def begin(self, x, y, samples_lights: bool) -> None:
+        """Begin a sample of a pixel, of an integrator that takes samples of the lights or not."""
+        self.x, self.y, self.samples_lights = x, y, samples_lights
+        self.surfaces, self.is_scattered, self.is_delta = (impl.expr_init(0) for _ in range(3))
+        NearMissCounter._begun_last = impl.get_runtime().compiling_callable, self
+
+    @classmethod
+    def of_this_kernel(cls) -> "NearMissCounter | None":
+        """The counter that was begun in the kernel that is being compiled; None if there is none."""
+        begun = cls._begun_last
+        return begun[1] if begun is not None and begun[0] is impl.get_runtime().compiling_callable else None
+
+    @ti.func
+    def reach(self, surface):
+        """Note that the path has reached a surface."""
+        self.surfaces += 1
+        self.is_delta = ti.cast(surface.is_delta(), ti.i32)
+        if self.is_delta == 0:
+            self.is_scattered = 1
+
+    @ti.func
+    def look_up(self, direction, radiance):
+        """Count a ray that nothing blocks, with the radiance that it found."""
+        kind = ti.select(self.surfaces == 0, EYE, ti.select(self.is_scattered == 0, MIRROR, LOBE))
+        is_counted = kind != LOBE or self.is_delta == 1 or ti.static(not self.samples_lights)
+        if is_counted:
+            u, v = self.light.environment.coords(self.light.with_y_up(direction))
+            row = ti.min(ti.cast((1 - v) * ROWS, ti.i32), ROWS - 1)
+            zone = ti.cast(self.zones[row, ti.min(ti.cast(u * 2 * ROWS, ti.i32), 2 * ROWS - 1)], ti.i32)
+            if zone > 0:
+                self.count(kind, zone, radiance.sum() / 3 / self.light.environment.settings[0])
+
+    @ti.func
+    def count(self, kind, zone, brightness):
+        """Count a look-up that is near to the levels of ``zone``, and the one that it met."""
+        for i in ti.static(range(len(self.levels))):
+            if zone & (1 << i) and self.met[i, kind] < ENOUGH:
+                self.near[i, kind] += 1
+                if ti.static(self.levels[i].low) <= brightness < ti.static(self.levels[i].high):
+                    self.met[i, kind] += 1
+        if kind == LOBE:
+            self.per_pixel[self.x, self.y] = self.per_pixel[self.x, self.y] + 1  # one thread has the pixel: not atomic
+
+
+@in_kernels
+def begin_counting(counter: NearMissCounter | None, x, y, integrator) -> None:
+    """Let the counter, if there is one, count the look-ups of one sample of a pixel."""
+    if counter is not None:
+        counter.begin(x, y, integrator.samples_lights)
+
+
+@in_kernels
+def note_surface(surface) -> None:
+    """Tell the counter of the kernel, if there is one, that the path has reached a surface."""
+    counter = NearMissCounter.of_this_kernel()
+    if counter is not None:
+        counter.reach(surface)
+
+
+@in_kernels
+def note_look_up(direction, radiance) -> None:
+    """Tell the counter of the kernel, if there is one, what a ray finds that nothing blocks."""
+    counter = NearMissCounter.of_this_kernel()
+    if counter is not None:
+        counter.look_up(direction, radiance)
+
+
+def counter_for(scene, width: int, height: int) -> NearMissCounter | None:
+    """A counter for pictures of a scene, a ``SceneInKernels``; None if nothing bright can be missed."""
+    light = next((one for one in scene.lights.far if one.name == "environment"), None)
+    if light is None or scene.effects.environment != "image" or replaced(light.environment):
+        return None
+    levels, zones = levels_of(light.environment)
+    return NearMissCounter(light, levels, zones, width, height) if levels else None

@@ -1,0 +1,49 @@
+"""How much light may a picture miss that none of its samples met?
+
+An estimate from samples cannot know a small sun that no sample has met. But near misses tell of it
+(``lights.near_misses``). Let B look-ups go into directions D near the sun, of which K met the sun S itself. If the
+directions in D are about even, the number of look-ups that should meet the sun is about
+
+    λ = (B + 2) Ω_S / Ω_D.
+
+Ω_S and Ω_D are the solid angles. The 2 is for what B itself could have missed. A look-up that meets the sun adds about
+c = w L_S / n to its pixel, if the pixel has n samples, L_S is the radiance of the sun, and w is the reflectance. As long
+as K is small, the light λ c may be missing. It lies in N_eff pixels of N, so that it adds to the mean square error
+
+    u² = (λ c)² / (N_eff N).
+
+Eye rays and mirrors find the sun in a single pixel, if they find it at all: N_eff = 1. Lobes find it anywhere where they
+look: with B_i of the B look-ups in pixel i, N_eff = B² / Σ B_i (B_i − 1). If K is at least ``KNOWN``, the samples
+themselves tell the error, and nothing is added.
+"""
+
+import math
+
+import numpy as np
+
+from taichi_tracer.lights.near_misses import LOBE, NearMisses
+
+KNOWN = 10  # look-ups that met the light: from so many, the spread of the samples shows the error
+REFLECTED = 0.6  # of the light, by a surface that shows the sun: a bright one
+SAFETY = 4  # times u: the upper end of a rate of which only a few events were seen
+
+
+def unseen_light(near: NearMisses | None, samples: float, mean: float) -> float:
+    """The relative RMSE that light may add that no sample met, as a bound: SAFETY · u / mean.
+
+    Args:
+        near: what was counted; None if nothing can be missed.
+        samples: per pixel. mean: of the picture.
+    """
+    if near is None or not mean > 0 or samples == 0:
+        return 0.0
+    pixels = near.per_pixel.size
+    b = near.per_pixel.astype(np.float64)
+    spread_of_lobes = max(1.0, b.sum() ** 2 / max(1.0, (b * (b - 1)).sum()))
+    squares = 0.0
+    for (radiance, share), looked, met in zip(near.levels, near.near, near.met, strict=True):
+        for kind, (count, hits) in enumerate(zip(looked, met, strict=True)):
+            if count > 0 and hits < KNOWN:
+                missing = (count + 2) * share * REFLECTED * radiance / samples
+                squares += missing**2 / ((spread_of_lobes if kind == LOBE else 1.0) * pixels)
+    return SAFETY * math.sqrt(squares) / mean
