@@ -161,7 +161,10 @@ class Maker:
 
     def renderer(self, picture: Picture) -> tt.A1Renderer:
         """A renderer with the picture's options."""
-        options, view = {"sampler": "sobol", **picture.options}, dict(VIEW if picture.scene in MESHES else self.scene.view)
+        options, view = (
+            {"sampler": "sobol", **picture.options},
+            dict(VIEW if picture.scene in MESHES else self.scene.view),
+        )
         if "projection" in options:
             options.pop("projection")
             view = {**ORTHOGRAPHIC, **{name: view[name] for name in ("eye", "at", "up")}}

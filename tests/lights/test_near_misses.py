@@ -1,0 +1,148 @@
+"""Near misses: which directions are near to a bright spot, and which look-ups are counted."""
+
+import numpy as np
+import pytest
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.lights.near_misses import EYE, LOBE, MIRROR, NearMisses, levels_of
+from taichi_tracer.materials import Material
+
+SUN = (20, 37)  # row and column of the one bright texel
+HEIGHT, WIDTH = 64, 128
+
+
+def sky(radiance=1e4, *others):
+    """A grey sky with a sun, and with (row, column, radiance) of other suns."""
+    pixels = np.full((HEIGHT, WIDTH, 3), 0.5)
+    pixels[SUN] = radiance
+    for row, column, value in others:
+        pixels[row, column] = value
+    return pixels
+
+
+def direction(row, column):
+    """The direction of the centre of a texel: rows from the zenith, columns around +y (C-1)."""
+    elevation, azimuth = np.pi * (0.5 - (row + 0.5) / HEIGHT), 2 * np.pi * ((column + 0.5) / WIDTH - 0.5)
+    return np.array([np.cos(elevation) * np.cos(azimuth), np.sin(elevation), np.cos(elevation) * np.sin(azimuth)])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def test_what_lies_within_ten_degrees_of_the_sun_is_near(rng):
+    (level,), zones = levels_of(tt.Environment(sky()))
+    d = rng.normal(size=(20_000, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    angle = np.degrees(np.arccos(np.clip(d @ direction(*SUN), -1, 1)))
+    v, u = 0.5 - np.arcsin(d[:, 1]) / np.pi, 0.5 + np.arctan2(d[:, 2], d[:, 0]) / (2 * np.pi)
+    is_near = zones[(v * 64).astype(int), (u * 128).astype(int) % 128] == 1
+    assert is_near[angle < 9].all()
+    assert not is_near[angle > 14].any()  # a cell of the map has a diagonal of four degrees
+    edges = np.cos(np.pi * np.arange(HEIGHT + 1) / HEIGHT)
+    of_sun = (edges[SUN[0]] - edges[SUN[0] + 1]) * 2 * np.pi / WIDTH
+    assert level.share == pytest.approx(of_sun / (4 * np.pi * is_near.mean()), rel=0.25)
+    assert level.low < 1e4 < level.high
+
+
+@pytest.mark.parametrize("pixels", [np.ones((2, 4, 3)), np.zeros((8, 16, 3)), "studio", "white", "black"])
+def test_light_that_is_spread_out_has_no_bright_spot(pixels):
+    environment = tt.environment.load_environment(pixels)
+    assert levels_of(environment)[0] == ()
+
+
+def test_a_weaker_sun_is_a_level_of_its_own():
+    levels, zones = levels_of(tt.Environment(sky(1e4, (40, 100, 1e3))))
+    assert len(levels) == 2
+    assert levels[1].low < 1e3 < levels[1].high == levels[0].low < 1e4
+    assert set(np.unique(zones)) == {0, 1, 2}
+    assert len(levels_of(tt.Environment(sky(1e4, (40, 100, 3e3))))[0]) == 1  # as bright as the sun, about
+
+
+def plane(**material):
+    """A square on the ground, under the sun, seen from where its mirror image of the sun is near the centre."""
+    vertices = np.array([[-5, 0, 5], [5, 0, 5], [5, 0, -5], [-5, 0, -5]], float)
+    mesh = Mesh(
+        vertices=vertices,
+        faces=np.array([[0, 1, 2], [0, 2, 3]], np.int32),
+        face_materials=np.zeros(2, np.int32),
+        materials=[Material("plane", **material)],
+    )
+    sun = direction(*SUN)
+    view = {"eye": tuple(3 * sun * [-1, 1, -1]), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 30.0}
+    return tt.SceneData(mesh, view=view, environment=sky(), intersector="brute_force")
+
+
+def test_eye_rays_that_look_beside_the_sun_are_counted_exactly():
+    """Without jitter, each sample looks through the centre of its pixel."""
+    scene = plane(Kd=(0.5,) * 3)
+    sun = direction(*SUN)
+    camera = tt.Camera(40, 30, eye=(0, 5, 0), at=tuple(np.array([0, 5, 0]) + sun), up=(0, 1, 0), fov=60)
+    renderer = tt.A2Renderer(scene, camera=camera, jitter=False).use("mis").render(3)
+    _, d = camera.rays(*np.meshgrid(np.arange(40), np.arange(30)))
+    d = np.asarray(d, float).reshape(-1, 3)
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    v, u = 0.5 - np.arcsin(d[:, 1]) / np.pi, 0.5 + np.arctan2(d[:, 2], d[:, 0]) / (2 * np.pi)
+    row, column = (v * HEIGHT).astype(int), (u * WIDTH).astype(int)
+    _, zones = levels_of(scene.environment)
+    counted = renderer.film.counted()
+    assert counted.near[0, EYE] == 3 * (zones[row, column] == 1).sum() > 0
+    assert counted.met[0, EYE] == 3 * ((row == SUN[0]) & (column == SUN[1])).sum() > 0
+    assert not counted.near[0, [MIRROR, LOBE]].any()
+
+
+def test_only_look_ups_that_decide_are_counted():
+    """Those of a mirror always, those of a lobe only if no sample of the lights is taken."""
+    mirror, matte = plane(Kd=(1,) * 3, Ns=1e14), plane(Kd=(0.5,) * 3)
+    found = {}
+    for name, scene, way in (("mirror", mirror, "mis"), ("mis", matte, "mis"), ("brdf", matte, "brdf")):
+        counted = tt.A2Renderer(scene, 32, 32).use(way).render(4).film.counted()
+        found[name] = counted.near.sum(axis=0)
+        assert counted.per_pixel.sum() == found[name][LOBE]
+    assert found["mirror"][MIRROR] > 100
+    assert found["mirror"][LOBE] == found["mis"].sum() == 0
+    assert found["brdf"][LOBE] > 10
+    assert found["brdf"][MIRROR] == 0
+    of_paths = tt.A4Renderer(mirror, 32, 32).use("path").render(4).film.counted()
+    np.testing.assert_array_equal(of_paths.near, tt.A2Renderer(mirror, 32, 32).use("mis").render(4).film.counted().near)
+
+
+def test_counts_are_added_and_kept_with_the_samples():
+    scene = plane(Kd=(1,) * 3, Ns=1e14)
+    renderers = [tt.A2Renderer(scene, 24, 24, first_sample=first).use("brdf") for first in (0, 0, 4)]
+    whole, first, second = (r.render(n).film for r, n in zip(renderers, (8, 4, 4), strict=True))
+    expected = whole.counted().to_arrays()
+    first.merge(second)
+    for got in (first.counted(), NearMisses.from_arrays(first.to_arrays())):
+        for name, array in got.to_arrays().items():
+            np.testing.assert_array_equal(array, expected[name])
+    first.from_arrays(whole.to_arrays(), 8)
+    np.testing.assert_array_equal(first.counted().near, whole.counted().near)
+    first.reset()
+    assert not first.counted().near.any()
+
+
+def test_a_sun_in_a_mirror_that_no_sample_met_is_in_the_upper_end():
+    """A small mirror ball: its picture of the sun is smaller than a pixel, and 16 samples do not find it."""
+    mesh = Mesh(
+        vertices=np.zeros((0, 3)),
+        faces=np.zeros((0, 3), np.int32),
+        face_materials=np.zeros(0, np.int32),
+        materials=[Material("mirror", Kd=(1,) * 3, Ns=1e14)],
+        spheres=np.array([[0, 0, 0, 0.5]]),
+        sphere_ids=np.array([0], np.int32),
+        sphere_materials=np.zeros(1, np.int32),
+    )
+    sun = direction(*SUN)
+    view = {"eye": tuple(4 * sun), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 30.0}
+    bright = np.full((4 * HEIGHT, 4 * WIDTH, 3), 0.5)
+    bright[4 * SUN[0], 4 * SUN[1]] = 1e6
+    scene = tt.SceneData(mesh, view=view, environment=bright, intersector="brute_force")
+    told = tt.A2Renderer(scene, 12, 12).use("mis").render(8).error()
+    assert told < 0.2 < 1 < told.high
+    assert "light that no sample met may add" in str(told)
+    even = tt.SceneData(mesh, view=view, environment=np.full((8, 16, 3), 0.5), intersector="brute_force")
+    assert tt.A2Renderer(even, 12, 12).use("mis").render(8).error().unseen == 0
