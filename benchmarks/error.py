@@ -38,8 +38,8 @@ TARGETS = {"cornell_box": 0.08, "specular_spheres": 0.03, "sphere": 0.02, "torus
 def calibration() -> str:
     """A table: how often the interval contains the true error of direct light, over many short renders.
 
-    Every shipped mesh, with one of three environments, by three estimators. The references are made with MIS, whose mean
-    is the same.
+    Every shipped mesh, with one of three environments, by three estimators. The references are made with MIS, whose
+    mean is the same.
     """
     lines = [f"\n**the 95 % interval, over {CELL_RENDERS} renders of {CELL_SIZE}² of every cell**\n"]
     columns = "scene", "environment", "estimator", "samples", "inside", "above", "above 2 ×", "told / true"
@@ -53,7 +53,7 @@ def calibration() -> str:
                 renderer = tt.A2Renderer(scene, CELL_SIZE, CELL_SIZE).use(way)
                 for samples, found in zip(CELL_SPP, cell(renderer, truth.image()), strict=True):
                     cells.append((environment, found))
-                    head = f"| {name} | {environment} | {way} | {samples} | {found.told()}"
+                    head = f"| {name} | {environment} | {way} | {samples} | {found.columns()}"
                     lines.append(f"{head} | {truth.error():.2%} |")
                     print(lines[-1], file=sys.stderr, flush=True)
             scene.destroy()
@@ -83,7 +83,7 @@ class Cell:
         """The share of renders in which the truth is above the upper end by more than a factor."""
         return float((self.true > factor * self.high).mean())
 
-    def told(self) -> str:
+    def columns(self) -> str:
         """The columns of the table."""
         ratio = math.exp(np.log(np.maximum(self.told, 1e-12) / self.true).mean())
         shares = f"{self.is_inside.mean():.0%} | {self.told_wrong():.0%} | {self.told_wrong(2):.0%}"
@@ -111,10 +111,11 @@ def summary(cells: list[tuple[str, Cell]]) -> list[str]:
     worst = min(float(one.is_inside.mean()) for _, one in cells)
     wrong = np.mean([one.told_wrong(2) for _, one in cells])
     wide = {sunny: [one.width for name, one in cells if (name == "sunny") == sunny] for sunny in (False, True)}
+    of_even, of_sunny = (f"{np.median(wide[sunny]):.2f} and {max(wide[sunny]):.2f}" for sunny in (False, True))
     return [
-        f"Of all renders, the interval holds the truth in {inside:.1%}; of the worst cell, in {worst:.0%}. The truth is more",
-        f"than twice the upper end in {wrong:.2%}. Upper end / true, medians of cells: median {np.median(wide[False]):.2f} and",
-        f"largest {max(wide[False]):.2f} under studio and white, {np.median(wide[True]):.2f} and {max(wide[True]):.2f} under sunny.",
+        f"Of all renders, the interval holds the truth in {inside:.1%}; of the worst cell, in {worst:.0%}.",
+        f"The truth is more than twice the upper end in {wrong:.2%}.",
+        f"Upper end / true, median and largest of the cells: {of_even} under studio and white, {of_sunny} under sunny.",
     ]
 
 

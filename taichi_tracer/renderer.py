@@ -24,11 +24,11 @@ from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.integrators.path_settings import Bounces, PathSettings, check_bounces, check_terms
+from taichi_tracer.lights.near_misses import begin_counting, counter_for
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.lights.near_misses import begin_counting, counter_for
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.ray import no_hit
@@ -323,8 +323,8 @@ class ProgressiveRenderer:
         Args:
             spp: samples per pixel to add; 1 if no target is given.
             time: seconds of rendering. Compilation does not count; ``progress`` has the times of both.
-            error: the relative RMSE as a fraction: 0.02 is 2 %. It is reached when the upper end of ``error()``'s interval
-                is not larger. If every sample is the picture itself, as in a view without jitter, one sample reaches
+            error: the relative RMSE as a fraction: 0.02 is 2 %. It is reached when the upper end of the interval of
+                ``error()`` is not larger. If every sample is the picture itself, as in a view without jitter, one sample reaches
                 this target and the time.
             watch: a function that is called with ``progress`` after each pass over all pixels.
         """

@@ -112,7 +112,7 @@ def levels_of(environment: Environment) -> tuple[tuple[Level, ...], np.ndarray]:
 
 
 def _centres(rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """(rows, columns, 3) directions of the centres of the cells, as ``Environment.coords`` has them, and their areas."""
+    """(rows, columns, 3) directions of the centres of cells, as ``Environment.coords`` has them, and their areas."""
     v, u = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
     elevation, azimuth = np.pi * (0.5 - v), 2 * np.pi * (u - 0.5)
     x, z = np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth)

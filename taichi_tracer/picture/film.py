@@ -4,6 +4,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.lights.near_misses import NearMissCounter, NearMisses
 from taichi_tracer.picture.error_estimate import (
     RelativeError,
     error_from_deviation,
@@ -11,7 +12,6 @@ from taichi_tracer.picture.error_estimate import (
     relative_error,
     scale_for,
 )
-from taichi_tracer.lights.near_misses import NearMissCounter, NearMisses
 from taichi_tracer.picture.unseen_light import unseen_light
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError

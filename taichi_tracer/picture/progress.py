@@ -32,8 +32,8 @@ class Target:
     Attributes:
         spp: the number of samples per pixel to add.
         time: seconds of rendering, without compilation.
-        error: relative RMSE as a fraction: 0.02 is 2 %. It is reached when the upper end of the interval of the estimate
-            is not larger: an estimate that is too small by chance must not end the rendering.
+        error: relative RMSE as a fraction: 0.02 is 2 %. It is reached when the upper end of the interval of the
+            estimate is not larger: an estimate that is too small by chance must not end the rendering.
     """
 
     spp: int | None = None

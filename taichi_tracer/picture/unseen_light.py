@@ -7,13 +7,13 @@ directions in D are about even, the number of look-ups that should meet the sun 
     λ = (B + 2) Ω_S / Ω_D.
 
 Ω_S and Ω_D are the solid angles. The 2 is for what B itself could have missed. A look-up that meets the sun adds about
-c = w L_S / n to its pixel, if the pixel has n samples, L_S is the radiance of the sun, and w is the reflectance. As long
-as K is small, the light λ c may be missing. It lies in N_eff pixels of N, so that it adds to the mean square error
+c = w L_S / n to its pixel, if the pixel has n samples, L_S is the radiance of the sun, and w is the reflectance. As
+long as K is small, the light λ c may be missing. It lies in N_eff pixels of N, so that it adds to the mean square error
 
     u² = (λ c)² / (N_eff N).
 
-Eye rays and mirrors find the sun in a single pixel, if they find it at all: N_eff = 1. Lobes find it anywhere where they
-look: with B_i of the B look-ups in pixel i, N_eff = B² / Σ B_i (B_i − 1). If K is at least ``KNOWN``, the samples
+Eye rays and mirrors find the sun in a single pixel, if they find it at all: N_eff = 1. Lobes find it anywhere where
+they look: with B_i of the B look-ups in pixel i, N_eff = B² / Σ B_i (B_i − 1). If K is at least ``KNOWN``, the samples
 themselves tell the error, and nothing is added.
 """
 
