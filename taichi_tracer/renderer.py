@@ -324,8 +324,8 @@ class ProgressiveRenderer:
             spp: samples per pixel to add; 1 if no target is given.
             time: seconds of rendering. Compilation does not count; ``progress`` has the times of both.
             error: the relative RMSE as a fraction: 0.02 is 2 %. It is reached when the upper end of the interval of
-                ``error()`` is not larger. If every sample is the picture itself, as in a view without jitter, one sample reaches
-                this target and the time.
+                ``error()`` is not larger. If every sample is the picture itself, as in a view without jitter, one
+                sample reaches this target and the time.
             watch: a function that is called with ``progress`` after each pass over all pixels.
         """
         self.scene_data.check_alive()

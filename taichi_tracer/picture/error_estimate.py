@@ -23,8 +23,9 @@ error, few do: Satterthwaite's number of equally noisy pixels is
     ν = (Σ v)² / Σ v².
 
 If both are sums of 2ν squares, the ratio of true to estimated M has the F-distribution with (2ν, 2ν) degrees of
-freedom. Therefore the error lies between e / F and e F with 95 % probability, where e = √M, and F² is the 0.975 quantile
-of this distribution. Because every v is rough, ν comes out too small rather than too large, and the interval a little wide.
+freedom. Therefore the error lies between e / F and e F with 95 % probability, where e = √M, and F² is the 0.975
+quantile of this distribution. Because every v is rough, ν comes out too small rather than too large, and the interval a
+little wide.
 
 **What no sample met.** Samples cannot tell of a small sun that no sample has met. ``unseen_light`` bounds it by near
 misses. The upper end of the interval is √((e F)² + unseen²).
