@@ -7,6 +7,7 @@ import argparse
 import os
 import signal
 import sys
+import time
 import warnings
 from collections.abc import Callable, Sequence
 
@@ -34,7 +35,7 @@ from taichi_tracer.apps.words import (
     whole,
     wholes,
 )
-from taichi_tracer.system import leftovers
+from taichi_tracer.system import clock, leftovers
 from taichi_tracer.system.errors import InputError, StaleSceneError
 
 
@@ -49,8 +50,10 @@ def main(argv: list[str] | None = None) -> int:
     told.clear()
     words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
     parts = values_of("--parts", words)
+    started = clock.started_at() if argv is None else time.perf_counter()
     try:
         args = make_parser(parts).parse_args(words)
+        args.started = started
         load_parts(args.parts)
         return args.command(args)
     except BrokenPipeError:  # the reader of our output has gone, as in "... | head"
