@@ -69,7 +69,7 @@ def is_noise(ratio: float, low: float, high: float) -> bool:
 
 
 def ratio_in_words(low: float, high: float, ratio: float) -> str:
-    """"1.31 (1.25 to 1.38)", or that it cannot be told from 1."""
+    """ "1.31 (1.25 to 1.38)", or that it cannot be told from 1."""
     if low <= 1 <= high and high / low < 1 + 4 * SAME:
         return "1.00 (the same)" if abs(ratio - 1) <= SAME else f"{ratio:.2f} (hardly another)"
     if low <= 1 <= high:

@@ -187,9 +187,7 @@ class Bench:
         width, height = (max(1, int(variant.scale * n)) for n in size)
         key = renderer_key(variant)
         if key not in self.renderers:
-            self.renderers[key] = make(
-                renderer_of(variant.estimator), self.scene_of(variant), variant, (width, height)
-            )
+            self.renderers[key] = make(renderer_of(variant.estimator), self.scene_of(variant), variant, (width, height))
         return self.renderers[key]
 
 

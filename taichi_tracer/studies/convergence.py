@@ -28,6 +28,7 @@ MEDIAN_DEVIATION = 1.2533  # the standard error of a median is this times that o
 NORMAL_SPREAD = 1.4826  # times the median distance from the median is the standard deviation of a normal distribution
 FEWEST_BLOCKS = 3  # with fewer, nothing is known of how far their median is off
 UNKNOWN_FACTOR = 2.0  # how far a median of too few blocks may be off
+ENOUGH_RATIOS = 3  # of errors: then those of fewer samples are not asked
 BLOCK_SIDE = 8  # pixels: the side of the blocks on which the bias is tested
 MOST_OF_A_BLOCK = 3.0  # the largest z-score with which a block counts: one that a rare light decides decides no more
 LIT = 0.01  # of the mean of the reference: darker pixels say nothing about which light was met
@@ -256,21 +257,22 @@ def time_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:
 def error_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:
     """(error over that of another variant at equal samples, the ends of its 95 % interval); NaN if none are equal.
 
-    Seeds give several ratios; with the same random numbers, they are often exactly 1.
+    It is the geometric mean over all seeds of the largest numbers of samples that both have.
     """
     _, i, j = np.intersect1d(base.samples, other.samples, return_indices=True)
     seeds = min(len(base.errors), len(other.errors))
+    logarithms: list[float] = []
     for k, m in list(zip(i, j, strict=True))[::-1]:
         both = [(base.errors[s, k], other.errors[s, m]) for s in range(seeds)]
-        ratios = [b / a for a, b in both if a > 0 and b > 0]
-        if ratios:
-            ratio = math.exp(statistics.fmean(math.log(r) for r in ratios))
-            if len(ratios) == 1:
-                return ratio, ratio / UNKNOWN_FACTOR, ratio * UNKNOWN_FACTOR
-            spread = statistics.stdev(math.log(r) for r in ratios)
-            factor = math.exp(QUANTILE * spread / math.sqrt(len(ratios)))
-            return ratio, ratio / factor, ratio * factor
-    return math.nan, math.nan, math.nan
+        logarithms += [math.log(b / a) for a, b in both if a > 0 and b > 0]
+        if len(logarithms) >= ENOUGH_RATIOS:
+            break
+    if not logarithms:
+        return math.nan, math.nan, math.nan
+    ratio, factor = math.exp(statistics.fmean(logarithms)), UNKNOWN_FACTOR
+    if len(logarithms) > 1:
+        factor = math.exp(QUANTILE * statistics.stdev(logarithms) / math.sqrt(len(logarithms)))
+    return ratio, ratio / factor, ratio * factor
 
 
 def scaled(truth: Truth, scale: float) -> Truth:

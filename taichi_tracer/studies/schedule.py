@@ -40,10 +40,10 @@ from taichi_tracer.studies.variants import MOST_FOR_PLAIN, Source, Variant, comp
 from taichi_tracer.system.errors import InputError
 
 REFERENCE_SEED, PICTURE_SEED = 1_000_003, 2_000_003
-# Shares of the budget: until when variants may begin to compile, what the reference takes at least and at most, all
+# Shares of the budget: until when variants may begin to compile, what the reference takes at most, all
 # pictures at equal time, and what the rounds leave to the legs.
-COMPILE_SHARE, REFERENCE_SHARES, PICTURES_SHARE, LEGS_SHARE = 0.4, (0.1, 0.22), 0.06, 0.4
-FIRST_SHARE = 0.75  # of the budget: until when the first variant must be compiled
+COMPILE_SHARE, REFERENCE_SHARE, PICTURES_SHARE, LEGS_SHARE = 0.45, 0.08, 0.05, 0.6
+NO_TIME_TO_COMPILE = "there was no time to compile them"
 FURTHER_REFERENCE = 0.25  # of the time of the first: what every other one gets, since few variants need it
 GOOD_REFERENCE = 0.2 * TARGETS[-1]  # a reference need not be better
 COLD = 2.5  # times what starting a process takes is what compiling a variant takes, before that is known
@@ -52,7 +52,8 @@ TIMED = 8  # samples: shorter blocks say little about time
 CHUNK = 0.4  # seconds of one call: a study cannot end within it
 KNOB_WEIGHT = 4.0  # a variant that turns a knob beside estimator and sampler gets one part in so many
 LEADING = 3.0  # times the seconds of the best: who is predicted to need no more may still win
-CLOSING = 0.02, 0.15  # of the budget, and seconds: to end the processes and to make the tables
+SURELY, MORE = 1.15, 1.4  # times the samples that a target probably needs; times those of before that are worth it
+CLOSING = 0.01, 0.4  # of the budget, and seconds: to end the processes and to make the tables
 POLL = 0.1  # seconds between two looks at what the processes do
 TOGETHER = 3  # variants: fewer are not worth a second process of the same precision
 
@@ -135,9 +136,10 @@ class Run:
 
 
 def levels_up_to(variant: Variant, most: int) -> list[int]:
-    """The numbers of samples at which pictures are compared: each twice the one before."""
+    """The numbers of samples at which pictures are compared: each twice the one before, but for the last."""
     first = PILOT if variant.adaptive else FIRST_SAMPLES
-    return [first << k for k in range(MOST_SAMPLES.bit_length()) if first << k <= max(most, first)]
+    levels = [first << k for k in range(MOST_SAMPLES.bit_length()) if first << k <= max(most, first)]
+    return levels if most <= levels[-1] else [*levels, most]
 
 
 def allot(runs: Sequence[Run], base: Variant, seconds: float) -> dict[Variant, int]:
@@ -190,6 +192,7 @@ def is_of_the_chart(variant: Variant, base: Variant) -> bool:
 def by_priority(variants: Sequence[Variant]) -> list[Variant]:
     """The variants, the ones that a short study keeps first: the base, estimators, then knobs, then all samplers."""
     base = variants[0]
+
     def rank(variant: Variant) -> tuple[int, int]:
         changed = set(variant.differences(base))
         kinds = [set(), {"estimator"}, {"sampler"}]
@@ -228,7 +231,14 @@ class Schedule:
         tell: Callable[[str, float], None] = lambda what, done: None,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
-        self.source, self.size, self.budget, self.seeds, self.arch, self.parts = source, size, budget, seeds, arch, parts
+        self.source, self.size, self.budget, self.seeds, self.arch, self.parts = (
+            source,
+            size,
+            budget,
+            seeds,
+            arch,
+            parts,
+        )
         self.started = time.perf_counter() if started is None else started
         self.base = variants[0]
         self.variants = variants
@@ -236,6 +246,7 @@ class Schedule:
         share, least = CLOSING
         self.end = self.started + budget - keep - max(share * budget, least)
         self.lanes: list[Lane] = []
+        self.to_come: dict[tuple, list[Variant]] = {}  # what a process → the variants that it will compile
         self.runs: list[Run] = []
         self.truths: dict[str, Truth] = {}
         self.dropped: dict[str, list[Variant]] = {}
@@ -351,10 +362,10 @@ class Schedule:
         """Compile the variants, in several processes; render the references beside that."""
         self.assign()
         while True:
-            busy = [lane for lane in self.lanes if lane.pending is not None]
             for lane in self.lanes:
                 if lane.pending is None:
                     self.next_of(lane)
+            self.hire_next()
             busy = [lane for lane in self.lanes if lane.pending is not None]
             if not busy:
                 break
@@ -372,43 +383,39 @@ class Schedule:
         """Give every variant to a process: the first one has what has the first film; each precision has its own."""
         order = by_priority(self.variants)
         first = self.lanes[0]
-        if not self.is_apart:
-            first.waiting = order
-            return
         first.waiting = []
-        places: dict[tuple, Lane] = {}
         same = [v for v in order if mode(v) == mode(self.base) and renderer_key(v) != renderer_key(self.base)]
         for variant in order:
             is_first = renderer_key(variant) == renderer_key(self.base)
-            if is_first or (mode(variant) == mode(self.base) and len(same) < TOGETHER):
+            is_alike = mode(variant) == mode(self.base) and len(same) < TOGETHER
+            if is_first or is_alike or not self.is_apart:
                 first.waiting.append(variant)
-                continue
-            place = (*mode(variant), variant.plain)
-            if place not in places:
-                if not self.has_time_for_a_process(len(self.lanes)):
-                    self.drop("there was no time to compile them", variant)
-                    continue
-                worker = self.hire(variant)
-                places[place] = lane = self.lanes[-1]
-                lane.waiting = []
-                lane.pending = worker.ask("open", self.source, self.arch, self.parts)
-            places[place].waiting.append(variant)
+            else:
+                self.to_come.setdefault((*mode(variant), variant.plain), []).append(variant)
 
-    def has_time_for_a_process(self, running: int) -> bool:
-        """Whether another process would have compiled something before the compiling must end."""
-        one = self.start_seconds * (1 + COLD)
-        crowd = 1 + running / max(1, processors())
-        return self.elapsed + one * crowd < 1.5 * COMPILE_SHARE * self.budget
+    def hire_next(self) -> None:
+        """Start another process, if a processor is free for it, and if there is time."""
+        while self.to_come and sum(lane.pending is not None for lane in self.lanes) < processors():
+            variants = self.to_come.pop(next(iter(self.to_come)))
+            if self.elapsed + self.start_seconds + self.expected / 2 > COMPILE_SHARE * self.budget:
+                self.drop(NO_TIME_TO_COMPILE, *variants)
+                continue
+            worker = self.hire(variants[0])
+            self.lanes[-1].waiting = variants
+            self.lanes[-1].pending = worker.ask("open", self.source, self.arch, self.parts)
+
+    @property
+    def expected(self) -> float:
+        """Seconds that the first variant of a process probably compiles: as long as that of the first process."""
+        return self.runs[0].prepared.compile_seconds if self.runs else COLD * self.start_seconds
 
     def next_of(self, lane: Lane) -> None:
         """Let a process compile its next variant, or drop what it will not be able to compile in time."""
         if not lane.waiting:
             return
-        expected = lane.seconds if not math.isnan(lane.seconds) else COLD * self.start_seconds
-        is_first = lane is self.lanes[0] and not self.runs
-        share = FIRST_SHARE if is_first else COMPILE_SHARE
-        if not is_first and self.elapsed + expected / 2 > share * self.budget:
-            self.drop("there was no time to compile them", *lane.waiting)
+        expected = self.expected if math.isnan(lane.seconds) else lane.seconds
+        if self.runs and self.elapsed + expected / 2 > COMPILE_SHARE * self.budget:
+            self.drop(NO_TIME_TO_COMPILE, *lane.waiting)
             lane.waiting = []
             return
         lane.current = lane.waiting.pop(0)
@@ -430,15 +437,14 @@ class Schedule:
     def render_references(self) -> None:
         """The pictures with which all others are compared."""
         self.runs.sort(key=lambda run: by_priority(self.variants).index(run.variant))
-        least, most = (share * self.budget for share in REFERENCE_SHARES)
         for run in self.runs:
             lookup = run.variant.lookup
             if lookup not in self.truths:
                 own = reference_variant(run.variant, self.variants)
                 lane = next((r.lane for r in self.runs if r.variant == own), run.lane)
-                share = most if not self.truths else FURTHER_REFERENCE * least
-                share = min(share, 0.6 * self.left)
-                self.truths[lookup] = self.reference_of(lane, own, share)
+                share = REFERENCE_SHARE * (FURTHER_REFERENCE if self.truths else 1.0)
+                seconds = min(share * self.budget, 0.4 * self.left)
+                self.truths[lookup] = self.reference_of(lane, own, seconds)
             run.truth = scaled(self.truths[lookup], run.variant.scale)
 
     def reference_of(self, lane: Lane, variant: Variant, seconds: float) -> Truth:
@@ -582,7 +588,9 @@ def curve_of(run: Run, most: int) -> Curve:
         curve.blocks = [Block(0, run.prepared.samples, run.prepared.samples * run.prepared.seconds)]
     curve.reference_mean = truth.mean
     curve.is_biased = run.variant.is_path and run.variant.max_bounces < most
-    curve.unseen = max((getattr(e, "unseen", 0.0) for levels in run.found.values() for _, e in list(levels.values())[-1:]))
+    curve.unseen = max(
+        (getattr(e, "unseen", 0.0) for levels in run.found.values() for _, e in list(levels.values())[-1:])
+    )
     if run.finals:
         finals = list(run.finals.values())
         curve.shift, curve.shift_error, curve.bias = shift_of(finals, truth, curve.unseen)
@@ -611,14 +619,10 @@ def next_leg(runs: Sequence[Run], base: Variant, left: float) -> tuple[Run, int]
         for run in leading:
             if not math.isnan(run.so_far().seconds_to(target)) or not run.samples:
                 continue
-            wanted = run.samples_to(target)
-            level = run.samples[-1] * 2
-            while level < wanted and level < MOST_SAMPLES:
-                level *= 2
-            while level > run.samples[-1] and level * run.per_sample > left:
-                level //= 2
-            if level > run.samples[-1]:
-                return run, level
+            fits = int(left / run.per_sample)
+            level = min(run.samples_to(target) * SURELY, fits, MOST_SAMPLES)
+            if level >= MORE * run.samples[-1]:
+                return run, int(level) // 2 * 2
     known = [run for run in runs if run.samples]
     for run in sorted(known, key=lambda r: (len(r.found), id(r) not in {id(x) for x in leading}, r.per_sample)):
         level = run.samples[-1]
