@@ -152,8 +152,8 @@ def as_text(study: convergence.Study) -> list[str]:
     kept = f"{study.kernels_made} kernels were compiled anew" if study.kernels_made else "all kernels were kept"
     lines = [
         f"{study.scene}, {study.size[0]}x{study.size[1]}, {study.seeds} seeds or more, {study.machine}",
-        f"reference: {study.reference_samples} spp, error {study.reference_error}; {study.start_seconds:.1f} s to start, "
-        f"{study.read_seconds:.1f} s to read the scene; {kept}",
+        f"reference: {study.reference_samples} spp, error {study.reference_error}; {study.start_seconds:.1f} s to "
+        f"start, {study.read_seconds:.1f} s to read the scene; {kept}",
         "",
         f"{'seconds of rendering to':<{width}}  " + "".join(f"{t:>10.0%}" for t in convergence.TARGETS)
         + "   best error     after   ms/sample  compile s  bias z",

@@ -7,6 +7,7 @@ forth between a line and a legend.
 import io
 import math
 import re
+from dataclasses import dataclass
 from html import escape
 
 import numpy as np
@@ -21,42 +22,67 @@ FONT = 12  # points
 LABEL_GAP = 0.052  # of the height of the axes: the distance between the middles of two labels
 ROOM_FOR_LABELS = 0.30  # of the width of a chart: right of its axes
 STEPS = (1, 2, 5)  # ticks are these times a power of ten
-MOST_TICKS = 9  # with more, only the powers of ten are named
+ROOM_FOR_A_TICK = 0.62  # inches: where ticks are nearer to each other, only the powers of ten are named
 
 
 def draw(study: Study):
     """A ``matplotlib`` figure of everything: the curves, and beside them what knobs change and what a user waits."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(17, 8.5), facecolor=PAPER)
-    draw_curves(study, figure.add_axes((0.06, 0.09, 0.36, 0.83)))
+    figure = Figure(figsize=(19, 9), facecolor=PAPER)
+    figure.suptitle(study.scene, x=0.05, y=0.985, ha="left", fontsize=FONT + 5, color=INK)
+    draw_curves(study, figure.add_axes((0.05, 0.085, 0.36, 0.84)))
     rows = len(knob_rows(study))
-    share = 0.15 + 0.42 * min(rows, 8) / 8 if rows else 0.0
+    height = min(0.06 * rows, 0.48)
     if rows:
-        draw_knobs(study, figure.add_axes((0.72, 0.94 - share, 0.19, share - 0.04)))
-    draw_wait(study, figure.add_axes((0.72, 0.09, 0.19, 0.72 - share)))
+        draw_knobs(study, figure.add_axes((0.70, 0.91 - height, 0.16, height)))
+    draw_wait(study, figure.add_axes((0.70, 0.085, 0.22, 0.64 - height if rows else 0.6)))
     return figure
 
 
+@dataclass(frozen=True)
+class Shape:
+    """The sizes of the charts of a page, in inches, and what of the width is left and right of the axes.
+
+    Attributes:
+        name: of the class in the page, and of the identifiers in the drawings.
+    """
+
+    name: str
+    width: float
+    height: float
+    curves: tuple[float, float]
+    knobs: tuple[float, float]
+    wait: tuple[float, float]
+
+
+SHAPES = (
+    Shape("broad", 12, 6.6, (0.075, 0.72), (0.25, 0.72), (0.12, 0.82)),
+    Shape("narrow", 6.4, 7, (0.13, 0.6), (0.33, 0.68), (0.2, 0.72)),
+)
+
+
 def figures(study: Study) -> dict[str, str]:
-    """Name → SVG for a page: each chart as wide as the page, with values that appear under the mouse."""
+    """Name → SVG for a page: each chart for broad and for narrow screens, with values that appear under the mouse."""
+    return {name: "".join(chart(study, name, shape) for shape in SHAPES) for name in charts_of(study)}
+
+
+def charts_of(study: Study) -> list[str]:
+    """Which charts there are."""
+    return ["curves", "knobs", "wait"] if knob_rows(study) else ["curves", "wait"]
+
+
+def chart(study: Study, name: str, shape: Shape) -> str:
+    """One chart as SVG, in one shape."""
     from matplotlib.figure import Figure
 
-    found = {}
-    figure = Figure(figsize=(12, 6.6), facecolor="none")
-    titles = draw_curves(study, figure.add_axes((0.075, 0.1, 0.645, 0.87)))
-    found["curves"] = svg_of(figure, titles)
-    rows = len(knob_rows(study))
-    if rows:
-        height = 1.3 + 0.42 * rows
-        figure = Figure(figsize=(12, height), facecolor="none")
-        titles = draw_knobs(study, figure.add_axes((0.33, 0.75 / height, 0.4, 1 - 1.15 / height)))
-        found["knobs"] = svg_of(figure, titles)
-    height = 1.4 + 0.4 * len(waits(study)[1])
-    figure = Figure(figsize=(12, height), facecolor="none")
-    titles = draw_wait(study, figure.add_axes((0.24, 0.7 / height, 0.56, 1 - 1.15 / height)))
-    found["wait"] = svg_of(figure, titles)
-    return found
+    rows = {"knobs": len(knob_rows(study)), "wait": len(waits(study)[1])}
+    height = 1.3 + 0.42 * rows[name] if name in rows else shape.height
+    figure = Figure(figsize=(shape.width, height), facecolor="none")
+    left, right = getattr(shape, name)
+    axes = figure.add_axes((left, 0.72 / height, right - left, 1 - (1.15 if name in rows else 0.9) / height))
+    draw_it = {"curves": draw_curves, "knobs": draw_knobs, "wait": draw_wait}[name]
+    return f"<div class='{shape.name}'>{svg_of(figure, f'{shape.name}-{name}', draw_it(study, axes))}</div>"
 
 
 # ── error against seconds ──
@@ -86,7 +112,7 @@ def draw_curves(study: Study, axes) -> dict[str, list[str]]:
             for s, e, n in zip(seconds, errors, curve.samples[known], strict=True)
         ]
         text = curve.variant.label if len(samplers) > 1 else without_sampler(curve)
-        ends.append((seconds[-1], errors[-1], f"{text}  {percent(errors[-1] / 100)}", colour, is_first))
+        ends.append((seconds[-1], errors[-1], f"{text}: {percent(errors[-1] / 100)}", colour, is_first))
     prepare_curves(study, axes, ends)
     label_ends(axes, ends)
     return titles
@@ -107,8 +133,11 @@ def prepare_curves(study: Study, axes, ends: list) -> None:
             axes.axhline(100 * target, color=GRID, linewidth=2.2, zorder=0)
     if study.reference_error > 0 and 100 * study.reference_error > y0:
         axes.axhspan(y0, 100 * study.reference_error, color="#8a97a5", alpha=0.13, linewidth=0)
-        what = f"below the reference's own error ({percent(study.reference_error)}), pictures tell their own error"
-        axes.annotate(what, (0.01, y0 * 1.03), xycoords=("axes fraction", "data"), fontsize=FONT - 3, color=INK)
+        what = f"reference: {percent(study.reference_error)}; below, pictures\ntell their own error"
+        axes.annotate(
+            what, (0.01, 100 * study.reference_error), xytext=(0, -3), textcoords="offset points", va="top",
+            xycoords=("axes fraction", "data"), fontsize=FONT - 2, color=INK,
+        )  # fmt: skip
     x = np.array([x0, x1])
     guide = 0.75 * y1 * (x / x0) ** -0.5
     axes.loglog(x, guide, color=INK, linestyle=":", linewidth=1.2)
@@ -120,8 +149,9 @@ def prepare_curves(study: Study, axes, ends: list) -> None:
     axes.set_xlim(x0, x1)
     axes.set_ylim(y0, y1)
     set_ticks(axes.xaxis, x0, x1, seconds_in_words)
-    set_ticks(axes.yaxis, y0, y1, lambda v: f"{v:g} %")
-    dress(axes, "seconds of rendering, without compiling", "relative RMSE of all pixels")
+    set_ticks(axes.yaxis, y0, y1, lambda v: f"{v:,.10g} %")
+    dress(axes, "seconds of rendering, without compiling")
+    axes.set_title("relative RMSE of all pixels", loc="left", x=0.01, y=1.0, fontsize=FONT, color=INK)
 
 
 def label_ends(axes, ends: list) -> None:
@@ -133,7 +163,7 @@ def label_ends(axes, ends: list) -> None:
         axes.annotate(
             text, (x, y), xytext=(1.03, place), textcoords="axes fraction", color=colour, fontsize=FONT, va="center",
             fontweight="bold" if is_first else "normal", annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.7, "alpha": 0.55, "shrinkA": 1, "shrinkB": 3},
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.7, "alpha": 0.55, "shrinkA": 1},
         )  # fmt: skip
 
 
@@ -190,22 +220,34 @@ def draw_knobs(study: Study, axes) -> dict[str, list[str]]:
                 [ratio], [i + offset], marker=marker, color=colour, alpha=alpha, linestyle="", markersize=7, gid=gid
             )
             titles[gid] = [f"{row['to']}: {name} × {ratio:.3g} ({low:.3g} to {high:.3g})"]
-        told = f"time × {in_short(row, 'time')}, error × {in_short(row, 'error')}"
-        axes.annotate(told, (1.02, i), xycoords=("axes fraction", "data"), va="center", fontsize=FONT - 1.5, color=INK)
+        told = {"time": (-0.16, COMPILE), "error": (0.22, RENDER)}
+        for name, (offset, colour) in told.items():
+            axes.annotate(
+                f"× {in_short(row, name)}", (1.02, i + offset), xycoords=("axes fraction", "data"), va="center",
+                fontsize=FONT - 2, color=colour,
+            )  # fmt: skip
     values = [row[k] for row in rows for k in ("time low", "time high", "error low", "error high") if row[k] > 0]
     low, high = min(0.45, 0.9 * min(values)), max(2.2, 1.1 * max(values))
     axes.axvline(1, color=INK, linewidth=1)
     axes.set_xscale("log")
     axes.set_xlim(max(low, 0.1), min(high, 10))
     axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_yticks(range(len(rows)), [f"{row['to']}" for row in rows])
+    axes.set_yticks(range(len(rows)), [name_of(row) for row in rows])
     set_ticks(axes.xaxis, max(low, 0.1), min(high, 10), lambda v: f"{v:g} ×")
-    dress(axes, "times that of the first variant", "")
-    axes.annotate("● time of a sample", (0.0, 1.03), xycoords="axes fraction", color=COMPILE, fontsize=FONT)
-    axes.annotate(
-        "◆ error at equal samples", (1.0, 1.03), xycoords="axes fraction", color=RENDER, fontsize=FONT, ha="right"
-    )
+    dress(axes, "times that of the first variant")
+    for x, side, text, colour in ((0, "left", "● time", COMPILE), (1, "right", "◆ error", RENDER)):
+        place = {"xycoords": "axes fraction", "ha": side, "va": "bottom", "annotation_clip": False}
+        axes.annotate(text, (x, 1.02), color=colour, fontsize=FONT, **place)
     return titles
+
+
+def name_of(row: dict) -> str:
+    """What a row turns, in words that fit beside a chart."""
+    if row["knob"] == "sampler":
+        return f"{row['to']} numbers"
+    names = {"plain forms": "readable code (--plain)", "adaptive": "adaptive sampling", "f64": "Float64"}
+    names |= {"moller_trumbore": "Möller–Trumbore", "resolution x 0.5": "half the resolution"}
+    return f"{row['to']} look-up" if row["knob"] == "lookup" else names.get(row["to"], row["to"])
 
 
 def in_short(row: dict, name: str) -> str:
@@ -214,7 +256,7 @@ def in_short(row: dict, name: str) -> str:
     if math.isnan(ratio):
         return "?"
     if is_noise(ratio, low, high):
-        return f"noise ({low:.2g}–{high:.2g})"
+        return f"{low:.2g}–{high:.2g}, noise"
     return f"{ratio:.2f}"
 
 
@@ -250,12 +292,12 @@ def draw_wait(study: Study, axes) -> dict[str, list[str]]:
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_xlim(0, max(farthest, 1e-3) * 1.05)
     axes.set_yticks(range(len(rows)), [without_sampler(curve) for curve, _ in rows])
-    dress(axes, f"seconds from the key press to {100 * target:g} % error", "")
+    goal = f" to {100 * target:g} % error" if any(seconds > 0 for _, seconds in rows) else ""
+    dress(axes, f"seconds from the key press{goal}")
     words = (("start", START), ("read", READ), ("compile", COMPILE), ("render", RENDER))
     for k, (word, colour) in enumerate(words):
-        axes.annotate(
-            f"■ {word}", (0.25 * k, 1.04), xycoords="axes fraction", color=colour, fontsize=FONT, annotation_clip=False
-        )
+        place = {"xycoords": "axes fraction", "va": "bottom", "annotation_clip": False}
+        axes.annotate(f"■ {word}", (0.27 * k, 1.02), color=colour, fontsize=FONT, **place)
     return titles
 
 
@@ -269,7 +311,9 @@ def set_ticks(axis, low: float, high: float, in_words) -> None:
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     places = [step * 10.0**k for k in range(first, last + 1) for step in STEPS]
     shown = [v for v in places if low <= v <= high]
-    if len(shown) > MOST_TICKS:
+    size = axis.axes.get_window_extent()
+    inches = (size.height if axis.axis_name == "y" else size.width) / axis.axes.figure.dpi
+    if inches / max(len(shown), 1) < ROOM_FOR_A_TICK * (0.5 if axis.axis_name == "y" else 1.0):
         shown = [v for v in shown if round(math.log10(v), 9).is_integer()]
     axis.set_major_locator(FixedLocator(shown))
     axis.set_minor_locator(NullLocator())
@@ -281,7 +325,7 @@ def seconds_in_words(seconds: float) -> str:
     return f"{1000 * seconds:g} ms" if seconds < 0.1 else f"{seconds:g} s"
 
 
-def dress(axes, x: str, y: str) -> None:
+def dress(axes, x: str) -> None:
     """The look of a pair of axes."""
     axes.set_facecolor("none")
     axes.set_axisbelow(True)
@@ -291,32 +335,32 @@ def dress(axes, x: str, y: str) -> None:
         spine.set_visible(name in ("left", "bottom"))
         spine.set_color(INK)
     axes.set_xlabel(x, fontsize=FONT, color=INK)
-    axes.set_ylabel(y, fontsize=FONT, color=INK)
 
 
 # ── files ──
 
 
-def svg_of(figure, titles: dict[str, list[str]] | None = None) -> str:
+def svg_of(figure, name: str, titles: dict[str, list[str]]) -> str:
     """A figure as SVG, to stand in a page whose colours it takes.
 
     Args:
+        name: differs from those of the other drawings of the page, whose identifiers must differ too.
         titles: group of points → the text that appears while the mouse is over each of them.
     """
-    text = plain_svg(figure)
-    for gid, words in (titles or {}).items():
+    text = plain_svg(figure, name)
+    for gid, words in titles.items():
         text = with_titles(text, gid, words)
     for colour, name in ((INK, "ink"), (GRID, "grid")):
         text = text.replace(colour, f"var(--{name})")
     return text
 
 
-def plain_svg(figure) -> str:
+def plain_svg(figure, name: str = "accuracy") -> str:
     """A figure as SVG whose letters stay letters."""
     import matplotlib
 
     buffer = io.StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": "accuracy", "svg.fonttype": "none", "font.family": "sans-serif"}):
+    with matplotlib.rc_context({"svg.hashsalt": name, "svg.fonttype": "none", "font.family": "sans-serif"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     text = buffer.getvalue()
     return text[text.index("<svg") :]

@@ -37,7 +37,8 @@ STYLE = """
 .card { margin: 0 0 1.4em; break-inside: avoid; } .card h3 { margin: 0.2em 0; font-size: 1.05em; }
 .scale { display: flex; align-items: center; gap: 8px; font-size: 0.86em; max-width: 460px; margin: 0.5em 0 1em; }
 .scale i { flex: 1; height: 16px; border: 1px solid var(--grid); }
-.chart { overflow-x: auto; } .chart svg { width: 100%; min-width: 640px; } use { cursor: help; }
+.chart svg { width: 100%; } use { cursor: help; }
+.narrow { display: none; } @media (max-width: 700px) { .narrow { display: block; } .broad { display: none; } }
 summary { cursor: pointer; font-size: 1.1em; margin: 0.6em 0; }
 """
 
@@ -101,7 +102,7 @@ def of_the_wait(study: Study) -> str:
     kept = (
         f"{study.kernels_made} kernels were compiled anew; a second run finds them, and compiles for a shorter time."
         if study.kernels_made
-        else "All kernels were found as an earlier run had compiled them: the first run on a machine compiles for longer."
+        else "An earlier run had compiled all kernels: the first run on a machine compiles for longer."
     )
     shared = "An estimator that was compiled after another one shares with it what both need."
     return f"Compiling happens once for each picture that is rendered by a new process. {kept} {shared}"
@@ -111,8 +112,8 @@ def about(study: Study) -> str:
     """How everything was measured."""
     width, height = study.size
     text = (
-        f"{width}×{height} pixels, {study.seeds} seeds or more, {study.seconds:.0f} s of a budget of {study.budget:g} s "
-        f"({study.machine}). The reference has {study.reference_samples} samples per pixel and a relative error of "
+        f"{width}×{height} pixels, {study.seeds} seeds or more, {study.seconds:.0f} s of a budget of {study.budget:g} "
+        f"s ({study.machine}). The reference has {study.reference_samples} samples per pixel and a relative error of "
         f"{study.reference_error} itself, which was taken off; where a picture is nearly as good as the reference, its "
         "error is what it tells of itself."
     )
@@ -134,8 +135,9 @@ def table_of_costs(study: Study) -> str:
             row[name] = show(numbers[name])
         rows.append(row)
     note = (
-        "All seconds are of rendering, and were measured; nothing is extrapolated. A bias z beyond ±4 would mean that the "
-        "variant or the reference is biased; “?” stands where a rare light was not met, so that nothing can be said."
+        "All seconds are of rendering, and were measured; nothing is extrapolated. A bias z beyond ±4 would mean that "
+        "the variant or the reference is biased; “?” stands where a rare light was hardly met, so that nothing can be "
+        "said."
     )
     if any(curve.is_biased for curve in study.curves):
         note += (
@@ -198,8 +200,8 @@ def table_of_knobs(study: Study) -> str:
     if not rows:
         return ""
     note = (
-        "Both are multiples of those before the change, with 95 % intervals. Where error² × time is below 1, the change "
-        "pays: it reaches the same error sooner."
+        "Both are multiples of those before the change, with 95 % intervals. Where error² × time is below 1, the "
+        "change pays: it reaches the same error sooner."
     )
     return page.table(rows, list(rows[0])) + page.paragraph(note, "note")
 

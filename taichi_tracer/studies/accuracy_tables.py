@@ -11,7 +11,7 @@ WITH_TABLES = ("max_bounces", "roulette", "lamp_choice")  # knobs that have tabl
 MAIN = {"estimator", "sampler", *WITH_TABLES}  # knobs whose settings are compared in the chart and in the summary
 CERTAIN = 1.5  # of the ends of an interval: a ratio that is known no better than within this factor is noise
 SAME = 0.02  # as a fraction: what is no farther from 1 is the same
-FAST = 0.5  # of the wait: where compiling takes more, it is told
+FEW_PIXELS = 0.001  # of the picture: where so few hold half of the squared error, that is told
 NAMES = {"f32": "Float32", "f64": "Float64", "moller_trumbore": "Möller–Trumbore", "watertight": "The watertight test"}
 
 
@@ -163,21 +163,23 @@ def main_curves(study: Study) -> list[Curve]:
 
 def who_wins(study: Study, target: float) -> list[str]:
     """Which variant reaches an error first, and which of the others did, or did not."""
-    main = main_curves(study)
+    main, words = main_curves(study), f"{100 * target:g} %"
     told = sorted((c for c in main if c.seconds_to(target) > 0), key=lambda c: c.seconds_to(target))
     if not told:
         best = min(main, key=lambda c: c.last[1])
         seconds, error = best.last
         nearest = f"{best.variant.label} came nearest, with {percent(error)} after {seconds:.3g} s of rendering"
-        sentences = [f"No variant reached {target:.0%} within the {study.budget:g} s of the study: {nearest}."]
-        return [*sentences, *([*who_wins(study, TARGETS[1])] if target < TARGETS[1] else [])]
+        easier = [t for t in TARGETS if t > target and any(c.seconds_to(t) > 0 for c in main)]
+        sentences = who_wins(study, easier[-1]) if easier else []
+        return [f"No variant reached {words} within the {study.budget:g} s of the study: {nearest}.", *sentences]
     best = told[0]
-    is_alone = f"{best.variant.label} is fastest: {show_seconds(best.seconds_to(target))} of rendering"
     alike = [c for c in told[1:] if cannot_be_told_apart(best, c, target)]
+    sentence = (
+        f"To {words} error, {best.variant.label} is fastest: {show_seconds(best.seconds_to(target))} of rendering"
+    )
     if alike:
-        names = " and ".join(c.variant.label for c in alike)
-        is_alone += f"; {names} cannot be told from it"
-    sentences = [f"To {target:.0%} error, {is_alone}."]
+        sentence += f"; the time of {' and of '.join(c.variant.label for c in alike)} cannot be told from it"
+    sentences = [f"{sentence}."]
     others = [c for c in told[1:] if c not in alike]
     if others:
         worst = others[-1]
@@ -185,18 +187,21 @@ def who_wins(study: Study, target: float) -> list[str]:
         sentences.append(
             f"{worst.variant.label} needs {show_seconds(worst.seconds_to(target))} for it, {times_as_long(ratio)}."
         )
-    missed = [c for c in main if c not in told]
-    if missed:
-        worst = max(missed, key=lambda c: c.last[1])
-        seconds, error = worst.last
-        names = ", ".join(c.variant.label for c in missed)
-        sentences.append(
-            f"{target:.0%} was not reached in this study by {names}; {worst.variant.label} still had {percent(error)} "
-            f"after {seconds:.3g} s."
-            if len(missed) > 1
-            else f"{target:.0%} was not reached in this study by {names}: it had {percent(error)} after {seconds:.3g} s."
-        )
-    return sentences
+    return [*sentences, *who_missed([c for c in main if c not in told], study, words)]
+
+
+def who_missed(missed: list[Curve], study: Study, words: str) -> list[str]:
+    """A sentence on those that did not reach an error: how near those with the first sampler came, and the others."""
+    sampler = study.curves[0].variant.sampler
+    named = [c for c in missed if c.variant.sampler == sampler]
+    others = list(dict.fromkeys(c.variant.sampler for c in missed if c.variant.sampler != sampler))
+    if not missed:
+        return []
+    near = [f"{c.variant.label} came to {percent(c.last[1])} in {c.last[0]:.2g} s" for c in named]
+    for other in others:
+        best = min((c for c in missed if c.variant.sampler == other), key=lambda c: c.last[1])
+        near.append(f"with {other} numbers, the best came to {percent(best.last[1])} in {best.last[0]:.2g} s")
+    return [f"Others did not reach {words} in the time that they had: {'; '.join(near)}."]
 
 
 def cannot_be_told_apart(a: Curve, b: Curve, target: float) -> bool:
@@ -233,21 +238,22 @@ def who_is_biased(study: Study) -> list[str]:
 
 
 def what_samplers_bring(study: Study) -> list[str]:
-    """How much smaller the error is with the better of two samplers, at equal samples."""
+    """How much smaller the error is with the better of two samplers, at equal samples; chance is called so."""
     rows = [r for r in knob_table(study) if r["knob"] == "sampler" and r["error"] > 0]
-    pairs = dict.fromkeys((r["from"], r["to"]) for r in rows)
     sentences = []
-    for first, second in pairs:
-        gain = statistics.median(r["error"] for r in rows if (r["from"], r["to"]) == (first, second))
+    for first, second in dict.fromkeys((r["from"], r["to"]) for r in rows):
+        own = [r for r in rows if (r["from"], r["to"]) == (first, second)]
+        low, gain, high = (statistics.median(r[name] for r in own) for name in ("error low", "error", "error high"))
         better, worse = (first, second) if gain > 1 else (second, first)
         factor = max(gain, 1 / gain)
-        if factor < 1 + SAME:
-            sentences.append(f"At equal samples, {first} and {second} numbers have the same error.")
+        if low <= 1 <= high:
+            told = f"the errors of {first} and {second} numbers differ by no more than chance"
         else:
-            sentences.append(
-                f"At equal samples, {worse} numbers have {factor:.2g} times the error of {better} (median over "
-                f"estimators), which is as much as {factor**2:.2g} times the samples."
+            told = (
+                f"{worse} numbers have {factor:.2g} times the error of {better} (median over estimators): with "
+                f"independent samples, that would cost {factor**2:.2g} times the time"
             )
+        sentences.append(f"At equal samples, {told}.")
     return sentences
 
 
@@ -304,7 +310,8 @@ def what_the_wait_is(study: Study, target: float) -> list[str]:
         f"{study.read_seconds:.1f} s to read the scene, {best.compile_seconds:.1f} s to compile"
     )
     if rendering > 0:
-        sentence += f"; that is {before / (before + rendering):.0%} of the {before + rendering:.1f} s to {target:.0%}"
+        share, whole = 100 * before / (before + rendering), before + rendering
+        sentence += f"; that is {share:.0f} % of the {whole:.1f} s to {100 * target:g} %"
     if study.kernels_made > 0:
         saved = max(0.0, before - best.seconds_to_save)
         sentence += f". A second run finds the compiled kernels and takes about {saved:.1f} s before its first sample"
@@ -331,8 +338,8 @@ def told_of_paths(study: Study) -> list[str]:
             r, most = clear[-1], bounces[-1]["bounces"]
             bounces_of = "1 bounce" if r["bounces"] == 1 else f"{r['bounces']} bounces"
             sentences.append(
-                f"Paths of at most {bounces_of} miss {100 * r['missing light']:.2g} % of the light, with a "
-                f"standard error of {100 * r['standard error']:.1g} %, and take {r['time']:.0%} of the time of {most}."
+                f"Paths of at most {bounces_of} miss {100 * r['missing light']:.2g} % of the light, with a standard "
+                f"error of {100 * r['standard error']:.1g} %, and take {100 * r['time']:.0f} % of the time of {most}."
             )
         if hidden and hidden[0] is not bounces[-1]:
             least = hidden[0]["bounces"]
@@ -366,7 +373,11 @@ def where_the_error_is(study: Study) -> list[str]:
     best = min(shown, key=lambda c: c.image_error)
     squares = np.sort(((best.image - study.references[best.variant.lookup]) ** 2).sum(axis=2).ravel())[::-1]
     count = int(np.searchsorted(np.cumsum(squares), squares.sum() / 2)) + 1
-    return [f"Half of the squared error of {best.variant.label} lies in {count:,} of {squares.size:,} pixels."]
+    told = f"Half of the squared error of {best.variant.label} lies in {count:,} of {squares.size:,} pixels"
+    if count <= FEW_PIXELS * squares.size:
+        rest = math.sqrt(squares[count:].sum() / (3 * squares.size)) / study.references[best.variant.lookup].mean()
+        told += f": these decide the error of {percent(best.image_error)}, of which the others make {percent(rest)}"
+    return [f"{told}."]
 
 
 def show_seconds(seconds: float) -> str:

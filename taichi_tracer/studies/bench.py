@@ -4,9 +4,8 @@ The study itself knows no Taichi. It asks a ``Bench``, which is in a process of 
 caller where the scene is the caller's.
 """
 
-import os
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
@@ -18,7 +17,6 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.variants import Source, Variant, renderer_of
 from taichi_tracer.system import compiling, registry
-from taichi_tracer.system.errors import InputError
 
 WARM_UP = 3  # samples: after them everything is compiled
 TRIAL = 8  # samples more, from which the plan learns what a sample takes and how large the error is

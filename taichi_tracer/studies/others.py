@@ -1,4 +1,4 @@
-"""What other programs take of the processors, so that a study can say when its seconds are not those of an idle machine.
+"""What other programs take of the processors: a study then says that its seconds are not those of an idle machine.
 
 Linux tells how long all processors were busy, and how long each process was. Other systems are not asked.
 """

@@ -22,7 +22,8 @@ h1, h2 { line-height: 1.2; text-wrap: balance; } h2 { margin-top: 1.6em; }
 .wide { overflow-x: auto; } table { border-collapse: collapse; margin: 1em 0; font-size: 0.86em; }
 th, td { padding: 4px 9px; border-bottom: 1px solid var(--grid); text-align: right; white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; } th { background: var(--band); }
-table.sortable th { cursor: pointer; } th[data-order]::after { content: " ▾"; } th[data-order="-1"]::after { content: " ▴"; }
+table.sortable th { cursor: pointer; }
+th[data-order]::after { content: " ▾"; } th[data-order="-1"]::after { content: " ▴"; }
 figure { display: inline-block; margin: 0 10px 14px 0; vertical-align: top; max-width: 100%; }
 figcaption { font-size: 0.86em; }
 img { image-rendering: pixelated; display: block; max-width: 100%; height: auto; }

@@ -1,4 +1,4 @@
-"""A study within its budget: what is compiled, what is measured how long, and what is left out, so that it ends in time.
+"""A study within its budget: what is compiled, what is measured for how long, and what is left out.
 
 1. **Planning.** The first process reads the scene and compiles the first variant; others compile the rest beside it. A
    variant is left out, and named, if its compilation would take the time of the measurement. Each variant renders a
