@@ -59,8 +59,12 @@ def run(args: Namespace) -> int:
     Returns:
         0, or 128 and the number of the signal.
     """
-    request = study_of(args)
-    written = 0.0 if request.report is None else accuracy_report.SECONDS
+    try:
+        request = study_of(args)
+    except Exception:
+        if args.helper is not None:
+            args.helper.close()
+        raise
     with Interruption() as interruption, Bar(request.budget, args.started) as bar:
         study = schedule.measure(
             request.source,
@@ -71,7 +75,8 @@ def run(args: Namespace) -> int:
             tell=bar.show,
             parts=tuple(args.parts),
             started=args.started,
-            keep=written * (time.perf_counter() - args.started),
+            first=args.helper,
+            keep=0.0 if request.report is None else accuracy_report.WRITING,
             should_stop=lambda: interruption.number is not None,
             **given(arch=request.arch),
         )

@@ -54,6 +54,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         args = make_parser(parts).parse_args(words)
         args.started = started
+        args.helper = args.begin() if argv is None and "begin" in args else None
         load_parts(args.parts)
         return args.command(args)
     except BrokenPipeError:  # the reader of our output has gone, as in "... | head"
@@ -242,8 +243,16 @@ def add_render(parser: Parser) -> None:
     parser.lists = ("pictures", "tones", "aovs", "scenes")
 
 
+def start_worker():
+    """The first process of a study, which reads its modules while this one reads its own."""
+    from taichi_tracer.studies.crew import Worker
+
+    return Worker()
+
+
 def add_accuracy(parser: Parser) -> None:
     """What a study of accuracy compares, and for how long."""
+    parser.set_defaults(begin=start_worker)
     add_scene_argument(parser)
     add_parts_option(parser)
     add_light_options(parser, f"or none (default: the scene's own light, or {LIGHT} where it has none)")

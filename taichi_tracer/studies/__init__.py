@@ -83,7 +83,7 @@ def accuracy(
         settings = runtime.ensure()
         given = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)} | given
     plan = variants.plan(**given, every=every)
-    keep = 0.0 if report is None else accuracy_report.SECONDS
+    keep = accuracy_report.DRAWING if report is None else accuracy_report.DRAWING + accuracy_report.WRITING
     study = schedule.measure(source, plan, size, budget, seeds, started=started, keep=keep)
     if report is not None:
         accuracy_report.write(study, Path(report))

@@ -49,6 +49,9 @@ GOOD_REFERENCE = 0.2 * TARGETS[-1]  # a reference need not be better
 COLD = 2.5  # times what starting a process takes is what compiling a variant takes, before that is known
 FIRST_SAMPLES, FLOOR, MOST_SAMPLES = 2, 16, 1 << 17  # per pixel: of the first picture, of every variant, of any
 TIMED = 8  # samples: shorter blocks say little about time
+SHORTEST = 0.5  # seconds: in less, nothing can be measured
+MOST_OVERRUN = 1.1  # times the budget: later than that, no study ends
+SHORT = 20.0  # seconds: with a smaller budget, nothing is compiled beside the first variant
 CHUNK = 0.4  # seconds of one call: a study cannot end within it
 KNOB_WEIGHT = 4.0  # a variant that turns a knob beside estimator and sampler gets one part in so many
 LEADING = 3.0  # times the seconds of the best: who is predicted to need no more may still win
@@ -211,7 +214,7 @@ class Schedule:
 
     Args:
         started: the value of ``time.perf_counter`` from which the budget counts.
-        keep: seconds of the budget that the caller needs afterwards.
+        keep: what the caller needs of the budget afterwards, as a multiple of what starting a process takes.
         first: a worker that was started before; None starts one, or uses this process for a scene of the caller.
         should_stop: asked after every block; the study then ends with what was measured.
     """
@@ -244,7 +247,7 @@ class Schedule:
         self.variants = variants
         self.tell, self.should_stop = tell, should_stop
         share, least = CLOSING
-        self.end = self.started + budget - keep - max(share * budget, least)
+        self.end, self.keep = self.started + budget - max(share * budget, least), keep
         self.lanes: list[Lane] = []
         self.to_come: dict[tuple, list[Variant]] = {}  # what a process → the variants that it will compile
         self.runs: list[Run] = []
@@ -275,8 +278,14 @@ class Schedule:
     def say(self, what: str) -> None:
         """Tell what is done, and stop where the user wants that, or where the time is over."""
         self.tell(what, self.elapsed / self.budget)
-        if self.should_stop() or self.left <= 0:
+        if self.should_stop() or (self.left <= 0 if self.runs else self.is_hopeless):
             raise Stopped
+
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether nothing could be measured and written any more, even if the first variant were compiled now."""
+        reserve = 0.0 if math.isnan(self.start_seconds) else self.keep * self.start_seconds
+        return self.elapsed + reserve + SHORTEST > MOST_OVERRUN * self.budget
 
     def pids(self) -> list[int]:
         """The processes of the study, this one included."""
@@ -324,6 +333,7 @@ class Schedule:
         self.tell("starting", self.elapsed / self.budget)
         self.wait_for(worker.ask("open", self.source, self.arch, self.parts), "starting")
         self.start_seconds = self.elapsed
+        self.end -= self.keep * self.start_seconds
         facts = self.wait_for(worker.ask("facts", self.base), "reading the scene")
         self.others.look(self.pids())
         if facts.primitives > MOST_FOR_PLAIN:
@@ -395,6 +405,8 @@ class Schedule:
 
     def hire_next(self) -> None:
         """Start another process, if a processor is free for it, and if there is time."""
+        if self.budget < SHORT and not self.runs:
+            return
         while self.to_come and sum(lane.pending is not None for lane in self.lanes) < processors():
             variants = self.to_come.pop(next(iter(self.to_come)))
             if self.elapsed + self.start_seconds + self.expected / 2 > COMPILE_SHARE * self.budget:
@@ -428,6 +440,8 @@ class Schedule:
         if isinstance(result, Prepared):
             lane.seconds = result.compile_seconds
             self.kernels_made += result.new_kernels
+            if not self.runs:
+                self.end = max(self.end, time.perf_counter() + SHORTEST)
             self.runs.append(Run(variant, lane, result))
 
     def drop(self, why: str, *variants: Variant) -> None:
