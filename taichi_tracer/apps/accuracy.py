@@ -10,6 +10,7 @@ from taichi_tracer.apps.requests import CameraRequest, up_axis_of
 from taichi_tracer.apps.rescue import written_bytes
 from taichi_tracer.apps.words import given, taken
 from taichi_tracer.files.disk import check_place, make_folder
+from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
 from taichi_tracer.system.digits import digits
@@ -169,7 +170,7 @@ def as_text(study: convergence.Study) -> list[str]:
         seconds, error = curve.last
         bias = "?" if row["bias z"] != row["bias z"] else digits(row["bias z"], "6.1f")
         lines.append(
-            f"{row['variant']:<{width}}  {times}  {accuracy_tables.percent(error):>11}  {short(seconds):>8}  "
+            f"{row['variant']:<{width}}  {times}  {percent(error):>11}  {short(seconds):>8}  "
             f"{per_sample:>10}  {digits(row['compile s'], '9.2f')}  {bias:>6}"
         )
     if any(row["time factor"] > accuracy_tables.CERTAIN for row in rows):

@@ -12,7 +12,8 @@ from html import escape
 
 import numpy as np
 
-from taichi_tracer.studies.accuracy_tables import is_noise, knob_table, main_curves, percent
+from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.studies.accuracy_tables import is_noise, knob_table, main_curves
 from taichi_tracer.studies.convergence import TARGETS, Curve, Study
 
 COLOURS = ("#2f7fc1", "#d1495b", "#2f9e5b", "#9467bd", "#d9820b", "#6b7f93", "#17a2b8", "#a0664f", "#9aa400", "#d965b0")

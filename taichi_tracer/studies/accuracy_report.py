@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.files.disk import replace_file
+from taichi_tracer.picture.error_estimate import percent as in_percent
 from taichi_tracer.studies import page
 from taichi_tracer.studies.accuracy_chart import draw, figures, plain_svg, png_of
 from taichi_tracer.studies.accuracy_tables import (
@@ -22,7 +23,6 @@ from taichi_tracer.studies.accuracy_tables import (
     show_seconds,
     summary,
 )
-from taichi_tracer.studies.accuracy_tables import percent as in_percent
 from taichi_tracer.studies.convergence import TARGETS, Curve, Study
 from taichi_tracer.system.digits import digits
 

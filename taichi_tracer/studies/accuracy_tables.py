@@ -5,6 +5,7 @@ import statistics
 
 import numpy as np
 
+from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.studies.convergence import MIDDLE, TARGETS, Curve, Study, error_ratio, time_ratio
 
 WITH_TABLES = ("max_bounces", "roulette", "lamp_choice")  # knobs that have tables of their own
@@ -318,14 +319,6 @@ def what_the_wait_is(study: Study, target: float) -> list[str]:
     else:
         sentence += ". This was a second run, which found all compiled kernels"
     return [f"{sentence}."]
-
-
-def percent(fraction: float) -> str:
-    """A fraction in percent, with three digits and no power of ten: "1.98 %", "132 %"; "unknown" if it is not known."""
-    if not math.isfinite(fraction):
-        return "unknown"
-    value = 100 * fraction
-    return f"{value:.0f} %" if abs(value) >= 100 else f"{value:.3g} %"
 
 
 def told_of_paths(study: Study) -> list[str]:

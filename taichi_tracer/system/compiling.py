@@ -9,7 +9,7 @@ from time import perf_counter
 
 from taichi._lib import core
 
-FOUND = 0.02  # seconds: a kernel that took less was found in the folder, or is so small that it does not matter
+FOUND = 0.04  # seconds: a kernel that took less was found in the folder, or is so small that it does not matter
 _spent: list[float] = []  # seconds of every translation
 _is_watched = False
 
