@@ -40,7 +40,7 @@ def draw_curves(curves: dict[str, Points], active: str, width: int, height: int)
         for name in sorted(known, key=lambda name: name == active):
             line = [place(box, *point, width, height) for point in known[name]]
             pen.line(line, fill=colours[name], width=2 if name == active else 1)
-        draw_names(pen, known, colours, box, width, height)
+        draw_names(pen, known, colours, width)
     return np.asarray(picture, np.float32) / 255
 
 
@@ -83,11 +83,9 @@ def draw_axes(pen, box: tuple[float, float, float, float], width: int, height: i
             pen.text((GAP, y - LABEL / 2), f"{value:g} %", fill=as_bytes(TEXT))
 
 
-def draw_names(pen, known: dict[str, Points], colours: dict, box, width: int, height: int) -> None:
-    """The name of each curve at its end, above each other where they would touch."""
-    ends = sorted((place(box, *points[-1], width, height), name) for name, points in known.items())
-    lowest = float(height)
-    for (x, y), name in sorted(ends, key=lambda end: -end[0][1]):
-        y = min(max(y - LABEL - 1, TOP), lowest - LABEL)
-        lowest = y
-        pen.text((min(x, width - RIGHT) - pen.textlength(name) - GAP, y), name, fill=colours[name])
+def draw_names(pen, known: dict[str, Points], colours: dict, width: int) -> None:
+    """The names of the curves in their colours, in the order of their errors, where falling curves leave room."""
+    names = sorted(known, key=lambda name: -known[name][-1][1])
+    for i, name in enumerate(names):
+        x = width - RIGHT - GAP - pen.textlength(name)
+        pen.text((x, TOP + 2 + i * LABEL), name, fill=colours[name])

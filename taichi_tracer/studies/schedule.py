@@ -350,10 +350,10 @@ class Schedule:
     def wait_for(self, future: Future, what: str):
         """The result of a call; meanwhile, look at the clock and at the user."""
         while True:
+            self.say(what)
             done, _ = wait([future], timeout=POLL)
             if done:
                 return future.result()
-            self.say(what)
 
     def hire(self, variant: Variant) -> "Worker | Here":
         """A process, or this one."""
@@ -529,8 +529,7 @@ class Schedule:
             wants = "" if done + count < level else "variance" if is_last else "image"
             new = seed if done == 0 else None
             ask = run.lane.worker.ask("render", run.variant, self.size, count, new, wants)
-            self.say(f"{run.variant.label}: seed {seed}, {level} samples")
-            shot: Shot = ask.result()
+            shot: Shot = self.wait_for(ask, f"{run.variant.label}: seed {seed}, {level} samples")
             seconds, done = seconds + shot.seconds, done + count
             if shot.pilot_seconds > 0:
                 run.pilots.append(shot.pilot_seconds)
