@@ -75,7 +75,7 @@ def run(args: Namespace) -> int:
             request.seeds,
             tell=bar.show,
             parts=tuple(args.parts),
-            started=args.started,
+            spent=time.perf_counter() - args.started,
             first=args.helper,
             keep=0.0 if request.report is None else accuracy_report.WRITING,
             should_stop=lambda: interruption.number is not None,

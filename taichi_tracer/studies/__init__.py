@@ -67,7 +67,7 @@ def accuracy(
 
     import numpy as np
 
-    started = time.perf_counter()
+    start = time.perf_counter()
     from taichi_tracer.studies import accuracy_chart, accuracy_report, accuracy_tables, schedule, variants
     from taichi_tracer.system import runtime
 
@@ -84,7 +84,7 @@ def accuracy(
         given = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)} | given
     plan = variants.plan(**given, every=every)
     keep = accuracy_report.DRAWING if report is None else accuracy_report.DRAWING + accuracy_report.WRITING
-    study = schedule.measure(source, plan, size, budget, seeds, started=started, keep=keep)
+    study = schedule.measure(source, plan, size, budget, seeds, spent=time.perf_counter() - start, keep=keep)
     if report is not None:
         accuracy_report.write(study, Path(report))
     rows = accuracy_tables.efficiency_table(study)

@@ -52,6 +52,7 @@ TIMED = 8  # samples: shorter blocks say little about time
 SHORTEST = 0.5  # seconds: in less, nothing can be measured
 MOST_OVERRUN = 1.1  # times the budget: later than that, no study ends
 SHORT = 20.0  # seconds: with a smaller budget, nothing is compiled beside the first variant
+LATE = 1.5  # times its share of a round may pass before a variant that is slower than planned goes no farther
 CHUNK = 0.4  # seconds of one call: a study cannot end within it
 KNOB_WEIGHT = 4.0  # a variant that turns a knob beside estimator and sampler gets one part in so many
 LEADING = 3.0  # times the seconds of the best: who is predicted to need no more may still win
@@ -213,7 +214,7 @@ class Schedule:
     """A study in progress; ``run`` does it.
 
     Args:
-        started: the value of ``time.perf_counter`` from which the budget counts.
+        spent: seconds of the budget that were spent before.
         keep: what the caller needs of the budget afterwards, as a multiple of what starting a process takes.
         first: a worker that was started before; None starts one, or uses this process for a scene of the caller.
         should_stop: asked after every block; the study then ends with what was measured.
@@ -228,7 +229,7 @@ class Schedule:
         seeds: int,
         arch: str = "auto",
         parts: tuple[str, ...] = (),
-        started: float | None = None,
+        spent: float = 0.0,
         keep: float = 0.0,
         first: Worker | None = None,
         tell: Callable[[str, float], None] = lambda what, done: None,
@@ -242,7 +243,7 @@ class Schedule:
             arch,
             parts,
         )
-        self.started = time.perf_counter() if started is None else started
+        self.started = time.perf_counter() - spent
         self.base = variants[0]
         self.variants = variants
         self.tell, self.should_stop = tell, should_stop
@@ -491,7 +492,7 @@ class Schedule:
             seconds = rest * (1 - LEGS_SHARE) / (self.seeds + 1 - seed)
             if seed > 1 and sum(FLOOR * run.per_sample for run in self.runs) > seconds:
                 break
-            self.round(seed, allot(self.runs, self.base, seconds))
+            self.round(seed, allot(self.runs, self.base, seconds), seconds)
             self.others.look(self.pids())
         self.render_pictures()
         self.others.look(self.pids())
@@ -502,31 +503,37 @@ class Schedule:
         while len(self.runs) > 1 and sum(2 * FLOOR * run.per_sample for run in self.runs) > self.left / 2:
             self.drop("there was no time to measure them", self.runs.pop().variant)
 
-    def round(self, seed: int, chosen: dict[Variant, int]) -> None:
-        """Render every variant with one seed, up to its number of samples."""
-        for wave in waves(self.runs):
-            self.together(wave, seed, chosen)
+    def round(self, seed: int, chosen: dict[Variant, int], seconds: float) -> None:
+        """Render every variant with one seed, up to its number of samples; who is slower than planned ends sooner."""
+        end = time.perf_counter() + seconds
+        groups = waves(self.runs)
+        costs = [sum(chosen[run.variant] * run.per_sample for run in wave) for wave in groups]
+        for i, wave in enumerate(groups):
+            share = costs[i] / sum(costs[i:])
+            now = time.perf_counter()
+            self.together(wave, seed, chosen, now + LATE * share * max(0.0, end - now))
         self.rounds = seed
 
-    def together(self, runs: Sequence[Run], seed: int, chosen: dict[Variant, int]) -> None:
-        """Render variants with one seed, which take turns."""
+    def together(self, runs: Sequence[Run], seed: int, chosen: dict[Variant, int], end: float = math.inf) -> None:
+        """Render variants with one seed, which take turns; later than ``end``, none goes beyond ``FLOOR``."""
         done = dict.fromkeys((run.variant for run in runs), 0)
         levels = {run.variant: levels_up_to(run.variant, chosen[run.variant]) for run in runs}
         for level in sorted({n for own in levels.values() for n in own}):
+            if level > FLOOR and time.perf_counter() > end:
+                break
             self.turn += 1
             for run in runs:
                 if level in levels[run.variant]:
-                    is_last = level == levels[run.variant][-1]
-                    self.advance(run, seed, done[run.variant], level, is_last)
+                    self.advance(run, seed, done[run.variant], level)
                     done[run.variant] = level
 
-    def advance(self, run: Run, seed: int, done: int, level: int, is_last: bool) -> None:
+    def advance(self, run: Run, seed: int, done: int, level: int) -> None:
         """Bring a picture from ``done`` samples to ``level``, in calls that are short, and compare it."""
         seconds, begun = 0.0, done
         while done < level:
             fits = max(1, int(CHUNK / max(run.per_sample, 1e-9)))
             count = min(level - done, fits)
-            wants = "" if done + count < level else "variance" if is_last else "image"
+            wants = "" if done + count < level else "variance" if level >= FLOOR else "image"
             new = seed if done == 0 else None
             ask = run.lane.worker.ask("render", run.variant, self.size, count, new, wants)
             shot: Shot = self.wait_for(ask, f"{run.variant.label}: seed {seed}, {level} samples")
@@ -537,7 +544,7 @@ class Schedule:
             run.blocks.append(Block(self.turn, level - begun, seconds))
         error = error_of(shot.image, shot.error, run.truth)
         run.found.setdefault(seed, {})[level] = (error, shot.error)
-        if is_last:
+        if shot.variance is not None:
             run.finals[seed] = shot.image.astype(np.float64), shot.variance
 
     def shown(self) -> list[Run]:

@@ -1,7 +1,9 @@
 """The study of accuracy: its arithmetic by hand, and a small one from end to end."""
 
+import itertools
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, variants
+from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
 from taichi_tracer.studies.convergence import Block, Curve, Study, Truth
 from taichi_tracer.studies.variants import Variant
 
@@ -276,12 +278,20 @@ def test_forms_and_intersectors_are_knobs_that_are_turned_on_request():
     assert ("plain", "fast forms", "plain forms") in [(r["knob"], r["from"], r["to"]) for r in rows]
 
 
+@pytest.fixture
+def steps(monkeypatch):
+    """A clock for the schedule that counts how often it is asked: a study is as long on every machine."""
+    ticks = itertools.count()
+    monkeypatch.setattr(schedule, "time", SimpleNamespace(perf_counter=lambda: 0.2 * next(ticks)))
+    monkeypatch.setattr(schedule, "CHUNK", 0.01)
+
+
 @pytest.mark.long
-def test_a_small_study_of_bounces_finds_what_is_missing(tmp_path):
+def test_a_small_study_of_bounces_finds_what_is_missing(tmp_path, steps):
     """In the white room, k bounces miss (3/4)^(k+1) of the light; the reference with 8 bounces misses (3/4)^9."""
     start("f32")
     room = tt.load_scene_data("white_room")
-    table, _ = tt.studies.accuracy(room, size=(16, 16), budget=6, seeds=2, report=tmp_path, max_bounces=(0, 2, 8))
+    table, _ = tt.studies.accuracy(room, size=(16, 16), budget=120, seeds=2, report=tmp_path, max_bounces=(0, 2, 8))
     assert list(table["variant"]) == ["path, sobol, 8 bounces", "path, sobol, 2 bounces", "path, sobol, 0 bounces"]
     content = json.loads((tmp_path / "accuracy.json").read_text())
     assert content["scene"] == "white_room, lit by its lamps"
@@ -292,18 +302,18 @@ def test_a_small_study_of_bounces_finds_what_is_missing(tmp_path):
     assert "What bounces bring" in (tmp_path / "accuracy.html").read_text(encoding="utf-8")
     cube = tt.load_scene_data("cube")
     with pytest.raises(tt.InputError, match="has no surface with Ke > 0"):
-        tt.studies.accuracy(cube, size=(8, 8), budget=1, lamp_choices=("area", "power"))
+        tt.studies.accuracy(cube, size=(8, 8), budget=60, lamp_choices=("area", "power"))
     with pytest.raises(tt.InputError, match="has no light: give an environment"):
-        tt.studies.accuracy(cube, "none", size=(8, 8), budget=1)
+        tt.studies.accuracy(cube, "none", size=(8, 8), budget=60)
 
 
 @pytest.mark.long
-def test_a_small_study_of_a_loaded_scene(tmp_path):
+def test_a_small_study_of_a_loaded_scene(tmp_path, steps):
     start("f32")
     scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
     knobs = {"estimators": ("uniform", "mis"), "adaptive": (False,), "scales": (1.0,), "lookups": ("nearest",)}
     knobs |= {"triangle_tests": ("moller_trumbore",), "forms": ("fast",)}
-    result = tt.studies.accuracy(scene, size=(24, 24), budget=4, seeds=2, report=tmp_path, **knobs)
+    result = tt.studies.accuracy(scene, size=(24, 24), budget=120, seeds=2, report=tmp_path, **knobs)
     table, figure = result
     assert list(table["variant"]) == [
         f"{estimator}, {sampler}, moller_trumbore"

@@ -107,7 +107,7 @@ def world_of(monkeypatch):
 
 
 def study_in(world, budget, **options):
-    return schedule.Schedule(variants.Source("box"), variants.plan(), (16, 16), budget, 3, started=0.0, **options).run()
+    return schedule.Schedule(variants.Source("box"), variants.plan(), (16, 16), budget, 3, **options).run()
 
 
 @pytest.mark.parametrize("compiling", [0.5, 3.0])
