@@ -28,6 +28,7 @@ from taichi_tracer.lights.near_misses import begin_counting, counter_for
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
+from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress, Target, render_until
@@ -174,6 +175,7 @@ class ProgressiveRenderer:
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self._counted_of: Any = None  # the environment whose near misses the film counts
         self.progress = Progress(Target())
+        self._seconds_before, self.error_curves = 0.0, ErrorCurves()
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
@@ -329,6 +331,7 @@ class ProgressiveRenderer:
             watch: a function that is called with ``progress`` after each pass over all pixels.
         """
         self.scene_data.check_alive()
+        self._seconds_before = self.rendered_seconds if self.samples > 0 and self.is_current() else 0.0
         render_until(self, Target(1 if spp is None and time is None and error is None else spp, time, error), watch)
         return self
 
@@ -349,6 +352,7 @@ class ProgressiveRenderer:
     def reset(self) -> None:
         """Forget the samples, so that the next ``render`` starts the picture again."""
         self.film.reset()
+        self.error_curves.begin(self.active.name, self.state()[1:])
 
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
@@ -390,7 +394,24 @@ class ProgressiveRenderer:
 
     def error(self) -> RelativeError:
         """Relative RMSE of the picture, estimated from its samples, with its 95 % interval; see ``error_estimate``."""
-        return self.film.error()
+        error = self.film.error()
+        if error > 0:
+            self.error_curves.add(self.active.name, ErrorPoint(self.samples, self.rendered_seconds, error))
+        return error
+
+    @property
+    def rendered_seconds(self) -> float:
+        """Seconds of rendering the samples of this picture, without compilation."""
+        return self._seconds_before + self.progress.seconds
+
+    @property
+    def error_curve(self) -> list[ErrorPoint]:
+        """How the error of this picture fell: (samples, seconds, error) of every look at it.
+
+        ``error()`` looks, and so does ``render`` with a target of time or error, or with ``watch``. ``error_curves``
+        has the curves of all integrators that were tried, by name, until the camera, the scene or the light changes.
+        """
+        return self.error_curves.get(self.active.name, [])
 
     def error_image(self) -> np.ndarray:
         """(height, width, 3) float32, top row first: the standard error of every pixel; NaN if it is unknown.

@@ -1,15 +1,18 @@
 """``taichi-tracer accuracy``: what accuracy costs in time, as a table, a chart and a page."""
 
+import time
 from argparse import Namespace
 from dataclasses import dataclass
 from pathlib import Path
 
+from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import CameraRequest, up_axis_of
 from taichi_tracer.apps.rescue import written_bytes
 from taichi_tracer.apps.words import given, taken
 from taichi_tracer.files.disk import check_place, make_folder
+from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.scene_data_loader import find_scene
-from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, variants
+from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
 from taichi_tracer.system.digits import digits
 
 EFFICIENCIES = ("roulette", "lamp_choice")
@@ -36,24 +39,55 @@ class StudyRequest:
     report: Path | None
 
 
+@dataclass(frozen=True)
+class View:
+    """Where the camera is: the options of the command line, applied to the parameters of a scene's camera.
+
+    It is no function within a function, because it goes to other processes.
+    """
+
+    camera: CameraRequest
+    aspect: float
+
+    def __call__(self, view: dict) -> dict:
+        """The parameters of the camera."""
+        return self.camera.applied_to(view, self.aspect)
+
+
 def run(args: Namespace) -> int:
-    """Measure, print, and write the report if one is wanted."""
-    request = study_of(args)
-    with Bar(request.budget) as bar:
-        study = convergence.measure(
+    """Measure, print, and write the report if one is wanted; after a signal, what was measured until then.
+
+    Returns:
+        0, or 128 and the number of the signal.
+    """
+    try:
+        request = study_of(args)
+    except Exception:
+        if args.helper is not None:
+            args.helper.close()
+        raise
+    with Interruption() as interruption, Bar(request.budget, args.started) as bar:
+        study = schedule.measure(
             request.source,
             list(request.variants),
             request.size,
             request.budget,
             request.seeds,
             tell=bar.show,
+            parts=tuple(args.parts),
+            spent=time.perf_counter() - args.started,
+            first=args.helper,
+            keep=0.0 if request.report is None else accuracy_report.WRITING,
+            should_stop=lambda: interruption.number is not None,
             **given(arch=request.arch),
         )
-    print("\n".join(as_text(study)))
-    if request.report is not None:
-        for name, content in accuracy_report.contents(study).items():
-            print(written_bytes(request.report / name, content))
-    return 0
+        print("\n".join(as_text(study)))
+        if request.report is not None:
+            bar.show("writing the report", 1.0)
+            for name, content in accuracy_report.contents(study).items():
+                print(written_bytes(request.report / name, content))
+    print(f"total: {time.perf_counter() - args.started:.1f} s from the start, of a budget of {request.budget:g} s")
+    return 0 if interruption.number is None else interruption.exit_code
 
 
 def study_of(args: Namespace) -> StudyRequest:
@@ -70,7 +104,7 @@ def study_of(args: Namespace) -> StudyRequest:
         args.environment,
         args.brdfs,
         args.lights,
-        view_of=lambda view: camera.applied_to(view, width / height),
+        view_of=View(camera, width / height),
         up_axis=up_axis_of(args),
         two_sided_lamps=args.two_sided_lamps,
         **given(intensity=args.intensity, rotation=args.rotation),
@@ -118,26 +152,38 @@ def prepared(report: str) -> Path:
 
 
 def as_text(study: convergence.Study) -> list[str]:
-    """The tables, for a terminal."""
+    """The tables and the findings, for a terminal."""
     rows = accuracy_tables.efficiency_table(study)
     width = max(len(row["variant"]) for row in rows)
+    kept = f"{study.kernels_made} kernels were compiled anew" if study.kernels_made else "all kernels were kept"
     lines = [
-        f"{study.scene}, {study.size[0]}x{study.size[1]}, {study.seeds} seeds, {study.machine}; "
-        f"reference: {study.reference_samples} spp, error {study.reference_error}",
+        f"{study.scene}, {study.size[0]}x{study.size[1]}, {study.seeds} seeds or more, {study.machine}",
+        f"reference: {study.reference_samples} spp, error {study.reference_error}; {study.start_seconds:.1f} s to "
+        f"start, {study.read_seconds:.1f} s to read the scene; {kept}",
         "",
-        f"{'seconds of rendering to':<{width}}  " + "".join(f"{t:>14.0%}" for t in convergence.TARGETS)
-        + "   ms/sample   slope  compile s  bias z",
+        f"{'seconds of rendering to':<{width}}  " + "".join(f"{t:>10.0%}" for t in convergence.TARGETS)
+        + "   best error     after   ms/sample  compile s  bias z",
     ]  # fmt: skip
     for curve, row in zip(study.curves, rows, strict=True):
-        times = "".join(f"{accuracy_tables.show_seconds(curve.seconds_to(t)):>14}" for t in convergence.TARGETS)
+        times = "".join(f"{short(curve.seconds_to(t)):>10}" for t in convergence.TARGETS)
+        per_sample = f"{row['ms per sample']:.2f}" + ("~" if row["time factor"] > accuracy_tables.CERTAIN else " ")
+        seconds, error = curve.last
+        bias = "?" if row["bias z"] != row["bias z"] else digits(row["bias z"], "6.1f")
         lines.append(
-            f"{row['variant']:<{width}}  {times}  {row['ms per sample']:10.2f}  {digits(row['slope'], '6.2f')}"
-            f"  {digits(row['compile s'], '9.2f')}  {digits(row['bias z'], '6.2f')}"
+            f"{row['variant']:<{width}}  {times}  {percent(error):>11}  {short(seconds):>8}  "
+            f"{per_sample:>10}  {digits(row['compile s'], '9.2f')}  {bias:>6}"
         )
+    if any(row["time factor"] > accuracy_tables.CERTAIN for row in rows):
+        lines.append("~ this time is uncertain by more than half")
     for rows in (accuracy_tables.bounce_table(study), *(accuracy_tables.efficiency_of(study, k) for k in EFFICIENCIES)):
         lines += ["", *columns(rows)] if rows else []
-    lines += ["", *accuracy_tables.summary(study)]
+    lines += ["", *(f"- {sentence}" for sentence in accuracy_tables.summary(study))]
     return lines
+
+
+def short(seconds: float) -> str:
+    """ "1.23 s", or a dash for an error that was not reached."""
+    return "-" if seconds != seconds else f"{seconds:.3g} s"
 
 
 def columns(rows: list[dict]) -> list[str]:
@@ -150,10 +196,11 @@ def columns(rows: list[dict]) -> list[str]:
 class Bar:
     """A progress bar of the budget on stderr, when that is a terminal."""
 
-    def __init__(self, budget: float) -> None:
+    def __init__(self, budget: float, started: float) -> None:
         from tqdm import tqdm
 
-        layout = "{percentage:3.0f}%|{bar}| {elapsed} of " + f"{budget:g} s {{desc}}"
+        self.budget, self.started = budget, started
+        layout = "{percentage:3.0f}%|{bar}| {desc}"
         self.bar = tqdm(total=1.0, bar_format=layout, leave=False, disable=None)
 
     def __enter__(self):
@@ -161,7 +208,8 @@ class Bar:
 
     def show(self, what: str, done: float) -> None:
         """Bring the bar up to date."""
-        self.bar.set_description_str(what, refresh=False)
+        elapsed = time.perf_counter() - self.started
+        self.bar.set_description_str(f"{elapsed:.0f} of {self.budget:g} s, {what}", refresh=False)
         self.bar.update(max(0.0, min(done, 1.0) - self.bar.n))
         self.bar.refresh()
 

@@ -7,6 +7,7 @@ import argparse
 import os
 import signal
 import sys
+import time
 import warnings
 from collections.abc import Callable, Sequence
 
@@ -34,7 +35,7 @@ from taichi_tracer.apps.words import (
     whole,
     wholes,
 )
-from taichi_tracer.system import leftovers
+from taichi_tracer.system import clock, leftovers
 from taichi_tracer.system.errors import InputError, StaleSceneError
 
 
@@ -49,8 +50,11 @@ def main(argv: list[str] | None = None) -> int:
     told.clear()
     words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
     parts = values_of("--parts", words)
+    started = clock.started_at() if argv is None else time.perf_counter()
     try:
         args = make_parser(parts).parse_args(words)
+        args.started = started
+        args.helper = args.begin() if argv is None and "begin" in args else None
         load_parts(args.parts)
         return args.command(args)
     except BrokenPipeError:  # the reader of our output has gone, as in "... | head"
@@ -239,8 +243,16 @@ def add_render(parser: Parser) -> None:
     parser.lists = ("pictures", "tones", "aovs", "scenes")
 
 
+def start_worker():
+    """The first process of a study, which reads its modules while this one reads its own."""
+    from taichi_tracer.studies.crew import Worker
+
+    return Worker()
+
+
 def add_accuracy(parser: Parser) -> None:
     """What a study of accuracy compares, and for how long."""
+    parser.set_defaults(begin=start_worker)
     add_scene_argument(parser)
     add_parts_option(parser)
     add_light_options(parser, f"or none (default: the scene's own light, or {LIGHT} where it has none)")

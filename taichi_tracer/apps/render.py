@@ -20,13 +20,17 @@ from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, to_bytes
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words, name_of
 from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
-from taichi_tracer.picture.progress import Progress
+from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.picture.progress import Progress, two_digits
 from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display
 
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
+WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
 SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
 DISTANCE = "distance"  # the view to which --max-distance belongs
 SUM = "sum"  # the caption of the last picture of a contact sheet
@@ -129,9 +133,8 @@ def run(args: Namespace) -> int:
         if count > 1:
             raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
         check_place(request.checkpoint)
-    start = time.perf_counter()
-    scene = request.scene.load()
-    loading = f"scene {time.perf_counter() - start:.2f} s"
+    clock = Clock(args.started)
+    scene = clock.load(request.scene)
     is_in_place = True
     for picture, views in zip(request.pictures, paths, strict=True):
         made = {}
@@ -144,7 +147,7 @@ def run(args: Namespace) -> int:
                 if bounces is not None:
                     renderer.bounces = bounces
                 with Interruption() as interruption:
-                    is_in_place &= make_picture(renderer, picture, request, path, loading, interruption)
+                    is_in_place &= make_picture(renderer, picture, request, path, clock, interruption)
                 if interruption.number is not None:
                     of = "" if request.spp is None else f" of {request.spp}"
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
@@ -169,13 +172,13 @@ def make_picture(
     picture: PictureRequest,
     request: RenderRequest,
     path: Path,
-    loading: str,
+    clock: "Clock",
     interruption: Interruption,
 ) -> bool:
     """Render and write a picture, as far as it came; False where something had to be written elsewhere.
 
     Args:
-        loading: how long the scene took, to be told.
+        clock: knows how long everything before took, to be told.
     """
     renderer.reset()
     channels = renderer.channels([aov.name for aov in request.aovs])  # first, because the picture may take hours
@@ -186,12 +189,54 @@ def make_picture(
         image = renderer.film.own_pixels(renderer.image())
         encoding = renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
         place = written_picture(path, image, channels, **encoding)
-        print(f"{place}: {describe(renderer, image)} ({loading}, {describe_times(renderer)})", flush=True)
+        times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
+        print(f"{place}: {describe(renderer, image)} ({times})", flush=True)
         report_non_finite(renderer)
+        report_missed_error(renderer, interruption)
         for text in renderer.notes():
             note(text)
         is_in_place &= place == path
     return is_in_place
+
+
+class Clock:
+    """What a user waits for, from the key press on.
+
+    Args:
+        started: the value of ``time.perf_counter`` at the key press.
+
+    Attributes:
+        before: what the program took before the first picture, in words.
+    """
+
+    def __init__(self, started: float) -> None:
+        self.started, self.before = started, ""
+
+    def load(self, scene: SceneRequest) -> SceneData:
+        """Load a scene, and remember how long that took."""
+        start = time.perf_counter()
+        loaded = scene.load()
+        self.before = f"start {start - self.started:.2f} s, scene {time.perf_counter() - start:.2f} s"
+        return loaded
+
+    def total(self, renderer: ProgressiveRenderer) -> str:
+        """Everything until now; and what the same would take again, where kernels were compiled that are kept."""
+        total, saved = time.perf_counter() - self.started, compiling.seconds_to_save()
+        told = f"total {total:.2f} s"
+        return told if saved < WORTH_TELLING else f"{told}, a second run about {total - saved:.2f} s"
+
+
+def report_missed_error(renderer: ProgressiveRenderer, interruption: Interruption) -> None:
+    """A line if the rendering has ended before it reached the error that was asked for."""
+    progress = renderer.progress
+    target = progress.target.error
+    if target is None or progress.has_reached_error or not renderer.is_random or progress.samples == 0:
+        return
+    if interruption.number is not None:
+        return  # the user knows what has ended it
+    limits = [f"--{name} {getattr(progress.target, name):g}" for name in ("spp", "time")
+              if getattr(progress.target, name) is not None]  # fmt: skip
+    note(f"an error of {percent(target)} was not reached: {' or '.join(limits)} came first")
 
 
 def note_linear(display: Display, paths: Sequence[Path]) -> None:
@@ -336,7 +381,7 @@ class Bar:
             return
         left, texts = progress.seconds_left, [f"{self.renderer.samples} spp", f"{progress.seconds:.1f} s"]
         if not math.isnan(progress.error):
-            texts.append(f"error {100 * progress.error:.2g} %")
+            texts.append(f"error {two_digits(progress.error)}")
         texts.append("? left" if math.isnan(left) else f"{left:.1f} s left")
         self.bar.set_postfix_str(", ".join(texts), refresh=False)
         done = 0.0 if math.isnan(left) else progress.seconds / max(progress.seconds + left, SHORTEST)

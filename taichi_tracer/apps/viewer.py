@@ -22,7 +22,7 @@ from taichi_tracer.apps import camera_controller, clipboard
 from taichi_tracer.apps.camera_controller import Pose
 from taichi_tracer.apps.choices import Choices, after
 from taichi_tracer.apps.display import can_open_window, screen_size
-from taichi_tracer.apps.plot import draw_curve
+from taichi_tracer.apps.plot import draw_curves
 from taichi_tracer.apps.requests import options_of, scene_and_pictures_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Screen, first_size
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
@@ -32,6 +32,7 @@ from taichi_tracer.integrators.controls import BouncesControl, Control, NameCont
 from taichi_tracer.integrators.one_sample import OneSampleMis
 from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
+from taichi_tracer.picture.progress import two_digits
 from taichi_tracer.renderer import A1Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
@@ -43,7 +44,7 @@ TITLE = "Interactive Renderer"
 DISTANCE = "distance"  # the view that has a white of its own
 HELP_WIDTH, HELP_HEIGHT = 316, 260  # pixels; they fit HELP
 FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
-PLOT_HEIGHT = 150  # pixels, of the drawing of error against time under the settings
+PLOT_HEIGHT = 170  # pixels, of the drawing of errors against time under the settings
 MOST_POINTS = 400  # of that drawing; then every other one is left out
 SLOW_FRAME = 0.06  # seconds; a moving picture stutters beyond it
 SMOOTHING = 0.1  # the share of the newest frame in the time that is shown, so that it can be read
@@ -140,7 +141,9 @@ class Viewer:
         self.shows_help = False
         self.frame_seconds = 0.0
         self.started, self.error, self.error_at, self.last_samples = 0.0, math.nan, 0.0, math.inf
-        self.curve: list[tuple[float, float]] = []  # (seconds, error) since the picture was begun
+        # The name of an estimator → (seconds, error) since its picture was begun; and which picture these are of.
+        self.curves: dict[str, list[tuple[float, float]]] = {}
+        self.curves_of: tuple = ()
         self.unfolded: str | None = None  # the kind whose list is unfolded if not all have room; None is what shows
         geometry = renderer.scene_data.geometry
         self.usual_speed = self.speed = camera_controller.speed_for(geometry.low, geometry.high)
@@ -269,16 +272,27 @@ class Viewer:
         """Seconds since the picture was begun, and its estimated error, measured twice a second."""
         now = time.perf_counter()
         if self.renderer.samples <= self.last_samples:  # begun anew since the last frame
-            self.started, self.error, self.curve = now, math.nan, []
+            self.started, self.error = now, math.nan
+            if self.curves_of != self.picture():
+                self.curves, self.curves_of = {}, self.picture()
+            self.curves[self.renderer.active.name] = []
         self.last_samples = self.renderer.samples
         if now - self.error_at > ERROR_EVERY:
             self.error, self.error_at = self.renderer.error(), now
-            self.curve.append((now - self.started, float(self.error)))
-            if len(self.curve) > MOST_POINTS:
-                del self.curve[1::2]
-            self.screen.put_plot(draw_curve(self.curve, PANEL_WIDTH, PLOT_HEIGHT))
-        error = "" if math.isnan(self.error) else f", error {100 * self.error:.2g} %"
+            name = self.renderer.active.name
+            curve = self.curves.setdefault(name, [])
+            curve.append((now - self.started, float(self.error)))
+            if len(curve) > MOST_POINTS:
+                del curve[1::2]
+            self.screen.put_plot(draw_curves(self.curves, name, PANEL_WIDTH, PLOT_HEIGHT))
+        error = "" if math.isnan(self.error) else f", error {two_digits(self.error)}"
         return f"Time: {now - self.started:.1f} s{error}"
+
+    def picture(self) -> tuple:
+        """What the curves of all estimators have in common: light, scene and camera, and nothing of the estimator."""
+        scene, camera = self.choices.scene, position_of(self.renderer.camera)
+        parts = scene.ray_intersector.triangle_test, scene.lamps.choice.name, self.choices.environment
+        return (*parts, *bounce_words(self.renderer), *((name, repr(value)) for name, value in camera.items()))
 
     def tell(self, *texts: str) -> None:
         """Show texts in the panel."""

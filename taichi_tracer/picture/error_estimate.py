@@ -120,7 +120,7 @@ class RelativeError(float):
         return float(self), self.low, self.high, self.unseen
 
     def __str__(self) -> str:
-        if math.isnan(self):
+        if not math.isfinite(self):
             return "unknown"
         told = f"{percent(self)} ({percent(self.low)} to {percent(self.high)})"
         if self.low == 0 < self:
@@ -131,8 +131,11 @@ class RelativeError(float):
 
 
 def percent(fraction: float) -> str:
-    """The fraction in percent, with at most three significant digits: "1.23 %", "45.6 %", "0.00012 %"."""
-    return f"{100 * fraction:.3g} %"
+    """The fraction in percent, with three digits and no power of ten: "1.23 %", "45.6 %", "1,310 %"; or "unknown"."""
+    if not math.isfinite(fraction):
+        return "unknown"
+    value = 100 * fraction
+    return f"{value:,.0f} %" if abs(value) >= 1000 else f"{value:.3g} %"
 
 
 def relative_error(

@@ -139,12 +139,18 @@ class Progress:
             self._next_look = n + max(1, cost / (COST_OF_LOOKING * self.seconds_per_sample))
 
     @property
+    def has_reached_error(self) -> bool:
+        """Whether the target of the error is reached; False if there is none."""
+        target = self.target.error
+        return target is not None and self.samples >= FIRST_ERROR and bool(self.error.high <= target)
+
+    @property
     def is_done(self) -> bool:
         """Whether one of the targets is reached. The time is reached if one more sample would miss it by more."""
         target = self.target
         if target.spp is not None and self.samples >= target.spp:
             return True
-        if target.error is not None and self.samples >= FIRST_ERROR and self.error.high <= target.error:
+        if self.has_reached_error:
             return True
         if target.time is None or not self._recent:
             return False
@@ -177,6 +183,14 @@ class Progress:
         return n * (max(error, self.error.high) / self.target.error) ** (1 / power) - self.samples
 
 
+def two_digits(fraction: float) -> str:
+    """A fraction in percent for a display that changes all the time: "1.3 %", "130 %", and no power of ten."""
+    if not math.isfinite(fraction):
+        return "unknown"
+    value = 100 * fraction
+    return f"{value:,.0f} %" if value >= 10 else f"{value:.2g} %"
+
+
 def slope(points: list[tuple[float, float]]) -> float:
     """The slope of the straight line through the logarithms of the points, by least squares."""
     x, y = [math.log(p[0]) for p in points], [math.log(p[1]) for p in points]
@@ -197,11 +211,11 @@ def render_until(renderer, target: Target, watch=None) -> None:
         if renderer.adaptive:
             progress.pilot = adapt(renderer)
             renderer.progress = progress
-    looks = target.error is not None or watch is not None
+    looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
         start, forms = perf_counter(), renderer.eye_rays.forms
         renderer.add_sample(renderer.first_sample + renderer.film.samples)
-        if target.time is not None or looks:
+        if looks:
             ti.sync()
         renderer.film.samples += 1
         compiles = progress.samples == 0 or renderer.eye_rays.forms != forms

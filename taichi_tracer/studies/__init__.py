@@ -46,23 +46,29 @@ def accuracy(
 ) -> Accuracy:
     """What does accuracy cost in time? Every way to render a scene, against a reference.
 
+    A scene that is given by name or path is rendered in processes of its own: nothing of the caller's is touched, and
+    Taichi need not run here. A ``SceneData`` is rendered here, in the running precision, as is a scene where the caller
+    has registered parts or replaced methods, which other processes do not have.
+
     Args:
-        scene: a name, a path, or a ``SceneData``. Given by name, precision and fast math are compared too, which starts
-            Taichi anew: scenes that were made before cannot be used afterwards.
+        scene: a name, a path, or a ``SceneData``.
         environment: what lights it, or "none"; None takes the scene's own light, or the studio if it has none.
         size: width and height.
-        budget: seconds in all, compilation included.
-        seeds: renderings of every variant.
+        budget: seconds in all, compilation and report included. What does not fit is left out, and named.
+        seeds: renderings of every variant, at least, as far as the budget allows.
         report: a folder that exists, for ``accuracy.html`` and the numbers as files; None writes nothing.
         estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales, intersectors, forms,
             lamp_choices, max_bounces, roulettes: what is compared; None takes the defaults of ``variants.plan``. A
-            loaded scene keeps its precision and its fast math.
+            scene that is rendered here keeps the running precision and fast math.
         rr_start_bounce: after so many bounces, roulette may end a path.
         every: compare every combination, instead of changing one setting at a time.
     """
+    import time
+
     import numpy as np
 
-    from taichi_tracer.studies import accuracy_chart, accuracy_report, accuracy_tables, convergence, variants
+    start = time.perf_counter()
+    from taichi_tracer.studies import accuracy_chart, accuracy_report, accuracy_tables, schedule, variants
     from taichi_tracer.system import runtime
 
     knobs: dict[str, Any] = {"estimators": estimators, "samplers": samplers, "precisions": precisions}
@@ -72,11 +78,13 @@ def accuracy(
     given: dict[str, Any] = {name: tuple(values) for name, values in knobs.items() if values is not None}
     if rr_start_bounce is not None:
         given["rr_start_bounce"] = rr_start_bounce
-    source = variants.Source(scene, environment)
-    if source.is_loaded:
+    source = variants.Source(scene, environment, here=variants.lives_here_alone())
+    if source.here:
         settings = runtime.ensure()
         given = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)} | given
-    study = convergence.measure(source, variants.plan(**given, every=every), size, budget, seeds)
+    plan = variants.plan(**given, every=every)
+    keep = accuracy_report.DRAWING if report is None else accuracy_report.DRAWING + accuracy_report.WRITING
+    study = schedule.measure(source, plan, size, budget, seeds, spent=time.perf_counter() - start, keep=keep)
     if report is not None:
         accuracy_report.write(study, Path(report))
     rows = accuracy_tables.efficiency_table(study)

@@ -9,31 +9,45 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.files.disk import replace_file
+from taichi_tracer.picture.error_estimate import percent as in_percent
 from taichi_tracer.studies import page
-from taichi_tracer.studies.accuracy_chart import draw, png_of, svg_of
+from taichi_tracer.studies.accuracy_chart import draw, figures, plain_svg, png_of
 from taichi_tracer.studies.accuracy_tables import (
+    CERTAIN,
     bounce_table,
     efficiency_of,
     efficiency_table,
     knob_table,
+    main_curves,
+    ratio_in_words,
     show_seconds,
     summary,
 )
-from taichi_tracer.studies.convergence import TARGETS, Curve, Study, without_glare
+from taichi_tracer.studies.convergence import TARGETS, Curve, Study
 from taichi_tracer.system.digits import digits
 
-FILES = ("accuracy.html", "accuracy.csv", "accuracy.json", "accuracy.png")
-SHOWN = 240  # pixels, width of a picture in the page
-CROP = 0.25  # side of the crop, as a share of the picture's
-CROP_STEP = 4  # pixels between two places where the crop may lie: to look at every pixel would take seconds
+FILES = ("accuracy.html", "accuracy.csv", "accuracy.json", "accuracy.svg", "accuracy.png")
+WRITING, DRAWING = 1.7, 0.8  # times what a process takes to start is what all files take, or the figure alone
+SHOWN = 512  # pixels, width of a picture in the page where there is room
 WHITE = 0.99  # quantile of all errors that is shown as white: a few pixels would leave the rest black
+STYLE = """
+.findings { font-size: 1.12em; } .findings li { margin: 0.35em 0; } .findings li:first-child { font-weight: 700; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 300px), 1fr)); gap: 14px; }
+.pair figure { margin: 0; width: auto !important; } .pair img { width: 100%; }
+.card { margin: 0 0 1.4em; break-inside: avoid; } .card h3 { margin: 0.2em 0; font-size: 1.05em; }
+.scale { display: flex; align-items: center; gap: 8px; font-size: 0.86em; max-width: 460px; margin: 0.5em 0 1em; }
+.scale i { flex: 1; height: 16px; border: 1px solid var(--grid); }
+.chart svg { width: 100%; } use { cursor: help; }
+.narrow { display: none; } @media (max-width: 700px) { .narrow { display: block; } .broad { display: none; } }
+summary { cursor: pointer; font-size: 1.1em; margin: 0.6em 0; }
+"""
 
 
 def contents(study: Study) -> dict[str, bytes]:
     """Name → content of ``FILES``."""
     figure = draw(study)
-    made = as_html(study, figure).encode(), as_csv(study).encode(), as_json(study).encode(), png_of(figure)
-    return dict(zip(FILES, made, strict=True))
+    made = (as_html(study), as_csv(study), as_json(study), plain_svg(figure))
+    return dict(zip(FILES, [*(text.encode() for text in made), png_of(figure)], strict=True))
 
 
 def write(study: Study, folder: Path) -> list[Path]:
@@ -43,28 +57,69 @@ def write(study: Study, folder: Path) -> list[Path]:
     return [folder / name for name in FILES]
 
 
-def as_html(study: Study, figure) -> str:
-    """The whole page."""
+def as_html(study: Study) -> str:
+    """The whole page: findings first, then the charts, the tables, and the pictures."""
+    charts = figures(study)
+    findings = "".join(f"<li>{page.html.escape(sentence)}</li>" for sentence in summary(study))
+    parts = [f"<ul class='findings'>{findings}</ul>", "<h2>Error against time</h2>", chart(charts["curves"])]
+    parts.append(
+        page.paragraph(
+            "Lines are the mean over the random seeds, bands their spread; solid lines have the first sampler, dashed "
+            "lines another one. Point at a dot for its numbers. The error is the root mean square difference of all "
+            "pixels to the reference, as a fraction of its mean.",
+            "note",
+        )
+    )
+    if "knobs" in charts:
+        parts += ["<h2>What each knob changes</h2>", chart(charts["knobs"])]
+        parts.append(
+            page.paragraph(
+                f"Times those of {study.curves[0].variant.label}. Bars are 95 % intervals; what is pale is noise: it "
+                "cannot be told from 1.",
+                "note",
+            )
+        )
+    parts += ["<h2>What you wait for</h2>", chart(charts["wait"]), page.paragraph(of_the_wait(study), "note")]
+    for title, content in tables_of_questions(study).items():
+        parts += [f"<h2>{title}</h2>", content]
+    parts += pictures(study)
+    parts += [
+        "<h2>The numbers</h2>",
+        table_of_costs(study),
+        table_of_knobs(study),
+        page.paragraph(about(study), "note"),
+    ]
+    return page.page(f"What accuracy costs in time: {study.scene}", parts, STYLE)
+
+
+def chart(svg: str) -> str:
+    """A drawing that is as wide as the page."""
+    return f"<div class='chart'>{svg}</div>"
+
+
+def of_the_wait(study: Study) -> str:
+    """What the chart of waits says, and how compilation was counted."""
+    kept = (
+        f"{study.kernels_made} kernels were compiled anew; a second run finds them, and compiles for a shorter time."
+        if study.kernels_made
+        else "An earlier run had compiled all kernels: the first run on a machine compiles for longer."
+    )
+    shared = "An estimator that was compiled after another one shares with it what both need."
+    return f"Compiling happens once for each picture that is rendered by a new process. {kept} {shared}"
+
+
+def about(study: Study) -> str:
+    """How everything was measured."""
     width, height = study.size
-    about = (
-        f"{width}×{height} pixels, {study.seeds} seeds each, {study.seconds:.0f} s in all ({study.machine}). The "
-        f"reference has {study.reference_samples} samples per pixel and a relative error of {study.reference_error} "
-        "itself, which was taken off; errors that are not clearly larger are left out."
+    text = (
+        f"{width}×{height} pixels, {study.seeds} seeds or more, {study.seconds:.0f} s of a budget of {study.budget:g} "
+        f"s ({study.machine}). The reference has {study.reference_samples} samples per pixel and a relative error of "
+        f"{study.reference_error} itself, which was taken off; where a picture is nearly as good as the reference, its "
+        "error is what it tells of itself."
     )
     if study.reference_bounces is not None:
-        about += f" In it, light bounces at most {study.reference_bounces} times."
-    parts = [page.paragraph(about, "note"), *(page.paragraph(s) for s in summary(study))]
-    parts += ["<h2>Error against time</h2>", svg_of(figure)]
-    band = "Lines are the mean over the seeds, bands their spread. Compiling happens once and is shown beside."
-    parts.append(page.paragraph(band, "note"))
-    questions = tables_of_questions(study)
-    for title, content in questions.items():
-        parts += [f"<h2>{title}</h2>", content]
-    parts += ["<h2>What an error costs</h2>", table_of_costs(study)]
-    if knob_table(study) or not questions:
-        parts += ["<h2>What each knob buys</h2>", table_of_knobs(study)]
-    parts += [f"<h2>The same {study.equal_seconds:.2g} s</h2>", *pictures(study)]
-    return page.page(f"What accuracy costs in time: {study.scene}", parts)
+        text += f" In the reference, light bounces at most {study.reference_bounces} times."
+    return text
 
 
 def table_of_costs(study: Study) -> str:
@@ -73,13 +128,16 @@ def table_of_costs(study: Study) -> str:
     for curve, numbers in zip(study.curves, efficiency_table(study), strict=True):
         row = {"variant": numbers["variant"]}
         row |= {f"to {t:.0%}": show_seconds(curve.seconds_to(t)) for t in TARGETS}
-        row[f"ratio at {TARGETS[2]:.0%}"] = show(numbers[f"ratio at {TARGETS[2]:.0%}"])
-        for name in ("ms per sample", "variance x time", "slope", "compile s", "bias z"):
+        row["best error"] = f"{in_percent(curve.last[1])} after {curve.last[0]:.3g} s"
+        off = " (uncertain)" if curve.time_factor > CERTAIN else ""
+        row["ms per sample"] = show(numbers["ms per sample"]) + off
+        for name in ("variance x time", "compile s", "bias z"):
             row[name] = show(numbers[name])
         rows.append(row)
     note = (
-        "“About” stands where no picture was so good: the slope was continued. A bias z beyond ±3 would mean that the "
-        "variant or the reference is biased."
+        "All seconds are of rendering, and were measured; nothing is extrapolated. A bias z beyond ±4 would mean that "
+        "the variant or the reference is biased; “?” stands where a rare light was hardly met, so that nothing can be "
+        "said."
     )
     if any(curve.is_biased for curve in study.curves):
         note += (
@@ -131,54 +189,55 @@ def in_word(name: str, value) -> str:
 def table_of_knobs(study: Study) -> str:
     """A table of what turning one knob alone changes."""
     rows = [
-        {name: show(value) if isinstance(value, float) else value for name, value in r.items()}
-        for r in knob_table(study)
+        {
+            **{name: row[name] for name in ("knob", "from", "to", "with")},
+            "time of a sample": ratio_in_words(row["time low"], row["time high"], row["time"]),
+            "error at equal samples": ratio_in_words(row["error low"], row["error high"], row["error"]),
+            "error² x time": show(row["error² x time"]),
+        }
+        for row in knob_table(study)
     ]
     if not rows:
-        return page.paragraph("Only one setting of every knob was measured.")
+        return ""
     note = (
-        "Error at equal samples, and time per sample, are multiples of those before the change. "
-        "Where error² × time is below 1, the change pays."
+        "Both are multiples of those before the change, with 95 % intervals. Where error² × time is below 1, the "
+        "change pays: it reaches the same error sooner."
     )
     return page.table(rows, list(rows[0])) + page.paragraph(note, "note")
 
 
 def pictures(study: Study) -> list[str]:
-    """For every variant, the picture after the same time, a crop, and where it is wrong."""
+    """The reference; then, for every variant, the picture after the same time, and where it is wrong."""
     shown = [c for c in study.curves if c.image is not None]
     if not shown:
         return []
     maps = [np.abs(c.image - study.references[c.variant.lookup]).mean(axis=2) for c in shown]
     largest = float(np.quantile(np.concatenate([m.ravel() for m in maps]), WHITE))
-    y, x = noisiest(np.where(without_glare(study.reference), maps[-1], 0))
-    parts = [page.picture(study.reference, "reference", SHOWN, srgb=True), "<br>"]
+    of_mean = largest / max(float(study.reference.mean()), 1e-30)
+    parts = [f"<h2>Pictures after the same {study.equal_seconds:.2g} s of rendering</h2>"]
+    parts += [page.paragraph("Error in each pixel, on one scale for all maps:", "note")]
+    parts.append(page.scale_of_heat(f"{in_percent(of_mean)} of the mean brightness, or more"))
+    usual = study.curves[0].variant.sampler
+    main = [c for c in main_curves(study) if c.variant.sampler == usual]
+    cards, others = [], []
     for curve, errors in zip(shown, maps, strict=True):
-        rows, columns = crop_of(errors.shape, y, x)
-        caption = f"{curve.variant.label}: {curve.image_samples} spp, error {100 * curve.image_error:.3g} %"
-        caption += f", relMSE {curve.image_rel_mse:.3g}, FLIP {curve.image_flip:.3g}"
-        parts.append(page.picture(curve.image, caption, SHOWN, srgb=True))
-        parts.append(page.picture(curve.image[rows, columns], "crop", SHOWN // 2, srgb=True))
-        parts.append(page.picture(page.heat(errors, largest), "error: black none, white large", SHOWN) + "<br>")
+        (cards if any(curve is c for c in main) else others).append(card(study, curve, errors, largest))
+    parts += cards
+    if others:
+        parts.append(f"<details><summary>The other variants</summary>{''.join(others)}</details>")
     return parts
 
 
-def noisiest(errors: np.ndarray) -> tuple[int, int]:
-    """The middle of the crop with the largest error."""
-    rows, columns = (max(1, int(CROP * n)) for n in errors.shape)
-    windows = np.lib.stride_tricks.sliding_window_view(errors, (rows, columns))[::CROP_STEP, ::CROP_STEP]
-    means = windows.mean(axis=(2, 3))
-    y, x = np.unravel_index(int(means.argmax()), means.shape)
-    return CROP_STEP * int(y) + rows // 2, CROP_STEP * int(x) + columns // 2
-
-
-def crop_of(shape: tuple[int, int], y: int, x: int) -> tuple[slice, slice]:
-    """Rows and columns of the crop about a pixel."""
-    slices = []
-    for middle, n in ((y, shape[0]), (x, shape[1])):
-        side = max(1, int(CROP * n))
-        first = min(max(0, middle - side // 2), n - side)
-        slices.append(slice(first, first + side))
-    return slices[0], slices[1]
+def card(study: Study, curve: Curve, errors: np.ndarray, largest: float) -> str:
+    """One variant: its picture, where it is wrong, and the reference beside it."""
+    words = f"{curve.variant.label}: {curve.image_samples} samples per pixel, error {in_percent(curve.image_error)}"
+    more = f"relMSE {curve.image_rel_mse:.3g}, FLIP {curve.image_flip:.3g}"
+    three = (
+        page.picture(curve.image, more, SHOWN, srgb=True),
+        page.picture(page.heat(errors, largest), "error", SHOWN),
+        page.picture(study.references[curve.variant.lookup], "reference", SHOWN, srgb=True),
+    )
+    return f"<section class='card'><h3>{page.html.escape(words)}</h3><div class='pair'>{''.join(three)}</div></section>"
 
 
 def show(value: float) -> str:
@@ -204,15 +263,16 @@ def rows_of(curve: Curve) -> list[dict]:
             **settings,
             "seed": seed + 1,
             "samples": int(curve.samples[k]),
-            "seconds": float(curve.seconds[seed, k]),
+            "seconds": float(curve.mean_seconds[k]),
             "relative_rmse": float(curve.errors[seed, k]),
             "noise": float(curve.noise[seed, k]),
             "missing_light": -curve.shift,
             "missing_light_standard_error": curve.shift_error,
             "compile_seconds": curve.compile_seconds,
         }
-        for seed in range(len(curve.seconds))
+        for seed in range(len(curve.errors))
         for k in range(len(curve.samples))
+        if not math.isnan(curve.errors[seed, k])
     ]
 
 
@@ -231,7 +291,11 @@ def as_json(study: Study) -> str:
         "scene": study.scene,
         "size": list(study.size),
         "machine": study.machine,
+        "budget": study.budget,
         "seconds": study.seconds,
+        "start_seconds": study.start_seconds,
+        "read_seconds": study.read_seconds,
+        "kernels_compiled": study.kernels_made,
         "reference": {
             "samples": study.reference_samples,
             "relative_rmse": float(study.reference_error),

@@ -5,45 +5,47 @@ import statistics
 
 import numpy as np
 
-from taichi_tracer.studies.convergence import GLARE, TARGETS, Curve, Study, without_glare
+from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.studies.convergence import MIDDLE, TARGETS, Curve, Study, error_ratio, time_ratio
 
 WITH_TABLES = ("max_bounces", "roulette", "lamp_choice")  # knobs that have tables of their own
-
 MAIN = {"estimator", "sampler", *WITH_TABLES}  # knobs whose settings are compared in the chart and in the summary
+CERTAIN = 1.5  # of the ends of an interval: a ratio that is known no better than within this factor is noise
+SAME = 0.02  # as a fraction: what is no farther from 1 is the same
+FEW_PIXELS = 0.001  # of the picture: where so few hold half of the squared error, that is told
+NAMES = {"f32": "Float32", "f64": "Float64", "moller_trumbore": "Möller–Trumbore", "watertight": "The watertight test"}
 
 
 def efficiency_table(study: Study) -> list[dict]:
-    """A row for each variant: what it costs to reach an error, and whether it is biased."""
-    rows, middle = [], TARGETS[2]
-    whole = [c.seconds_to(middle)[0] for c in study.curves if c.variant.scale == 1]
-    best = min((seconds for seconds in whole if seconds > 0), default=math.nan)
+    """A row for each variant: the seconds to each error, NaN where it was not reached; and whether it is biased."""
+    rows, leading = [], study.leading()
+    best = leading[0].seconds_to(MIDDLE) if leading else math.nan
     for curve in study.curves:
-        row = {"variant": curve.variant.label}
-        for target in TARGETS:
-            seconds, is_measured = curve.seconds_to(target)
-            row[f"s to {target:.0%}"] = seconds
-            row[f"measured {target:.0%}"] = is_measured
-        row[f"ratio at {middle:.0%}"] = curve.seconds_to(middle)[0] / best
+        row: dict = {"variant": curve.variant.label}
+        row |= {f"s to {target:.0%}": curve.seconds_to(target) for target in TARGETS}
+        row["last error"], row["after s"] = curve.last[1], curve.last[0]
+        row[f"ratio at {MIDDLE:.0%}"] = curve.seconds_to(MIDDLE) / best
         row["ms per sample"] = curve.milliseconds_per_sample
+        row["time factor"] = curve.time_factor
         row["variance x time"] = curve.variance_times_time
         row["slope"] = curve.slope
         row["compile s"] = curve.compile_seconds
         row["bias z"] = curve.bias
+        row["unseen"] = curve.unseen
         rows.append(row)
     return rows
 
 
 def knob_table(study: Study) -> list[dict]:
-    """What turning one knob alone does to the error, at equal samples, and to the time of one."""
+    """What turning one knob alone does to the error, at equal samples, and to the time of one; with 95 % intervals."""
     rows = []
-    for base in study.curves:
-        for other in study.curves:
+    for i, base in enumerate(study.curves):
+        for other in study.curves[i + 1 :]:
             changed = base.variant.differences(other.variant)
-            is_usual_first = study.curves.index(base) < study.curves.index(other)
-            if len(changed) != 1 or changed[0] in WITH_TABLES or not is_usual_first:
+            if len(changed) != 1 or changed[0] in WITH_TABLES:
                 continue
-            error = error_ratio(base, other)
-            factor = other.milliseconds_per_sample / base.milliseconds_per_sample
+            error, error_low, error_high = error_ratio(base, other)
+            factor, low, high = time_ratio(base, other)
             rows.append(
                 {
                     "knob": changed[0].replace("_", " "),
@@ -51,11 +53,29 @@ def knob_table(study: Study) -> list[dict]:
                     "to": other.variant.setting(changed[0]),
                     "with": base.variant.sampler if changed[0] == "estimator" else base.variant.estimator,
                     "error": error,
+                    "error low": error_low,
+                    "error high": error_high,
                     "time": factor,
+                    "time low": low,
+                    "time high": high,
                     "error² x time": error**2 * factor,
                 }
             )
     return rows
+
+
+def is_noise(ratio: float, low: float, high: float) -> bool:
+    """Whether a ratio cannot be told from 1, and is not known well enough to say that it is 1."""
+    return low < 1 < high and high / low > CERTAIN
+
+
+def ratio_in_words(low: float, high: float, ratio: float) -> str:
+    """ "1.31 (1.25 to 1.38)", or that it cannot be told from 1."""
+    if low <= 1 <= high and high / low < 1 + 4 * SAME:
+        return "1.00 (the same)" if abs(ratio - 1) <= SAME else f"{ratio:.2f} (hardly another)"
+    if low <= 1 <= high:
+        return f"noise ({low:.2g} to {high:.2g})"
+    return f"{ratio:.2f} ({low:.2f} to {high:.2f})"
 
 
 def bounce_table(study: Study) -> list[dict]:
@@ -125,46 +145,180 @@ def noise_at_equal_samples(curves: list[Curve]) -> tuple[int, list[float]]:
     common = set.intersection(*(set(c.samples.tolist()) for c in curves))
     samples = max(common)
     columns = [c.noise[:, c.samples.tolist().index(samples)] for c in curves]
-    return samples, [float(np.sqrt(np.square(column).mean())) for column in columns]
+    return samples, [float(np.sqrt(np.nanmean(np.square(column)))) for column in columns]
 
 
-def error_ratio(base: Curve, other: Curve) -> float:
-    """Error of one variant over that of another, at the most samples at which both are known."""
-    _, i, j = np.intersect1d(base.samples, other.samples, return_indices=True)
-    ratios = other.mean_errors[j] / base.mean_errors[i]
-    known = ratios[np.isfinite(ratios)]
-    return float(known[-1]) if known.size else math.nan
+def summary(study: Study, target: float = MIDDLE) -> list[str]:
+    """What the study found, a sentence for each finding, the most important first."""
+    sentences = [*who_wins(study, target), *who_met_no_light(study), *who_is_biased(study)]
+    sentences += [*what_samplers_bring(study), *told_of_paths(study), *what_knobs_bring(study)]
+    sentences += [*what_the_wait_is(study, target), *where_the_error_is(study)]
+    return [*sentences, *([study.others] if study.others else []), *study.notes]
 
 
-def summary(study: Study, target: float = TARGETS[2]) -> list[str]:
-    """A few sentences on what the study found."""
+def main_curves(study: Study) -> list[Curve]:
+    """The curves that the chart compares: of whole pictures, which differ in nothing but ``MAIN``."""
     usual = study.curves[0].variant
-    main = [c for c in study.curves if set(c.variant.differences(usual)) <= MAIN]
-    told = sorted((c for c in main if c.seconds_to(target)[0] > 0), key=lambda c: c.seconds_to(target)[0])
+    return [c for c in study.curves if set(c.variant.differences(usual)) <= MAIN]
+
+
+def who_wins(study: Study, target: float) -> list[str]:
+    """Which variant reaches an error first, and which of the others did, or did not."""
+    main, words = main_curves(study), f"{100 * target:g} %"
+    told = sorted((c for c in main if c.seconds_to(target) > 0), key=lambda c: c.seconds_to(target))
     if not told:
-        advice = f"No variant came near enough to {target:.0%} for its time to be told: give a larger budget."
-        return [advice, *told_of_paths(study), where_the_error_is(study), *study.notes]
-    best, worst = told[0], told[-1]
-    sentences = [f"To {target:.0%} error, {best.variant.label} is cheapest: {show_seconds(best.seconds_to(target))}."]
-    if worst is not best:
-        ratio = worst.seconds_to(target)[0] / best.seconds_to(target)[0]
-        seconds = show_seconds(worst.seconds_to(target))
-        sentences.append(f"{worst.variant.label} needs {seconds}, {times_as_long(ratio)}.")
-    rows = knob_table(study)
-    samplers = [r["error"] for r in rows if r["knob"] == "sampler" and r["error"] > 0]
-    if samplers:
-        gain = statistics.median(max(r, 1 / r) for r in samplers)
+        best = min(main, key=lambda c: c.last[1])
+        seconds, error = best.last
+        nearest = f"{best.variant.label} came nearest, with {percent(error)} after {seconds:.3g} s of rendering"
+        easier = [t for t in TARGETS if t > target and any(c.seconds_to(t) > 0 for c in main)]
+        sentences = who_wins(study, easier[-1]) if easier else []
+        return [f"No variant reached {words} within the {study.budget:g} s of the study: {nearest}.", *sentences]
+    best = told[0]
+    alike = [c for c in told[1:] if cannot_be_told_apart(best, c, target)]
+    sentence = (
+        f"To {words} error, {best.variant.label} is fastest: {show_seconds(best.seconds_to(target))} of rendering"
+    )
+    if alike:
+        sentence += f"; the time of {' and of '.join(c.variant.label for c in alike)} cannot be told from it"
+    sentences = [f"{sentence}."]
+    others = [c for c in told[1:] if c not in alike]
+    if others:
+        worst = others[-1]
+        ratio = worst.seconds_to(target) / best.seconds_to(target)
         sentences.append(
-            f"At equal samples, one sampler has {gain:.1f} times the error of the other (median over estimators)."
+            f"{worst.variant.label} needs {show_seconds(worst.seconds_to(target))} for it, {times_as_long(ratio)}."
         )
-    sentences += told_of_paths(study)
-    knobs = [r for r in rows if r["knob"] in ("precision", "triangle test", "fast math", "plain")]
-    if knobs:
-        times = ", ".join(
-            f"{r['to']} {r['time']:.2f} times the time at {r['error']:.3g} times the error" for r in knobs
-        )
-        sentences.append(f"How single rays are computed: {times}.")
-    return [*sentences, where_the_error_is(study), *study.notes]
+    return [*sentences, *who_missed([c for c in main if c not in told], study, words)]
+
+
+def who_missed(missed: list[Curve], study: Study, words: str) -> list[str]:
+    """A sentence on those that did not reach an error: how near those with the first sampler came, and the others."""
+    sampler = study.curves[0].variant.sampler
+    named = [c for c in missed if c.variant.sampler == sampler]
+    others = list(dict.fromkeys(c.variant.sampler for c in missed if c.variant.sampler != sampler))
+    if not missed:
+        return []
+    near = [f"{c.variant.label} came to {percent(c.last[1])} in {c.last[0]:.2g} s" for c in named]
+    for other in others:
+        best = min((c for c in missed if c.variant.sampler == other), key=lambda c: c.last[1])
+        near.append(f"with {other} numbers, the best came to {percent(best.last[1])} in {best.last[0]:.2g} s")
+    return [f"Others did not reach {words} in the time that they had: {'; '.join(near)}."]
+
+
+def cannot_be_told_apart(a: Curve, b: Curve, target: float) -> bool:
+    """Whether the seconds to an error of two variants differ by less than they are uncertain."""
+    ratio = b.seconds_to(target) / a.seconds_to(target)
+    return max(ratio, 1 / ratio) < math.exp(math.hypot(*(math.log(f) for f in (a.time_factor, b.time_factor))))
+
+
+def who_met_no_light(study: Study) -> list[str]:
+    """Which variants hardly met what lights the scene, so that their errors say little; and what may hide elsewhere."""
+    sentences = []
+    for curve in main_curves(study):
+        if curve.unmet is not None:
+            met, lit = curve.unmet
+            sentences.append(
+                f"{curve.variant.label} met the light in {met:,} of the {lit:,} pixels where it is rare: its error is "
+                "unknown."
+            )
+        elif curve.unseen > 0.1 * curve.last[1]:
+            sentences.append(
+                f"{curve.variant.label}: light that no sample met may add {percent(curve.unseen)} to its error."
+            )
+    return sentences
+
+
+def who_is_biased(study: Study) -> list[str]:
+    """Which variants differ from the reference by more than chance explains."""
+    wrong = [c for c in study.curves if abs(c.bias) > 4 and not c.is_biased]
+    return [
+        f"{c.variant.label} differs from the reference by {percent(c.shift)} of the light, {abs(c.bias):.0f} standard "
+        "errors: one of the two is biased."
+        for c in wrong
+    ]
+
+
+def what_samplers_bring(study: Study) -> list[str]:
+    """How much smaller the error is with the better of two samplers, at equal samples; chance is called so."""
+    rows = [r for r in knob_table(study) if r["knob"] == "sampler" and r["error"] > 0]
+    sentences = []
+    for first, second in dict.fromkeys((r["from"], r["to"]) for r in rows):
+        own = [r for r in rows if (r["from"], r["to"]) == (first, second)]
+        low, gain, high = (statistics.median(r[name] for r in own) for name in ("error low", "error", "error high"))
+        better, worse = (first, second) if gain > 1 else (second, first)
+        factor = max(gain, 1 / gain)
+        if low <= 1 <= high:
+            told = f"the errors of {first} and {second} numbers differ by no more than chance"
+        else:
+            told = (
+                f"{worse} numbers have {factor:.2g} times the error of {better} (median over estimators): with "
+                f"independent samples, that would cost {factor**2:.2g} times the time"
+            )
+        sentences.append(f"At equal samples, {told}.")
+    return sentences
+
+
+SUBJECTS = {
+    "precision": lambda r: NAMES.get(r["to"], r["to"]),
+    "triangle test": lambda r: NAMES.get(r["to"], r["to"]),
+    "fast math": lambda r: "Fast math" if "no" not in r["to"] else "No fast math",
+    "plain": lambda r: "The readable code (plain forms)",
+    "lookup": lambda r: f"The {r['to']} look-up",
+    "adaptive": lambda r: "Adaptive sampling",
+    "intersector": lambda r: f"The intersector {r['to']}",
+    "scale": lambda r: "Half of the resolution",
+}
+
+
+def what_knobs_bring(study: Study) -> list[str]:
+    """A sentence for each knob beside estimator and sampler, with its uncertainty; noise is called so."""
+    sentences = []
+    for r in knob_table(study):
+        if r["knob"] not in SUBJECTS:
+            continue
+        subject = SUBJECTS[r["knob"]](r)
+        time = (r["time low"], r["time high"], r["time"])
+        if time[0] <= 1 <= time[1]:
+            told = f"{subject}: no difference in time can be told from noise ({time[0]:.2f} to {time[1]:.2f} times)"
+        else:
+            told = f"{subject} takes {time[2]:.2f} times the time of a sample ({time[0]:.2f} to {time[1]:.2f})"
+        sentences.append(f"{told}, {error_in_words(r)}.")
+    return sentences
+
+
+def error_in_words(row: dict) -> str:
+    """How the error of a row changes, at equal samples."""
+    low, high, ratio = row["error low"], row["error high"], row["error"]
+    if math.isnan(ratio):
+        return "and what it does to the error is unknown"
+    if abs(ratio - 1) <= SAME and high / low < 1 + 4 * SAME:
+        return "with the same error"
+    if low <= 1 <= high:
+        return f"and the error differs by no more than chance ({low:.2g} to {high:.2g} times)"
+    return f"with {ratio:.2f} times the error at equal samples"
+
+
+def what_the_wait_is(study: Study, target: float) -> list[str]:
+    """What a user waits for a picture before its samples are even begun, and what a second run is spared."""
+    told = [c for c in main_curves(study) if c.seconds_to(target) > 0] or main_curves(study)
+    best = min(told, key=lambda c: c.seconds_to(target) if c.seconds_to(target) > 0 else math.inf)
+    before = study.start_seconds + study.read_seconds + best.compile_seconds
+    if math.isnan(before):
+        return []
+    rendering = best.seconds_to(target)
+    sentence = (
+        f"Before its first sample, {best.variant.label} takes {before:.1f} s: {study.start_seconds:.1f} s to start, "
+        f"{study.read_seconds:.1f} s to read the scene, {best.compile_seconds:.1f} s to compile"
+    )
+    if rendering > 0:
+        share, whole = 100 * before / (before + rendering), before + rendering
+        sentence += f"; that is {share:.0f} % of the {whole:.1f} s to {100 * target:g} %"
+    if study.kernels_made > 0:
+        saved = max(0.0, before - best.seconds_to_save)
+        sentence += f". A second run finds the compiled kernels and takes about {saved:.1f} s before its first sample"
+    else:
+        sentence += ". This was a second run, which found all compiled kernels"
+    return [f"{sentence}."]
 
 
 def told_of_paths(study: Study) -> list[str]:
@@ -177,8 +331,8 @@ def told_of_paths(study: Study) -> list[str]:
             r, most = clear[-1], bounces[-1]["bounces"]
             bounces_of = "1 bounce" if r["bounces"] == 1 else f"{r['bounces']} bounces"
             sentences.append(
-                f"Paths of at most {bounces_of} miss {100 * r['missing light']:.2g} % of the light, with a "
-                f"standard error of {100 * r['standard error']:.1g} %, and take {r['time']:.0%} of the time of {most}."
+                f"Paths of at most {bounces_of} miss {100 * r['missing light']:.2g} % of the light, with a standard "
+                f"error of {100 * r['standard error']:.1g} %, and take {100 * r['time']:.0f} % of the time of {most}."
             )
         if hidden and hidden[0] is not bounces[-1]:
             least = hidden[0]["bounces"]
@@ -204,21 +358,21 @@ def times_as_long(ratio: float) -> str:
     return f"{ratio:,.0f} times as long" if ratio >= 10 else f"{ratio:.2g} times as long"
 
 
-def where_the_error_is(study: Study) -> str:
+def where_the_error_is(study: Study) -> list[str]:
     """A sentence on how many pixels hold half of the squared error of the best picture at equal time."""
-    best = min((c for c in study.curves if c.image is not None), key=lambda c: c.image_error)
-    reference = study.references[best.variant.lookup]
-    squares = np.sort(((best.image - reference) ** 2).sum(axis=2)[without_glare(reference)])[::-1]
+    shown = [c for c in study.curves if c.image is not None]
+    if not shown:
+        return []
+    best = min(shown, key=lambda c: c.image_error)
+    squares = np.sort(((best.image - study.references[best.variant.lookup]) ** 2).sum(axis=2).ravel())[::-1]
     count = int(np.searchsorted(np.cumsum(squares), squares.sum() / 2)) + 1
-    told = f"Half of the squared error of {best.variant.label} lies in {count} of {squares.size} pixels."
-    if study.glaring == 0:
-        return told
-    return f"{told} {study.glaring} more are over {GLARE} times as bright as the picture, and left out of every error."
+    told = f"Half of the squared error of {best.variant.label} lies in {count:,} of {squares.size:,} pixels"
+    if count <= FEW_PIXELS * squares.size:
+        rest = math.sqrt(squares[count:].sum() / (3 * squares.size)) / study.references[best.variant.lookup].mean()
+        told += f": these decide the error of {percent(best.image_error)}, of which the others make {percent(rest)}"
+    return [f"{told}."]
 
 
-def show_seconds(value: tuple[float, bool]) -> str:
-    """ "1.23 s", "about 45 s" where it was not measured, "?" where it cannot be told."""
-    seconds, is_measured = value
-    if math.isnan(seconds):
-        return "?"
-    return f"{'' if is_measured else 'about '}{seconds:.3g} s"
+def show_seconds(seconds: float) -> str:
+    """ "1.23 s", or "not reached"."""
+    return "not reached" if math.isnan(seconds) else f"{seconds:.3g} s"

@@ -1,37 +1,52 @@
-"""Error against seconds: the ways to render a picture, over several seeds, against a reference of known error."""
+"""Error against seconds: what the ways to render a picture reached, over several seeds, against a reference.
+
+The error of a picture is the root of the mean square difference of **all** of its pixels to the reference, as a
+fraction of the reference's mean; the reference's own error is taken off. Where the reference is not clearly better than
+the picture, the error that the picture tells of itself stands instead.
+
+The seconds of n samples are n times the seconds of one sample, which is the median over blocks of samples. The blocks
+of variants that are compared are rendered in turn, so that whatever else the machine does meets all of them alike.
+"""
 
 import math
-import time
-from collections.abc import Callable
+import statistics
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import taichi as ti
 
-from taichi_tracer.fast.primary_hits import LARGE_PICTURE
-from taichi_tracer.picture.adaptive import PILOT
-from taichi_tracer.picture.error_estimate import RelativeError, relative_error
+from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.progress import slope
-from taichi_tracer.renderer import A2Renderer, A4Renderer, ProgressiveRenderer
-from taichi_tracer.studies.machine import describe_machine
-from taichi_tracer.studies.metrics import flip, rel_mse, relative_rmse
-from taichi_tracer.studies.variants import Source, Variant, renderer_of
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.studies.metrics import relative_rmse
+from taichi_tracer.studies.variants import Variant
 
 TARGETS = (0.10, 0.05, 0.02, 0.01)  # relative RMSE
-REFERENCE_SEED = 1_000_003
-REFERENCE_SHARE, PICTURE_SHARE = 0.2, 0.006  # of the budget: for the reference, and for each picture at equal time
-FURTHER_REFERENCE = 0.25  # of the share of the first: what every other one gets, since few variants need it
-SHORTEST_REFERENCE = 0.2  # seconds: with fewer samples the error of the reference could not be estimated
-STEEPEST = -0.75  # slope that is continued beyond what was measured: what Owen's scrambling promises in general
-FLATTEST = -0.1  # slope of a curve that hardly falls: it is not continued, since its end would be anywhere
-FARTHEST = 300  # times the seconds that were measured: no curve is continued beyond
-FEW_POINTS = 4  # of a curve with fewer, the slope is that of all; of others, that of the later half
-REFERENCE_LAMPS = "hierarchy"  # of the reference, where choices of lamps are compared: it has the least noise
-WARM_UP = 3  # samples: after them everything is compiled
-GLARE = 50  # times the mean of the picture: pixels above it, such as a sun in a mirror, would alone decide its error
+MIDDLE = TARGETS[2]  # the target by which variants are ranked
 CLEAR = 1.5  # times the reference's own error: below it, the error of a picture cannot be told from that
-FEWEST, FIRST_SAMPLES, MOST_SAMPLES = 3, 2, 1 << 16  # pictures of a curve; samples per pixel of its first and last
+FEW_POINTS = 4  # of a curve with fewer, the slope is that of all; of others, that of the later half
+QUANTILE = 1.96  # 95 % of a normal distribution lie within this number of standard deviations from its mean
+MEDIAN_DEVIATION = 1.2533  # the standard error of a median is this times that of a mean, for a normal distribution
+NORMAL_SPREAD = 1.4826  # times the median distance from the median is the standard deviation of a normal distribution
+FEWEST_BLOCKS = 3  # with fewer, nothing is known of how far their median is off
+UNKNOWN_FACTOR = 2.0  # how far a median of too few blocks may be off
+ENOUGH_RATIOS = 3  # of errors: then those of fewer samples are not asked
+BLOCK_SIDE = 8  # pixels: the side of the blocks on which the bias is tested
+MOST_OF_A_BLOCK = 3.0  # the largest z-score with which a block counts: one that a rare light decides decides no more
+LIT = 0.01  # of the mean of the reference: darker pixels say nothing about which light was met
+# Of the lit pixels: how many a rare light must concern to be told; and of these, how many may have met it.
+RARE, FEW_MET = 0.05, 0.1
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some samples of every pixel, and what they took.
+
+    Attributes:
+        turn: the same for blocks that were rendered one after the other, which can be compared best.
+    """
+
+    turn: int
+    samples: int
+    seconds: float
 
 
 @dataclass
@@ -40,13 +55,17 @@ class Curve:
 
     Attributes:
         compile_seconds: until everything was compiled, beyond the time of rendering.
+        seconds_to_save: of these, what another run is spared, because the kernels are kept.
         samples: (K,) per pixel, at which the picture was compared.
-        seconds, errors: (seeds, K) of rendering; relative RMSE against the reference, the reference's own taken off.
-            NaN where the reference is no better.
-        noise: (seeds, K) the relative error that each picture tells of itself: what light it leaves out is not in it.
-        reference_mean: without the pixels that glare.
+        errors: (seeds, K) relative RMSE; NaN where a seed did not go so far.
+        noise: (seeds, K) the relative error that each picture tells of itself.
+        blocks: the times.
+        pilot_seconds: of the pilot of adaptive sampling, before the first sample of the picture.
+        reference_mean: of all pixels.
         shift, shift_error: the mean of the pictures minus that of the reference, as a fraction of the latter, and the
-            standard error of this fraction; without the pixels that glare.
+            standard error of this fraction, light that no sample met included.
+        bias: z-score of the pictures against the reference, see ``bias_of``; NaN if it cannot be told.
+        unmet: (pixels that met a rare light, pixels that it lights), see ``unmet_light``; None if no light is rare.
         is_biased: whether the variant leaves out light that is in the reference.
         image, image_error, image_flip, image_rel_mse: at equal time; None for variants without one.
     """
@@ -54,12 +73,17 @@ class Curve:
     variant: Variant
     compile_seconds: float
     samples: np.ndarray
-    seconds: np.ndarray
     errors: np.ndarray
     noise: np.ndarray
-    reference_mean: float
-    shift: float
-    shift_error: float
+    blocks: list[Block] = field(default_factory=list)
+    reference_mean: float = 1.0
+    shift: float = 0.0
+    shift_error: float = 0.0
+    bias: float = math.nan
+    unmet: tuple[int, int] | None = None
+    unseen: float = 0.0
+    pilot_seconds: float = 0.0
+    seconds_to_save: float = 0.0
     is_biased: bool = False
     image: np.ndarray | None = None
     image_samples: int = 0
@@ -68,24 +92,36 @@ class Curve:
     image_rel_mse: float = math.nan
 
     @property
-    def mean_seconds(self) -> np.ndarray:
-        """(K,) over the seeds."""
-        return self.seconds.mean(axis=0)
+    def seconds_per_sample(self) -> float:
+        """Of every pixel: the median over blocks, each of which counts as often as it has samples."""
+        return weighted_median([b.seconds / b.samples for b in self.blocks], [b.samples for b in self.blocks])
 
     @property
-    def mean_errors(self) -> np.ndarray:
-        """(K,) root of the mean square over the seeds; NaN where one is not known."""
-        return np.sqrt((self.errors**2).mean(axis=0))
+    def time_factor(self) -> float:
+        """The factor by which the seconds of a sample may be off, at 95 %."""
+        return uncertainty([b.seconds / b.samples for b in self.blocks])
 
     @property
     def milliseconds_per_sample(self) -> float:
         """Of every pixel."""
-        return 1e3 * float(self.mean_seconds[-1] / self.samples[-1])
+        return 1e3 * self.seconds_per_sample
 
     @property
-    def bias(self) -> float:
-        """z-score of the mean of the pictures against that of the reference."""
-        return self.shift / self.shift_error if self.shift_error > 0 else 0.0
+    def mean_seconds(self) -> np.ndarray:
+        """(K,) of rendering."""
+        return self.pilot_seconds + self.samples * self.seconds_per_sample
+
+    @property
+    def mean_errors(self) -> np.ndarray:
+        """(K,) root of the mean square over the seeds that went so far."""
+        known = np.isfinite(self.errors)
+        squares = np.where(known, self.errors, 0.0) ** 2
+        return np.sqrt(squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1))
+
+    @property
+    def last(self) -> tuple[float, float]:
+        """(seconds, error) of the picture with the most samples."""
+        return float(self.mean_seconds[-1]), float(self.mean_errors[-1])
 
     @property
     def slope(self) -> float:
@@ -98,26 +134,22 @@ class Curve:
         pairs = zip(self.mean_seconds.tolist(), self.mean_errors.tolist(), strict=True)
         return [(s, e) for s, e in pairs if e > 0]
 
-    def seconds_to(self, target: float) -> tuple[float, bool]:
-        """(seconds to a relative error, whether that was measured).
+    def seconds_to(self, target: float) -> float:
+        """Seconds of rendering to a relative error, between two pictures that were measured; NaN if it was not reached.
 
-        Beyond the last picture the slope is continued; NaN where that would be too far, or where the error is to a part
-        light that was left out, which no further sample adds.
+        The error may rise again with more samples, where they meet a rare light: then the last crossing counts.
         """
         points = self._known()
-        if not points:
-            return math.nan, False
+        crossing = math.nan
         for (s0, e0), (s1, e1) in zip(points, points[1:], strict=False):
-            if e0 >= target >= e1 and e0 > e1:
+            if e0 > target >= e1:
                 share = math.log(e0 / target) / math.log(e0 / e1)
-                return s0 * (s1 / s0) ** share, True
-        if points[0][1] <= target:
-            return points[0][0], True
-        power = max(self.slope, STEEPEST)
-        if self.is_biased or not power < FLATTEST:
-            return math.nan, False
-        factor = (points[-1][1] / target) ** (-1 / power)
-        return (points[-1][0] * factor if factor <= FARTHEST else math.nan), False
+                crossing = s0 * (s1 / s0) ** share
+            elif e1 > target:
+                crossing = math.nan
+        if points and all(e <= target for _, e in points):
+            return points[0][0]
+        return crossing
 
     @property
     def variance_times_time(self) -> float:
@@ -131,9 +163,14 @@ class Study:
     """Everything that was measured.
 
     Attributes:
+        seeds: how many times each variant was rendered, at least.
         reference_error: as the reference's own samples tell it.
         equal_seconds: of rendering, of the pictures that are shown beside each other.
         reference_bounces: how many surfaces reflect in the reference at most; None for direct light.
+        budget, seconds: what was allowed, and what was taken, from the key press on.
+        start_seconds: until the first process was ready; read_seconds: of reading the scene.
+        kernels_made: how many kernels were compiled; 0 if all of them were kept from an earlier run.
+        others: a sentence on other programs, if they took much of the machine.
         notes: what was not compared, and why.
     """
 
@@ -149,172 +186,94 @@ class Study:
     seconds: float = 0.0
     reference_bounces: int | None = None
     notes: list[str] = field(default_factory=list)
-
-    @property
-    def glaring(self) -> int:
-        """How many pixels are in no error."""
-        return int((~without_glare(self.reference)).sum())
+    budget: float = 60.0
+    start_seconds: float = 0.0
+    read_seconds: float = 0.0
+    kernels_made: int = 0
+    others: str | None = None
 
     @property
     def reference(self) -> np.ndarray:
         """(h, w, 3) what the first variant is compared with."""
         return next(iter(self.references.values()))
 
+    def leading(self, target: float = MIDDLE) -> list[Curve]:
+        """The curves of whole pictures that reached a target, the fastest first."""
+        reached = [c for c in self.curves if c.variant.scale == 1 and c.seconds_to(target) > 0]
+        return sorted(reached, key=lambda c: c.seconds_to(target))
+
 
 @dataclass
 class Truth:
-    """A reference: the picture, its relative error without the pixels that glare, and the variance of its pixels.
-
-    The renderer is kept because Taichi forgets every compiled kernel when a field is freed.
-    """
+    """A reference: the picture, its relative error as it tells itself, and the variance of its pixels."""
 
     image: np.ndarray
     error: RelativeError
     variance: np.ndarray
     samples: int
-    renderer: ProgressiveRenderer | None
-
-    @property
-    def counted(self) -> np.ndarray:
-        """(h, w) bool: the pixels that errors are of, all but those that glare."""
-        return without_glare(self.image)
 
     @property
     def mean(self) -> float:
-        """Of the pixels that errors are of."""
-        return float(self.image[self.counted].mean())
+        """Of all pixels."""
+        return float(self.image.mean())
 
     def error_of(self, image: np.ndarray) -> float:
         """Relative RMSE of a picture."""
-        return relative_rmse(image[self.counted], self.image[self.counted])
-
-    def noise_of(self, renderer: ProgressiveRenderer) -> float:
-        """What a picture tells of its own error, without the pixels that glare: a fraction of the reference's mean."""
-        variance, groups = renderer.film.spread()
-        known = self.counted & (groups > 1)
-        if not known.any():
-            return math.nan
-        return math.sqrt(variance[known].mean()) / self.mean
+        return relative_rmse(image, self.image)
 
 
-def measure(
-    source: Source,
-    variants: list[Variant],
-    size: tuple[int, int] = (128, 128),
-    budget: float = 60.0,
-    seeds: int = 3,
-    arch: str = "auto",
-    tell: Callable[[str, float], None] = lambda what, done: None,
-) -> Study:
-    """Render every variant within the budget.
+def weighted_median(values: list[float], weights: list[float]) -> float:
+    """The value below which half of the weight lies; NaN of nothing."""
+    if not values:
+        return math.nan
+    order = np.argsort(values)
+    summed = np.cumsum(np.asarray(weights, float)[order])
+    return float(np.asarray(values)[order][int(np.searchsorted(summed, summed[-1] / 2))])
 
-    Args:
-        budget: seconds in all, compilation included. A variant that compiles for longer than its share still gets
-            a few samples.
-        tell: called with what is being done, and the share of the budget that is spent.
 
-    Raises:
-        InputError: the scene has no light, or what is to be compared cannot be compared with it.
+def uncertainty(values: list[float]) -> float:
+    """The factor by which the median of positive values may be off, at 95 %; from their distances to it."""
+    if len(values) < FEWEST_BLOCKS:
+        return UNKNOWN_FACTOR
+    logarithms = np.log(values)
+    spread = NORMAL_SPREAD * float(np.median(np.abs(logarithms - np.median(logarithms))))
+    return math.exp(QUANTILE * MEDIAN_DEVIATION * spread / math.sqrt(len(values)))
+
+
+def time_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:
+    """(seconds of a sample over those of another variant, the ends of its 95 % interval).
+
+    Blocks of the same turn are compared with each other, if there are enough of them.
     """
-    source.check(variants)
-    start = time.perf_counter()
-    study = Study("", size, "", seeds, budget * PICTURE_SHARE)
-    most = max(v.max_bounces for v in variants)
-    study.reference_bounces = most if variants[0].is_path else None
-    truths: dict[str, Truth] = {}
-    done = 0
-    # variants of one precision together, since each change starts Taichi anew; the first one's come first
-    for mode in dict.fromkeys((v.precision, v.fast_math) for v in variants):
-        group = [v for v in variants if (v.precision, v.fast_math) == mode]
-        source.start(group[0], arch)
-        study.machine = describe_machine()
-        runs, scenes, renderers = [], {}, {}
-        if not study.scene:
-            scenes[group[0].scene] = first_scene = source.load(group[0])
-            study.scene = source.title(first_scene)
-            variants, study.notes = comparable(variants, first_scene)
-            group = [v for v in group if v in variants]
-        for variant in group:
-            if variant.scene not in scenes:
-                scenes[variant.scene] = source.load(variant)
-            scene = scenes[variant.scene]
-            if variant.lookup not in truths:
-                tell("reference", (time.perf_counter() - start) / budget)
-                share = REFERENCE_SHARE * (FURTHER_REFERENCE if truths else 1)
-                own = reference_variant(variant, variants)
-                if own.scene not in scenes:
-                    scenes[own.scene] = source.load(own)
-                truths[variant.lookup] = reference_of(scenes[own.scene], own, size, share * budget)
-            tell(f"{variant.label}: compiling", (time.perf_counter() - start) / budget)
-            truth = scaled(truths[variant.lookup], variant.scale)
-            key = (*variant.scene, variant.sampler, variant.adaptive, variant.scale)
-            if key not in renderers:  # one for all estimators: what the eye rays hit is compiled once
-                kind = renderer_of(variant.estimator)
-                renderers[key] = make(kind, scene, variant, truth.image.shape[1::-1])
-            runs.append(Run(renderers[key], variant, truth))
-        for seed in range(seeds):  # all variants in turn, so that what else the machine does meets all alike
-            for i, run in enumerate(runs):
-                tell(f"{run.variant.label}: seed {seed + 1}", (time.perf_counter() - start) / budget)
-                left = budget - (time.perf_counter() - start)
-                left *= len(group) / (len(variants) - done)  # the share of this group
-                left -= study.equal_seconds * len(runs)
-                run.render(1 + seed, left / (len(runs) * (seeds - seed) - i))
-        study.curves += [run.curve(seeds + 1, study.equal_seconds) for run in runs]
-        done += len(group)
-    first = truths[variants[0].lookup]
-    for curve in study.curves:
-        curve.is_biased = curve.variant.is_path and curve.variant.max_bounces < most
-    study.curves.sort(key=lambda c: variants.index(c.variant))
-    study.references = {lookup: truth.image for lookup, truth in truths.items()}
-    study.reference_error, study.reference_samples = first.error, first.samples
-    study.seconds = time.perf_counter() - start
-    return study
+    by_turn = {b.turn: b.seconds / b.samples for b in base.blocks}
+    ratios = [b.seconds / b.samples / by_turn[b.turn] for b in other.blocks if b.turn in by_turn]
+    if len(ratios) >= FEWEST_BLOCKS:
+        ratio, factor = statistics.median(ratios), uncertainty(ratios)
+    else:
+        ratio = other.seconds_per_sample / base.seconds_per_sample
+        factor = math.exp(math.hypot(math.log(base.time_factor), math.log(other.time_factor)))
+    return ratio, ratio / factor, ratio * factor
 
 
-def comparable(variants: list[Variant], scene) -> tuple[list[Variant], list[str]]:
-    """The variants that differ in a scene, and notes on those that do not.
+def error_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:
+    """(error over that of another variant at equal samples, the ends of its 95 % interval); NaN if none are equal.
 
-    Raises:
-        InputError: choices of lamps are compared, and the scene has no lamps.
+    It is the geometric mean over all seeds of the largest numbers of samples that both have.
     """
-    if len({v.lamp_choice for v in variants}) > 1 and scene.lamps.count == 0:
-        raise InputError(f"accuracy: {scene.source} has no surface with Ke > 0, so that no lamp is chosen")
-    notes = []
-    if scene.environment is None and len({v.lookup for v in variants}) > 1:
-        variants = [v for v in variants if v.lookup == variants[0].lookup]
-        notes.append("The scene has no environment, so that its look-up was not compared.")
-    return variants, notes
-
-
-def reference_variant(variant: Variant, variants: list[Variant]) -> Variant:
-    """What the reference of a variant is rendered with: the package's own parts, whatever is compared with them."""
-    choices = {v.lamp_choice for v in variants}
-    own = Variant(
-        estimator="path" if variant.is_path else "mis",
-        lamp_choice=variant.lamp_choice if len(choices) == 1 else REFERENCE_LAMPS,
-        max_bounces=max(v.max_bounces for v in variants),
-    )
-    of_scene = ("lookup", "triangle_test", "intersector", "plain")
-    return replace(own, **{knob: getattr(variant, knob) for knob in of_scene})
-
-
-def reference_of(scene, variant: Variant, size: tuple[int, int], seconds: float) -> Truth:
-    """A picture by multiple importance sampling, for that many seconds, and how far it is off."""
-    renderer = make(A4Renderer if variant.is_path else A2Renderer, scene, variant, size)
-    renderer.seed = REFERENCE_SEED
-    renderer.render(time=max(seconds, SHORTEST_REFERENCE))
-    image, (variance, groups) = renderer.image().astype(np.float64), renderer.film.spread()
-    error = relative_error(variance, np.where(without_glare(image), groups, 0), image)
-    if math.isnan(error):
-        raise InputError(
-            f"accuracy: no light of {scene.source} reaches the camera, so that there is no error to measure"
-        )
-    return Truth(image, error, variance, renderer.samples, renderer)
-
-
-def without_glare(image: np.ndarray) -> np.ndarray:
-    """(h, w) bool: pixels that are no more than ``GLARE`` times as bright as the picture."""
-    return image.max(axis=2) <= GLARE * image.mean()
+    _, i, j = np.intersect1d(base.samples, other.samples, return_indices=True)
+    seeds = min(len(base.errors), len(other.errors))
+    logarithms: list[float] = []
+    for k, m in list(zip(i, j, strict=True))[::-1]:
+        both = [(base.errors[s, k], other.errors[s, m]) for s in range(seeds)]
+        logarithms += [math.log(b / a) for a, b in both if a > 0 and b > 0]
+        if len(logarithms) >= ENOUGH_RATIOS:
+            break
+    if not logarithms:
+        return math.nan, math.nan, math.nan
+    ratio, factor = math.exp(statistics.fmean(logarithms)), UNKNOWN_FACTOR
+    if len(logarithms) > 1:
+        factor = math.exp(QUANTILE * statistics.stdev(logarithms) / math.sqrt(len(logarithms)))
+    return ratio, ratio / factor, ratio * factor
 
 
 def scaled(truth: Truth, scale: float) -> Truth:
@@ -332,94 +291,6 @@ def scaled(truth: Truth, scale: float) -> Truth:
     return replace(truth, image=image, error=RelativeError(error, error, error), variance=variance)
 
 
-def make(
-    renderer_class: type[ProgressiveRenderer], scene, variant: Variant, size: tuple[int, int]
-) -> ProgressiveRenderer:
-    """A renderer of a variant; it never compiles another form of the eye rays in the middle of a measurement."""
-    width, height = size
-    renderer = renderer_class(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
-    renderer.eye_rays.use_packets = renderer.eye_rays.can_use_packets and width * height >= LARGE_PICTURE
-    return as_variant(renderer, variant)
-
-
-def as_variant(renderer: ProgressiveRenderer, variant: Variant) -> ProgressiveRenderer:
-    """The renderer, with the estimator of a variant, and with the length of its paths."""
-    if isinstance(renderer, A4Renderer):
-        renderer.path_settings.set(**variant.paths)
-    return renderer.use(variant.estimator)
-
-
-class Run:
-    """The measurement of one variant, seed by seed; it is compiled when it is made."""
-
-    def __init__(self, renderer: ProgressiveRenderer, variant: Variant, truth: Truth) -> None:
-        self.variant, self.truth, self.renderer = variant, truth, renderer
-        self.begin(0)
-        renderer.render(WARM_UP, watch=lambda _: None)
-        self.compile_seconds = self.renderer.progress.compile_seconds
-        self.samples: list[int] = []
-        self.seconds: list[list[float]] = []
-        self.errors: list[list[float]] = []
-        self.noise: list[list[float]] = []
-        self.finals: list[tuple[np.ndarray, np.ndarray]] = []
-
-    def begin(self, seed: int) -> None:
-        """Start over with other random numbers."""
-        self.renderer.seed = seed
-        as_variant(self.renderer, self.variant).begin_anew()
-
-    def render(self, seed: int, slot: float) -> None:
-        """Compare pictures of one seed, each with twice as many samples per pixel as the one before.
-
-        Args:
-            slot: seconds that the first seed may take. The other seeds take as many samples as that one.
-        """
-        renderer, spent, done, seconds, errors, noise = self.renderer, 0.0, 0, [], [], []
-        self.begin(seed)
-        is_first, first = not self.samples, PILOT if self.variant.adaptive else FIRST_SAMPLES
-        for wanted in doubled(first) if is_first else list(self.samples):
-            if is_first and len(errors) >= FEWEST and 2 * spent >= slot:
-                break
-            begin = time.perf_counter()
-            renderer.render(wanted - done)
-            ti.sync()
-            spent, done = spent + time.perf_counter() - begin, wanted
-            seconds.append(spent)
-            errors.append(error_beyond(self.truth.error_of(renderer.image()), self.truth.error))
-            noise.append(self.truth.noise_of(renderer))
-            if is_first:
-                self.samples.append(wanted)
-        self.seconds.append(seconds)
-        self.errors.append(errors)
-        self.noise.append(noise)
-        self.finals.append((renderer.image().astype(np.float64), renderer.film.variance_of_mean()))
-
-    def curve(self, seed: int, equal_seconds: float) -> Curve:
-        """What was measured, and a picture of its own at equal time."""
-        curve = Curve(
-            self.variant,
-            self.compile_seconds,
-            np.array(self.samples),
-            np.array(self.seconds),
-            np.array(self.errors),
-            np.array(self.noise),
-            self.truth.mean,
-            *shift(self.finals, self.truth),
-        )
-        if self.variant.scale == 1:
-            self.begin(seed)
-            image = self.renderer.render(time=equal_seconds).image()
-            curve.image, curve.image_samples = image, self.renderer.samples
-            curve.image_error = self.truth.error_of(image)
-            curve.image_rel_mse, curve.image_flip = rel_mse(image, self.truth.image), flip(image, self.truth.image)[0]
-        return curve
-
-
-def doubled(first: int) -> list[int]:
-    """``first``, and each time twice as many, up to ``MOST_SAMPLES``."""
-    return [first << k for k in range(MOST_SAMPLES.bit_length()) if first << k <= MOST_SAMPLES]
-
-
 def error_beyond(measured: float, reference: float) -> float:
     """The error of a picture from its difference to a reference that errs too; NaN where the reference is no better."""
     if not measured > CLEAR * reference:
@@ -427,13 +298,59 @@ def error_beyond(measured: float, reference: float) -> float:
     return math.sqrt(measured**2 - reference**2)
 
 
-def shift(finals: list[tuple[np.ndarray, np.ndarray]], truth: Truth) -> tuple[float, float]:
-    """(mean of pictures minus that of the reference, its standard error), both as fractions of the reference's mean.
+def error_of(image: np.ndarray, told: float, truth: Truth) -> float:
+    """The error of a picture: against the reference, or as it tells itself where the reference is no better."""
+    error = error_beyond(truth.error_of(image), truth.error)
+    return float(told) if math.isnan(error) else error
+
+
+def shift_of(
+    finals: list[tuple[np.ndarray, np.ndarray]], truth: Truth, unseen: float = 0.0
+) -> tuple[float, float, float]:
+    """How the mean of pictures differs from that of the reference.
 
     Args:
         finals: (picture, variance of its pixels) for every seed.
+        unseen: what light that no sample met may add, as a fraction of the mean.
+
+    Returns:
+        The shift and its standard error, as fractions of the reference's mean; and a z-score. For this one, the
+        difference of every block of pixels is divided by its own standard error. A single block counts at most as
+        ``MOST_OF_A_BLOCK``, so that one pixel that met a rare light cannot look like a bias, while an estimator that is
+        wrong is so in many blocks. The z-score is no larger than that of the whole picture.
     """
     difference = np.mean([p for p, _ in finals], axis=0) - truth.image
     variance = np.sum([np.nan_to_num(v) for _, v in finals], axis=0) / len(finals) ** 2 + np.nan_to_num(truth.variance)
-    spread = variance[truth.counted].sum(axis=1) / 3  # channels err together
-    return float(difference[truth.counted].mean()) / truth.mean, math.sqrt(spread.mean() / spread.size) / truth.mean
+    spread = variance.sum(axis=2) / 3  # channels err together
+    shift = float(difference.mean()) / truth.mean
+    error = math.hypot(math.sqrt(spread.mean() / spread.size) / truth.mean, unseen)
+    d, v = (blocks_of(values) for values in (difference.mean(axis=2), spread))
+    side = min(BLOCK_SIDE, *difference.shape[:2])
+    certain = v > 0
+    if not certain.any() or error == 0:
+        return shift, error, math.nan
+    z = d[certain] / np.sqrt(v[certain] / side**2)
+    of_blocks = float(np.clip(z, -MOST_OF_A_BLOCK, MOST_OF_A_BLOCK).sum()) / math.sqrt(z.size)
+    return shift, error, math.copysign(min(abs(of_blocks), abs(shift) / error), of_blocks)
+
+
+def blocks_of(values: np.ndarray) -> np.ndarray:
+    """The means of square blocks of (h, w) values; what is left over at the ends is not in them."""
+    side = min(BLOCK_SIDE, *values.shape)
+    height, width = (n // side for n in values.shape)
+    return values[: height * side, : width * side].reshape(height, side, width, side).mean(axis=(1, 3)).ravel()
+
+
+def unmet_light(image: np.ndarray, reference: np.ndarray) -> tuple[int, int] | None:
+    """(pixels that met a rare light, pixels that it lights), or None if no light is rare.
+
+    In a picture whose samples seldom meet what lights the scene, nearly all of the pixels that this light brightens are
+    less than half as bright as in the reference, and the few that met it are more than twice as bright.
+    """
+    shown, true = image.sum(axis=2), reference.sum(axis=2)
+    lit = true > LIT * true.mean()
+    dark, bright = lit & (shown < true / 2), lit & (shown > 2 * true)
+    concerned = int(dark.sum() + bright.sum())
+    if concerned < RARE * lit.sum() or bright.sum() > FEW_MET * concerned:
+        return None
+    return int(bright.sum()), concerned

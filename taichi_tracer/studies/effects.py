@@ -14,6 +14,7 @@ import taichi as ti
 
 from taichi_tracer.effects import Effects
 from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData, SceneInKernels
 from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.digits import digits
@@ -81,7 +82,7 @@ def measure(
     estimator: str = "brdf",
     width: int = 512,
     height: int = 512,
-    sampler: str = "sobol",
+    sampler: str = DEFAULT_SAMPLER,
 ) -> list[Variant]:
     """A ``Variant`` for the scene as it is, for each effect more, for all of them, and for the forms that are read.
 

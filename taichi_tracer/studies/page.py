@@ -8,19 +8,54 @@ import numpy as np
 from taichi_tracer.files.images import encode_png
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 1180px; margin: 2em auto; padding: 0 1em; color: #1c2733; }
-h1, h2 { line-height: 1.2; } table { border-collapse: collapse; margin: 1em 0; font-size: 12px; }
-th, td { padding: 3px 7px; border-bottom: 1px solid #d5dbe1; text-align: right; white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; } th { background: #f2f5f8; }
-figure { display: inline-block; margin: 0 10px 14px 0; vertical-align: top; } figcaption { font-size: 12px; }
-img { image-rendering: pixelated; display: block; } svg { max-width: 100%; height: auto; } .note { color: #5b6875; }
+:root { color-scheme: light dark; --ink: #1c2733; --soft: #55626f; --grid: #d3dae1; --paper: #ffffff; --band: #f1f4f7; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e8edf2; --soft: #a4b0bc; --grid: #3b4652; --paper: #14191f; --band: #1f272f; }
+}
+@media print {
+  :root { --ink: #000; --soft: #333; --grid: #ccc; --paper: #fff; --band: #f1f4f7; }
+  figure, table, svg { break-inside: avoid; } h2 { break-after: avoid; }
+}
+body { font: clamp(15px, 0.35vw + 12px, 21px)/1.5 system-ui, sans-serif; max-width: 1500px; margin: 1.2em auto;
+  padding: 0 1em; color: var(--ink); background: var(--paper); }
+h1, h2 { line-height: 1.2; text-wrap: balance; } h2 { margin-top: 1.6em; }
+.wide { overflow-x: auto; } table { border-collapse: collapse; margin: 1em 0; font-size: 0.86em; }
+th, td { padding: 4px 9px; border-bottom: 1px solid var(--grid); text-align: right; white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; } th { background: var(--band); }
+table.sortable th { cursor: pointer; }
+th[data-order]::after { content: " ▾"; } th[data-order="-1"]::after { content: " ▴"; }
+figure { display: inline-block; margin: 0 10px 14px 0; vertical-align: top; max-width: 100%; }
+figcaption { font-size: 0.86em; }
+img { image-rendering: pixelated; display: block; max-width: 100%; height: auto; }
+svg { max-width: 100%; height: auto; } .note { color: var(--soft); }
+"""
+
+# A click on the head of a column sorts the table by its numbers, or by its words where it has no numbers.
+SCRIPT = """
+for (const table of document.querySelectorAll("table.sortable")) {
+  const heads = [...table.querySelectorAll("th")], body = table.tBodies[0];
+  heads.forEach((head, column) => head.onclick = () => {
+    const order = head.dataset.order === "1" ? -1 : 1;
+    heads.forEach(h => delete h.dataset.order);
+    head.dataset.order = order;
+    const key = row => row.cells[column].textContent.replace(/,/g, "").trim();
+    const number = text => parseFloat(text.replace("×", ""));
+    [...body.rows].sort((a, b) => {
+      const [x, y] = [key(a), key(b)], [m, n] = [number(x), number(y)];
+      if (isNaN(m) && isNaN(n)) return order * x.localeCompare(y);
+      if (isNaN(m) || isNaN(n)) return isNaN(m) ? 1 : -1;
+      return order * (m - n);
+    }).forEach(row => body.append(row));
+  });
+}
 """
 
 
-def page(title: str, parts: list[str], style: str = "") -> str:
-    """A whole document of parts that are HTML already; ``style`` is added to the common one."""
-    head = f"<meta charset='utf-8'><title>{html.escape(title)}</title><style>{STYLE}{style}</style>"
-    body = f"<h1>{html.escape(title)}</h1>" + "".join(parts)
+def page(title: str, parts: list[str], style: str = "", script: str = "") -> str:
+    """A whole document of parts that are HTML already; ``style`` and ``script`` are added to the common ones."""
+    head = "<meta charset='utf-8'><meta name='viewport' content='width=device-width, initial-scale=1'>"
+    head += f"<title>{html.escape(title)}</title><style>{STYLE}{style}</style>"
+    body = f"<h1>{html.escape(title)}</h1>" + "".join(parts) + f"<script>{SCRIPT}{script}</script>"
     return f"<!doctype html><html lang='en'><head>{head}</head><body>{body}</body></html>\n"
 
 
@@ -30,12 +65,13 @@ def paragraph(text: str, kind: str = "") -> str:
 
 
 def table(rows: list[dict], columns: list[str]) -> str:
-    """Rows of text under named columns."""
+    """Rows of text under named columns, which a click on a name sorts."""
     head = "".join(f"<th>{html.escape(c)}</th>" for c in columns)
     body = "".join(
         "<tr>" + "".join(f"<td>{html.escape(str(r.get(c, '')))}</td>" for c in columns) + "</tr>" for r in rows
     )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    rows_of = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
+    return f"<div class='wide'><table class='sortable'>{rows_of}</table></div>"
 
 
 def picture(image: np.ndarray, caption: str, width: int, srgb: bool = False) -> str:
@@ -50,3 +86,11 @@ def heat(values: np.ndarray, largest: float) -> np.ndarray:
     """(h, w, 3) colours of (h, w) values: black for 0, through red and yellow, to white for ``largest``."""
     share = np.clip(values / largest if largest > 0 else np.zeros_like(values), 0, 1)
     return np.stack([np.clip(3 * share - k, 0, 1) for k in range(3)], axis=-1)
+
+
+def scale_of_heat(largest: str) -> str:
+    """The colours of ``heat`` as a strip, from 0 to what ``largest`` says."""
+    strip = "linear-gradient(90deg, #000, #f00 33.3%, #ff0 66.7%, #fff)"
+    return (
+        f"<div class='scale'><span>0</span><i style='background:{strip}'></i><span>{html.escape(largest)}</span></div>"
+    )

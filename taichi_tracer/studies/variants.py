@@ -7,16 +7,20 @@ from pathlib import Path
 from taichi_tracer.environment import LOOKUPS, Environment, load_environment
 from taichi_tracer.integrators import path_settings
 from taichi_tracer.renderer import A2Renderer, A4Renderer, ProgressiveRenderer
+from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.seams import assigned
 
 LIGHT = "studio"  # what lights a scene that has no light of its own
 NO_LIGHT = "none"  # the name for no environment, as on the command line
 NO_ROULETTE, COURSE, BY_THROUGHPUT = "none", *path_settings.ROULETTES
 MAX_BOUNCES, RR_START = 5, 3  # the defaults of ``PathSettings``
+MOST_FOR_PLAIN = 100_000  # primitives: the plain hierarchy is built in Python, which takes about 20 s for so many
+REFERENCE_LAMPS = "hierarchy"  # of the reference, where choices of lamps are compared: it has the least noise
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,7 @@ class Variant:
     """
 
     estimator: str = "mis"
-    sampler: str = "sobol"
+    sampler: str = DEFAULT_SAMPLER
     triangle_test: str = "watertight"
     precision: str = "f32"
     fast_math: bool = False
@@ -101,12 +105,10 @@ class Variant:
 
 FORMS = ("fast", "plain")
 DIRECT, PATHS = ("uniform", "brdf", "environment", "mis"), ("implicit", "explicit", "path")
-# What a study compares if nothing is named. The plain forms are not among it: their pictures are the same to the last
-# bit, so that a study of errors would spend seconds of its budget on a ratio of times alone, and on a large mesh
-# minutes, since the plain hierarchy is built in Python. ``taichi-tracer effects`` tells that ratio too.
+# What a study compares if nothing is named.
 USUAL: dict[str, tuple] = {
     "estimators": DIRECT,
-    "samplers": ("sobol", "independent"),
+    "samplers": (DEFAULT_SAMPLER, "niederreiter_one", "independent"),
     "precisions": ("f32", "f64"),
     "triangle_tests": ("watertight", "moller_trumbore"),
     "fast_math": (False, True),
@@ -114,7 +116,7 @@ USUAL: dict[str, tuple] = {
     "adaptive": (False, True),
     "scales": (1.0, 0.5),
     "intersectors": (None,),
-    "forms": ("fast",),
+    "forms": ("fast", "plain"),
     "lamp_choices": (None,),
     "max_bounces": (MAX_BOUNCES,),
     "roulettes": (NO_ROULETTE,),
@@ -156,6 +158,8 @@ def plan(
 ) -> list[Variant]:
     """Every estimator with every sampler, and each other knob turned alone, from the last estimator and first sampler.
 
+    These two are those of the first variant.
+
     What is None is ``USUAL``. If one of ``QUESTIONS`` has several values, everything that is None keeps one value
     instead, so that the budget is spent on this question. If one of ``OF_PATHS`` is given, estimators of paths are
     compared.
@@ -187,13 +191,54 @@ def plan(
         "roulette": chosen["roulettes"],
     }
     first = {knob: settings[0] for knob, settings in values.items()} | {"rr_start_bounce": rr_start_bounce}
-    both = [(e, s) for e in values["estimator"] for s in values["sampler"]]
+    last = values["estimator"][-1]
+    estimators = [last, *(e for e in values["estimator"] if e != last)]
+    both = [(e, s) for e in estimators for s in values["sampler"]]
     variants = [Variant(**first | {"estimator": e, "sampler": s}) for e, s in both]
     others = [knob for knob in values if knob not in ("estimator", "sampler")]
+    if every and "forms" not in asked:  # they change no picture, and would double everything
+        values["plain"] = values["plain"][:1]
     for knob in others:
-        from_these = list(variants) if every else [Variant(**first | {"estimator": values["estimator"][-1]})]
+        from_these = list(variants) if every else variants[:1]
         variants += [replace(v, **{knob: value}) for v in from_these for value in values[knob][1:]]
     return variants
+
+
+def of_questions() -> tuple[str, ...]:
+    """The attributes of ``Variant`` that belong to ``QUESTIONS``."""
+    return "lamp_choice", "max_bounces", "roulette"
+
+
+def comparable(
+    variants: list[Variant], lamps: int, has_environment: bool, source: str
+) -> tuple[list[Variant], list[str]]:
+    """The variants that differ in a scene, and notes on those that do not.
+
+    Args:
+        lamps: how many the scene has. source: its name, for an error.
+
+    Raises:
+        InputError: choices of lamps are compared, and the scene has no lamps.
+    """
+    if len({v.lamp_choice for v in variants}) > 1 and lamps == 0:
+        raise InputError(f"accuracy: {source} has no surface with Ke > 0, so that no lamp is chosen")
+    notes = []
+    if not has_environment and len({v.lookup for v in variants}) > 1:
+        variants = [v for v in variants if v.lookup == variants[0].lookup]
+        notes.append("The scene has no environment, so that its look-up was not compared.")
+    return variants, notes
+
+
+def reference_variant(variant: Variant, variants: list[Variant]) -> Variant:
+    """What the reference of a variant is rendered with: the package's own parts, whatever is compared with them."""
+    choices = {v.lamp_choice for v in variants}
+    own = Variant(
+        estimator="path" if variant.is_path else "mis",
+        lamp_choice=variant.lamp_choice if len(choices) == 1 else REFERENCE_LAMPS,
+        max_bounces=max(v.max_bounces for v in variants),
+    )
+    of_scene = ("precision", "fast_math", "lookup", "triangle_test", "intersector", "plain")
+    return replace(own, **{knob: getattr(variant, knob) for knob in of_scene})
 
 
 def usual(asked: dict[str, tuple]) -> dict[str, tuple]:
@@ -237,6 +282,18 @@ def check(chosen: dict[str, tuple], rr_start_bounce: int, of_paths: list[str]) -
         path_settings.check(bounces, rr_start_bounce, 0.0, COURSE, None)
 
 
+def lives_here_alone(parts: Sequence[str] = ()) -> bool:
+    """Whether this process has parts of its user that another process would not find.
+
+    Args:
+        parts: files that another process would load.
+    """
+    files = {str(Path(path).expanduser().resolve()) for path in parts}
+    known = [part for path in files for part in PARTS.registered_by(path)]
+    own = [part for part in PARTS.everything() if not PARTS.comes_with_package(part)]
+    return any(not any(part is other for other in known) for part in own) or (bool(assigned()) and not files)
+
+
 def is_path(estimator: str) -> bool:
     """Whether light bounces with an estimator."""
     return estimator in A4Renderer.names()
@@ -262,6 +319,8 @@ class Source:
         brdfs, lights, two_sided_lamps: as for ``SceneData``, of a scene that is given by name.
         view_of: the parameters of the camera, from those of the scene; None leaves them.
         up_axis: as for ``SceneData``, of a scene that is given by name.
+        here: whether the scene is rendered in the process of the caller, whose Taichi stays as it is; a scene that is
+            there always is.
         options: of the environment: intensity, rotation.
     """
 
@@ -274,14 +333,19 @@ class Source:
         view_of: Callable[[dict], dict] | None = None,
         up_axis: str = "y",
         two_sided_lamps: bool = False,
+        here: bool = False,
         **options,
     ) -> None:
+        self.here = here or isinstance(scene, SceneData)
+        if isinstance(environment, Environment) and not self.here:  # its fields stay in the process of the caller
+            own = {name: getattr(environment, name) for name in ("intensity", "rotation", "name")}
+            environment, options = environment.pixels, own | options
         self.scene, self.environment, self.options, self.view_of = scene, environment, options, view_of
         self.of_scene = {"brdfs": brdfs, "lights": lights, "up_axis": up_axis, "two_sided_lamps": two_sided_lamps}
 
     @property
     def is_loaded(self) -> bool:
-        """Whether the scene is the caller's, and Taichi must not be started anew."""
+        """Whether the scene is the caller's."""
         return isinstance(self.scene, SceneData)
 
     def title(self, scene: SceneData) -> str:
@@ -293,16 +357,16 @@ class Source:
 
     def check(self, variants: list[Variant]) -> None:
         """Raise InputError where a variant needs Taichi to be started anew, and with it the caller's scene to end."""
-        settings = runtime.current()
-        for variant in variants if self.is_loaded else ():
+        settings = runtime.ensure() if self.here else None
+        for variant in variants if self.here else ():
             if (settings.precision, settings.fast_math) != (variant.precision, variant.fast_math):
-                raise InputError(
-                    "accuracy: precision and fast math of a loaded scene cannot change: give its name or path instead"
-                )
+                what = "a loaded scene" if self.is_loaded else "a scene with parts that only this process has"
+                advice = "give its name or path instead" if self.is_loaded else "give these parts by --parts"
+                raise InputError(f"accuracy: precision and fast math of {what} cannot change: {advice}")
 
     def start(self, variant: Variant, arch: str = "auto") -> None:
         """Bring Taichi into the precision of a variant."""
-        if not self.is_loaded:
+        if not self.here:
             runtime.init(arch, variant.precision, variant.fast_math, force=True)
 
     def load(self, variant: Variant) -> SceneData:

@@ -18,7 +18,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import from_python, front_end, powers
+from taichi_tracer.system import compiling, from_python, front_end, powers
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 
@@ -102,6 +102,7 @@ def init(
     powers.write_as_products()
     from_python.explain()
     front_end.keep_what_is_read()
+    compiling.watch()
     wanted = wanted_folder()
     cache, note = cache_folder(wanted)
     elsewhere = {"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}

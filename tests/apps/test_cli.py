@@ -143,6 +143,31 @@ def test_a_signal_keeps_the_picture_and_says_how_far_it_came(signals, code, word
     assert pixels(output).max() > 0
 
 
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+def test_an_interrupted_study_writes_what_was_measured(tmp_path):
+    words = ["-m", "taichi_tracer", "accuracy", "cube", "--size", "16", "--budget", "100", "--report", str(tmp_path)]
+    words += ["--estimators", "mis", "--samplers", "sobol", "--precisions", "f32", "--fast-math", "off"]
+    words += ["--triangle-tests", "watertight", "--lookups", "nearest", "--forms", "fast"]
+    terminal, slave = open_terminal(rows=24, columns=200)
+    with subprocess.Popen(
+        [sys.executable, *words],
+        env=environment(),
+        stderr=slave,
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    ) as child:
+        os.close(slave)
+        read_until(b"seed 1, 64 samples", terminal)
+        child.send_signal(signal.SIGINT)
+        told = child.stdout.read()
+    os.close(terminal)
+    assert child.returncode == 130
+    assert "The study was interrupted: this is what was measured until then." in told
+    assert "<svg" in (tmp_path / "accuracy.html").read_text(encoding="utf-8")
+
+
 def open_terminal(rows, columns):
     """A pseudo-terminal of a size: the end that reads, and the end that a process writes to."""
     import fcntl

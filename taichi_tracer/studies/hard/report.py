@@ -13,7 +13,7 @@ STYLE = """
 td.text { text-align: left; white-space: normal; }
 summary { cursor: pointer; } details { margin: 0.2em 0; }
 .PASS { color: #1a7f37; } .FAIL { color: #cf222e; font-weight: 700; } .weak { color: #9a6700; }
-svg text { font: 13px system-ui, sans-serif; fill: #1b1f24; }
+svg text { font: 13px system-ui, sans-serif; fill: var(--ink); }
 """
 BAR_HEIGHT, BAR_LEFT, BAR_WIDTH = 22, 300, 420  # pixels
 MAP_WIDTH = 320

@@ -1,0 +1,147 @@
+"""The processes that render a study: each has a Taichi of its own, and the caller's is never touched.
+
+A worker is this file, run by another Python. It reads calls from its standard input and writes answers to its standard
+output, both pickled. It ends when its input does. A kernel that it is compiling then is finished before, and kept, so
+that the next run finds it.
+
+Nothing here imports Taichi: a worker starts while its parent still reads its own modules.
+"""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import traceback
+from concurrent.futures import Future
+from queue import SimpleQueue
+from threading import Thread
+from typing import TYPE_CHECKING, Any
+
+from taichi_tracer.system.errors import InputError
+
+if TYPE_CHECKING:
+    from taichi_tracer.studies.bench import Bench
+
+PATIENCE = 0.3  # seconds that a worker gets to end: one that still compiles goes on alone
+
+
+class WorkerDied(RuntimeError):
+    """A worker ended in the middle of a call."""
+
+
+class Worker:
+    """A ``Bench`` in a process of its own; its methods are called by name, one after the other.
+
+    Args:
+        is_heard: whether what the worker writes to stderr is shown.
+    """
+
+    is_apart = True
+
+    def __init__(self, is_heard: bool = True) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", "from taichi_tracer.studies.crew import work; work()"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=None if is_heard else subprocess.DEVNULL,
+            start_new_session=True,  # Ctrl-C is for the parent, which then writes what is done
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+        )
+        self.calls: SimpleQueue = SimpleQueue()
+        # A daemon, because the program may end while the worker still compiles.
+        Thread(target=self._serve, daemon=True).start()
+
+    @property
+    def pid(self) -> int:
+        """Of its process."""
+        return self.process.pid
+
+    def ask(self, method: str, *words, **options) -> Future:
+        """Call a method of the bench later, after those that were asked for before; "open" makes the bench."""
+        future: Future = Future()
+        self.calls.put((future, (method, words, options)))
+        return future
+
+    def _serve(self) -> None:
+        while (call := self.calls.get()) is not None:
+            future, content = call
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                pickle.dump(content, self.process.stdin)
+                self.process.stdin.flush()
+                is_good, answer = pickle.load(self.process.stdout)
+            except (OSError, EOFError, ValueError) as error:
+                is_good, answer = False, WorkerDied(f"a process of the study ended in {content[0]}: {error}")
+            if is_good:
+                future.set_result(answer)
+            else:
+                future.set_exception(answer)
+
+    def close(self) -> None:
+        """Let it end; one that is compiling finishes that first, and nobody waits for it."""
+        self.calls.put(None)
+        try:
+            self.process.stdin.close()
+            self.process.wait(PATIENCE)
+        except (OSError, ValueError, subprocess.TimeoutExpired):
+            pass
+
+
+class Here:
+    """A ``Bench`` in this process, for scenes and parts of the caller that no other process has."""
+
+    is_apart, pid = False, 0
+
+    def __init__(self) -> None:
+        self.bench: Bench | None = None
+
+    def ask(self, method: str, *words, **options) -> Future:
+        """Call a method of the bench now."""
+        future: Future = Future()
+        try:
+            if method == "open":
+                from taichi_tracer.studies.bench import Bench
+
+                self.bench = Bench(*words, **options)
+                future.set_result(None)
+            else:
+                future.set_result(getattr(self.bench, method)(*words, **options))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    def close(self) -> None:
+        """Forget the scenes."""
+        self.bench = None
+
+
+def work() -> None:
+    """What a worker does until its input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    calls, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever else prints, Taichi or a part of the user, must not come between the answers
+    bench: Any = None
+    from taichi_tracer.studies.bench import Bench  # while the parent still reads its own modules
+
+    while True:
+        try:
+            method, words, options = pickle.load(calls)
+        except EOFError:
+            return
+        try:
+            if method == "open":
+                bench, answer = Bench(*words, **options), None
+            else:
+                answer = getattr(bench, method)(*words, **options)
+            content = True, answer
+        except InputError as error:
+            content = False, error
+        except Exception:
+            content = False, RuntimeError(traceback.format_exc())
+        try:
+            pickle.dump(content, answers)
+            answers.flush()
+        except OSError:
+            return

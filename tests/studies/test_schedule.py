@@ -1,0 +1,200 @@
+"""A study ends within its budget: tried on a clock of its own, with processes that compile and render nothing."""
+
+import math
+from concurrent.futures import Future
+
+import numpy as np
+import pytest
+
+from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.studies import accuracy_tables, schedule, variants
+from taichi_tracer.studies.bench import Prepared, SceneFacts, Shot, renderer_key
+from taichi_tracer.studies.convergence import Truth
+from taichi_tracer.studies.variants import Variant
+from taichi_tracer.system.errors import InputError
+
+TRUE = np.ones((16, 16, 3))
+SLOWNESS = {"uniform": 20.0, "brdf": 5.0, "environment": 1.3, "mis": 1.0}  # times the error of mis
+
+
+class World:
+    """A clock, and what happens when: it stands still but while somebody waits."""
+
+    def __init__(self, compiling, per_sample=0.008, starting=1.2):
+        self.now, self.events = 0.0, []
+        self.compiling, self.per_sample, self.starting = compiling, per_sample, starting
+
+    def perf_counter(self):
+        return self.now
+
+    def wait(self, futures, timeout, return_when=None):
+        end = self.now + timeout
+        while not any(f.done() for f in futures) and self.events and min(e[0] for e in self.events) <= end:
+            self.events.sort(key=lambda event: event[0])
+            self.now, future, answer = self.events.pop(0)
+            future.set_result(answer)
+        done = {f for f in futures if f.done()}
+        self.now = self.now if done else end
+        return done, set(futures) - done
+
+
+class Process:
+    """A worker of such a world."""
+
+    is_apart, pid = True, 0
+
+    def __init__(self, world):
+        self.world, self.free_at, self.closed, self.known, self.samples = world, 0.0, False, set(), 0
+
+    def ask(self, method, *words, **_options):
+        future = Future()
+        seconds, answer = getattr(self, method)(*words)
+        self.free_at = max(self.free_at, self.world.now) + seconds
+        self.world.events.append((self.free_at, future, answer))
+        return future
+
+    def open(self, *_words):
+        return self.world.starting, None
+
+    def facts(self, _variant):
+        return 0.4, SceneFacts("box", "box.obj", "a machine", 2, True, 40, 0.4)
+
+    def prepare(self, variant, _size):
+        share = 0.5 if renderer_key(variant) in self.known else 1.0
+        self.known.add(renderer_key(variant))
+        seconds = share * self.world.compiling
+        return seconds, Prepared(seconds, 5, seconds, self.world.per_sample, self.error_of(variant, 11), 11)
+
+    def render(self, variant, _size, count, seed, _wants):
+        self.samples = count if seed is not None else self.samples + count
+        error = self.error_of(variant, self.samples)
+        rng = np.random.default_rng(self.samples)
+        true = TRUE[: int(16 * variant.scale), : int(16 * variant.scale)]
+        noise = rng.normal(size=true.shape)
+        image = true + float(error) * noise / math.sqrt((noise**2).mean())
+        seconds = count * self.world.per_sample
+        return seconds, Shot(seconds, 0.0, self.samples, image, error, np.full(true.shape, float(error) ** 2))
+
+    def error_of(self, variant, n):
+        error = SLOWNESS[variant.estimator] * n ** (-0.7 if variant.sampler == "sobol" else -0.5)
+        return RelativeError(error, error / 1.1, error * 1.1)
+
+    def close(self):
+        self.closed = True
+
+
+@pytest.fixture
+def world_of(monkeypatch):
+    """A function that makes a world and puts the schedule into it."""
+
+    def make(**options):
+        world = World(**options)
+        world.processes = []
+
+        def hired(**_options):
+            world.processes.append(Process(world))
+            return world.processes[-1]
+
+        monkeypatch.setattr(schedule, "time", world)
+        monkeypatch.setattr(schedule, "wait", world.wait)
+        monkeypatch.setattr(schedule, "Worker", hired)
+        monkeypatch.setattr(schedule, "processors", lambda: 2)
+        monkeypatch.setattr(schedule.others, "busy_seconds", lambda: None)
+        monkeypatch.setattr(schedule, "flip", lambda *_: (0.0, None))
+        return world
+
+    return make
+
+
+def study_in(world, budget, **options):
+    return schedule.Schedule(variants.Source("box"), variants.plan(), (16, 16), budget, 3, **options).run()
+
+
+@pytest.mark.parametrize("compiling", [0.5, 3.0])
+@pytest.mark.parametrize("budget", [8, 20, 60, 120])
+def test_a_study_ends_within_a_tenth_of_its_budget(world_of, budget, compiling):
+    world = world_of(compiling=compiling)
+    study = study_in(world, budget)
+    assert study.seconds == pytest.approx(world.now)
+    assert 0.9 * budget <= world.now <= 1.1 * budget
+    assert all(process.closed for process in world.processes)
+
+
+def test_the_leaders_are_measured_to_two_percent_and_the_others_are_named(world_of):
+    world_of(compiling=2.0)
+    study = study_in(None, 60)
+    leader = study.leading(0.02)[0]
+    assert leader.variant.label == "mis, sobol"
+    exact = 0.008 * 0.02 ** (-1 / 0.7)
+    assert leader.seconds_to(0.02) == pytest.approx(exact, rel=0.05)
+    assert leader.seconds_to(0.05) == pytest.approx(0.008 * 0.05 ** (-1 / 0.7), rel=0.05)
+    sentences = accuracy_tables.summary(study)
+    assert sentences[0].startswith("To 2 % error, mis, sobol is fastest: ")
+    assert any(s.startswith("Others did not reach 2 %") and "uniform, sobol came to" in s for s in sentences)
+
+
+def test_what_a_short_study_drops_is_named(world_of):
+    world_of(compiling=3.0)
+    study = study_in(None, 20)
+    dropped = [label for note in study.notes for label in note.partition(": ")[2].rstrip(".").split("; ")]
+    labels = [curve.variant.label for curve in study.curves]
+    assert labels[0] == "mis, sobol"
+    assert dropped
+    assert sorted(labels + dropped) == sorted(variant.label for variant in variants.plan())
+
+
+def test_a_study_that_cannot_begin_in_time_says_so_and_ends(world_of):
+    world = world_of(compiling=30.0)
+    with pytest.raises(InputError, match="--budget 5 was over before mis, sobol was compiled, .* --budget 20"):
+        study_in(world, 5)
+    assert world.now < 5.5
+    assert all(process.closed for process in world.processes)
+
+
+def test_an_interrupted_study_has_what_was_done(world_of):
+    world = world_of(compiling=1.0)
+    study = study_in(world, 60, should_stop=lambda: world.now > 25)
+    assert world.now < 26
+    assert study.curves
+    assert study.notes[-1].startswith("The study was interrupted")
+
+
+def run_of(variant, per_sample=0.01, error=0.5):
+    told = RelativeError(error, error, error)
+    run = schedule.Run(variant, None, Prepared(1.0, 0, 0.0, per_sample, told, 16))
+    run.truth = Truth(TRUE, told, TRUE, 1)
+    return run
+
+
+def test_knobs_get_a_smaller_part_than_estimators():
+    runs = [run_of(Variant()), run_of(Variant("brdf")), run_of(Variant(precision="f64"))]
+    chosen = schedule.allot(runs, Variant(), 20.0)
+    assert min(chosen[Variant()], chosen[Variant("brdf")]) >= 2 * chosen[Variant(precision="f64")]
+    assert sum(n * 0.01 for n in chosen.values()) <= 20
+
+
+def test_variants_take_turns_unless_they_share_a_film():
+    plan = variants.plan()
+    found = schedule.waves([run_of(v) for v in schedule.by_priority(plan)])
+    assert sorted(r.variant.label for wave in found for r in wave) == sorted(v.label for v in plan)
+    for wave in found:
+        keys = [renderer_key(run.variant) for run in wave]
+        assert len(keys) == len(set(keys))
+    assert {"mis, sobol, f64", "mis, sobol, fast math"} <= {run.variant.label for run in found[0]}
+    assert found[0][0].variant == plan[0]
+
+
+def test_pictures_are_compared_at_doubled_samples_and_at_the_last():
+    assert schedule.levels_up_to(Variant(), 16) == [2, 4, 8, 16]
+    assert schedule.levels_up_to(Variant(), 22) == [2, 4, 8, 16, 22]
+    assert schedule.levels_up_to(Variant(adaptive=True), 20) == [16, 20]
+
+
+def test_the_next_leg_goes_to_who_may_still_win():
+    near, far = run_of(Variant(), error=0.1), run_of(Variant("uniform"), error=2.0)
+    for run, error in ((near, 0.1), (far, 2.0)):
+        run.found = {1: {16: (error, RelativeError(error, error, error))}}
+    run, samples = schedule.next_leg([far, near], Variant(), 100.0)
+    assert run is near
+    assert samples == pytest.approx(1.15 * 16 * 4, abs=2)  # to 5 %, half of 10 %
+    assert schedule.next_leg([far, near], Variant(), 0.01) is None
