@@ -11,6 +11,7 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
 from taichi_tracer.studies.convergence import Block, Curve, Study, Truth
 from taichi_tracer.studies.variants import Variant
@@ -87,7 +88,7 @@ def test_blocks_of_one_turn_are_compared_with_each_other():
 def test_knobs_are_compared_at_equal_samples():
     other = curve(scale=0.05, per_sample=0.02, variant=Variant(sampler="independent"), k=5)
     (row,) = accuracy_tables.knob_table(study(curve(scale=0.1), other))
-    assert (row["knob"], row["from"], row["to"]) == ("sampler", "sobol", "independent")
+    assert (row["knob"], row["from"], row["to"]) == ("sampler", DEFAULT_SAMPLER, "independent")
     assert row["time"] == pytest.approx(2)
     assert row["error"] == pytest.approx(0.5 / math.sqrt(2))
     sentences = accuracy_tables.summary(study(curve(scale=0.1), other))
@@ -141,7 +142,7 @@ def test_a_light_that_is_hardly_met_is_told():
     assert convergence.unmet_light(truth * 1.3, truth) is None
     c = curve(variant=Variant("uniform"))
     c.unmet = (2, 1024)
-    told = "uniform, sobol met the light in 2 of the 1,024 pixels where it is rare: its error is unknown."
+    told = "uniform, niederreiter met the light in 2 of the 1,024 pixels where it is rare: its error is unknown."
     assert told in accuracy_tables.summary(study(c))
 
 
@@ -210,15 +211,15 @@ def test_a_time_that_is_hardly_longer_is_not_once_as_long():
 
 
 def test_plans():
-    plan = variants.plan(estimators=("brdf", "mis"), samplers=("sobol",), fast_math=(False,), scales=(1.0,))
+    plan = variants.plan(estimators=("brdf", "mis"), samplers=("niederreiter",), fast_math=(False,), scales=(1.0,))
     assert [v.label for v in plan] == [
-        "mis, sobol",
-        "brdf, sobol",
-        "mis, sobol, f64",
-        "mis, sobol, moller_trumbore",
-        "mis, sobol, bilinear",
-        "mis, sobol, adaptive",
-        "mis, sobol, plain forms",
+        "mis, niederreiter",
+        "brdf, niederreiter",
+        "mis, niederreiter, f64",
+        "mis, niederreiter, moller_trumbore",
+        "mis, niederreiter, bilinear",
+        "mis, niederreiter, adaptive",
+        "mis, niederreiter, plain forms",
     ]
     everything = variants.plan(every=True)
     assert len(everything) == len(set(everything)) == 8 * 2**6
@@ -231,10 +232,10 @@ def test_plans():
 def test_a_question_of_paths_is_turned_alone():
     plan = variants.plan(max_bounces=(1, 16, 5), roulettes=("none", 0.2), rr_start_bounce=1)
     assert [v.label for v in plan] == [
-        "path, sobol, 16 bounces",
-        "path, sobol, 5 bounces",
-        "path, sobol, 1 bounce",
-        "path, sobol, 16 bounces, roulette q = 0.2, after bounce 1",
+        "path, niederreiter, 16 bounces",
+        "path, niederreiter, 5 bounces",
+        "path, niederreiter, 1 bounce",
+        "path, niederreiter, 16 bounces, roulette q = 0.2, after bounce 1",
     ]
     assert plan[0].paths == {
         "max_bounces": 16, "rr_start_bounce": 1, "roulette": "course", "rr_termination_probability": 0.0
@@ -244,7 +245,7 @@ def test_a_question_of_paths_is_turned_alone():
     assert [v.setting("lamp_choice") for v in variants.plan(lamp_choices=("power", "area"))] == [
         "lamps by power", "lamps by area"
     ]  # fmt: skip
-    assert [v.estimator for v in variants.plan(max_bounces=(3,), samplers=("sobol",))[:3]] == [
+    assert [v.estimator for v in variants.plan(max_bounces=(3,), samplers=("niederreiter",))[:3]] == [
         "path",
         "implicit",
         "explicit",
@@ -268,10 +269,14 @@ def test_what_cannot_be_compared_is_refused_in_one_line(knobs, message):
 
 
 def test_forms_and_intersectors_are_knobs_that_are_turned_on_request():
-    only = {"estimators": ("mis",), "samplers": ("sobol",), "precisions": ("f32",), "fast_math": (False,)}
+    only = {"estimators": ("mis",), "samplers": ("niederreiter",), "precisions": ("f32",), "fast_math": (False,)}
     only |= {"triangle_tests": ("watertight",), "lookups": ("nearest",), "adaptive": (False,), "scales": (1.0,)}
     plan = variants.plan(**only, forms=("fast", "plain"), intersectors=("bvh", "brute_force"))
-    assert [v.label for v in plan] == ["mis, sobol, bvh", "mis, sobol, brute_force", "mis, sobol, bvh, plain forms"]
+    assert [v.label for v in plan] == [
+        "mis, niederreiter, bvh",
+        "mis, niederreiter, brute_force",
+        "mis, niederreiter, bvh, plain forms",
+    ]
     assert [v.plain for v in plan] == [False, False, True]
     assert not any(v.plain for v in variants.plan(every=True))
     rows = accuracy_tables.knob_table(study(*(curve(variant=v) for v in plan)))
@@ -292,7 +297,11 @@ def test_a_small_study_of_bounces_finds_what_is_missing(tmp_path, steps):
     start("f32")
     room = tt.load_scene_data("white_room")
     table, _ = tt.studies.accuracy(room, size=(16, 16), budget=120, seeds=2, report=tmp_path, max_bounces=(0, 2, 8))
-    assert list(table["variant"]) == ["path, sobol, 8 bounces", "path, sobol, 2 bounces", "path, sobol, 0 bounces"]
+    assert list(table["variant"]) == [
+        "path, niederreiter, 8 bounces",
+        "path, niederreiter, 2 bounces",
+        "path, niederreiter, 0 bounces",
+    ]
     content = json.loads((tmp_path / "accuracy.json").read_text())
     assert content["scene"] == "white_room, lit by its lamps"
     assert content["reference"]["max_bounces"] == 8
@@ -318,7 +327,7 @@ def test_a_small_study_of_a_loaded_scene(tmp_path, steps):
     assert list(table["variant"]) == [
         f"{estimator}, {sampler}, moller_trumbore"
         for estimator in ("mis", "uniform")
-        for sampler in ("sobol", "independent")
+        for sampler in ("niederreiter", "independent")
     ]
     assert len(figure.axes) == 3
     assert {p.name for p in tmp_path.iterdir()} == set(accuracy_report.FILES)

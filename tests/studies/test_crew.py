@@ -66,7 +66,7 @@ def test_a_study_of_a_name_leaves_the_scenes_of_the_caller_alone():
     start("f32")
     scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
     renderer = tt.A2Renderer(scene, 16, 16).use("mis").render(2)
-    knobs = {"estimators": ("mis",), "samplers": ("sobol",), "precisions": ("f64",), "fast_math": (False,)}
+    knobs = {"estimators": ("mis",), "samplers": ("niederreiter",), "precisions": ("f64",), "fast_math": (False,)}
     knobs |= {"triangle_tests": ("watertight",), "lookups": ("nearest",), "adaptive": (False,), "scales": (1.0,)}
     table, figure = tt.studies.accuracy("cube", size=(16, 16), budget=25, seeds=1, forms=("fast",), **knobs)
     assert list(table["variant"]) == ["mis, sobol, f64"]

@@ -76,7 +76,7 @@ class Process:
         return seconds, Shot(seconds, 0.0, self.samples, image, error, np.full(true.shape, float(error) ** 2))
 
     def error_of(self, variant, n):
-        error = SLOWNESS[variant.estimator] * n ** (-0.7 if variant.sampler == "sobol" else -0.5)
+        error = SLOWNESS[variant.estimator] * n ** (-0.7 if variant.sampler != "independent" else -0.5)
         return RelativeError(error, error / 1.1, error * 1.1)
 
     def close(self):
@@ -124,13 +124,13 @@ def test_the_leaders_are_measured_to_two_percent_and_the_others_are_named(world_
     world_of(compiling=2.0)
     study = study_in(None, 60)
     leader = study.leading(0.02)[0]
-    assert leader.variant.label == "mis, sobol"
+    assert leader.variant.label == "mis, niederreiter"
     exact = 0.008 * 0.02 ** (-1 / 0.7)
     assert leader.seconds_to(0.02) == pytest.approx(exact, rel=0.05)
     assert leader.seconds_to(0.05) == pytest.approx(0.008 * 0.05 ** (-1 / 0.7), rel=0.05)
     sentences = accuracy_tables.summary(study)
-    assert sentences[0].startswith("To 2 % error, mis, sobol is fastest: ")
-    assert any(s.startswith("Others did not reach 2 %") and "uniform, sobol came to" in s for s in sentences)
+    assert sentences[0].startswith("To 2 % error, mis, niederreiter is fastest: ")
+    assert any(s.startswith("Others did not reach 2 %") and "uniform, niederreiter came to" in s for s in sentences)
 
 
 def test_what_a_short_study_drops_is_named(world_of):
@@ -138,14 +138,14 @@ def test_what_a_short_study_drops_is_named(world_of):
     study = study_in(None, 20)
     dropped = [label for note in study.notes for label in note.partition(": ")[2].rstrip(".").split("; ")]
     labels = [curve.variant.label for curve in study.curves]
-    assert labels[0] == "mis, sobol"
+    assert labels[0] == "mis, niederreiter"
     assert dropped
     assert sorted(labels + dropped) == sorted(variant.label for variant in variants.plan())
 
 
 def test_a_study_that_cannot_begin_in_time_says_so_and_ends(world_of):
     world = world_of(compiling=30.0)
-    with pytest.raises(InputError, match="--budget 5 was over before mis, sobol was compiled, .* --budget 20"):
+    with pytest.raises(InputError, match="--budget 5 was over before mis, niederreiter was compiled, .* --budget 20"):
         study_in(world, 5)
     assert world.now < 5.5
     assert all(process.closed for process in world.processes)
@@ -180,7 +180,7 @@ def test_variants_take_turns_unless_they_share_a_film():
     for wave in found:
         keys = [renderer_key(run.variant) for run in wave]
         assert len(keys) == len(set(keys))
-    assert {"mis, sobol, f64", "mis, sobol, fast math"} <= {run.variant.label for run in found[0]}
+    assert {"mis, niederreiter, f64", "mis, niederreiter, fast math"} <= {run.variant.label for run in found[0]}
     assert found[0][0].variant == plan[0]
 
 
