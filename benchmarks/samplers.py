@@ -4,8 +4,8 @@ python -m benchmarks.samplers [errors | times ...]
 
 The error is the relative RMSE against a reference; a row is the root mean square over ``SEEDS`` renders. The slope is
 that of the line through the logarithms of counts and errors. Pixels in which a lamp is seen, and those beside them, are
-left out: their error is that of the lamp's edges. The samplers "one replica" give all samples to one sequence:
-the error is smaller, but nothing in the picture tells how large it is.
+left out: their error is that of the lamp's edges. "sobol, one replica" and "niederreiter_one" give all samples to one
+sequence.
 """
 
 import math
@@ -18,7 +18,7 @@ import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.sampler import NiederreiterSampler, SobolSampler
+from taichi_tracer.sampler import SobolSampler
 from taichi_tracer.studies.metrics import relative_rmse
 
 SIZE, COUNTS, SEEDS = 96, (4, 16, 64, 256), 3
@@ -39,19 +39,7 @@ class OneSobol(SobolSampler):
         return SobolSampler.point(self, seed, pixel, index << 1, dimension)
 
 
-@ti.data_oriented
-class OneNiederreiter(NiederreiterSampler):
-    """All samples belong to the first of the two sequences."""
-
-    name, replicated = "niederreiter, one replica", False
-
-    @ti.func
-    def point(self, seed, pixel, index, dimension):
-        """The numbers of every second sample."""
-        return NiederreiterSampler.point(self, seed, pixel, index << 1, dimension)
-
-
-SAMPLERS = ("independent", "sobol", OneSobol(), "niederreiter", OneNiederreiter())
+SAMPLERS = ("independent", "sobol", OneSobol(), "niederreiter", "niederreiter_one")
 
 
 def sun_and_sky() -> np.ndarray:
