@@ -66,6 +66,8 @@ def run(args: Namespace) -> int:
         if args.helper is not None:
             args.helper.close()
         raise
+    if request.report is not None:
+        accuracy_report.get_ready()
     with Interruption() as interruption, Bar(request.budget, args.started) as bar:
         study = schedule.measure(
             request.source,

@@ -53,6 +53,7 @@ SHORTEST = 0.5  # seconds: in less, nothing can be measured
 MOST_OVERRUN = 1.1  # times the budget: later than that, no study ends
 SHORT = 20.0  # seconds: with a smaller budget, nothing is compiled beside the first variant
 LATE = 1.5  # times its share of a round may pass before a variant that is slower than planned goes no farther
+MOST_RESERVE = 0.12, 1.8  # of the budget, and seconds: what the caller gets afterwards is at most the larger one
 CHUNK = 0.4  # seconds of one call: a study cannot end within it
 KNOB_WEIGHT = 4.0  # a variant that turns a knob beside estimator and sampler gets one part in so many
 LEADING = 3.0  # times the seconds of the best: who is predicted to need no more may still win
@@ -283,9 +284,15 @@ class Schedule:
             raise Stopped
 
     @property
+    def reserve(self) -> float:
+        """Seconds that the caller needs afterwards; a slow start of a busy moment makes them no larger than a share."""
+        share, seconds = MOST_RESERVE
+        return min(self.keep * self.start_seconds, max(share * self.budget, seconds))
+
+    @property
     def is_hopeless(self) -> bool:
         """Whether nothing could be measured and written any more, even if the first variant were compiled now."""
-        reserve = 0.0 if math.isnan(self.start_seconds) else self.keep * self.start_seconds
+        reserve = 0.0 if math.isnan(self.start_seconds) else self.reserve
         return self.elapsed + reserve + SHORTEST > MOST_OVERRUN * self.budget
 
     def pids(self) -> list[int]:
@@ -334,7 +341,7 @@ class Schedule:
         self.tell("starting", self.elapsed / self.budget)
         self.wait_for(worker.ask("open", self.source, self.arch, self.parts), "starting")
         self.start_seconds = self.elapsed
-        self.end -= self.keep * self.start_seconds
+        self.end -= self.reserve
         facts = self.wait_for(worker.ask("facts", self.base), "reading the scene")
         self.others.look(self.pids())
         if facts.primitives > MOST_FOR_PLAIN:
