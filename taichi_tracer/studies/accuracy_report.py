@@ -110,7 +110,7 @@ def chart(svg: str) -> str:
 def of_the_wait(study: Study) -> str:
     """What the chart of waits says, and how compilation was counted."""
     kept = (
-        f"{study.kernels_made} kernels were compiled anew; a second run finds them, and compiles for a shorter time."
+        f"Kernels that were compiled anew: {study.kernels_made}; a second run finds them, and is spared that."
         if study.kernels_made
         else "An earlier run had compiled all kernels: the first run on a machine compiles for longer."
     )
@@ -122,7 +122,8 @@ def about(study: Study) -> str:
     """How everything was measured."""
     width, height = study.size
     text = (
-        f"{width}×{height} pixels, {study.seeds} seeds or more, {study.seconds:.0f} s of a budget of {study.budget:g} "
+        f"{width}×{height} pixels, each variant rendered with {study.seeds} random seed{'s' * (study.seeds > 1)} or "
+        f"more, {study.seconds:.0f} s of a budget of {study.budget:g} "
         f"s ({study.machine}). The reference has {study.reference_samples} samples per pixel and a relative error of "
         f"{study.reference_error} itself, which was taken off; where a picture is nearly as good as the reference, its "
         "error is what it tells of itself."

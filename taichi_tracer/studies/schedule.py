@@ -40,9 +40,10 @@ from taichi_tracer.studies.variants import MOST_FOR_PLAIN, Source, Variant, comp
 from taichi_tracer.system.errors import InputError
 
 REFERENCE_SEED, PICTURE_SEED = 1_000_003, 2_000_003
-# Shares of the budget: until when variants may begin to compile, what the reference takes at most, all
-# pictures at equal time, and what the rounds leave to the legs.
+# Shares of the budget: until when variants may begin to compile, what the reference takes at most, what all pictures at
+# equal time take, and what the rounds leave to the legs.
 COMPILE_SHARE, REFERENCE_SHARE, PICTURES_SHARE, LEGS_SHARE = 0.45, 0.08, 0.05, 0.6
+ABANDON_SHARE = 0.6  # of the budget: a further process that still compiles then is no longer waited for
 NO_TIME_TO_COMPILE = "there was no time to compile them"
 FURTHER_REFERENCE = 0.25  # of the time of the first: what every other one gets, since few variants need it
 GOOD_REFERENCE = 0.2 * TARGETS[-1]  # a reference need not be better
@@ -200,13 +201,9 @@ def by_priority(variants: Sequence[Variant]) -> list[Variant]:
 
     def rank(variant: Variant) -> tuple[int, int]:
         changed = set(variant.differences(base))
-        kinds = [set(), {"estimator"}, {"sampler"}]
-        if variant.plain:
-            return 5, variants.index(variant)
-        for i, kind in enumerate(kinds):
-            if changed <= kind:
-                return i, variants.index(variant)
-        return (4 if changed == {"estimator", "sampler"} else 3), variants.index(variant)
+        kinds = [set(), {"estimator"}, {"sampler"}, {"estimator", "sampler"}]
+        group = (0, 1, 2, 4)[kinds.index(changed)] if changed in kinds else 3
+        return 5 if variant.plain else group, variants.index(variant)
 
     return sorted(variants, key=rank)
 
@@ -236,14 +233,8 @@ class Schedule:
         tell: Callable[[str, float], None] = lambda what, done: None,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
-        self.source, self.size, self.budget, self.seeds, self.arch, self.parts = (
-            source,
-            size,
-            budget,
-            seeds,
-            arch,
-            parts,
-        )
+        self.source, self.arch, self.parts = source, arch, parts
+        self.size, self.budget, self.seeds = size, budget, seeds
         self.started = time.perf_counter() - spent
         self.base = variants[0]
         self.variants = variants
@@ -321,8 +312,8 @@ class Schedule:
                 raise NothingMeasured(self.why_nothing())
             return self.study(facts)
         finally:
-            for lane in self.lanes:
-                lane.worker.close()
+            for worker in (*(lane.worker for lane in self.lanes), *([] if self.first is None else [self.first])):
+                worker.close()
 
     def why_nothing(self) -> str:
         """What ended the study before its first picture."""
@@ -337,7 +328,6 @@ class Schedule:
     def read(self) -> SceneFacts:
         """Start the first process, read the scene, and leave out what cannot be compared."""
         worker = self.hire(self.base)
-        self.start_seconds = math.nan
         self.tell("starting", self.elapsed / self.budget)
         self.wait_for(worker.ask("open", self.source, self.arch, self.parts), "starting")
         self.start_seconds = self.elapsed
@@ -365,8 +355,9 @@ class Schedule:
 
     def hire(self, variant: Variant) -> "Worker | Here":
         """A process, or this one."""
+        worker: Worker | Here
         if not self.is_apart:
-            worker: Worker | Here = self.lanes[0].worker if self.lanes else Here()
+            worker = Here()
         elif self.first is not None:
             worker, self.first = self.first, None
         else:
@@ -393,8 +384,8 @@ class Schedule:
             for lane in busy:
                 if lane.pending.done():
                     self.finish(lane)
-        if not self.runs:
-            raise Stopped
+                elif lane is not self.lanes[0] and self.elapsed > ABANDON_SHARE * self.budget:
+                    self.abandon(lane)
         self.render_references()
 
     def assign(self) -> None:
@@ -451,6 +442,15 @@ class Schedule:
             if not self.runs:
                 self.end = max(self.end, time.perf_counter() + SHORTEST)
             self.runs.append(Run(variant, lane, result))
+
+    def abandon(self, lane: Lane) -> None:
+        """Wait no longer for a process; it finishes the kernel that it compiles, which is kept for the next run."""
+        self.drop(NO_TIME_TO_COMPILE, *([] if lane.current is None else [lane.current]), *lane.waiting)
+        self.lanes.remove(lane)
+        lane.worker.close()
+        for run in [run for run in self.runs if run.lane is lane]:
+            self.runs.remove(run)
+            self.drop(NO_TIME_TO_COMPILE, run.variant)
 
     def drop(self, why: str, *variants: Variant) -> None:
         """Leave variants out, and remember why."""

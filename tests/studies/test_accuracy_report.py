@@ -21,7 +21,7 @@ def curve(variant, scale, per_sample=0.01):
     blocks = [Block(turn, 16, 16 * per_sample) for turn in range(5)]
     made = Curve(variant, 2.0, samples, errors, errors.copy(), blocks, bias=0.5)
     made.image, made.image_error = np.full((16, 16, 3), 1.0 + scale), scale
-    made.image_rel_mse, made.image_flip = 0.01, 0.02
+    made.image_rel_mse, made.image_flip, made.seconds_to_save = 0.01, 0.02, 1.5
     return made
 
 
