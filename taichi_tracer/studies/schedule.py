@@ -6,7 +6,7 @@
 2. **Rounds.** Every variant is rendered once per seed, each picture with twice as many samples as the one before.
    Variants that differ in one knob take turns, block by block, so that their times can be compared.
 3. **Legs.** What is left is spent where the answer is undecided: on the variants that lead, until they have reached the
-   errors that are asked for, and then on those that cannot be told apart.
+   errors that are asked for. The first legs come directly after the first round, because they matter most.
 """
 
 import math
@@ -39,12 +39,13 @@ from taichi_tracer.studies.metrics import flip, rel_mse
 from taichi_tracer.studies.variants import MOST_FOR_PLAIN, Source, Variant, comparable, of_questions, reference_variant
 from taichi_tracer.system.errors import InputError
 
-REFERENCE_SEED, PICTURE_SEED = 1_000_003, 2_000_003
+REFERENCE_SEED, PICTURE_SEED, LEG_SEEDS = 1_000_003, 2_000_003, 1000  # of legs: those above the last one
 # Shares of the budget: until when variants may begin to compile, what the reference takes at most, what all pictures at
 # equal time take, and what the rounds leave to the legs.
 COMPILE_SHARE, REFERENCE_SHARE, PICTURES_SHARE, LEGS_SHARE = 0.45, 0.08, 0.05, 0.6
 ABANDON_SHARE = 0.6  # of the budget: a further process that still compiles then is no longer waited for
 NO_TIME_TO_COMPILE = "there was no time to compile them"
+FIRST_LEGS = 0.5  # of the time that is left after the first round: for the leaders, until they have reached 2 %
 FURTHER_REFERENCE = 0.25  # of the time of the first: what every other one gets, since few variants need it
 GOOD_REFERENCE = 0.2 * TARGETS[-1]  # a reference need not be better
 COLD = 2.5  # times what starting a process takes is what compiling a variant takes, before that is known
@@ -115,7 +116,10 @@ class Run:
     def so_far(self) -> Curve:
         """The curve of what was measured."""
         samples = self.samples
-        pairs = [[levels.get(n, (math.nan, math.nan)) for n in samples] for levels in self.found.values()]
+        pairs = [
+            [levels.get(n, (math.nan, math.nan)) for n in samples]
+            for levels in (self.found[seed] for seed in sorted(self.found))
+        ]
         table = np.array(pairs, float).reshape(len(self.found), len(samples), 2)
         return Curve(
             self.variant,
@@ -492,18 +496,19 @@ class Schedule:
     # ── measuring ──
 
     def measure(self) -> None:
-        """Rounds over the seeds, pictures at equal time, and then what is undecided."""
+        """A round, pictures at equal time, the leaders to the errors that matter; more rounds, and what is open."""
         self.fit()
         for seed in range(1, self.seeds + 1):
-            rest = self.left - PICTURES_SHARE * self.budget
-            seconds = rest * (1 - LEGS_SHARE) / (self.seeds + 1 - seed)
+            seconds = self.left * (1 - LEGS_SHARE) / (self.seeds + 1 - seed)
             if seed > 1 and sum(FLOOR * run.per_sample for run in self.runs) > seconds:
                 break
             self.round(seed, allot(self.runs, self.base, seconds), seconds)
             self.others.look(self.pids())
-        self.render_pictures()
-        self.others.look(self.pids())
-        self.run_legs()
+            if seed == 1:
+                self.render_pictures()
+                self.run_legs(FIRST_LEGS * self.left, to_targets=True)
+                self.others.look(self.pids())
+        self.run_legs(math.inf)
 
     def fit(self) -> None:
         """Leave out the last variants until one round of the rest fits into half of the time."""
@@ -570,17 +575,21 @@ class Schedule:
             ask = run.lane.worker.ask("render", run.variant, self.size, count, PICTURE_SEED, "image")
             run.picture = self.wait_for(ask, f"{run.variant.label}: a picture")
 
-    def run_legs(self) -> None:
-        """Spend what is left where the answer is undecided; whoever is nearest to an answer comes first."""
-        seed = {run.variant: self.rounds for run in self.runs}
+    def run_legs(self, seconds: float, to_targets: bool = False) -> None:
+        """Spend so many seconds where the answer is undecided; whoever is nearest to an answer comes first.
+
+        Args:
+            to_targets: end when the leaders have reached ``MIDDLE``.
+        """
+        end = time.perf_counter() + seconds
         while True:
-            leg = next_leg(self.runs, self.base, self.left)
+            left = min(self.left, end - time.perf_counter())
+            leg = next_leg(self.runs, self.base, left, TARGETS[1:3] if to_targets else TARGETS[1:], not to_targets)
             if leg is None:
                 break
             run, samples = leg
-            seed[run.variant] += 1
             self.turn += 1
-            self.together([run], seed[run.variant], {run.variant: samples})
+            self.together([run], max([LEG_SEEDS, *run.found]) + 1, {run.variant: samples})
 
     # ── what was found ──
 
@@ -632,17 +641,19 @@ def curve_of(run: Run, most: int) -> Curve:
     return curve
 
 
-def next_leg(runs: Sequence[Run], base: Variant, left: float) -> tuple[Run, int] | None:
+def next_leg(
+    runs: Sequence[Run], base: Variant, left: float, targets: Sequence[float] = TARGETS[1:], fills: bool = True
+) -> tuple[Run, int] | None:
     """The variant that is rendered with another seed, and up to how many samples; None if there is no time for any.
 
     First those that may win go to the targets that they have not reached, as far as there is time. Then those that have
-    the fewest pictures get another one.
+    the fewest pictures get another one, if ``fills``.
     """
     main = [run for run in runs if is_of_the_chart(run.variant, base) and run.truth is not None]
     forecast = {id(run): run.samples_to(MIDDLE) * run.per_sample for run in main}
     best = min(forecast.values(), default=math.inf)
     leading = sorted((r for r in main if forecast[id(r)] <= LEADING * best), key=lambda r: forecast[id(r)])
-    for target in TARGETS[1:]:
+    for target in targets:
         for run in leading:
             if not math.isnan(run.so_far().seconds_to(target)) or not run.samples:
                 continue
@@ -650,7 +661,7 @@ def next_leg(runs: Sequence[Run], base: Variant, left: float) -> tuple[Run, int]
             level = min(run.samples_to(target) * SURELY, fits, MOST_SAMPLES)
             if level >= MORE * run.samples[-1]:
                 return run, int(level) // 2 * 2
-    known = [run for run in runs if run.samples]
+    known = [run for run in runs if run.samples] if fills else []
     for run in sorted(known, key=lambda r: (len(r.found), id(r) not in {id(x) for x in leading}, r.per_sample)):
         level = run.samples[-1]
         while level > FLOOR and level * run.per_sample > left:
