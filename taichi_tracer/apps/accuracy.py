@@ -66,6 +66,8 @@ def run(args: Namespace) -> int:
         if args.helper is not None:
             args.helper.close()
         raise
+    if request.report is not None:
+        accuracy_report.get_ready()
     with Interruption() as interruption, Bar(request.budget, args.started) as bar:
         study = schedule.measure(
             request.source,
@@ -155,9 +157,9 @@ def as_text(study: convergence.Study) -> list[str]:
     """The tables and the findings, for a terminal."""
     rows = accuracy_tables.efficiency_table(study)
     width = max(len(row["variant"]) for row in rows)
-    kept = f"{study.kernels_made} kernels were compiled anew" if study.kernels_made else "all kernels were kept"
+    kept = f"kernels compiled anew: {study.kernels_made}"
     lines = [
-        f"{study.scene}, {study.size[0]}x{study.size[1]}, {study.seeds} seeds or more, {study.machine}",
+        f"{study.scene}, {study.size[0]}x{study.size[1]}, at least {renderings(study)}, {study.machine}",
         f"reference: {study.reference_samples} spp, error {study.reference_error}; {study.start_seconds:.1f} s to "
         f"start, {study.read_seconds:.1f} s to read the scene; {kept}",
         "",
@@ -179,6 +181,11 @@ def as_text(study: convergence.Study) -> list[str]:
         lines += ["", *columns(rows)] if rows else []
     lines += ["", *(f"- {sentence}" for sentence in accuracy_tables.summary(study))]
     return lines
+
+
+def renderings(study: convergence.Study) -> str:
+    """How often each variant was rendered."""
+    return f"{study.seeds} rendering{'s' * (study.seeds > 1)} of each"
 
 
 def short(seconds: float) -> str:

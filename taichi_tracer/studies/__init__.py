@@ -84,6 +84,7 @@ def accuracy(
         given = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)} | given
     plan = variants.plan(**given, every=every)
     keep = accuracy_report.DRAWING if report is None else accuracy_report.DRAWING + accuracy_report.WRITING
+    accuracy_report.get_ready()
     study = schedule.measure(source, plan, size, budget, seeds, spent=time.perf_counter() - start, keep=keep)
     if report is not None:
         accuracy_report.write(study, Path(report))

@@ -5,6 +5,7 @@ import io
 import json
 import math
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from taichi_tracer.studies.convergence import TARGETS, Curve, Study
 from taichi_tracer.system.digits import digits
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.json", "accuracy.svg", "accuracy.png")
-WRITING, DRAWING = 1.7, 0.8  # times what a process takes to start is what all files take, or the figure alone
+WRITING, DRAWING = 1.4, 0.6  # times what a process takes to start is what all files take, or the figure alone
 SHOWN = 512  # pixels, width of a picture in the page where there is room
 WHITE = 0.99  # quantile of all errors that is shown as white: a few pixels would leave the rest black
 STYLE = """
@@ -41,6 +42,15 @@ STYLE = """
 .narrow { display: none; } @media (max-width: 700px) { .narrow { display: block; } .broad { display: none; } }
 summary { cursor: pointer; font-size: 1.1em; margin: 0.6em 0; }
 """
+
+
+def get_ready() -> None:
+    """Load what draws the charts, beside the measurement: that takes half a second."""
+
+    def load() -> None:
+        import matplotlib.figure  # noqa: F401
+
+    Thread(target=load, daemon=True).start()
 
 
 def contents(study: Study) -> dict[str, bytes]:
@@ -100,7 +110,7 @@ def chart(svg: str) -> str:
 def of_the_wait(study: Study) -> str:
     """What the chart of waits says, and how compilation was counted."""
     kept = (
-        f"{study.kernels_made} kernels were compiled anew; a second run finds them, and compiles for a shorter time."
+        f"Kernels that were compiled anew: {study.kernels_made}; a second run finds them, and is spared that."
         if study.kernels_made
         else "An earlier run had compiled all kernels: the first run on a machine compiles for longer."
     )
@@ -112,7 +122,8 @@ def about(study: Study) -> str:
     """How everything was measured."""
     width, height = study.size
     text = (
-        f"{width}×{height} pixels, {study.seeds} seeds or more, {study.seconds:.0f} s of a budget of {study.budget:g} "
+        f"{width}×{height} pixels, each variant rendered with {study.seeds} random seed{'s' * (study.seeds > 1)} or "
+        f"more, {study.seconds:.0f} s of a budget of {study.budget:g} "
         f"s ({study.machine}). The reference has {study.reference_samples} samples per pixel and a relative error of "
         f"{study.reference_error} itself, which was taken off; where a picture is nearly as good as the reference, its "
         "error is what it tells of itself."

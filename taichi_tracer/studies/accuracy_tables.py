@@ -12,6 +12,7 @@ WITH_TABLES = ("max_bounces", "roulette", "lamp_choice")  # knobs that have tabl
 MAIN = {"estimator", "sampler", *WITH_TABLES}  # knobs whose settings are compared in the chart and in the summary
 CERTAIN = 1.5  # of the ends of an interval: a ratio that is known no better than within this factor is noise
 SAME = 0.02  # as a fraction: what is no farther from 1 is the same
+WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
 FEW_PIXELS = 0.001  # of the picture: where so few hold half of the squared error, that is told
 NAMES = {"f32": "Float32", "f64": "Float64", "moller_trumbore": "Möller–Trumbore", "watertight": "The watertight test"}
 
@@ -313,11 +314,11 @@ def what_the_wait_is(study: Study, target: float) -> list[str]:
     if rendering > 0:
         share, whole = 100 * before / (before + rendering), before + rendering
         sentence += f"; that is {share:.0f} % of the {whole:.1f} s to {100 * target:g} %"
-    if study.kernels_made > 0:
+    if best.seconds_to_save >= WORTH_TELLING:
         saved = max(0.0, before - best.seconds_to_save)
         sentence += f". A second run finds the compiled kernels and takes about {saved:.1f} s before its first sample"
     else:
-        sentence += ". This was a second run, which found all compiled kernels"
+        sentence += ". It found its kernels as an earlier run had compiled them; a first run takes longer"
     return [f"{sentence}."]
 
 

@@ -26,7 +26,7 @@ FEW_POINTS = 4  # of a curve with fewer, the slope is that of all; of others, th
 QUANTILE = 1.96  # 95 % of a normal distribution lie within this number of standard deviations from its mean
 MEDIAN_DEVIATION = 1.2533  # the standard error of a median is this times that of a mean, for a normal distribution
 NORMAL_SPREAD = 1.4826  # times the median distance from the median is the standard deviation of a normal distribution
-FEWEST_BLOCKS = 3  # with fewer, nothing is known of how far their median is off
+FEWEST_BLOCKS, ENOUGH_BLOCKS, MANY_BLOCKS, WIDER = 3, 5, 10, 2.0  # see ``uncertainty``
 UNKNOWN_FACTOR = 2.0  # how far a median of too few blocks may be off
 ENOUGH_RATIOS = 3  # of errors: then those of fewer samples are not asked
 BLOCK_SIDE = 8  # pixels: the side of the blocks on which the bias is tested
@@ -232,12 +232,19 @@ def weighted_median(values: list[float], weights: list[float]) -> float:
 
 
 def uncertainty(values: list[float]) -> float:
-    """The factor by which the median of positive values may be off, at 95 %; from their distances to it."""
+    """The factor by which the median of positive values may be off, at about 95 %.
+
+    From ``MANY_BLOCKS`` on, it follows from the median distance from the median. Of fewer values, which may be near to
+    each other by chance, the farthest one counts: the median lies between the ends of 5 values in 94 of 100 cases, and
+    of fewer values, it is taken to lie within ``WIDER`` times their logarithmic distance.
+    """
     if len(values) < FEWEST_BLOCKS:
         return UNKNOWN_FACTOR
-    logarithms = np.log(values)
-    spread = NORMAL_SPREAD * float(np.median(np.abs(logarithms - np.median(logarithms))))
-    return math.exp(QUANTILE * MEDIAN_DEVIATION * spread / math.sqrt(len(values)))
+    distances = np.abs(np.log(values) - np.median(np.log(values)))
+    if len(values) >= MANY_BLOCKS:
+        spread = NORMAL_SPREAD * float(np.median(distances))
+        return math.exp(QUANTILE * MEDIAN_DEVIATION * spread / math.sqrt(len(values)))
+    return math.exp(float(distances.max()) * (WIDER if len(values) < ENOUGH_BLOCKS else 1.0))
 
 
 def time_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:

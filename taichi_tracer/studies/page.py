@@ -51,11 +51,13 @@ for (const table of document.querySelectorAll("table.sortable")) {
 """
 
 
-def page(title: str, parts: list[str], style: str = "", script: str = "") -> str:
-    """A whole document of parts that are HTML already; ``style`` and ``script`` are added to the common ones."""
+def page(title: str, parts: list[str], style: str = "") -> str:
+    """A whole document of parts that are HTML already; ``style`` is added to the common one."""
     head = "<meta charset='utf-8'><meta name='viewport' content='width=device-width, initial-scale=1'>"
     head += f"<title>{html.escape(title)}</title><style>{STYLE}{style}</style>"
-    body = f"<h1>{html.escape(title)}</h1>" + "".join(parts) + f"<script>{SCRIPT}{script}</script>"
+    body = f"<h1>{html.escape(title)}</h1>" + "".join(parts)
+    if any("class='sortable'" in part for part in parts):
+        body += f"<script>{SCRIPT}</script>"
     return f"<!doctype html><html lang='en'><head>{head}</head><body>{body}</body></html>\n"
 
 

@@ -6,7 +6,7 @@
 2. **Rounds.** Every variant is rendered once per seed, each picture with twice as many samples as the one before.
    Variants that differ in one knob take turns, block by block, so that their times can be compared.
 3. **Legs.** What is left is spent where the answer is undecided: on the variants that lead, until they have reached the
-   errors that are asked for, and then on those that cannot be told apart.
+   errors that are asked for. The first legs come directly after the first round, because they matter most.
 """
 
 import math
@@ -39,11 +39,13 @@ from taichi_tracer.studies.metrics import flip, rel_mse
 from taichi_tracer.studies.variants import MOST_FOR_PLAIN, Source, Variant, comparable, of_questions, reference_variant
 from taichi_tracer.system.errors import InputError
 
-REFERENCE_SEED, PICTURE_SEED = 1_000_003, 2_000_003
-# Shares of the budget: until when variants may begin to compile, what the reference takes at most, all
-# pictures at equal time, and what the rounds leave to the legs.
+REFERENCE_SEED, PICTURE_SEED, LEG_SEEDS = 1_000_003, 2_000_003, 1000  # of legs: those above the last one
+# Shares of the budget: until when variants may begin to compile, what the reference takes at most, what all pictures at
+# equal time take, and what the rounds leave to the legs.
 COMPILE_SHARE, REFERENCE_SHARE, PICTURES_SHARE, LEGS_SHARE = 0.45, 0.08, 0.05, 0.6
+ABANDON_SHARE = 0.6  # of the budget: a further process that still compiles then is no longer waited for
 NO_TIME_TO_COMPILE = "there was no time to compile them"
+FIRST_LEGS = 0.5  # of the time that is left after the first round: for the leaders, until they have reached 2 %
 FURTHER_REFERENCE = 0.25  # of the time of the first: what every other one gets, since few variants need it
 GOOD_REFERENCE = 0.2 * TARGETS[-1]  # a reference need not be better
 COLD = 2.5  # times what starting a process takes is what compiling a variant takes, before that is known
@@ -53,6 +55,7 @@ SHORTEST = 0.5  # seconds: in less, nothing can be measured
 MOST_OVERRUN = 1.1  # times the budget: later than that, no study ends
 SHORT = 20.0  # seconds: with a smaller budget, nothing is compiled beside the first variant
 LATE = 1.5  # times its share of a round may pass before a variant that is slower than planned goes no farther
+MOST_RESERVE = 0.2, 1.8  # of the budget, and seconds: what the caller gets afterwards is at most the larger one
 CHUNK = 0.4  # seconds of one call: a study cannot end within it
 KNOB_WEIGHT = 4.0  # a variant that turns a knob beside estimator and sampler gets one part in so many
 LEADING = 3.0  # times the seconds of the best: who is predicted to need no more may still win
@@ -113,7 +116,10 @@ class Run:
     def so_far(self) -> Curve:
         """The curve of what was measured."""
         samples = self.samples
-        pairs = [[levels.get(n, (math.nan, math.nan)) for n in samples] for levels in self.found.values()]
+        pairs = [
+            [levels.get(n, (math.nan, math.nan)) for n in samples]
+            for levels in (self.found[seed] for seed in sorted(self.found))
+        ]
         table = np.array(pairs, float).reshape(len(self.found), len(samples), 2)
         return Curve(
             self.variant,
@@ -199,13 +205,9 @@ def by_priority(variants: Sequence[Variant]) -> list[Variant]:
 
     def rank(variant: Variant) -> tuple[int, int]:
         changed = set(variant.differences(base))
-        kinds = [set(), {"estimator"}, {"sampler"}]
-        if variant.plain:
-            return 5, variants.index(variant)
-        for i, kind in enumerate(kinds):
-            if changed <= kind:
-                return i, variants.index(variant)
-        return (4 if changed == {"estimator", "sampler"} else 3), variants.index(variant)
+        kinds = [set(), {"estimator"}, {"sampler"}, {"estimator", "sampler"}]
+        group = (0, 1, 2, 4)[kinds.index(changed)] if changed in kinds else 3
+        return 5 if variant.plain else group, variants.index(variant)
 
     return sorted(variants, key=rank)
 
@@ -235,14 +237,8 @@ class Schedule:
         tell: Callable[[str, float], None] = lambda what, done: None,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
-        self.source, self.size, self.budget, self.seeds, self.arch, self.parts = (
-            source,
-            size,
-            budget,
-            seeds,
-            arch,
-            parts,
-        )
+        self.source, self.arch, self.parts = source, arch, parts
+        self.size, self.budget, self.seeds = size, budget, seeds
         self.started = time.perf_counter() - spent
         self.base = variants[0]
         self.variants = variants
@@ -283,9 +279,15 @@ class Schedule:
             raise Stopped
 
     @property
+    def reserve(self) -> float:
+        """Seconds that the caller needs afterwards; a slow start of a busy moment makes them no larger than a share."""
+        share, seconds = MOST_RESERVE
+        return min(self.keep * self.start_seconds, max(share * self.budget, seconds))
+
+    @property
     def is_hopeless(self) -> bool:
         """Whether nothing could be measured and written any more, even if the first variant were compiled now."""
-        reserve = 0.0 if math.isnan(self.start_seconds) else self.keep * self.start_seconds
+        reserve = 0.0 if math.isnan(self.start_seconds) else self.reserve
         return self.elapsed + reserve + SHORTEST > MOST_OVERRUN * self.budget
 
     def pids(self) -> list[int]:
@@ -314,8 +316,8 @@ class Schedule:
                 raise NothingMeasured(self.why_nothing())
             return self.study(facts)
         finally:
-            for lane in self.lanes:
-                lane.worker.close()
+            for worker in (*(lane.worker for lane in self.lanes), *([] if self.first is None else [self.first])):
+                worker.close()
 
     def why_nothing(self) -> str:
         """What ended the study before its first picture."""
@@ -330,11 +332,10 @@ class Schedule:
     def read(self) -> SceneFacts:
         """Start the first process, read the scene, and leave out what cannot be compared."""
         worker = self.hire(self.base)
-        self.start_seconds = math.nan
         self.tell("starting", self.elapsed / self.budget)
         self.wait_for(worker.ask("open", self.source, self.arch, self.parts), "starting")
         self.start_seconds = self.elapsed
-        self.end -= self.keep * self.start_seconds
+        self.end -= self.reserve
         facts = self.wait_for(worker.ask("facts", self.base), "reading the scene")
         self.others.look(self.pids())
         if facts.primitives > MOST_FOR_PLAIN:
@@ -358,8 +359,9 @@ class Schedule:
 
     def hire(self, variant: Variant) -> "Worker | Here":
         """A process, or this one."""
+        worker: Worker | Here
         if not self.is_apart:
-            worker: Worker | Here = self.lanes[0].worker if self.lanes else Here()
+            worker = Here()
         elif self.first is not None:
             worker, self.first = self.first, None
         else:
@@ -386,8 +388,8 @@ class Schedule:
             for lane in busy:
                 if lane.pending.done():
                     self.finish(lane)
-        if not self.runs:
-            raise Stopped
+                elif lane is not self.lanes[0] and self.elapsed > ABANDON_SHARE * self.budget:
+                    self.abandon(lane)
         self.render_references()
 
     def assign(self) -> None:
@@ -445,6 +447,15 @@ class Schedule:
                 self.end = max(self.end, time.perf_counter() + SHORTEST)
             self.runs.append(Run(variant, lane, result))
 
+    def abandon(self, lane: Lane) -> None:
+        """Wait no longer for a process; it finishes the kernel that it compiles, which is kept for the next run."""
+        self.drop(NO_TIME_TO_COMPILE, *([] if lane.current is None else [lane.current]), *lane.waiting)
+        self.lanes.remove(lane)
+        lane.worker.close()
+        for run in [run for run in self.runs if run.lane is lane]:
+            self.runs.remove(run)
+            self.drop(NO_TIME_TO_COMPILE, run.variant)
+
     def drop(self, why: str, *variants: Variant) -> None:
         """Leave variants out, and remember why."""
         self.dropped.setdefault(why, []).extend(variants)
@@ -485,18 +496,19 @@ class Schedule:
     # ── measuring ──
 
     def measure(self) -> None:
-        """Rounds over the seeds, pictures at equal time, and then what is undecided."""
+        """A round, pictures at equal time, the leaders to the errors that matter; more rounds, and what is open."""
         self.fit()
         for seed in range(1, self.seeds + 1):
-            rest = self.left - PICTURES_SHARE * self.budget
-            seconds = rest * (1 - LEGS_SHARE) / (self.seeds + 1 - seed)
+            seconds = self.left * (1 - LEGS_SHARE) / (self.seeds + 1 - seed)
             if seed > 1 and sum(FLOOR * run.per_sample for run in self.runs) > seconds:
                 break
             self.round(seed, allot(self.runs, self.base, seconds), seconds)
             self.others.look(self.pids())
-        self.render_pictures()
-        self.others.look(self.pids())
-        self.run_legs()
+            if seed == 1:
+                self.render_pictures()
+                self.run_legs(FIRST_LEGS * self.left, to_targets=True)
+                self.others.look(self.pids())
+        self.run_legs(math.inf)
 
     def fit(self) -> None:
         """Leave out the last variants until one round of the rest fits into half of the time."""
@@ -563,17 +575,21 @@ class Schedule:
             ask = run.lane.worker.ask("render", run.variant, self.size, count, PICTURE_SEED, "image")
             run.picture = self.wait_for(ask, f"{run.variant.label}: a picture")
 
-    def run_legs(self) -> None:
-        """Spend what is left where the answer is undecided; whoever is nearest to an answer comes first."""
-        seed = {run.variant: self.rounds for run in self.runs}
+    def run_legs(self, seconds: float, to_targets: bool = False) -> None:
+        """Spend so many seconds where the answer is undecided; whoever is nearest to an answer comes first.
+
+        Args:
+            to_targets: end when the leaders have reached ``MIDDLE``.
+        """
+        end = time.perf_counter() + seconds
         while True:
-            leg = next_leg(self.runs, self.base, self.left)
+            left = min(self.left, end - time.perf_counter())
+            leg = next_leg(self.runs, self.base, left, TARGETS[1:3] if to_targets else TARGETS[1:], not to_targets)
             if leg is None:
                 break
             run, samples = leg
-            seed[run.variant] += 1
             self.turn += 1
-            self.together([run], seed[run.variant], {run.variant: samples})
+            self.together([run], max([LEG_SEEDS, *run.found]) + 1, {run.variant: samples})
 
     # ── what was found ──
 
@@ -625,17 +641,19 @@ def curve_of(run: Run, most: int) -> Curve:
     return curve
 
 
-def next_leg(runs: Sequence[Run], base: Variant, left: float) -> tuple[Run, int] | None:
+def next_leg(
+    runs: Sequence[Run], base: Variant, left: float, targets: Sequence[float] = TARGETS[1:], fills: bool = True
+) -> tuple[Run, int] | None:
     """The variant that is rendered with another seed, and up to how many samples; None if there is no time for any.
 
     First those that may win go to the targets that they have not reached, as far as there is time. Then those that have
-    the fewest pictures get another one.
+    the fewest pictures get another one, if ``fills``.
     """
     main = [run for run in runs if is_of_the_chart(run.variant, base) and run.truth is not None]
     forecast = {id(run): run.samples_to(MIDDLE) * run.per_sample for run in main}
     best = min(forecast.values(), default=math.inf)
     leading = sorted((r for r in main if forecast[id(r)] <= LEADING * best), key=lambda r: forecast[id(r)])
-    for target in TARGETS[1:]:
+    for target in targets:
         for run in leading:
             if not math.isnan(run.so_far().seconds_to(target)) or not run.samples:
                 continue
@@ -643,7 +661,7 @@ def next_leg(runs: Sequence[Run], base: Variant, left: float) -> tuple[Run, int]
             level = min(run.samples_to(target) * SURELY, fits, MOST_SAMPLES)
             if level >= MORE * run.samples[-1]:
                 return run, int(level) // 2 * 2
-    known = [run for run in runs if run.samples]
+    known = [run for run in runs if run.samples] if fills else []
     for run in sorted(known, key=lambda r: (len(r.found), id(r) not in {id(x) for x in leading}, r.per_sample)):
         level = run.samples[-1]
         while level > FLOOR and level * run.per_sample > left:

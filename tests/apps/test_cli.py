@@ -707,6 +707,9 @@ def test_renders_to_an_error_and_to_a_time(tmp_path, instant, capsys, monkeypatc
     told = told_by([*words, "--error", 20, "--spp", 5000], capsys).out
     assert float(re.search(r"error ([\d.]+) %", told)[1]) <= 20
     assert int(re.search(r"(\d+) spp", told)[1]) < 5000
+    assert re.search(r"\(start [\d.]+ s, scene [\d.]+ s, compiling .*, rendering [\d.]+ s, total [\d.]+ s", told)
+    missed = told_by([*words, "--error", "0.001", "--spp", 9], capsys)
+    assert "note: an error of 0.001 % was not reached: --spp 9 came first" in missed.err
     ticks = itertools.count()
     monkeypatch.setattr(progress, "perf_counter", lambda: 0.01 * next(ticks))  # a clock that no other program slows
     told = told_by([*words, "--time", "0.3", "--adaptive"], capsys).out

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -120,6 +121,45 @@ def test_a_button_makes_its_view_the_active_one_after_it_said_so(renderer, tmp_p
     assert view.message == []
     assert renderer.active.name == "material_id"
     assert [label for label in pressed(view).buttons if "[Active]" in label] == ["Material ID [Active]"]
+
+
+def test_the_curves_of_all_estimators_stay_until_the_picture_changes(renderer, tmp_path, monkeypatch):
+    view = viewer.Viewer(renderer.use("normal"), tmp_path)
+    shown = SimpleNamespace(samples=0, active=SimpleNamespace(name="mis"), error=lambda: 0.1, of=("a view",))
+    drawn = []
+    monkeypatch.setattr(viewer.Viewer, "renderer", property(lambda _self: shown))
+    monkeypatch.setattr(viewer.Viewer, "picture", lambda _self: shown.of)
+    monkeypatch.setattr(viewer, "ERROR_EVERY", -1.0)
+    monkeypatch.setattr(viewer, "draw_curves", lambda curves, name, *size: drawn.append((sorted(curves), name)))
+    monkeypatch.setattr(view.screen, "put_plot", lambda _plot: None)
+
+    def show(name, *samples):
+        shown.active.name = name
+        for count in samples:
+            shown.samples = count
+            assert view.progress().endswith("s, error 10 %")
+
+    show("mis", 1, 2, 3)
+    show("brdf", 1, 2)
+    assert drawn[-1] == (["brdf", "mis"], "brdf")
+    assert [len(view.curves[name]) for name in ("mis", "brdf")] == [3, 2]
+    show("mis", 1)
+    assert [len(view.curves[name]) for name in ("mis", "brdf")] == [1, 2]
+    shown.of = ("another view",)
+    show("mis", 1)
+    assert drawn[-1] == (["mis"], "mis")
+
+
+def test_what_curves_have_in_common_is_light_scene_and_camera(renderer, tmp_path):
+    view = viewer.Viewer(renderer.use("normal"), tmp_path)
+    before = view.picture()
+    renderer.use("hit")
+    assert view.picture() == before
+    eye = renderer.camera.eye
+    renderer.camera.set_camera_parameters(eye=tuple(float(x) + 0.5 for x in eye))
+    assert view.picture() != before
+    renderer.camera.set_camera_parameters(eye=tuple(float(x) for x in eye))
+    assert view.picture() == before
 
 
 @pytest.mark.long

@@ -287,7 +287,7 @@ def test_forms_and_intersectors_are_knobs_that_are_turned_on_request():
 def steps(monkeypatch):
     """A clock for the schedule that counts how often it is asked: a study is as long on every machine."""
     ticks = itertools.count()
-    monkeypatch.setattr(schedule, "time", SimpleNamespace(perf_counter=lambda: 0.2 * next(ticks)))
+    monkeypatch.setattr(schedule, "time", SimpleNamespace(perf_counter=lambda: 0.6 * next(ticks)))
     monkeypatch.setattr(schedule, "CHUNK", 0.01)
 
 

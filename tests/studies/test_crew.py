@@ -61,14 +61,14 @@ def test_what_only_the_caller_has_stays_with_the_caller():
     assert not variants.lives_here_alone()
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_study_of_a_name_leaves_the_scenes_of_the_caller_alone():
     start("f32")
     scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
     renderer = tt.A2Renderer(scene, 16, 16).use("mis").render(2)
     knobs = {"estimators": ("mis",), "samplers": ("niederreiter",), "precisions": ("f64",), "fast_math": (False,)}
     knobs |= {"triangle_tests": ("watertight",), "lookups": ("nearest",), "adaptive": (False,), "scales": (1.0,)}
-    table, figure = tt.studies.accuracy("cube", size=(16, 16), budget=25, seeds=1, forms=("fast",), **knobs)
+    table, figure = tt.studies.accuracy("cube", size=(16, 16), budget=40, seeds=1, forms=("fast",), **knobs)
     assert list(table["variant"]) == ["mis, sobol, f64"]
     assert table["last error"][0] > 0
     assert len(figure.axes) == 2

@@ -20,8 +20,9 @@ SLOWNESS = {"uniform": 20.0, "brdf": 5.0, "environment": 1.3, "mis": 1.0}  # tim
 class World:
     """A clock, and what happens when: it stands still but while somebody waits."""
 
-    def __init__(self, compiling, per_sample=0.008, starting=1.2):
+    def __init__(self, compiling, per_sample=0.008, starting=1.2, endless=None):
         self.now, self.events = 0.0, []
+        self.endless = compiling if endless is None else endless
         self.compiling, self.per_sample, self.starting = compiling, per_sample, starting
 
     def perf_counter(self):
@@ -62,7 +63,7 @@ class Process:
     def prepare(self, variant, _size):
         share = 0.5 if renderer_key(variant) in self.known else 1.0
         self.known.add(renderer_key(variant))
-        seconds = share * self.world.compiling
+        seconds = self.world.endless if variant.precision == "f64" else share * self.world.compiling
         return seconds, Prepared(seconds, 5, seconds, self.world.per_sample, self.error_of(variant, 11), 11)
 
     def render(self, variant, _size, count, seed, _wants):
@@ -141,6 +142,15 @@ def test_what_a_short_study_drops_is_named(world_of):
     assert labels[0] == "mis, niederreiter"
     assert dropped
     assert sorted(labels + dropped) == sorted(variant.label for variant in variants.plan())
+
+
+def test_a_process_that_compiles_for_too_long_is_not_waited_for(world_of):
+    world = world_of(compiling=2.0, endless=300.0)
+    study = study_in(world, 60)
+    assert 54 <= world.now <= 66
+    assert "mis, sobol, f64" in " ".join(study.notes)
+    assert len(study.curves) > 5
+    assert all(process.closed for process in world.processes)
 
 
 def test_a_study_that_cannot_begin_in_time_says_so_and_ends(world_of):

@@ -1,0 +1,110 @@
+"""The page of a study: every chart labelled where it is, no number that is a power of ten, no file beside it."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+
+from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.studies import accuracy_chart, accuracy_report, page
+from taichi_tracer.studies.convergence import Block, Curve, Study
+from taichi_tracer.studies.variants import Variant
+
+SCALES = {"mis": 0.02, "brdf": 0.2, "environment": 0.022}
+
+
+def curve(variant, scale, per_sample=0.01):
+    samples = 2 ** np.arange(1, 9)
+    errors = np.stack([scale * (samples * 0.01) ** -0.6 * f for f in (0.9, 1.0, 1.1)])
+    blocks = [Block(turn, 16, 16 * per_sample) for turn in range(5)]
+    made = Curve(variant, 2.0, samples, errors, errors.copy(), blocks, bias=0.5)
+    made.image, made.image_error = np.full((16, 16, 3), 1.0 + scale), scale
+    made.image_rel_mse, made.image_flip, made.seconds_to_save = 0.01, 0.02, 1.5
+    return made
+
+
+@pytest.fixture(scope="module")
+def study():
+    curves = [curve(Variant(name), scale) for name, scale in SCALES.items()]
+    curves += [curve(Variant(sampler="independent"), 0.06), curve(Variant(precision="f64"), 0.02, 0.013)]
+    truth = RelativeError(0.004, 0.003, 0.005)
+    return Study(
+        "box under studio", (16, 16), "a machine", 3, 0.3, curves, {"nearest": np.ones((16, 16, 3))}, truth, 100, 59.0,
+        start_seconds=1.2, read_seconds=0.4, kernels_made=30,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def html(study):
+    return accuracy_report.as_html(study)
+
+
+def test_the_page_needs_no_other_file_and_runs_on_a_phone_and_in_the_dark(html):
+    assert not re.findall(r"(?:src|href)=['\"](?!data:|#)[^'\"]+", html)
+    assert "name='viewport'" in html
+    assert "prefers-color-scheme: dark" in html
+    assert "@media print" in html
+    assert html.count("<svg") == 6  # three charts, each for broad and for narrow screens
+    assert html.count("class='sortable'") == 2
+
+
+def test_identifiers_in_the_drawings_differ(html):
+    clips = re.findall(r'<clipPath id="([^"]+)"', html)
+    assert len(clips) == len(set(clips)) > 0
+
+
+def test_points_tell_their_numbers_under_the_mouse(html):
+    assert "<title>mis, sobol: " in html
+    assert re.search(r"<title>brdf, sobol: [\d.]+ % after [\d.]+ s, 256 samples per pixel</title></use>", html)
+
+
+def test_axes_are_in_percent_and_no_number_is_a_power_of_ten(study):
+    svg = accuracy_chart.plain_svg(accuracy_chart.draw(study))
+    words = re.findall(r">([^<>]+)</text>", svg)
+    assert "5 %" in words
+    assert any(re.fullmatch(r"[\d.]+ m?s", word) for word in words)
+    assert not any("10^" in word or "mathdefault" in word or "e+" in word for word in words)
+    for label in ("mis, sobol: ", "brdf, sobol: ", "mis, independent: ", "Float64", "independent numbers"):
+        assert any(word.startswith(label) for word in words), label
+
+
+def test_labels_never_touch():
+    places = accuracy_chart.spread([0.1, 0.1, 0.11, 0.5, 0.52, 0.9], 0.05)
+    gaps = np.diff(places)
+    assert (gaps >= 0.05 - 1e-12).all()
+    assert places[5] == pytest.approx(0.9)
+    assert np.mean(places[:3]) == pytest.approx(np.mean([0.1, 0.1, 0.11]))
+
+
+def test_error_maps_have_a_scale_and_pictures_are_large(html):
+    assert "of the mean brightness, or more" in html
+    assert "linear-gradient" in html
+    assert f"width='{accuracy_report.SHOWN}'" in html
+
+
+def test_the_wait_is_told_with_its_compilation(html):
+    assert "1.2 s to start, 0.4 s to read the scene, 2.0 s to compile" in html
+    assert "A second run finds the compiled kernels" in html
+
+
+def test_files_agree(study):
+    made = accuracy_report.contents(study)
+    assert set(made) == set(accuracy_report.FILES)
+    content = json.loads(made["accuracy.json"])
+    assert content["kernels_compiled"] == 30
+    rows = made["accuracy.csv"].decode().splitlines()
+    assert len(rows) == 1 + sum(int(np.isfinite(c.errors).sum()) for c in study.curves)
+    assert made["accuracy.svg"].startswith(b"<svg")
+
+
+def test_what_was_not_reached_is_no_number(study):
+    table = accuracy_report.table_of_costs(study)
+    assert "not reached" in table
+    assert "about" not in table
+    assert math.isnan(study.curves[1].seconds_to(0.01))
+
+
+def test_the_scale_of_a_map_says_what_white_is():
+    assert page.scale_of_heat("35 %").endswith("<span>35 %</span></div>")
