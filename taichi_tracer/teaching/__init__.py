@@ -1,0 +1,1 @@
+"""The teaching kit: assignments, what students check themselves, and what teachers grade."""
