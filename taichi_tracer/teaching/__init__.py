@@ -1,0 +1,23 @@
+"""The teaching kit: assignments, what a student runs to check a solution, and the names of known mistakes.
+
+``tt.teaching.check("a1", MyCamera)`` checks a class of a notebook, and ``not_written`` marks a method that has no
+solution yet. docs/teaching.md shows how to make an assignment.
+"""
+
+from taichi_tracer.teaching.stubs import not_written as not_written
+
+
+def check(assignment: str, *classes: type, seed: int = 0):
+    """Check the classes that a student wrote in a notebook, such as ``check("a1", MyCamera)``.
+
+    Args:
+        assignment: the name of an assignment that comes with the package, or the path of a folder with one.
+        classes: subclasses of the classes that the assignment asks for. Their names do not matter.
+        seed: decides the inputs.
+
+    Returns:
+        A report, which a notebook shows as a page, and ``print`` as text.
+    """
+    from taichi_tracer.teaching.check import check_classes
+
+    return check_classes(assignment, classes, seed)
