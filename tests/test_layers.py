@@ -31,6 +31,7 @@ LAYERS = (
     "rt3 scene_data_loader",
     "__init__",
     "studies",
+    "teaching",
     "apps",
     "__main__",
 )
@@ -44,7 +45,7 @@ IMPORT_BY_NAME = {
 }
 
 # Who names a part above it in an import that never runs, which only editors read.
-FOR_EDITORS = {"__init__": {"studies"}}
+FOR_EDITORS = {"__init__": {"studies", "teaching"}}
 
 
 @cache

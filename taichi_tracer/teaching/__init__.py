@@ -1,1 +1,35 @@
-"""The teaching kit: assignments, what students check themselves, and what teachers grade."""
+"""The teaching kit: assignments, what a student runs to check a solution, and the names of known mistakes.
+
+``tt.teaching.check("a1", MyCamera)`` checks a class of a notebook, and ``not_written`` marks a method that has no
+solution yet. docs/teaching.md shows how to make an assignment.
+"""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from taichi_tracer.teaching.stubs import not_written as not_written
+
+
+def __getattr__(name: str):
+    """``not_written`` when it is first used: the processes of the grader import this package before Taichi."""
+    if name != "not_written":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from taichi_tracer.teaching.stubs import not_written
+
+    return not_written
+
+
+def check(assignment: str, *classes: type, seed: int = 0):
+    """Check the classes that a student wrote in a notebook, such as ``check("a1", MyCamera)``.
+
+    Args:
+        assignment: the name of an assignment that comes with the package, or the path of a folder with one.
+        classes: subclasses of the classes that the assignment asks for. Their names do not matter.
+        seed: decides the inputs.
+
+    Returns:
+        A report, which a notebook shows as a page, and ``print`` as text.
+    """
+    from taichi_tracer.teaching.check import check_classes
+
+    return check_classes(assignment, classes, seed)

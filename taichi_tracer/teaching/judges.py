@@ -1,0 +1,217 @@
+"""How answers are judged: number by number within a tolerance, by statistics, or as pictures.
+
+Every judge is an object that can be called as ``Part.judge`` describes, and has ``agrees``: (inputs, answers, expected)
+→ (n,) bool, one for each input that is judged by itself. The mistake finder asks ``agrees``, too.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Verdict
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Every input has one right answer, up to rounding.
+
+    Attributes:
+        tolerance: the largest error that counts as rounding, as a multiple of 1 or of the right number, whichever is
+            larger.
+        only_where: the name of an answer that says whether the other answers of the same row count: where it is 0, as
+            ``is_hit`` of a miss, only itself is compared.
+        called: what one input is called in messages, "pixels" or "rays".
+    """
+
+    tolerance: float = 1e-4
+    only_where: str = ""
+    called: str = "inputs"
+
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: which inputs have the right answer."""
+        count = len(next(iter(expected.values())))
+        agrees = np.ones(count, bool)
+        counts = np.ones(count, bool)
+        if self.only_where:
+            counts = np.asarray(expected[self.only_where]).reshape(count) != 0
+        for name, right in expected.items():
+            yours = answers.get(name)
+            if yours is None or np.shape(yours) != np.shape(right):
+                return np.zeros(count, bool)
+            same = self._same(np.asarray(yours), np.asarray(right)).reshape(count, -1).all(axis=1)
+            agrees &= same if name == self.only_where else same | ~counts
+        return agrees
+
+    def _same(self, yours: np.ndarray, right: np.ndarray) -> np.ndarray:
+        if right.dtype.kind in "iub":
+            return yours == right
+        yours, right = yours.astype(np.float64), right.astype(np.float64)
+        with np.errstate(invalid="ignore", over="ignore"):
+            near = abs(yours - right) <= self.tolerance * np.maximum(1, abs(right))
+        return near | (yours == right) | (np.isnan(yours) & np.isnan(right))
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+        """Right if all inputs agree; otherwise the share of those that do, and the first that does not."""
+        agrees = self.agrees(inputs, answers, expected)
+        if agrees.all():
+            return Verdict(RIGHT, 1.0, f"all {len(agrees)} {self.called} are right")
+        first = int(np.argmin(agrees))
+        told = f"{int((~agrees).sum())} of {len(agrees)} {self.called} are wrong"
+        return Verdict(WRONG, float(agrees.mean()), told, first_wrong(inputs, answers, expected, first, len(agrees)))
+
+
+# The largest |z| of a test that passes. With 400 tests in a submission, the false-alarm rate is below 1e-6 for normal
+# means; means of 10⁴ and more bounded samples are close enough to normal that it stays below 1e-4.
+LARGEST_Z = 6.0
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Random answers: every input has many samples, whose means are compared with those of the solution by z-tests.
+
+    The answers have the shape (inputs, samples, …). For each name, the means of the numbers are compared, of their
+    squares, and of the products of the first two numbers; and for each name in ``exact``, the sample itself.
+
+    Attributes:
+        called: what one input is called in messages.
+        largest_z: the largest |z| that passes.
+        statistics: name of the answer → a function of (…, d) samples that gives (…, k) numbers whose means are compared.
+    """
+
+    called: str = "inputs"
+    largest_z: float = LARGEST_Z
+    statistics: dict = field(default_factory=dict)
+
+    def scores(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name → (inputs, k) z-scores; infinite where an answer is not finite or has another shape."""
+        found = {}
+        for name, right in expected.items():
+            yours = np.asarray(answers.get(name, np.nan), np.float64)
+            right = np.asarray(right, np.float64)
+            if yours.shape != right.shape:
+                found[name] = np.full((len(right), 1), np.inf)
+                continue
+            if right.ndim == 2:
+                yours, right = yours[..., None], right[..., None]
+            moments = self.statistics.get(name, moments_of)
+            found[name] = z_scores(moments(yours), moments(right))
+        return found
+
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: the inputs whose tests all pass."""
+        scores = self.scores(inputs, answers, expected)
+        return np.logical_and.reduce([(abs(z) <= self.largest_z).all(axis=1) for z in scores.values()])
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+        """Right if all tests pass; otherwise the mean of the first input that fails, beside the right mean."""
+        agrees = self.agrees(inputs, answers, expected)
+        if agrees.all():
+            return Verdict(RIGHT, 1.0, f"the samples of all {len(agrees)} {self.called} pass their tests")
+        first = int(np.argmin(agrees))
+        worst = max(float(np.abs(z[first]).max()) for z in self.scores(inputs, answers, expected).values())
+        told = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
+        told += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
+        means = {
+            f"mean {name}": np.asarray(a, np.float64).mean(axis=1) for name, a in answers.items() if np.ndim(a) > 1
+        }
+        right = {f"mean {name}": np.asarray(a, np.float64).mean(axis=1) for name, a in expected.items()}
+        return Verdict(WRONG, float(agrees.mean()), told, first_wrong(inputs, means, right, first, len(agrees)))
+
+
+def moments_of(samples: np.ndarray) -> np.ndarray:
+    """(…, d) samples → (…, k): the numbers, their squares, and the products of different numbers."""
+    d = samples.shape[-1]
+    pairs = [(i, j) for i in range(d) for j in range(i + 1, d)]
+    products = [samples[..., i] * samples[..., j] for i, j in pairs]
+    return np.concatenate([samples, samples**2, *(p[..., None] for p in products)], axis=-1)
+
+
+def z_scores(yours: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """(inputs, samples, k) twice → (inputs, k): the differences of the means in standard errors.
+
+    Where both have no variance, means that differ by more than rounding give infinity.
+    """
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        n = yours.shape[1]
+        variance = (yours.var(axis=1) + right.var(axis=1)) / n
+        difference = yours.mean(axis=1) - right.mean(axis=1)
+        scale = np.maximum(1, abs(right).max(axis=1))
+        error = np.sqrt(variance + (1e-5 * scale) ** 2)
+        z = difference / error
+    return np.where(np.isfinite(z), z, np.inf)
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """A picture is right if nearly all of its pixels are: edges between triangles may fall on either side.
+
+    Attributes:
+        tolerance: the largest error of a pixel that counts as rounding.
+        allowed: the share of the pixels that may differ.
+        largest_z: for random pictures, which have "error" among the answers, the largest error in standard errors.
+    """
+
+    tolerance: float = 2e-3
+    allowed: float = 0.01
+    largest_z: float = LARGEST_Z
+
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: which pixels agree, row by row from the top."""
+        yours, right = answers.get("picture"), np.asarray(expected["picture"], np.float64)
+        if np.shape(yours) != right.shape:
+            return np.zeros(right.shape[0] * right.shape[1], bool)
+        yours = np.asarray(yours, np.float64)
+        largest = self.tolerance * np.maximum(1, abs(right))
+        if "error" in expected:
+            error = np.hypot(np.asarray(answers.get("error", 0), np.float64), np.asarray(expected["error"], np.float64))
+            largest = largest + self.largest_z * error
+        return (abs(yours - right) <= largest).all(axis=2).reshape(-1)
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+        """Right if at most ``allowed`` of the pixels differ; both pictures and their difference in any case."""
+        agrees = self.agrees(inputs, answers, expected)
+        share = float(agrees.mean())
+        right = np.asarray(expected["picture"], np.float64)
+        yours = answers.get("picture")
+        if np.shape(yours) != right.shape:
+            return Verdict(WRONG, 0.0, f"the picture has the shape {np.shape(yours)}, not {right.shape}")
+        yours = np.asarray(yours, np.float64)
+        pictures = {"yours": yours, "right": right, "difference": abs(yours - right)}
+        if share >= 1 - self.allowed:
+            return Verdict(RIGHT, 1.0, "the picture is right", {}, pictures)
+        row, column = divmod(int(np.argmin(agrees)), right.shape[1])
+        first = {
+            "input": {"row from the top": row, "column": column},
+            "yours": {"colour": shown(yours[row, column])},
+            "right": {"colour": shown(right[row, column])},
+        }
+        return Verdict(WRONG, share, f"{(1 - share):.0%} of the pixels are wrong", first, pictures)
+
+
+def first_wrong(inputs: Arrays, answers: Arrays, expected: Arrays, i: int, count: int) -> dict[str, dict]:
+    """The i-th input with both answers, as numbers that can be shown."""
+    of_all = {name: shown(a) for name, a in inputs.items() if len(np.atleast_1d(a)) != count and np.size(a) <= 12}
+    of_this = {name: shown(np.asarray(a)[i]) for name, a in inputs.items() if len(np.atleast_1d(a)) == count}
+    yours = {name: shown(np.asarray(a)[i]) for name, a in answers.items() if len(np.atleast_1d(a)) == count}
+    right = {name: shown(np.asarray(a)[i]) for name, a in expected.items()}
+    return {"input": {**of_this, **of_all}, "yours": yours, "right": right}
+
+
+def shown(value: np.ndarray | float) -> object:
+    """An array as numbers with six digits: a number, or nested lists."""
+    array = np.asarray(value)
+    if array.size == 1:
+        return _digits(array.reshape(-1)[0])
+    return [shown(part) for part in array] if array.ndim > 1 else [_digits(number) for number in array]
+
+
+def _digits(number: object) -> int | float:
+    is_whole = isinstance(number, (int, np.integer, np.bool_))
+    return int(number) if is_whole else float(f"{float(number):.6g}")  # type: ignore[arg-type, call-overload]
+
+
+def sentence(values: Sequence[str]) -> str:
+    """Words as a list in a sentence: "a, b and c"."""
+    return values[0] if len(values) == 1 else f"{', '.join(values[:-1])} and {values[-1]}"

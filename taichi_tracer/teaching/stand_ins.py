@@ -1,0 +1,184 @@
+"""What the parts of assignments are run with: cameras, geometries and hits without a scene, so that little is compiled.
+
+A stand-in is made once, by the package's own class. For every class under test it is copied, and the copy gets that
+class: the fields are shared, and only the tested methods are compiled.
+"""
+
+import copy
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.camera import Camera
+from taichi_tracer.effects import Effects
+from taichi_tracer.geometry import Geometry, Mesh, clean
+from taichi_tracer.ray import HitData, Ray
+from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.sampler import Sampler, SobolSampler
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.teaching.base import Arrays
+
+PLAIN_EFFECTS: dict[str, Any] = {"brdfs": (), "environment": "none", "lights": (), "emitters": False, "lamps": False}
+PLAIN_EFFECTS |= {"interpolated_normals": True, "spheres": False, "culling": False, "background": False}
+PLAIN_EFFECTS |= {"blockers": "all", "scatters": False, "reasons": ()}
+
+
+def as_class(original: Any, cls: type, *arguments: Any, **named: Any) -> Any:
+    """A copy of ``original`` that belongs to ``cls``; a new object if ``cls`` has a constructor of its own."""
+    if cls.__init__ is not type(original).__init__:  # type: ignore[misc]
+        return cls(*arguments, **named)
+    other = copy.copy(original)
+    other.__class__ = cls
+    return other
+
+
+@lru_cache(maxsize=8)
+def _camera(width: int, height: int, kind: type, version: int) -> Any:
+    return kind(width, height)
+
+
+def camera(cls: type, width: int, height: int, kind: type = Camera, **view: Any) -> Any:
+    """A camera of the class under test. The view is set by the package, and the methods in kernels are those of ``cls``.
+
+    Args:
+        view: eye, at, up and fov.
+    """
+    original = _camera(int(width), int(height), kind, generation())
+    if view:
+        original.set_camera_parameters(**view)
+    return as_class(original, cls, int(width), int(height), **view)
+
+
+def generation() -> int:
+    """A number that changes when Taichi starts again, because fields end with it."""
+    runtime.ensure()
+    return id(ti.lang.impl.get_runtime().prog)
+
+
+_GEOMETRIES: dict[tuple, Geometry] = {}
+
+
+def geometry(inputs: Arrays) -> Geometry:
+    """The triangles in "vertices", "faces", "normals" and "material_ids" of the inputs; the last one is kept."""
+    names = ("vertices", "faces", "normals", "material_ids")
+    key = (generation(), *(np.ascontiguousarray(inputs[name]).tobytes() for name in names))
+    if key not in _GEOMETRIES:
+        _GEOMETRIES.clear()
+        faces = np.asarray(inputs["faces"], np.int32)
+        mesh = Mesh(
+            np.asarray(inputs["vertices"], np.float64),
+            faces,
+            normals=np.asarray(inputs["normals"], np.float64),
+            face_normals=faces,
+            face_materials=np.asarray(inputs["material_ids"], np.int32),
+        )
+        store = memory.Memory()
+        made = Geometry(clean(mesh, runtime.dtype()), Effects(**PLAIN_EFFECTS), store.fields, completes_normals=True)
+        store.allocate()
+        made.load()
+        made.store = store
+        _GEOMETRIES[key] = made
+    return _GEOMETRIES[key]
+
+
+def intersector(cls: type, inputs: Arrays) -> Any:
+    """An intersector of the class under test, for the triangles of the inputs."""
+    original = RayIntersector.__new__(cls)
+    original.geometry = geometry(inputs)
+    if cls.__init__ is not RayIntersector.__init__:
+        return cls(original.geometry)
+    return original
+
+
+def of(cls: type, **attributes: Any) -> Any:
+    """An object of the class under test that was not constructed, with attributes that its methods need."""
+    made = cls.__new__(cls)
+    made.__dict__.update(attributes)
+    return made
+
+
+def sampler(count: int) -> Sampler:
+    """The random numbers of a part: every input is a pixel."""
+    made = SobolSampler()
+    made.width = count
+    return made
+
+
+# ── functions for the kernels of parts ──
+
+
+@ti.func
+def vector(array: ti.template(), i):
+    """Row i of an (n, 3) array as a vec3."""
+    return tm.vec3(array[i, 0], array[i, 1], array[i, 2])
+
+
+@ti.func
+def ray_of(origins: ti.template(), directions: ti.template(), i):
+    """Row i of two (n, 3) arrays as a Ray."""
+    return Ray(origin=vector(origins, i), direction=vector(directions, i))
+
+
+@ti.func
+def write_hit(hit, i, whole: ti.template(), real: ti.template()):
+    """A HitData as row i of a table of whole numbers and of one of real numbers; see ``hit_answers``."""
+    is_hit = hit.is_hit != 0
+    whole[i, 0] = ti.select(is_hit, 1, 0)
+    whole[i, 1] = ti.select(hit.is_backfacing != 0, 1, 0)
+    whole[i, 2], whole[i, 3] = hit.triangle_id, hit.material_id
+    real[i, 0], real[i, 1], real[i, 2] = hit.distance, hit.barycentric_coords.x, hit.barycentric_coords.y
+    for k in ti.static(range(3)):
+        real[i, 3 + k] = hit.normal[k]
+
+
+def hit_answers(whole: np.ndarray, real: np.ndarray) -> Arrays:
+    """The members of the hits in the tables of ``write_hit``."""
+    return {
+        "is_hit": whole[:, 0],
+        "is_backfacing": whole[:, 1],
+        "triangle_id": whole[:, 2],
+        "material_id": whole[:, 3],
+        "distance": real[:, 0],
+        "barycentric_coords": real[:, 1:3],
+        "normal": real[:, 3:6],
+    }
+
+
+@ti.func
+def read_hit(i, whole: ti.template(), real: ti.template()):
+    """The HitData of row i of the tables of ``write_hit``."""
+    return HitData(
+        is_hit=whole[i, 0],
+        is_backfacing=whole[i, 1],
+        triangle_id=whole[i, 2],
+        distance=real[i, 0],
+        barycentric_coords=tm.vec2(real[i, 1], real[i, 2]),
+        normal=tm.vec3(real[i, 3], real[i, 4], real[i, 5]),
+        material_id=whole[i, 3],
+        geometric_normal=tm.vec3(real[i, 3], real[i, 4], real[i, 5]),
+        position=tm.vec3(0),
+        position_error=tm.vec3(0),
+    )
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """(…, 3) vectors with the length 1."""
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def directions(rng: np.random.Generator, count: int) -> np.ndarray:
+    """(count, 3) unit directions, uniform on the sphere."""
+    return unit(rng.normal(size=(count, 3)))
+
+
+def views(rng: np.random.Generator, count: int) -> Arrays:
+    """Random cameras: eye, at and up of (count, 3), and fov of (count,). None looks along its own up."""
+    gaze, up = directions(rng, count), directions(rng, count)
+    up = np.where(abs((gaze * up).sum(axis=1, keepdims=True)) > 0.9, np.roll(gaze, 1, axis=1), up)
+    eye = rng.uniform(-3, 3, (count, 3))
+    at = eye + gaze * rng.uniform(0.5, 4, (count, 1))
+    up = up * rng.uniform(0.5, 2, (count, 1))
+    return {"eye": eye, "at": at, "up": up, "fov": rng.uniform(25, 100, count)}
