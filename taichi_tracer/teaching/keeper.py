@@ -6,6 +6,7 @@ The keeper runs no code of the submission. It ends when the submission's process
 memory, or when the grader closes its end of the socket; before that, it ends every process that descends from it.
 """
 
+import atexit
 import json
 import os
 import select
@@ -140,6 +141,8 @@ def first_process(task: Task, line: socket.socket, tasks: int) -> None:
     from taichi_tracer.teaching import child
 
     child.serve(task.requests, task.answers, None if task.limits is None else task.limits.cpu)
+    if task.limits is None:
+        atexit._run_exitfuncs()  # Taichi writes its compiled kernels then
     os._exit(0)
 
 

@@ -225,12 +225,15 @@ class Child:
 
     def end(self) -> None:
         """End the process and everything that it started, and remove its folder."""
-        with contextlib.suppress(OSError):
-            self._line.shutdown(socket.SHUT_WR)
         for descriptor in (self._requests, self._answers):
             with contextlib.suppress(OSError):
                 os.close(descriptor)
         self._requests = self._answers = -1
+        if self.limits is None:  # the solution's process keeps its compiled kernels before it ends
+            with contextlib.suppress(TimeoutError):
+                self._wait(time.monotonic() + SECONDS_TO_END)
+        with contextlib.suppress(OSError):
+            self._line.shutdown(socket.SHUT_WR)
         try:
             self._wait(time.monotonic() + SECONDS_TO_END)
         except TimeoutError:
