@@ -123,13 +123,13 @@ def module_of(file: Path) -> types.ModuleType:
 
 def class_under_test(student: type, solution: type, method: str) -> type:
     """A class with one method of the student, and the solution's other methods of the handout."""
-    others = {name: value for name, value in vars(solution).items() if is_method(value) and name != method}
+    others = {name: value for name, value in vars(solution).items() if is_method(name, value) and name != method}
     return type(student.__name__, (student,), {**others, "__module__": student.__module__})
 
 
-def is_method(value: object) -> bool:
-    """Whether an attribute of a class is a method that the handout names."""
-    return callable(plain(value)) and hasattr(plain(value), "__code__")
+def is_method(name: str, value: object) -> bool:
+    """Whether an attribute of a class is a method that the handout names, and not one that Python or Taichi adds."""
+    return hasattr(plain(value), "__code__") and not name.startswith("__")
 
 
 def own_method(cls: type, name: str) -> object | None:
