@@ -185,10 +185,33 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     add_parts_option(hard)
     hard.lists = ("rays", "surfaces")
 
+    add_assignment(
+        add_command(commands, "assignment", "hand out an assignment of the teaching kit", "assignment:list_all")
+    )
+    check = add_command(commands, "check", "check your own solution of an assignment", "check:run")
+    check.add_argument(
+        "folder", metavar="DIR", nargs="?", default=".", help="that assignment new wrote (default: here)"
+    )
+    check.add_argument("names", metavar="PART", nargs="*", help="only these: a method, a class or a picture")
+    check.add_argument("--seed", type=whole, metavar="N", help="of the inputs (default: that of the folder)")
+    check.add_argument("--report", metavar="FILE", help="page to write (default: DIR/check.html)")
+
     add_command(commands, "doctor", "what works on this machine, and what would mend the rest", "doctor:run")
     for command in commands.choices.values():
         command.parts = parts
     return parser
+
+
+def add_assignment(parser: Parser) -> None:
+    """What ``assignment list`` and ``assignment new`` take."""
+    kinds = parser.add_subparsers(title="what", required=True, metavar="list|new", parser_class=Parser)
+    add_command(kinds, "list", "list the assignments that come with the package", "assignment:list_all")
+    new = add_command(kinds, "new", "write the folder that a student gets", "assignment:new")
+    new.add_argument("assignment", metavar="NAME|FOLDER", help="a1, a2, a3, a4, rt3, or the folder of your own")
+    new.add_argument("folder", metavar="DIR", help="folder to write; it must be empty or not exist")
+    new.add_argument("--solution", action="store_true", help="write the solved one, for teachers")
+    new.add_argument("--notebook", action="store_true", help="write one notebook instead of Python files")
+    new.add_argument("--seed", type=whole, default=0, metavar="N", help="of the inputs of the checks (default: 0)")
 
 
 def add_render(parser: Parser) -> None:

@@ -1,10 +1,10 @@
 """The teaching kit: assignments, what a student runs to check a solution, and the names of known mistakes.
 
-``tt.teaching.check("a1", MyCamera)`` checks a class of a notebook, and ``not_written`` marks a method that has no
-solution yet. docs/teaching.md shows how to make an assignment.
+``tt.teaching.check("a1", MyCamera)`` checks a class of a notebook, ``not_written`` marks a method that has no solution
+yet, and ``marked`` lets a window show such methods. docs/teaching.md shows how to make an assignment.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from taichi_tracer.teaching.stubs import not_written as not_written
@@ -19,7 +19,7 @@ def __getattr__(name: str):
     return not_written
 
 
-def check(assignment: str, *classes: type, seed: int = 0):
+def check(assignment: str, *classes: type, seed: int = 0) -> Any:
     """Check the classes that a student wrote in a notebook, such as ``check("a1", MyCamera)``.
 
     Args:
@@ -33,3 +33,10 @@ def check(assignment: str, *classes: type, seed: int = 0):
     from taichi_tracer.teaching.check import check_classes
 
     return check_classes(assignment, classes, seed)
+
+
+def marked(renderer: Any) -> Any:
+    """Let a renderer show a checkerboard while a method that its picture needs is not written. Returns the renderer."""
+    from taichi_tracer.teaching.checkerboard import marked as mark
+
+    return mark(renderer)

@@ -3,13 +3,13 @@
 The grader starts the process (``sandbox.Child``), sends requests as frames, and reads frames with the answers:
 
     {"do": "hello"}                                     → {"status": "ok"}: Taichi can be started here
-    {"do": "load", "assignment", "folder", "threads"}   → {"errors": {file: what went wrong}}
+    {"do": "load", "assignment", "folder", "files"}     → {"errors": {file: what went wrong}}
     {"do": "run", "part": name} and arrays of inputs    → {"status", "message", "line", "file"} and arrays of answers
 
 A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
 wrong answer, too:
 
-    {"do": "find", "part": name, "seed"} and arrays     → {"findings": [{"names", "share", "text", "hint", "topic"}]}
+    {"do": "find", "part": name, "seconds"} and arrays  → {"findings": [{"names", "share", "text", "hint", "topic"}]}
 
 The arrays of this request are called "inputs/NAME", "answers/NAME" and "expected/NAME". Every answer has the "ticket" of
 its request.
@@ -53,7 +53,8 @@ class Work:
         self.assignment = Assignment.load(message["assignment"])
         self.solution = self.student = running.solution_of(self.assignment)
         if message.get("folder"):
-            self.student = running.load_classes(Path(message["folder"]).resolve(), self.assignment.files)
+            files = message.get("files") or self.assignment.files
+            self.student = running.load_classes(Path(message["folder"]).resolve(), files)
         return {"errors": {file: error.message for file, error in self.student.errors.items()}}, {}
 
     def do_run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
@@ -74,7 +75,7 @@ class Work:
             group, _, key = name.partition("/")
             groups[group][key] = values
         part = self.assignment.part(message["part"])
-        found = mistakes.find(self.assignment, part, *groups.values(), message["seed"])
+        found = mistakes.find(self.assignment, part, *groups.values(), message["seconds"])
         facts = [
             {"names": list(f.names), "share": float(f.share), "text": f.text, "hint": f.hint, "topic": f.topic}
             for f in found

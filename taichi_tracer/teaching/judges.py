@@ -31,18 +31,23 @@ class Numbers:
 
     def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
         """(n,) bool: which inputs have the right answer."""
+        return np.logical_and.reduce(list(self.members(answers, expected).values()))
+
+    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name of an answer → (n,) bool: for which inputs it is right."""
         count = len(next(iter(expected.values())))
-        agrees = np.ones(count, bool)
         counts = np.ones(count, bool)
         if self.only_where:
             counts = np.asarray(expected[self.only_where]).reshape(count) != 0
+        found = {}
         for name, right in expected.items():
             yours = answers.get(name)
             if yours is None or np.shape(yours) != np.shape(right):
-                return np.zeros(count, bool)
+                found[name] = np.zeros(count, bool)
+                continue
             same = self._same(np.asarray(yours), np.asarray(right)).reshape(count, -1).all(axis=1)
-            agrees &= same if name == self.only_where else same | ~counts
-        return agrees
+            found[name] = same if name == self.only_where else same | ~counts
+        return found
 
     def _same(self, yours: np.ndarray, right: np.ndarray) -> np.ndarray:
         if right.dtype.kind in "iub":
@@ -77,14 +82,14 @@ class Samples:
     Attributes:
         called: what one input is called in messages.
         largest_z: the largest |z| that passes.
-        statistics: name of the answer → a function of (…, d) samples that gives (…, k) numbers whose means are compared.
+        statistics: name of the answer → a function of (…, d) samples; the means of its (…, k) results are compared.
     """
 
     called: str = "inputs"
     largest_z: float = LARGEST_Z
     statistics: dict = field(default_factory=dict)
 
-    def scores(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+    def scores(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name → (inputs, k) z-scores; infinite where an answer is not finite or has another shape."""
         found = {}
         for name, right in expected.items():
@@ -101,8 +106,12 @@ class Samples:
 
     def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
         """(n,) bool: the inputs whose tests all pass."""
-        scores = self.scores(inputs, answers, expected)
-        return np.logical_and.reduce([(abs(z) <= self.largest_z).all(axis=1) for z in scores.values()])
+        return np.logical_and.reduce(list(self.members(answers, expected).values()))
+
+    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name of an answer → (n,) bool: for which inputs its tests pass."""
+        scores = self.scores(answers, expected)
+        return {name: (abs(z) <= self.largest_z).all(axis=1) for name, z in scores.items()}
 
     def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
         """Right if all tests pass; otherwise the mean of the first input that fails, beside the right mean."""
@@ -110,7 +119,7 @@ class Samples:
         if agrees.all():
             return Verdict(RIGHT, 1.0, f"the samples of all {len(agrees)} {self.called} pass their tests")
         first = int(np.argmin(agrees))
-        worst = max(float(np.abs(z[first]).max()) for z in self.scores(inputs, answers, expected).values())
+        worst = max(float(np.abs(z[first]).max()) for z in self.scores(answers, expected).values())
         told = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
         told += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
         means = {

@@ -25,6 +25,7 @@ from pathlib import Path
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import frames, keeper, walls
+from taichi_tracer.teaching.mistakes import VARIABLE, cache_folder
 from taichi_tracer.teaching.walls import Limits, World
 
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent
@@ -119,7 +120,7 @@ class Child:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             cwd="/",
-            env=environment(world),
+            env=environment(world, is_trusted=self.limits is None),
             pass_fds=(requests, answers, line.fileno()),
             start_new_session=True,
             **as_user,
@@ -319,9 +320,11 @@ def readable(reads: Iterable[Path]) -> tuple[str, ...]:
     return (*_libraries(), *(str(p) for p in more), *(str(p.resolve()) for p in more))
 
 
-def environment(world: World) -> dict[str, str]:
+def environment(world: World, is_trusted: bool) -> dict[str, str]:
     """The environment of a process: nothing of the teacher's that Python does not need."""
     kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
+    if is_trusted:
+        kept[VARIABLE] = str(cache_folder().parent)
     return kept | {
         "HOME": world.folder,
         "TMPDIR": f"{world.folder}/tmp",

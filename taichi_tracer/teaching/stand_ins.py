@@ -41,7 +41,7 @@ def _camera(width: int, height: int, kind: type, version: int) -> Any:
 
 
 def camera(cls: type, width: int, height: int, kind: type = Camera, **view: Any) -> Any:
-    """A camera of the class under test. The view is set by the package, and the methods in kernels are those of ``cls``.
+    """A camera of the class under test. The package sets the view; the methods in kernels are those of ``cls``.
 
     Args:
         view: eye, at, up and fov.

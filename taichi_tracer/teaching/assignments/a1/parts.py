@@ -150,7 +150,7 @@ MARGIN = 0.02  # how far u, v and w of a ray stay from an edge, so that rounding
 def rays_at_triangles(rng: np.random.Generator) -> Arrays:
     """Rays at one triangle each: through it, past each edge, behind the origin, at the back, and parallel to it.
 
-    The directions have lengths between 0.3 and 3.
+    The directions have lengths between 0.3 and 3, and some have the length 1.
     """
     count = 30
     mesh = triangles(rng, count)
@@ -174,7 +174,7 @@ def rays_at_triangles(rng: np.random.Generator) -> Arrays:
     away = stand_ins.unit(normal * side + 0.8 * stand_ins.directions(rng, rays))
     steep = abs((away * normal).sum(axis=1)) > 0.15
     away = np.where(steep[:, None], away, normal * side)
-    length = np.exp(rng.uniform(np.log(0.3), np.log(3), (rays, 1)))
+    length = np.where(rng.random((rays, 1)) < 0.3, 1, np.exp(rng.uniform(np.log(0.3), np.log(3), (rays, 1))))
     origin, direction = target + away * rng.uniform(0.5, 4, (rays, 1)), -away * length
     behind = (kind == 7) & (rng.random(rays) < 0.7)
     direction[behind] *= -1

@@ -27,9 +27,9 @@ class RayIntersector(tt.BruteForceRayIntersector):
             w   = 1 − u − v
             t   = e2 · ((o − v0) × e1) / det
 
-        The ray hits the triangle if |det| > ε, u ≥ 0, v ≥ 0, u + v ≤ 1 and t > ε, with ε = ``self.EPSILON``. The ray may
-        have any length; t counts in lengths of d. If det < 0, the ray meets the back (``is_backfacing``). The normal is
-        w n0 + u n1 + v n2, normalised, and turned round if the ray meets the back. ``distance`` is t, and
+        The ray hits the triangle if |det| > ε, u ≥ 0, v ≥ 0, u + v ≤ 1 and t > ε, with ε = ``self.EPSILON``. The
+        direction d may have any length; t counts in lengths of d. If det < 0, the ray meets the back of the triangle.
+        The normal is w n0 + u n1 + v n2, normalised, and turned round if the ray meets the back. ``distance`` is t, and
         ``barycentric_coords`` is (u, v).
         """
         hit = tt.no_hit()
