@@ -196,6 +196,8 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     check.add_argument("--seed", type=whole, metavar="N", help="of the inputs (default: that of the folder)")
     check.add_argument("--report", metavar="FILE", help="page to write (default: DIR/check.html)")
 
+    add_grade(add_command(commands, "grade", "grade the submissions of an assignment", "grade:run"))
+
     add_command(commands, "doctor", "what works on this machine, and what would mend the rest", "doctor:run")
     for command in commands.choices.values():
         command.parts = parts
@@ -212,6 +214,40 @@ def add_assignment(parser: Parser) -> None:
     new.add_argument("--solution", action="store_true", help="write the solved one, for teachers")
     new.add_argument("--notebook", action="store_true", help="write one notebook instead of Python files")
     new.add_argument("--seed", type=whole, default=0, metavar="N", help="of the inputs of the checks (default: 0)")
+
+
+def add_grade(parser: Parser) -> None:
+    """What ``grade`` takes."""
+    parser.add_argument("assignment", metavar="NAME|FOLDER", help="a1, a2, a3, a4, rt3, or the folder of your own")
+    parser.add_argument(
+        "path",
+        metavar="SUBMISSION.zip|FOLDER",
+        help="one student's zip file or folder, or a folder with one of them for each student, called <9-digit id>.zip",
+    )
+    parser.add_argument(
+        "--jobs", type=at_least_one, default=1, metavar="N", help="submissions at the same time (default: %(default)s)"
+    )
+    parser.add_argument("--weights", metavar="FILE", help="points and rules of the course, .json: docs/teaching.md")
+    parser.add_argument(
+        "--seed", type=whole, default=1, metavar="N", help="of the inputs; keep it to yourself (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--level",
+        choices=("bwrap", "unshare", "landlock", "limits"),
+        help="walls around each submission (default: the strongest that this machine has, see doctor)",
+    )
+    parser.add_argument("--anew", action="store_true", help="grade again what was graded before")
+    written = parser.add_argument_group("what is written")
+    written.add_argument("--json", action="store_true", help="print everything as JSON")
+    written.add_argument("--csv", metavar="FILE", help="a table with a row for each student")
+    written.add_argument("--gradescope", metavar="FILE", help="results.json of one student, for Gradescope")
+    written.add_argument("--report", metavar="DIR", help="a page of the class, and one for each student")
+    written.add_argument(
+        "--gradescope-upload",
+        dest="upload",
+        action="store_true",
+        help="grade nothing, but write the autograder of NAME as the second file, OUT.zip",
+    )
 
 
 def add_render(parser: Parser) -> None:

@@ -9,10 +9,10 @@ The grader starts the process (``sandbox.Child``), sends requests as frames, and
 A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
 wrong answer, too:
 
-    {"do": "find", "part": name, "seconds"} and arrays  → {"findings": [{"names", "share", "text", "hint", "topic"}]}
+    {"do": "find", "part": name, "seconds"} and arrays  → {"findings": [{"names", "share", "text", "hint" …}]}
 
-The arrays of this request are called "inputs/NAME", "answers/NAME" and "expected/NAME". Every answer has the "ticket" of
-its request.
+The arrays of this request are called "inputs/NAME", "answers/NAME" and "expected/NAME". Every answer has the "ticket"
+of its request.
 """
 
 from pathlib import Path

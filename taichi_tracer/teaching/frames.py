@@ -1,14 +1,14 @@
 """Frames: messages between the grader and the process of a submission, over pipes.
 
-The grader trusts nothing that comes from the other side. Therefore a frame contains no Python objects: it has a header in
-JSON, and arrays of numbers as raw bytes. A frame is
+The grader trusts nothing that comes from the other side. Therefore a frame contains no Python objects: it has a header
+in JSON, and arrays of numbers as raw bytes. A frame is
 
     8 bytes    the letters TTFRAME1
     4 bytes    length of the header, little endian
     header     {"message": {...}, "arrays": [{"name", "dtype", "shape"}, ...]}
     arrays     their bytes in this order, little endian, the last axis first in memory
 
-Whatever deviates from this, or is larger than ``MOST_BYTES``, raises a FrameError before the memory for it is allocated.
+Whatever deviates from this, or is larger than ``MOST_BYTES``, raises a FrameError before memory for it is allocated.
 """
 
 import json

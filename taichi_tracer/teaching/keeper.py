@@ -27,7 +27,7 @@ class Task:
     """What a keeper is asked for, as JSON in its arguments.
 
     Attributes:
-        world, limits: where the submission runs, and what it may use; limits None are for the solution, which is trusted.
+        world, limits: where the submission runs, and what it may use; limits None are for the solution only.
         requests, answers, line: descriptors of the pipes, and of the socket between the grader and the keeper.
     """
 
@@ -118,7 +118,7 @@ def watch(child: int, line: socket.socket, awake: int, limits: Limits | None) ->
 
 
 def first_process(task: Task, line: socket.socket, tasks: int) -> None:
-    """The child of the keeper: in new namespaces, it only makes the world and waits; otherwise, it is the submission."""
+    """The child of the keeper: in new namespaces, it makes the world and waits; otherwise, it is the submission."""
     try:
         if task.world.level == "unshare":
             walls.make_world(task.world)

@@ -1,7 +1,7 @@
 """The grader's side of a submission's process: it starts the process, asks it, and ends it in time.
 
-``Child.ask`` sends one request and waits for one answer, no longer than the limits allow. Nothing that the process sends
-is trusted: the answer has to be a frame with the ticket of the request, and what is printed is cut.
+``Child.ask`` sends one request and waits for one answer, no longer than the limits allow. Nothing that the process
+sends is trusted: the answer has to be a frame with the ticket of the request, and what is printed is cut.
 """
 
 import contextlib
@@ -41,7 +41,7 @@ class Level:
     """How submissions are walled in on this machine.
 
     Attributes:
-        name: one of ``walls.LEVELS``. user: whether each submission runs as a user of its own, since the grader is root.
+        name: one of ``walls.LEVELS``. user: whether each submission runs as a user of its own, as the grader is root.
     """
 
     name: str
@@ -233,8 +233,7 @@ class Child:
         if self.limits is None:  # the solution's process keeps its compiled kernels before it ends
             with contextlib.suppress(TimeoutError):
                 self._wait(time.monotonic() + SECONDS_TO_END)
-        with contextlib.suppress(OSError):
-            self._line.shutdown(socket.SHUT_WR)
+        self.hurry()
         try:
             self._wait(time.monotonic() + SECONDS_TO_END)
         except TimeoutError:
@@ -246,6 +245,11 @@ class Child:
         self._line.close()
         if self._temporary is not None:
             remove(self._temporary)
+
+    def hurry(self) -> None:
+        """Let the keeper end the process; ``ask`` raises ChildEnded then. Any thread may call this."""
+        with contextlib.suppress(OSError):
+            self._line.shutdown(socket.SHUT_WR)
 
     def _wait(self, deadline: float) -> None:
         """Wait until the keeper has ended, while prints are thrown away: it could wait for us to read them."""

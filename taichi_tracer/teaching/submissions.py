@@ -324,7 +324,7 @@ def check_imports(folder: Path, solution: Path, files: Sequence[str], methods: d
 
     Args:
         folder: the student's. solution: the folder of the solution, whose imports are allowed. files: what is handed in.
-        methods: class → its methods that the student writes; those of the package must not be called instead.
+        methods: class → its methods that the student writes; the package's must not be called instead.
     """
     allowed = {*ALWAYS_ALLOWED, *(path.stem for path in folder.glob("*.py"))}
     for file in sorted(solution.glob("*.py")):
