@@ -210,7 +210,8 @@ class Runner:
         status = reply.get("status")
         if status != OK:
             status = status if status in (NOT_WRITTEN, MISSING) else CRASHED
-            return replace(blank, status=status, message=clean(reply.get("message", "")), seconds=seconds)
+            message = clean(reply.get("message") or "the process did not say what went wrong")
+            return replace(blank, status=status, message=message, seconds=seconds)
         verdict = judged(part, self.reference.inputs[part.name], answers, expected)
         for name, picture in verdict.pictures.items():
             pictures[f"{part.name}/{name}"] = np.clip(np.nan_to_num(picture), 0, 1).astype(KEPT_SHAPE)
