@@ -5,6 +5,7 @@ The grader starts the process (``sandbox.Child``), sends requests as frames, and
     {"do": "hello"}                                     → {"status": "ok"}: Taichi can be started here
     {"do": "load", "assignment", "folder", "files"}     → {"errors": {file: what went wrong}}
     {"do": "run", "part": name} and arrays of inputs    → {"status", "message", "line", "file"} and arrays of answers
+    {"do": "run", "part", "mended": names} and arrays   → the same, beside the solution's methods of the named parts
 
 A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
 wrong answer, too:
@@ -15,6 +16,7 @@ The arrays of this request are called "inputs/NAME", "answers/NAME" and "expecte
 of its request.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -62,9 +64,20 @@ class Work:
         from taichi_tracer.teaching import running
 
         part, files = self.assignment.part(message["part"]), dict(self.assignment.classes)
-        found = running.answer(part, self.student, self.solution, arrays, files)
+        student = self.mended(message["mended"]) if message.get("mended") else self.student
+        found = running.answer(part, student, self.solution, arrays, files)
         facts = {"status": found.status, "message": found.message, "line": found.line, "file": found.file}
         return facts, found.arrays
+
+    def mended(self, names: list[str]) -> Any:
+        """The student's classes with the solution's methods in place of those that some parts test."""
+        classes = dict(self.student.classes)
+        for part in (self.assignment.part(name) for name in names):
+            cls, solution = classes.get(part.replaces), self.solution.classes[part.replaces]
+            if cls is not None:
+                method = {part.method: vars(solution)[part.method], "__module__": cls.__module__}
+                classes[part.replaces] = type(cls.__name__, (cls,), method)
+        return replace(self.student, classes=classes)
 
     def do_find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Which known mistakes give these answers."""

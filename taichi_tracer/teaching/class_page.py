@@ -36,6 +36,7 @@ table { font-size: 13px; } td { white-space: normal; } .scroll { overflow-x: aut
 .numbers { font: 13px ui-monospace, monospace; } pre { background: var(--head); padding: .6em; overflow-x: auto; }
 figcaption { max-width: 100%; overflow-wrap: anywhere; } img { max-width: 100%; border: 2px solid transparent; }
 .bad img { border-color: var(--wrong); } .legend span { margin-right: 1.2em; }
+.tall { vertical-align: bottom; } .tall span { writing-mode: vertical-rl; transform: rotate(180deg); }
 svg text { fill: var(--text); font: 12px system-ui, sans-serif; } svg rect { fill: var(--bar); }
 svg line { stroke: var(--line); } h1, h2 { overflow-wrap: anywhere; }
 """
@@ -90,7 +91,8 @@ def student_page(assignment: Assignment, mark: Mark, pictures: dict[str, dict[st
     notes += [f"{reason}: −{percent:g} % of the score" for reason, percent in mark.deductions]
     if notes:
         parts.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in notes) + "</ul>")
-    parts += [part_box(part, pictures.get(part.name, {})) for part in mark.parts]
+    parts.append(overview(mark))
+    parts += [part_box(part, pictures.get(part.name, {})) for part in mark.parts if part.status != RIGHT]
     if mark.printed.strip():
         parts.append(f"<h2>What it printed</h2><pre>{html.escape(mark.printed)}</pre>")
     parts.append(page.paragraph(f"Walls around the submission: {mark.level}.", "note"))
@@ -104,14 +106,23 @@ def summary_of(mark: Mark) -> str:
     return f"<p><strong>{html.escape(text)}</strong></p>"
 
 
+def overview(mark: Mark) -> str:
+    """A row for each part."""
+    rows = "".join(
+        f"<tr><td>{html.escape(part.name)}</td><td class='{COLOURS.get(part.status, 'wrong')}'>"
+        f"{html.escape(part.status)}</td><td>{part.earned:g} of {part.points:g}</td><td>{html.escape(part.topic)}</td>"
+        f"<td>{part.seconds:.1f}</td></tr>"
+        for part in mark.parts
+    )
+    return headed(["part", "status", "points", "topic", "seconds"], rows)
+
+
 def part_box(part: PartMark, pictures: dict[str, np.ndarray]) -> str:
-    """One part."""
+    """One part that is not right."""
     kind = COLOURS.get(part.status, "wrong")
     head = f"<span class='{kind}'>{html.escape(part.status)}</span> <code>{html.escape(part.name)}</code>"
-    facts = f"{part.earned:g} of {part.points:g} points, {part.topic}, {part.seconds:.1f} s"
-    lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
-    if part.status != RIGHT:
-        lines.append(page.paragraph(part.message))
+    facts = f"{part.earned:g} of {part.points:g} points, {part.topic}"
+    lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note"), page.paragraph(part.message)]
     if part.first_wrong:
         lines.append("<div class='scroll'><table class='numbers'>")
         for whose, values in part.first_wrong.items():
@@ -120,8 +131,7 @@ def part_box(part: PartMark, pictures: dict[str, np.ndarray]) -> str:
         lines.append("</table></div>")
     lines += [page.paragraph(finding["text"]) for finding in part.findings]
     lines += [page.paragraph(f"Hint: {finding['hint']}", "note") for finding in part.findings[:1] if finding["hint"]]
-    if part.status != RIGHT:
-        lines += [page.picture(image, name, SHOWN) for name, image in pictures.items()]
+    lines += [page.picture(image, name, SHOWN) for name, image in pictures.items()]
     return "".join(lines) + "</div>"
 
 
@@ -169,8 +179,9 @@ def histogram(scores: np.ndarray, points: float) -> str:
         drawn.append(f"<rect x='{x + gap / 2}' y='{height - tall + 20}' width='{width - gap}' height='{tall}'/>")
         if count:
             drawn.append(f"<text x='{x + width / 2}' y='{height - tall + 14}' text-anchor='middle'>{count}</text>")
-        label = f"{edges[i]:.3g}–{edges[i + 1]:.3g}"
-        drawn.append(f"<text x='{x + width / 2}' y='{height + 38}' text-anchor='middle'>{label}</text>")
+    for i, edge in enumerate(edges):
+        at, anchor = i * width, "start" if i == 0 else "end" if i == BINS else "middle"
+        drawn.append(f"<text x='{at}' y='{height + 38}' text-anchor='{anchor}'>{edge:.3g}</text>")
     base = f"<line x1='0' x2='{BINS * width}' y1='{height + 20}' y2='{height + 20}'/>"
     size = f"viewBox='0 0 {BINS * width} {height + 62}' width='{BINS * width}' role='img'"
     below = f"<text x='{BINS * width / 2}' y='{height + 57}' text-anchor='middle'>points</text>"
@@ -227,7 +238,9 @@ def students_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
             f"<td>{html.escape('; '.join(told))}</td></tr>"
         )
     short = [name.rpartition(".")[2] for name in names]
-    return headed(["student", "score", *short, "remarks"], "".join(rows))
+    head = "".join(f"<th class='tall'><span>{html.escape(name)}</span></th>" for name in short)
+    head = f"<th>student</th><th>score</th>{head}<th>remarks</th>"
+    return scrolled(f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>")
 
 
 def slowest_table(marks: Sequence[Mark], files: dict[str, str]) -> str:

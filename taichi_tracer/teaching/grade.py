@@ -13,7 +13,7 @@ import shutil
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,6 +28,7 @@ from taichi_tracer.teaching.base import (
     NOT_WRITTEN,
     OUT_OF_TIME,
     RIGHT,
+    WRONG,
     Arrays,
     Assignment,
     Part,
@@ -166,7 +167,10 @@ def grade(
         methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
         imports = submissions.check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
         with Runner(reference, unpacked.folder, settings, stop or Stop()) as runner:
-            parts = tuple(runner.mark(part, pictures) for part in assignment.parts)
+            marks: dict[str, PartMark] = {}
+            for part in sorted(assignment.parts, key=lambda part: part.replaces == ""):  # pictures last
+                marks[part.name] = runner.mark(part, pictures, marks)
+            parts = tuple(marks[part.name] for part in assignment.parts)
         found = {"notes": tuple(unpacked.notes), "imports": tuple(imports), "printed": runner.printed}
         return replace(blank, parts=parts, **found), pictures
     except RefusedError as error:
@@ -196,8 +200,8 @@ class Runner:
     def __exit__(self, *_error) -> None:
         self._end()
 
-    def mark(self, part: Part, pictures: dict[str, np.ndarray]) -> PartMark:
-        """The mark of one part; its pictures are added."""
+    def mark(self, part: Part, pictures: dict[str, np.ndarray], others: Mapping[str, PartMark]) -> PartMark:
+        """The mark of one part; its pictures are added. ``others`` are the marks of the parts before it."""
         start = time.perf_counter()
         expected = self.reference.expected[part.name]
         blank = PartMark(part.name, part.topic, part.points, 0.0, CRASHED)
@@ -219,15 +223,42 @@ class Runner:
         findings = self.reference.find(part, answers) if is_explained else ()
         facts = {"first_wrong": plain(verdict.first_wrong), "findings": tuple(plain(findings)), "seconds": seconds}
         share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
-        return replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
+        mark = replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
+        return mark if part.replaces or mark.status != WRONG else self._consequential(part, mark, others)
 
-    def _ask(self, part: Part) -> tuple[dict, Arrays]:
+    def _consequential(self, part: Part, mark: PartMark, others: Mapping[str, PartMark]) -> PartMark:
+        """The mark of a wrong picture. A method that is wrong must not cost its points again in every picture.
+
+        The picture is made once more with the solution's methods in place of the wrong ones. What is right then counts,
+        multiplied by the share of points that the methods have: nobody gets a picture for the solution's methods alone.
+        """
+        tested = {one.name for one in self.reference.assignment.parts if one.replaces}
+        methods = [other for name, other in others.items() if name in tested]
+        wrong = [other.name for other in methods if other.status == WRONG]
+        if not wrong:
+            return mark
+        try:
+            reply, answers = self._ask(part, wrong)
+        except ChildEnded:
+            return mark
+        if reply.get("status") != OK:
+            return mark
+        verdict = judged(part, self.reference.inputs[part.name], answers, self.reference.expected[part.name])
+        points = sum(other.points for other in methods)
+        share = verdict.share * sum(other.points * other.share for other in methods) / points if points else 0.0
+        if not share > mark.share:
+            return mark
+        told = f"{mark.message}; with the solution's {', '.join(wrong)}, {verdict.message}, and this counts"
+        return replace(mark, share=share, message=clean(told))
+
+    def _ask(self, part: Part, mended: Sequence[str] = ()) -> tuple[dict, Arrays]:
         """The answer of the submission's process to one part."""
         files = self._files(part)
         if self._child is None or self._loaded != files:
             self._start(files)
         try:
-            reply, answers = self._child.ask({"do": "run", "part": part.name}, self.reference.inputs[part.name])
+            request = {"do": "run", "part": part.name, "mended": list(mended)}
+            reply, answers = self._child.ask(request, self.reference.inputs[part.name])
         except ChildEnded as error:
             self._late += error.is_late
             self._end()
@@ -291,8 +322,8 @@ def judged(part: Part, inputs: Arrays, answers: Arrays, expected: Arrays) -> Ver
 
 def clean(text: object, longest: int = LONGEST_MESSAGE, lines: bool = False) -> str:
     """Text from a stranger, cut, without characters that would change a terminal."""
-    found = "".join(c if c.isprintable() or (lines and c == "\n") else "\N{REPLACEMENT CHARACTER}" for c in str(text))
-    return found[:longest]
+    kept = "\n" if lines else ""
+    return "".join(c if c.isprintable() or c in kept else "\N{REPLACEMENT CHARACTER}" for c in str(text)[:longest])
 
 
 def cut(text: str) -> str:

@@ -51,7 +51,8 @@ with open(f"{{folder}}/grader.log", errors="replace") as log:
     told = log.read()[-2000:]
 told = f"The submission could not be graded; please tell your teacher.\\n\\n{{told}}"
 with open(f"{{folder}}/results.json", "w") as results:
-    json.dump({{"score": 0, "output": told, "visibility": "visible", "stdout_visibility": "hidden", "tests": []}}, results)
+    facts = {{"score": 0, "output": told, "visibility": "visible", "stdout_visibility": "hidden", "tests": []}}
+    json.dump(facts, results)
 PYTHON
 fi
 """

@@ -323,7 +323,8 @@ def check_imports(folder: Path, solution: Path, files: Sequence[str], methods: d
     round it.
 
     Args:
-        folder: the student's. solution: the folder of the solution, whose imports are allowed. files: what is handed in.
+        folder: the student's. solution: the folder of the solution, whose imports are allowed.
+        files: what is handed in.
         methods: class → its methods that the student writes; the package's must not be called instead.
     """
     allowed = {*ALWAYS_ALLOWED, *(path.stem for path in folder.glob("*.py"))}

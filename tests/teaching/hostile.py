@@ -69,8 +69,12 @@ ATTACKS = {
     "sleep": Attack(submission("import time", "time.sleep(10000)")),
     "ignores the signal of the time limit": Attack(
         submission(
-            "import signal\nsignal.signal(signal.SIGXCPU, signal.SIG_IGN)\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)",
-            "while True: pass",
+            "import signal",
+            """
+            signal.signal(signal.SIGXCPU, signal.SIG_IGN)
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            while True: pass
+            """,
         )
     ),
     "raises its own limits": Attack(
@@ -93,7 +97,9 @@ ATTACKS = {
     ),
     "recursion": Attack(submission("def deep(n): return deep(n + 1) + 1", "return a + deep(0)")),
     "recursion without a limit": Attack(
-        submission("import sys\nsys.setrecursionlimit(10**9)\ndef deep(n): return deep(n + 1) + 1", "return a + deep(0)")
+        submission(
+            "import sys\nsys.setrecursionlimit(10**9)\ndef deep(n): return deep(n + 1) + 1", "return a + deep(0)"
+        )
     ),
     # memory, disk, output
     "a billion pixels": Attack(submission("import numpy as np", "return a + np.ones((10**9, 3)).sum()")),
@@ -247,7 +253,9 @@ ATTACKS = {
             """
             from taichi_tracer.teaching import frames
             plain = frames.encode
-            frames.encode = lambda message, arrays=None: plain({**message, "status": "right", "share": 1.0, "points": 100})
+            def encode(message, arrays=None):
+                return plain({**message, "status": "right", "share": 1.0, "points": 100})
+            frames.encode = encode
             """,
             "return a * 0",
         ),
@@ -345,9 +353,7 @@ ATTACKS = {
         ("right",),
     ),
     "the network": Attack(
-        submission(
-            "import socket", "socket.create_connection(('127.0.0.1', {port}), 3).send(b'secret')\nreturn a + b"
-        ),
+        submission("import socket", "socket.create_connection(('127.0.0.1', {port}), 3).send(b'secret')\nreturn a + b"),
         needs=FILES,
     ),
     "the environment": Attack(

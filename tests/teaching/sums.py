@@ -4,7 +4,7 @@ import textwrap
 import zipfile
 from pathlib import Path
 
-PARTS = '''
+PARTS = """
 import numpy as np
 
 from taichi_tracer.teaching.base import Part
@@ -23,7 +23,7 @@ PARTS = tuple(
     Part(f"Sums.{name}", points, "sums", "Sums", numbers, run(name), Numbers(1e-6, called="sums"))
     for name, points in (("add", 2), ("subtract", 3), ("multiply", 5))
 )
-'''
+"""
 SOLUTION = '''
 """Sums of two arrays."""
 

@@ -13,8 +13,7 @@ from teaching.hostile import ATTACKS
 
 from taichi_tracer.teaching import walls
 from taichi_tracer.teaching.base import Assignment
-from taichi_tracer.teaching.grade import Settings, grade, grade_class
-from taichi_tracer.teaching.marks import Rules
+from taichi_tracer.teaching.grade import Settings, grade
 from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.sandbox import best_level
 from taichi_tracer.teaching.submissions import find
