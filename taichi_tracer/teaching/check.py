@@ -17,7 +17,7 @@ from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Arrays, Assignment, Part, Verdict
 from taichi_tracer.teaching.handing_out import RECORD
 from taichi_tracer.teaching.mistakes import Finding, find
-from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, expected, load_classes, solution_of
+from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, expected, load_submission, solution_of
 
 SECONDS_FOR_PAIRS = 2.0  # how long a check tries pairs of mistakes; what it computed is kept for the next check
 SHOWN_SIZE = 240  # pixels: the width of a picture on the page
@@ -141,7 +141,7 @@ def check_folder(
     folder = Path(folder).expanduser()
     assignment, own_seed = assignment_of(folder)
     runtime.ensure()
-    student = load_classes(folder, assignment.files)
+    student = load_submission(folder, assignment)
     parts = chosen(assignment, names)
     return check(assignment, student, parts, own_seed if seed is None else seed, watch)
 
@@ -190,7 +190,7 @@ def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0) -> R
 
 
 def role_of(cls: type, solution: Loaded) -> str:
-    """Which class of the assignment a student's class is: by its name, or by the class of the package it derives from."""
+    """Which class of the assignment a student's class is: by its name, or by the package's class it derives from."""
     if not isinstance(cls, type):
         raise InputError(f"check takes classes, such as Camera, not {cls!r}")
     if cls.__name__ in solution.classes:
@@ -231,7 +231,7 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int) -
 
 def verdict_without_answer(found: Answer) -> Verdict:
     """The verdict on a part that gave no numbers."""
-    where = f" (the line not_written(...) is still in it, from line {found.line} on)" if found.line else ""
+    where = f" (line {found.line} still calls not_written)" if found.line else ""
     return Verdict(found.status, 0.0, found.message + (where if found.status == NOT_WRITTEN else ""))
 
 

@@ -77,14 +77,16 @@ class Samples:
     """Random answers: every input has many samples, whose means are compared with those of the solution by z-tests.
 
     The answers have the shape (inputs, samples, …). For each name, the means of the numbers are compared, of their
-    squares, and of the products of the first two numbers; and for each name in ``exact``, the sample itself.
+    squares, and of the products of two different numbers.
 
     Attributes:
+        exact: the names of the answers that are not random: one row of numbers for each input, as for ``Numbers``.
         called: what one input is called in messages.
         largest_z: the largest |z| that passes.
         statistics: name of the answer → a function of (…, d) samples; the means of its (…, k) results are compared.
     """
 
+    exact: tuple[str, ...] = ()
     called: str = "inputs"
     largest_z: float = LARGEST_Z
     statistics: dict = field(default_factory=dict)
@@ -93,6 +95,10 @@ class Samples:
         """Name → (inputs, k) z-scores; infinite where an answer is not finite or has another shape."""
         found = {}
         for name, right in expected.items():
+            if name in self.exact:
+                same = Numbers().members(answers, {name: right})[name]
+                found[name] = np.where(same, 0.0, np.inf)[:, None]
+                continue
             yours = np.asarray(answers.get(name, np.nan), np.float64)
             right = np.asarray(right, np.float64)
             if yours.shape != right.shape:
@@ -122,11 +128,14 @@ class Samples:
         worst = max(float(np.abs(z[first]).max()) for z in self.scores(answers, expected).values())
         told = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
         told += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
-        means = {
-            f"mean {name}": np.asarray(a, np.float64).mean(axis=1) for name, a in answers.items() if np.ndim(a) > 1
-        }
-        right = {f"mean {name}": np.asarray(a, np.float64).mean(axis=1) for name, a in expected.items()}
+        means, right = self._means(answers), self._means(expected)
         return Verdict(WRONG, float(agrees.mean()), told, first_wrong(inputs, means, right, first, len(agrees)))
+
+    def _means(self, answers: Arrays) -> Arrays:
+        """The answers of each input: exact ones as they are, and the means of random ones."""
+        random = [name for name, array in answers.items() if name not in self.exact and np.ndim(array) > 1]
+        means = {f"mean {name}": np.asarray(answers[name], np.float64).mean(axis=1) for name in random}
+        return {**means, **{name: answers[name] for name in self.exact if name in answers}}
 
 
 def moments_of(samples: np.ndarray) -> np.ndarray:

@@ -194,10 +194,8 @@ def load_text(assignment: Assignment, file: str, text: str) -> Loaded:
     key = hashlib.sha256(f"{assignment.folder}/{file}/{text}".encode()).hexdigest()[:16]
     folder = Path(work_folder()) / key
     folder.mkdir(exist_ok=True)
-    for name in assignment.files:
-        source = text if name == file else (assignment.solution_folder / name).read_text(encoding="utf-8")
-        (folder / name).write_text(source, encoding="utf-8")
-    return load_classes(folder, [file])
+    (folder / file).write_text(text, encoding="utf-8")
+    return load_classes(folder, [file], assignment.solution_folder)
 
 
 @lru_cache(maxsize=1)

@@ -17,7 +17,7 @@ from taichi_tracer.effects import Effects
 from taichi_tracer.geometry import Geometry, Mesh, clean
 from taichi_tracer.ray import HitData, Ray
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.sampler import Sampler, SobolSampler
+from taichi_tracer.sampler import IndependentSampler, Sampler
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
 
@@ -102,7 +102,7 @@ def of(cls: type, **attributes: Any) -> Any:
 
 def sampler(count: int) -> Sampler:
     """The random numbers of a part: every input is a pixel."""
-    made = SobolSampler()
+    made = IndependentSampler()
     made.width = count
     return made
 
@@ -182,3 +182,36 @@ def views(rng: np.random.Generator, count: int) -> Arrays:
     at = eye + gaze * rng.uniform(0.5, 4, (count, 1))
     up = up * rng.uniform(0.5, 2, (count, 1))
     return {"eye": eye, "at": at, "up": up, "fov": rng.uniform(25, 100, count)}
+
+
+# ── materials and random samples ──
+
+
+@ti.dataclass
+class PlainMaterial:
+    """The members of a material that the BRDFs of the course read."""
+
+    Kd: tm.vec3
+    Ks: tm.vec3
+    Ke: tm.vec3
+    Ns: tm.vec3.dtype
+
+
+@ti.func
+def material_of(Kd: ti.template(), Ns: ti.template(), i):
+    """Row i of the reflectances and of the exponents as a material."""
+    return PlainMaterial(Kd=vector(Kd, i), Ks=tm.vec3(0.5), Ke=tm.vec3(0), Ns=Ns[i])
+
+
+@ti.func
+def write(array: ti.template(), i, v):
+    """A vec3 as row i of an (n, 3) array."""
+    for k in ti.static(range(3)):
+        array[i, k] = v[k]
+
+
+@ti.func
+def write_sample(array: ti.template(), i, j, v):
+    """A vec3 as sample j of input i of an (n, m, 3) array."""
+    for k in ti.static(range(3)):
+        array[i, j, k] = v[k]
