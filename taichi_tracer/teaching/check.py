@@ -19,7 +19,7 @@ from taichi_tracer.teaching.handing_out import RECORD
 from taichi_tracer.teaching.mistakes import Finding, find
 from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, expected, load_submission, solution_of
 
-SECONDS_FOR_PAIRS = 2.0  # how long a check tries pairs of mistakes; what it computed is kept for the next check
+SECONDS_FOR_MISTAKES = 3.0  # how long a check compares with mistakes that no earlier check has computed
 SHOWN_SIZE = 240  # pixels: the width of a picture on the page
 WIDTH = 78  # columns of the line of a part in a terminal
 COLOURS = {RIGHT: "#1a7f37", NOT_WRITTEN: "#8a6d00", MISSING: "#8a6d00"}
@@ -226,7 +226,7 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int) -
     if found.status != OK:
         return Result(part, verdict_without_answer(found), (), found.seconds)
     right = expected(assignment, part, inputs)
-    return judged(assignment, part, inputs, found.arrays, right, found.seconds, SECONDS_FOR_PAIRS)
+    return judged(assignment, part, inputs, found.arrays, right, found.seconds, SECONDS_FOR_MISTAKES)
 
 
 def verdict_without_answer(found: Answer) -> Verdict:
@@ -242,11 +242,11 @@ def judged(
     answers: Arrays,
     right: Arrays,
     seconds: float = 0.0,
-    seconds_for_pairs: float = math.inf,
+    seconds_for_mistakes: float = math.inf,
 ) -> Result:
     """The verdict on the numbers of a part, and what is wrong with them."""
     verdict = part.judge(inputs, answers, right)
     findings: list[Finding] = []
     if verdict.status != RIGHT and part.replaces:
-        findings = find(assignment, part, inputs, answers, right, seconds_for_pairs)
+        findings = find(assignment, part, inputs, answers, right, seconds_for_mistakes)
     return Result(part, verdict, tuple(findings), seconds)

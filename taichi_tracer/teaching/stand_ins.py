@@ -5,6 +5,7 @@ class: the fields are shared, and only the tested methods are compiled.
 """
 
 import copy
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -14,9 +15,10 @@ import taichi.math as tm
 
 from taichi_tracer.camera import Camera
 from taichi_tracer.effects import Effects
+from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
-from taichi_tracer.ray import HitData, Ray
-from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.ray import HitData, Ray, no_hit
+from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
 from taichi_tracer.sampler import IndependentSampler, Sampler
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
@@ -58,30 +60,38 @@ def generation() -> int:
     return id(ti.lang.impl.get_runtime().prog)
 
 
-_GEOMETRIES: dict[tuple, Geometry] = {}
+_KEPT: dict[str, tuple[tuple, Any]] = {}
+
+
+def kept(name: str, make: Callable[..., Any], *arrays: np.ndarray) -> Any:
+    """``make(*arrays)``; the last result of each name is kept, because making fields takes longer than using them."""
+    key = (generation(), *(np.ascontiguousarray(array).tobytes() for array in arrays))
+    if name not in _KEPT or _KEPT[name][0] != key:
+        _KEPT[name] = key, make(*arrays)
+    return _KEPT[name][1]
 
 
 def geometry(inputs: Arrays) -> Geometry:
-    """The triangles in "vertices", "faces", "normals" and "material_ids" of the inputs; the last one is kept."""
+    """The triangles in "vertices", "faces", "normals" and "material_ids" of the inputs."""
     names = ("vertices", "faces", "normals", "material_ids")
-    key = (generation(), *(np.ascontiguousarray(inputs[name]).tobytes() for name in names))
-    if key not in _GEOMETRIES:
-        _GEOMETRIES.clear()
-        faces = np.asarray(inputs["faces"], np.int32)
-        mesh = Mesh(
-            np.asarray(inputs["vertices"], np.float64),
-            faces,
-            normals=np.asarray(inputs["normals"], np.float64),
-            face_normals=faces,
-            face_materials=np.asarray(inputs["material_ids"], np.int32),
-        )
-        store = memory.Memory()
-        made = Geometry(clean(mesh, runtime.dtype()), Effects(**PLAIN_EFFECTS), store.fields, completes_normals=True)
-        store.allocate()
-        made.load()
-        made.store = store
-        _GEOMETRIES[key] = made
-    return _GEOMETRIES[key]
+    return kept("geometry", make_geometry, *(inputs[name] for name in names))
+
+
+def make_geometry(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, material_ids: np.ndarray) -> Geometry:
+    """Triangles whose corners have one normal for each vertex."""
+    mesh = Mesh(
+        np.asarray(vertices, np.float64),
+        np.asarray(faces, np.int32),
+        normals=np.asarray(normals, np.float64),
+        face_normals=np.asarray(faces, np.int32),
+        face_materials=np.asarray(material_ids, np.int32),
+    )
+    store = memory.Memory()
+    made = Geometry(clean(mesh, runtime.dtype()), Effects(**PLAIN_EFFECTS), store.fields, completes_normals=True)
+    store.allocate()
+    made.load()
+    made.store = store  # the fields end with it
+    return made
 
 
 def intersector(cls: type, inputs: Arrays) -> Any:
@@ -105,6 +115,46 @@ def sampler(count: int) -> Sampler:
     made = IndependentSampler()
     made.width = count
     return made
+
+
+@ti.data_oriented
+class PlainIntersector(BruteForceRayIntersector):
+    """The test of Möller and Trumbore for few flat triangles of ordinary size: it compiles fast."""
+
+    name = "plain"
+
+    @ti.func
+    def intersect_triangle(self, ray, triangle_id):
+        """The hit on one triangle, with its position and the error of it."""
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        is_inside, t, u, v, det = moller_trumbore(ray.origin, ray.direction, v0, v1, v2)
+        hit = no_hit()
+        if is_inside and t > 0 and det != 0:
+            n = self.geometry.unit_normals[triangle_id] * ti.select(det < 0, -1, 1)
+            position, error = self.geometry.position(triangle_id, u, v)
+            hit = HitData(
+                is_hit=1,
+                is_backfacing=det < 0,
+                triangle_id=triangle_id,
+                distance=t,
+                barycentric_coords=tm.vec2(u, v),
+                normal=n,
+                geometric_normal=n,
+                material_id=self.geometry.triangle_material_ids[triangle_id],
+                position=position,
+                position_error=error,
+            )
+        return hit
+
+    @ti.func
+    def query_ray(self, ray):
+        """The nearest hit."""
+        nearest = no_hit()
+        for triangle_id in range(self.geometry.n_triangles):
+            hit = self.intersect_triangle(ray, triangle_id)
+            if hit.is_hit and hit.distance < nearest.distance:
+                nearest = hit
+        return nearest
 
 
 # ── functions for the kernels of parts ──

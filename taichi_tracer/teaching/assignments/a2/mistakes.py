@@ -362,12 +362,6 @@ MISTAKES = (
         ("f_r * cosine / Uni", "f_r / Uni"),
     ),
     mistake(
-        LIGHT,
-        "negative cosine not cut off",
-        "What arrives from below the horizon?",
-        ("ti.max(0.0, tm.dot(n, w_i))", "abs(tm.dot(n, w_i))"),
-    ),
-    mistake(
         LIGHT, "w_o points into the surface", "Where does w_o point?", ("w_o = -ray.direction", "w_o = ray.direction")
     ),
     mistake(

@@ -8,7 +8,7 @@ import taichi_tracer as tt
 from taichi_tracer.ray import Ray
 from taichi_tracer.teaching import stand_ins
 from taichi_tracer.teaching.base import Arrays, Part
-from taichi_tracer.teaching.judges import Numbers, Pictures, Samples
+from taichi_tracer.teaching.judges import Numbers, Pictures, Samples, statistics
 from taichi_tracer.teaching.stand_ins import material_of, ray_of, vector, write, write_sample
 
 JITTER, MEAN, SKY = "anti-aliasing", "Monte Carlo means", "environment light"
@@ -36,6 +36,7 @@ def ndc_kernel(
     jittered: ti.types.ndarray(ndim=3),
 ):
     for i in range(pixel.shape[0]):
+        sampler.start(SEED, i, 0, 0)
         p = camera.generate_ndc_coords(pixel[i, 0], pixel[i, 1], False)
         centre[i, 0], centre[i, 1] = p.x, p.y
     for i, j in ti.ndrange(pixel.shape[0], jittered.shape[1]):
@@ -52,7 +53,7 @@ def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
     ndc_kernel(camera, stand_ins.sampler(count), inputs["pixel"], centre, jittered)
     size = np.array([inputs["width"], inputs["height"]])
     middle = 2 * (inputs["pixel"] + 0.5) / size - 1
-    return {"centre": centre, "jitter": ((jittered - middle[:, None]) * size / 2).astype(np.float32)}
+    return {"centre": centre, "jitter": statistics((jittered - middle[:, None]) * size / 2)}
 
 
 @ti.kernel
@@ -65,6 +66,7 @@ def ray_kernel(
     jittered: ti.types.ndarray(ndim=3),
 ):
     for i in range(pixel.shape[0]):
+        sampler.start(SEED, i, 0, 0)
         ray = camera.generate_ray(pixel[i, 0], pixel[i, 1], False)
         write(origin, i, ray.origin)
         write(centre, i, ray.direction)
@@ -81,7 +83,7 @@ def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
     view = {name: inputs[name].tolist() for name in ("eye", "at", "up", "fov")}
     camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"], **view)
     ray_kernel(camera, stand_ins.sampler(count), inputs["pixel"], origin, centre, jittered)
-    return {"origin": origin, "direction": centre, "jitter": 1000 * (jittered - centre[:, None])}
+    return {"origin": origin, "direction": centre, "jitter": statistics(1000 * (jittered - centre[:, None]))}
 
 
 # ── the running mean ──
@@ -169,9 +171,9 @@ def uniform_kernel(directions: ti.template(), sampler: ti.template(), first: ti.
 
 def run_uniform(sampler_class: type, inputs: Arrays) -> Arrays:
     """Samples of each set."""
-    samples = np.zeros((len(inputs["set"]), SAMPLES, 3), np.float32)
+    samples = np.zeros((len(inputs["set"]), 4 * SAMPLES, 3), np.float32)
     uniform_kernel(stand_ins.of(sampler_class), stand_ins.sampler(1), int(inputs["set"][0]), samples)
-    return {"direction": samples}
+    return {"direction": statistics(samples)}
 
 
 @ti.kernel
@@ -193,11 +195,10 @@ def run_uniform_pdf(sampler_class: type, inputs: Arrays) -> Arrays:
 def surfaces(rng: np.random.Generator, count: int) -> Arrays:
     """Surfaces with their materials and directions to the viewer: every third is diffuse.
 
-    The first normals lie along the axes, where a frame that is built carelessly does not exist.
+    Four diffuse ones have normals along the axes, where a frame that is built carelessly does not exist.
     """
-    axes = np.concatenate([np.eye(3), -np.eye(3)])
     normal = stand_ins.directions(rng, count)
-    normal[: min(6, count)] = axes[: min(6, count)]
+    normal[[0, 3, 6, 9]] = [[0, 1, 0], [0, 0, 1], [1, 0, 0], [0, -1, 0]]
     w_o = stand_ins.unit(normal + 0.9 * stand_ins.directions(rng, count))
     Ns = np.where(np.arange(count) % 3 == 0, 1.0, np.exp(rng.uniform(np.log(2), np.log(120), count)))
     f32 = np.float32
@@ -232,7 +233,7 @@ def run_brdf_sample(brdf_class: type, inputs: Arrays) -> Arrays:
     samples = np.zeros((count, SAMPLES, 3), np.float32)
     arrays = [inputs[name] for name in ("Kd", "Ns", "normal", "w_o")]
     brdf_sample_kernel(stand_ins.of(brdf_class), stand_ins.sampler(count), *arrays, samples)
-    return {"w_i": samples}
+    return {"w_i": statistics(samples)}
 
 
 def pairs_of_directions(rng: np.random.Generator) -> Arrays:
@@ -291,7 +292,7 @@ def run_brdf(method: str, width: int, name: str):
 
 # ── one sample of the direct light ──
 
-RAYS, LIGHT_SAMPLES = 10, 2048
+RAYS, LIGHT_SAMPLES = 10, 1024
 
 
 def lit_scene(rng: np.random.Generator) -> Arrays:
@@ -321,20 +322,16 @@ def lit_scene(rng: np.random.Generator) -> Arrays:
 
 
 def scene_of(inputs: Arrays):
-    """The scene of the inputs."""
-    materials = [
-        tt.Material(f"m{i}", Kd=tuple(kd), Ns=float(ns))
-        for i, (kd, ns) in enumerate(zip(inputs["Kd"], inputs["Ns"], strict=True))
-    ]
-    return tt.scene_from_mesh(
-        inputs["vertices"],
-        inputs["faces"],
-        material=materials,
-        face_materials=inputs["materials"],
-        environment=inputs["image"],
-        intersector="brute_force",
-        fast=False,
-    )
+    """The scene of the inputs. It is kept for the next class under test."""
+    names = ("vertices", "faces", "materials", "Kd", "Ns", "image")
+    return stand_ins.kept("lit scene", make_scene, *(inputs[name] for name in names))
+
+
+def make_scene(vertices, faces, ids, Kd, Ns, image):
+    """A scene from arrays."""
+    materials = [tt.Material(f"m{i}", Kd=tuple(Kd[i]), Ns=float(Ns[i])) for i in range(len(Ns))]
+    options = {"intersector": stand_ins.PlainIntersector, "fast": False, "environment": image}
+    return tt.scene_from_mesh(vertices, faces, material=materials, face_materials=ids, **options)
 
 
 @ti.kernel
@@ -357,8 +354,7 @@ def run_light(renderer_class: type, inputs: Arrays) -> Arrays:
         samples = np.zeros((RAYS, LIGHT_SAMPLES, 3), np.float32)
         renderer = renderer_class(scene, 8, 8).use(name)
         light_kernel(renderer, stand_ins.sampler(RAYS), inputs["origin"], inputs["direction"], samples)
-        found[f"radiance ({name})"] = samples
-    scene.destroy()
+        found[f"radiance ({name})"] = statistics(samples)
     return found
 
 
