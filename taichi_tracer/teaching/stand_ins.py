@@ -17,9 +17,11 @@ from taichi_tracer.camera import Camera
 from taichi_tracer.effects import Effects
 from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
+from taichi_tracer.materials import Material
 from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
-from taichi_tracer.sampler import IndependentSampler, Sampler
+from taichi_tracer.sampler import IndependentSampler, MeshLightSampler, Sampler
+from taichi_tracer.scene_data import scene_from_mesh
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
 
@@ -265,3 +267,78 @@ def write_sample(array: ti.template(), i, j, v):
     """A vec3 as sample j of input i of an (n, m, 3) array."""
     for k in ti.static(range(3)):
         array[i, j, k] = v[k]
+
+
+# ── lamps ──
+
+
+def lamp_room(rng: np.random.Generator) -> Arrays:
+    """A floor and a wall under two lamps of two triangles each, with rays at the surfaces and at one lamp."""
+    square = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]], np.float64)
+    down = square[::-1]
+    corners = [3 * square, square[:, [0, 2, 1]] * [2, 2, 1] + [0, 1, -2]]
+    corners += [down * rng.uniform(0.25, 0.5) + [-0.8, 2, 0], down * [0.3, 1, 0.8] + [0.9, 1.6, 0.4]]
+    corners[1] = (
+        corners[1][::-1]
+        if np.cross(corners[1][1] - corners[1][0], corners[1][2] - corners[1][0])[2] < 0
+        else corners[1]
+    )
+    faces = np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(4)]).astype(np.int32)
+    on_floor = rng.uniform([-1.2, 0, -1], [1.2, 0, 1], (5, 3))
+    on_wall = rng.uniform([-1, 0.5, -2], [1, 1.2, -2], (2, 3))
+    eye = np.array([0.2, 1.0, 5.0])
+    target = np.concatenate([on_floor, on_wall, [[-0.8, 2, 0.1]]])
+    return {
+        "origin": np.tile(eye, (len(target), 1)).astype(np.float32),
+        "direction": unit(target - eye).astype(np.float32),
+        "vertices": np.concatenate(corners),
+        "faces": faces,
+        "materials": np.array([0, 0, 1, 1, 2, 2, 3, 3], np.int32),
+        "Kd": np.concatenate([rng.uniform(0.3, 0.9, (2, 3)), np.full((2, 3), 0.2)]),
+        "Ns": np.array([1.0, rng.uniform(4, 12), 1, 1]),
+        "Ke": np.concatenate([np.zeros((2, 3)), rng.uniform(2, 6, (2, 3))]),
+    }
+
+
+def lamp_scene(inputs: Arrays) -> Any:
+    """The scene of ``lamp_room``, whose lamps the handout's ``MeshLightSampler`` samples. It is kept."""
+    names = ("vertices", "faces", "materials", "Kd", "Ns", "Ke")
+    return kept("lamp scene", make_lamp_scene, *(inputs[name] for name in names))
+
+
+def make_lamp_scene(vertices, faces, ids, Kd, Ns, Ke) -> Any:
+    """A scene from arrays."""
+    materials = [Material(f"m{i}", Kd=tuple(Kd[i]), Ns=float(Ns[i]), Ke=tuple(Ke[i])) for i in range(len(Ns))]
+    scene = scene_from_mesh(
+        vertices,
+        faces,
+        material=materials,
+        face_materials=ids,
+        intersector=PlainIntersector,
+        fast=False,
+        lamp_choice=MeshLightSampler,
+    )
+    scene.lamps.prepare()
+    return scene
+
+
+@ti.kernel
+def shade_kernel(
+    renderer: ti.template(),
+    random: ti.template(),
+    seed: ti.u32,
+    origin: ti.types.ndarray(ndim=2),
+    direction: ti.types.ndarray(ndim=2),
+    samples: ti.types.ndarray(ndim=3),
+):
+    for i, j in ti.ndrange(samples.shape[0], samples.shape[1]):
+        random.start(seed, i, 0, j)
+        write_sample(samples, i, j, renderer.shade_ray(ray_of(origin, direction, i)))
+
+
+def light_along(renderer: Any, inputs: Arrays, count: int, seed: int = 5) -> np.ndarray:
+    """(n, count, 3) samples of ``shade_ray`` of each ray of the inputs."""
+    rays = len(inputs["origin"])
+    samples = np.zeros((rays, count, 3), np.float32)
+    shade_kernel(renderer, sampler(rays), seed, inputs["origin"], inputs["direction"], samples)
+    return samples

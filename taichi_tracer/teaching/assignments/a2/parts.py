@@ -9,7 +9,7 @@ from taichi_tracer.ray import Ray
 from taichi_tracer.teaching import stand_ins
 from taichi_tracer.teaching.base import Arrays, Part
 from taichi_tracer.teaching.judges import Numbers, Pictures, Samples, statistics
-from taichi_tracer.teaching.stand_ins import material_of, ray_of, vector, write, write_sample
+from taichi_tracer.teaching.stand_ins import material_of, vector, write, write_sample
 
 JITTER, MEAN, SKY = "anti-aliasing", "Monte Carlo means", "environment light"
 DIRECTIONS, REFLECTION, LIGHT = "sampling directions", "BRDFs", "direct light"
@@ -334,26 +334,12 @@ def make_scene(vertices, faces, ids, Kd, Ns, image):
     return tt.scene_from_mesh(vertices, faces, material=materials, face_materials=ids, **options)
 
 
-@ti.kernel
-def light_kernel(
-    renderer: ti.template(),
-    sampler: ti.template(),
-    origin: ti.types.ndarray(ndim=2),
-    direction: ti.types.ndarray(ndim=2),
-    samples: ti.types.ndarray(ndim=3),
-):
-    for i, j in ti.ndrange(samples.shape[0], samples.shape[1]):
-        sampler.start(SEED, i, 0, j)
-        write_sample(samples, i, j, renderer.shade_ray(ray_of(origin, direction, i)))
-
-
 def run_light(renderer_class: type, inputs: Arrays) -> Arrays:
     """Samples of the light along each ray, by both estimators."""
     scene, found = scene_of(inputs), {}
     for name in ("uniform", "brdf"):
-        samples = np.zeros((RAYS, LIGHT_SAMPLES, 3), np.float32)
         renderer = renderer_class(scene, 8, 8).use(name)
-        light_kernel(renderer, stand_ins.sampler(RAYS), inputs["origin"], inputs["direction"], samples)
+        samples = stand_ins.light_along(renderer, inputs, LIGHT_SAMPLES)
         found[f"radiance ({name})"] = statistics(samples)
     return found
 
