@@ -17,9 +17,9 @@ from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Arrays, Assignment, Part, Verdict
 from taichi_tracer.teaching.handing_out import RECORD
 from taichi_tracer.teaching.mistakes import Finding, find
-from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, expected, load_classes, solution_of
+from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, expected, load_submission, solution_of
 
-SECONDS_FOR_PAIRS = 2.0  # how long a check tries pairs of mistakes; what it computed is kept for the next check
+SECONDS_FOR_MISTAKES = 3.0  # how long a check compares with mistakes that no earlier check has computed
 SHOWN_SIZE = 240  # pixels: the width of a picture on the page
 WIDTH = 78  # columns of the line of a part in a terminal
 COLOURS = {RIGHT: "#1a7f37", NOT_WRITTEN: "#8a6d00", MISSING: "#8a6d00"}
@@ -141,7 +141,7 @@ def check_folder(
     folder = Path(folder).expanduser()
     assignment, own_seed = assignment_of(folder)
     runtime.ensure()
-    student = load_classes(folder, assignment.files)
+    student = load_submission(folder, assignment)
     parts = chosen(assignment, names)
     return check(assignment, student, parts, own_seed if seed is None else seed, watch)
 
@@ -190,7 +190,7 @@ def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0) -> R
 
 
 def role_of(cls: type, solution: Loaded) -> str:
-    """Which class of the assignment a student's class is: by its name, or by the class of the package it derives from."""
+    """Which class of the assignment a student's class is: by its name, or by the package's class it derives from."""
     if not isinstance(cls, type):
         raise InputError(f"check takes classes, such as Camera, not {cls!r}")
     if cls.__name__ in solution.classes:
@@ -226,12 +226,12 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int) -
     if found.status != OK:
         return Result(part, verdict_without_answer(found), (), found.seconds)
     right = expected(assignment, part, inputs)
-    return judged(assignment, part, inputs, found.arrays, right, found.seconds, SECONDS_FOR_PAIRS)
+    return judged(assignment, part, inputs, found.arrays, right, found.seconds, SECONDS_FOR_MISTAKES)
 
 
 def verdict_without_answer(found: Answer) -> Verdict:
     """The verdict on a part that gave no numbers."""
-    where = f" (the line not_written(...) is still in it, from line {found.line} on)" if found.line else ""
+    where = f" (line {found.line} still calls not_written)" if found.line else ""
     return Verdict(found.status, 0.0, found.message + (where if found.status == NOT_WRITTEN else ""))
 
 
@@ -242,11 +242,11 @@ def judged(
     answers: Arrays,
     right: Arrays,
     seconds: float = 0.0,
-    seconds_for_pairs: float = math.inf,
+    seconds_for_mistakes: float = math.inf,
 ) -> Result:
     """The verdict on the numbers of a part, and what is wrong with them."""
     verdict = part.judge(inputs, answers, right)
     findings: list[Finding] = []
     if verdict.status != RIGHT and part.replaces:
-        findings = find(assignment, part, inputs, answers, right, seconds_for_pairs)
+        findings = find(assignment, part, inputs, answers, right, seconds_for_mistakes)
     return Result(part, verdict, tuple(findings), seconds)

@@ -6,7 +6,7 @@ Every judge is an object that can be called as ``Part.judge`` describes, and has
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -70,38 +70,53 @@ class Numbers:
 # The largest |z| of a test that passes. With 400 tests in a submission, the false-alarm rate is below 1e-6 for normal
 # means; means of 10⁴ and more bounded samples are close enough to normal that it stays below 1e-4.
 LARGEST_Z = 6.0
+ROUNDING = 1e-5  # the error of a mean in f32, relative to its size, or to 1
+
+
+def statistics(samples: np.ndarray) -> np.ndarray:
+    """(n, m, d) samples of n inputs → (n, 2, k): means of k numbers, and the squares of their standard errors.
+
+    The k numbers are the d numbers of a sample, their squares, the products of two different ones, and the sum of their
+    fourth powers. These are what a part with random answers returns for ``Samples``.
+    """
+    x = np.asarray(samples, np.float64)
+    d = x.shape[2]
+    columns = [x[..., i] for i in range(d)] + [x[..., i] ** 2 for i in range(d)]
+    columns += [x[..., i] * x[..., j] for i in range(d) for j in range(i + 1, d)]
+    columns.append((x**4).sum(axis=2))
+    with np.errstate(invalid="ignore", over="ignore"):
+        means = [column.mean(axis=1) for column in columns]
+        squared_errors = [column.var(axis=1) / x.shape[1] for column in columns]
+    return np.stack([np.stack(means, axis=1), np.stack(squared_errors, axis=1)], axis=1)
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Random answers: every input has many samples, whose means are compared with those of the solution by z-tests.
+    """Random answers: the means of many samples are compared with those of the solution, by z-tests.
 
-    The answers have the shape (inputs, samples, …). For each name, the means of the numbers are compared, of their
-    squares, and of the products of the first two numbers; and for each name in ``exact``, the sample itself.
+    A random answer is what ``statistics`` returns.
 
     Attributes:
+        exact: the names of the answers that are not random: one row of numbers for each input, as for ``Numbers``.
         called: what one input is called in messages.
         largest_z: the largest |z| that passes.
-        statistics: name of the answer → a function of (…, d) samples; the means of its (…, k) results are compared.
     """
 
+    exact: tuple[str, ...] = ()
     called: str = "inputs"
     largest_z: float = LARGEST_Z
-    statistics: dict = field(default_factory=dict)
 
     def scores(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name → (inputs, k) z-scores; infinite where an answer is not finite or has another shape."""
         found = {}
         for name, right in expected.items():
-            yours = np.asarray(answers.get(name, np.nan), np.float64)
-            right = np.asarray(right, np.float64)
-            if yours.shape != right.shape:
+            if name in self.exact:
+                same = Numbers().members(answers, {name: right})[name]
+                found[name] = np.where(same, 0.0, np.inf)[:, None]
+            elif np.shape(answers.get(name)) != np.shape(right):
                 found[name] = np.full((len(right), 1), np.inf)
-                continue
-            if right.ndim == 2:
-                yours, right = yours[..., None], right[..., None]
-            moments = self.statistics.get(name, moments_of)
-            found[name] = z_scores(moments(yours), moments(right))
+            else:
+                found[name] = z_scores(np.asarray(answers[name], np.float64), np.asarray(right, np.float64))
         return found
 
     def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
@@ -122,34 +137,38 @@ class Samples:
         worst = max(float(np.abs(z[first]).max()) for z in self.scores(answers, expected).values())
         told = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
         told += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
-        means = {
-            f"mean {name}": np.asarray(a, np.float64).mean(axis=1) for name, a in answers.items() if np.ndim(a) > 1
-        }
-        right = {f"mean {name}": np.asarray(a, np.float64).mean(axis=1) for name, a in expected.items()}
-        return Verdict(WRONG, float(agrees.mean()), told, first_wrong(inputs, means, right, first, len(agrees)))
+        wrong = first_wrong(inputs, self.told(answers), self.told(expected), first, len(agrees))
+        return Verdict(WRONG, float(agrees.mean()), told, wrong)
+
+    def told(self, answers: Arrays) -> Arrays:
+        """What a report shows of answers: exact ones as they are; means and standard deviations of random ones."""
+        shown = {name: array for name, array in answers.items() if name in self.exact}
+        for name, array in answers.items():
+            if name not in self.exact and np.ndim(array) == 3 and array.shape[1] == 2:
+                d = dimensions(array.shape[2])
+                mean, of_squares = array[:, 0, :d], array[:, 0, d : 2 * d]
+                shown[f"mean {name}"] = mean
+                shown[f"deviation of {name}"] = np.sqrt(np.maximum(0, of_squares - mean**2))
+        return shown
 
 
-def moments_of(samples: np.ndarray) -> np.ndarray:
-    """(…, d) samples → (…, k): the numbers, their squares, and the products of different numbers."""
-    d = samples.shape[-1]
-    pairs = [(i, j) for i in range(d) for j in range(i + 1, d)]
-    products = [samples[..., i] * samples[..., j] for i, j in pairs]
-    return np.concatenate([samples, samples**2, *(p[..., None] for p in products)], axis=-1)
+def dimensions(count: int) -> int:
+    """How many numbers d a sample has, if its ``statistics`` have ``count`` = 2 d + d (d − 1)/2 + 1 numbers."""
+    return next((d for d in range(1, 10) if 2 * d + d * (d - 1) // 2 + 1 == count), 1)
 
 
 def z_scores(yours: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """(inputs, samples, k) twice → (inputs, k): the differences of the means in standard errors.
+    """(n, 2, k) statistics twice → (n, k): the differences of the means in standard errors.
 
-    Where both have no variance, means that differ by more than rounding give infinity.
+    Answers that are not finite give infinity; 0 if both are NaN, as that of a mistake and that of a student may be.
     """
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        n = yours.shape[1]
-        variance = (yours.var(axis=1) + right.var(axis=1)) / n
-        difference = yours.mean(axis=1) - right.mean(axis=1)
-        scale = np.maximum(1, abs(right).max(axis=1))
-        error = np.sqrt(variance + (1e-5 * scale) ** 2)
-        z = difference / error
-    return np.where(np.isfinite(z), z, np.inf)
+        scale = np.maximum(1, abs(right[:, 0]))
+        error = np.sqrt(yours[:, 1] + right[:, 1] + (ROUNDING * scale) ** 2)
+        z = (yours[:, 0] - right[:, 0]) / error
+    z = np.where(np.isfinite(z), z, np.inf)
+    z[np.isnan(yours[:, 0]) & np.isnan(right[:, 0])] = 0
+    return z
 
 
 @dataclass(frozen=True)

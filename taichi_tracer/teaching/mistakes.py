@@ -61,21 +61,28 @@ def find(
     """What is wrong with the answers to a part; nothing if they are right.
 
     Args:
-        seconds: how long pairs of mistakes are tried where no single one fits; 0 tries none.
+        seconds: how long mistakes are tried, and then pairs of them. Infinity makes the result the same on every
+            machine; 0 tries no pair, and only those mistakes whose answers are kept from an earlier call.
     """
     right = part.judge.agrees(inputs, answers, expected)
     if right.all():
         return []
     case = Case(assignment, part, inputs, answers, expected)
+    end = time.monotonic() + seconds
     single = [(mistake,) for mistake in assignment.mistakes_of(part)]
-    fitting = [combination for combination in single if case.fits(combination)]
-    if not fitting and seconds > 0:
-        fitting = case.fitting_pairs(seconds)
+    tried = [
+        one for one in single if is_kept(assignment, part, one, inputs) or time.monotonic() < end and case.try_(one)
+    ]
+    fitting = [combination for combination in tried if case.fits(combination)]
+    if not fitting and len(tried) == len(single) and seconds > 0:
+        fitting = case.fitting_pairs(end)
     if fitting:
         return [told(part, combination, len(right)) for combination in fitting]
-    return [
-        Finding((), float((~right).mean()), text, "", part.topic) for text in describe(inputs, answers, expected, right)
-    ]
+    shown = getattr(part.judge, "told", dict)  # means, in place of the statistics of random answers
+    told_of = describe(inputs, shown(answers), shown(expected), right)
+    if len(tried) < len(single):
+        told_of.append(f"{len(single) - len(tried)} more known mistakes are compared in the next check")
+    return [Finding((), float((~right).mean()), text, "", part.topic) for text in told_of]
 
 
 @dataclass(frozen=True)
@@ -100,13 +107,17 @@ class Case:
             return False
         return bool(judge.agrees(self.inputs, self.answers, wrong).all())
 
-    def fitting_pairs(self, seconds: float) -> list[tuple[Mistake, Mistake]]:
+    def try_(self, combination: Sequence[Mistake]) -> bool:
+        """Compute the answers of a combination of mistakes, so that they are kept. Returns True."""
+        self.answers_of(combination)
+        return True
+
+    def fitting_pairs(self, end: float) -> list[tuple[Mistake, Mistake]]:
         """The pairs of mistakes that explain every answer; the likely ones are tried first, and only these.
 
         Args:
-            seconds: no further pair is tried after this time. Infinity makes the result the same on every machine.
+            end: when to stop, on the clock of ``time.monotonic``.
         """
-        end = time.monotonic() + seconds
         fitting: list[tuple[Mistake, Mistake]] = []
         found_at = -1.0
         for likelihood, pair in self.likely_pairs():
@@ -194,10 +205,8 @@ def load_text(assignment: Assignment, file: str, text: str) -> Loaded:
     key = hashlib.sha256(f"{assignment.folder}/{file}/{text}".encode()).hexdigest()[:16]
     folder = Path(work_folder()) / key
     folder.mkdir(exist_ok=True)
-    for name in assignment.files:
-        source = text if name == file else (assignment.solution_folder / name).read_text(encoding="utf-8")
-        (folder / name).write_text(source, encoding="utf-8")
-    return load_classes(folder, [file])
+    (folder / file).write_text(text, encoding="utf-8")
+    return load_classes(folder, [file], assignment.solution_folder)
 
 
 @lru_cache(maxsize=1)
@@ -276,6 +285,11 @@ def fingerprint(folder: Path) -> str:
             if path.name != "mistakes.py" or root != folder:
                 digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
+
+
+def is_kept(assignment: Assignment, part: Part, combination: Sequence[Mistake], inputs: Arrays) -> bool:
+    """Whether the answers of a combination are known from an earlier call."""
+    return kept_at(assignment, part, combination, inputs).exists()
 
 
 def read(path: Path) -> Arrays | None:

@@ -22,7 +22,7 @@ from taichi_tracer.sampler import RandomNumbers
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part
-from taichi_tracer.teaching.stubs import is_stub, plain
+from taichi_tracer.teaching.stubs import is_stub, line_of_mark, plain
 
 OK = "ok"
 LONGEST_MESSAGE = 300  # characters of an error that a report shows
@@ -52,7 +52,7 @@ class Loaded:
     """The classes of a folder.
 
     Attributes:
-        classes: name → class.
+        classes: name → class. together: the same, if they had to be run again for this; see ``load_submission``.
         errors: name of a file that could not be run → why.
         folder: where they come from; None for classes of a notebook.
     """
@@ -60,24 +60,55 @@ class Loaded:
     classes: dict[str, type]
     errors: dict[str, Answer] = field(default_factory=dict)
     folder: Path | None = None
+    together: dict[str, type] = field(default_factory=dict)
 
     def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
         """All classes, for a picture; those that are missing come from ``reference``."""
-        return types.SimpleNamespace(**{**reference.classes, **self.classes})
+        return types.SimpleNamespace(**{**reference.classes, **(self.together or self.classes)})
+
+    def stubs(self) -> list[str]:
+        """The methods that are not written yet, such as "Camera.generate_ray"."""
+        of_all = [(name, method, value) for name, cls in self.classes.items() for method, value in vars(cls).items()]
+        return [f"{name}.{method}" for name, method, value in of_all if is_stub(value)]
 
 
-def load_classes(folder: str | Path, files: Sequence[str]) -> Loaded:
+def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
+    """The classes of a student's folder. Each file is run with the solution's version of the other files.
+
+    So a renderer that imports a wrong sampler is tested with the right one. For pictures, ``together`` has the classes
+    of files that import each other as they are.
+    """
+    together = load_classes(folder, assignment.files)
+    alone = Loaded({}, dict(together.errors), together.folder, together.classes)
+    for file in assignment.files:
+        if file in together.errors and together.errors[file].status == MISSING:
+            continue
+        loaded = load_classes(folder, [file], assignment.solution_folder)
+        names = [name for name, home in assignment.classes.items() if home == file]
+        if not loaded.errors:
+            alone.errors.pop(file, None)  # it failed only because of another file
+            alone.classes |= {name: loaded.classes[name] for name in names if name in loaded.classes}
+        else:  # it imports something from another file that only the student's own version has
+            alone.classes |= {name: together.classes[name] for name in names if name in together.classes}
+    return alone
+
+
+def load_classes(folder: str | Path, files: Sequence[str], others: Path | None = None) -> Loaded:
     """The classes that some files of a folder define. A file that is missing or fails becomes an entry of ``errors``.
 
     The files may import each other. Their modules are forgotten afterwards, so that another folder with files of the
     same names can be loaded, too.
+
+    Args:
+        others: the folder from which imports of files that are not among ``files`` are taken, if it has them.
     """
     folder = Path(folder).resolve()
     loaded = Loaded({}, {}, folder)
     before = set(sys.modules)
-    names = {path.stem for path in folder.glob("*.py")}
+    names = {path.stem for place in (folder, others) if place is not None for path in place.glob("*.py")}
     hidden = {name: sys.modules.pop(name) for name in names if name in sys.modules}
-    sys.path.insert(0, str(folder))
+    paths = [str(path) for path in (others, folder) if path is not None]
+    sys.path[:0] = paths
     try:
         for file in files:
             if not (folder / file).is_file():
@@ -96,8 +127,9 @@ def load_classes(folder: str | Path, files: Sequence[str]) -> Loaded:
                 if isinstance(value, type) and value.__module__ == module.__name__
             }
     finally:
-        with contextlib.suppress(ValueError):
-            sys.path.remove(str(folder))
+        for path in paths:
+            with contextlib.suppress(ValueError):
+                sys.path.remove(path)
         for name in set(sys.modules) - before:
             if name in names:
                 del sys.modules[name]
@@ -162,6 +194,9 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
         if part.replaces == "":
             if student.errors:
                 return next(iter(student.errors.values()))
+            stubs = student.stubs()
+            if stubs:
+                return Answer(NOT_WRITTEN, message=f"it needs what is not written yet: {', '.join(stubs)}")
             subject: Any = student.namespace(solution)
         else:
             cls = student.classes.get(part.replaces)
@@ -172,8 +207,7 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             if method is None:
                 return Answer(MISSING, message=f"{part.replaces} has no method {part.method}")
             if is_stub(method):
-                line = plain(method).__code__.co_firstlineno  # type: ignore[attr-defined]
-                return Answer(NOT_WRITTEN, message="it is not written yet", line=line)
+                return Answer(NOT_WRITTEN, message="it is not written yet", line=line_of_mark(method))
             subject = class_under_test(cls, solution.classes[part.replaces], part.method)
         with reproducible_random():
             arrays = part.run(subject, inputs)

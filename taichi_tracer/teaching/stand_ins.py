@@ -5,6 +5,7 @@ class: the fields are shared, and only the tested methods are compiled.
 """
 
 import copy
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -14,10 +15,13 @@ import taichi.math as tm
 
 from taichi_tracer.camera import Camera
 from taichi_tracer.effects import Effects
+from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
-from taichi_tracer.ray import HitData, Ray
-from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.sampler import Sampler, SobolSampler
+from taichi_tracer.materials import Material
+from taichi_tracer.ray import HitData, Ray, no_hit
+from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
+from taichi_tracer.sampler import IndependentSampler, MeshLightSampler, Sampler
+from taichi_tracer.scene_data import scene_from_mesh
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
 
@@ -58,30 +62,38 @@ def generation() -> int:
     return id(ti.lang.impl.get_runtime().prog)
 
 
-_GEOMETRIES: dict[tuple, Geometry] = {}
+_KEPT: dict[str, tuple[tuple, Any]] = {}
+
+
+def kept(name: str, make: Callable[..., Any], *arrays: np.ndarray) -> Any:
+    """``make(*arrays)``; the last result of each name is kept, because making fields takes longer than using them."""
+    key = (generation(), *(np.ascontiguousarray(array).tobytes() for array in arrays))
+    if name not in _KEPT or _KEPT[name][0] != key:
+        _KEPT[name] = key, make(*arrays)
+    return _KEPT[name][1]
 
 
 def geometry(inputs: Arrays) -> Geometry:
-    """The triangles in "vertices", "faces", "normals" and "material_ids" of the inputs; the last one is kept."""
+    """The triangles in "vertices", "faces", "normals" and "material_ids" of the inputs."""
     names = ("vertices", "faces", "normals", "material_ids")
-    key = (generation(), *(np.ascontiguousarray(inputs[name]).tobytes() for name in names))
-    if key not in _GEOMETRIES:
-        _GEOMETRIES.clear()
-        faces = np.asarray(inputs["faces"], np.int32)
-        mesh = Mesh(
-            np.asarray(inputs["vertices"], np.float64),
-            faces,
-            normals=np.asarray(inputs["normals"], np.float64),
-            face_normals=faces,
-            face_materials=np.asarray(inputs["material_ids"], np.int32),
-        )
-        store = memory.Memory()
-        made = Geometry(clean(mesh, runtime.dtype()), Effects(**PLAIN_EFFECTS), store.fields, completes_normals=True)
-        store.allocate()
-        made.load()
-        made.store = store
-        _GEOMETRIES[key] = made
-    return _GEOMETRIES[key]
+    return kept("geometry", make_geometry, *(inputs[name] for name in names))
+
+
+def make_geometry(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, material_ids: np.ndarray) -> Geometry:
+    """Triangles whose corners have one normal for each vertex."""
+    mesh = Mesh(
+        np.asarray(vertices, np.float64),
+        np.asarray(faces, np.int32),
+        normals=np.asarray(normals, np.float64),
+        face_normals=np.asarray(faces, np.int32),
+        face_materials=np.asarray(material_ids, np.int32),
+    )
+    store = memory.Memory()
+    made = Geometry(clean(mesh, runtime.dtype()), Effects(**PLAIN_EFFECTS), store.fields, completes_normals=True)
+    store.allocate()
+    made.load()
+    made.store = store  # the fields end with it
+    return made
 
 
 def intersector(cls: type, inputs: Arrays) -> Any:
@@ -102,9 +114,49 @@ def of(cls: type, **attributes: Any) -> Any:
 
 def sampler(count: int) -> Sampler:
     """The random numbers of a part: every input is a pixel."""
-    made = SobolSampler()
+    made = IndependentSampler()
     made.width = count
     return made
+
+
+@ti.data_oriented
+class PlainIntersector(BruteForceRayIntersector):
+    """The test of Möller and Trumbore for few flat triangles of ordinary size: it compiles fast."""
+
+    name = "plain"
+
+    @ti.func
+    def intersect_triangle(self, ray, triangle_id):
+        """The hit on one triangle, with its position and the error of it."""
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        is_inside, t, u, v, det = moller_trumbore(ray.origin, ray.direction, v0, v1, v2)
+        hit = no_hit()
+        if is_inside and t > 0 and det != 0:
+            n = self.geometry.unit_normals[triangle_id] * ti.select(det < 0, -1, 1)
+            position, error = self.geometry.position(triangle_id, u, v)
+            hit = HitData(
+                is_hit=1,
+                is_backfacing=det < 0,
+                triangle_id=triangle_id,
+                distance=t,
+                barycentric_coords=tm.vec2(u, v),
+                normal=n,
+                geometric_normal=n,
+                material_id=self.geometry.triangle_material_ids[triangle_id],
+                position=position,
+                position_error=error,
+            )
+        return hit
+
+    @ti.func
+    def query_ray(self, ray):
+        """The nearest hit."""
+        nearest = no_hit()
+        for triangle_id in range(self.geometry.n_triangles):
+            hit = self.intersect_triangle(ray, triangle_id)
+            if hit.is_hit and hit.distance < nearest.distance:
+                nearest = hit
+        return nearest
 
 
 # ── functions for the kernels of parts ──
@@ -182,3 +234,111 @@ def views(rng: np.random.Generator, count: int) -> Arrays:
     at = eye + gaze * rng.uniform(0.5, 4, (count, 1))
     up = up * rng.uniform(0.5, 2, (count, 1))
     return {"eye": eye, "at": at, "up": up, "fov": rng.uniform(25, 100, count)}
+
+
+# ── materials and random samples ──
+
+
+@ti.dataclass
+class PlainMaterial:
+    """The members of a material that the BRDFs of the course read."""
+
+    Kd: tm.vec3
+    Ks: tm.vec3
+    Ke: tm.vec3
+    Ns: tm.vec3.dtype
+
+
+@ti.func
+def material_of(Kd: ti.template(), Ns: ti.template(), i):
+    """Row i of the reflectances and of the exponents as a material."""
+    return PlainMaterial(Kd=vector(Kd, i), Ks=tm.vec3(0.5), Ke=tm.vec3(0), Ns=Ns[i])
+
+
+@ti.func
+def write(array: ti.template(), i, v):
+    """A vec3 as row i of an (n, 3) array."""
+    for k in ti.static(range(3)):
+        array[i, k] = v[k]
+
+
+@ti.func
+def write_sample(array: ti.template(), i, j, v):
+    """A vec3 as sample j of input i of an (n, m, 3) array."""
+    for k in ti.static(range(3)):
+        array[i, j, k] = v[k]
+
+
+# ── lamps ──
+
+
+def lamp_room(rng: np.random.Generator) -> Arrays:
+    """A floor and a wall under two lamps of two triangles each, with rays at the surfaces and at one lamp."""
+    square = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]], np.float64)
+    down = square[::-1]
+    corners = [3 * square, square[:, [0, 2, 1]] * [2, 2, 1] + [0, 1, -2]]
+    corners += [down * rng.uniform(0.25, 0.5) + [-0.8, 2, 0], down * [0.3, 1, 0.8] + [0.9, 1.6, 0.4]]
+    corners[1] = (
+        corners[1][::-1]
+        if np.cross(corners[1][1] - corners[1][0], corners[1][2] - corners[1][0])[2] < 0
+        else corners[1]
+    )
+    faces = np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(4)]).astype(np.int32)
+    on_floor = rng.uniform([-1.2, 0, -1], [1.2, 0, 1], (5, 3))
+    on_wall = rng.uniform([-1, 0.5, -2], [1, 1.2, -2], (2, 3))
+    eye = np.array([0.2, 1.0, 5.0])
+    target = np.concatenate([on_floor, on_wall, [[-0.8, 2, 0.1]]])
+    return {
+        "origin": np.tile(eye, (len(target), 1)).astype(np.float32),
+        "direction": unit(target - eye).astype(np.float32),
+        "vertices": np.concatenate(corners),
+        "faces": faces,
+        "materials": np.array([0, 0, 1, 1, 2, 2, 3, 3], np.int32),
+        "Kd": np.concatenate([rng.uniform(0.3, 0.9, (2, 3)), np.full((2, 3), 0.2)]),
+        "Ns": np.array([1.0, rng.uniform(4, 12), 1, 1]),
+        "Ke": np.concatenate([np.zeros((2, 3)), rng.uniform(2, 6, (2, 3))]),
+    }
+
+
+def lamp_scene(inputs: Arrays) -> Any:
+    """The scene of ``lamp_room``, whose lamps the handout's ``MeshLightSampler`` samples. It is kept."""
+    names = ("vertices", "faces", "materials", "Kd", "Ns", "Ke")
+    return kept("lamp scene", make_lamp_scene, *(inputs[name] for name in names))
+
+
+def make_lamp_scene(vertices, faces, ids, Kd, Ns, Ke) -> Any:
+    """A scene from arrays."""
+    materials = [Material(f"m{i}", Kd=tuple(Kd[i]), Ns=float(Ns[i]), Ke=tuple(Ke[i])) for i in range(len(Ns))]
+    scene = scene_from_mesh(
+        vertices,
+        faces,
+        material=materials,
+        face_materials=ids,
+        intersector=PlainIntersector,
+        fast=False,
+        lamp_choice=MeshLightSampler,
+    )
+    scene.lamps.prepare()
+    return scene
+
+
+@ti.kernel
+def shade_kernel(
+    renderer: ti.template(),
+    random: ti.template(),
+    seed: ti.u32,
+    origin: ti.types.ndarray(ndim=2),
+    direction: ti.types.ndarray(ndim=2),
+    samples: ti.types.ndarray(ndim=3),
+):
+    for i, j in ti.ndrange(samples.shape[0], samples.shape[1]):
+        random.start(seed, i, 0, j)
+        write_sample(samples, i, j, renderer.shade_ray(ray_of(origin, direction, i)))
+
+
+def light_along(renderer: Any, inputs: Arrays, count: int, seed: int = 5) -> np.ndarray:
+    """(n, count, 3) samples of ``shade_ray`` of each ray of the inputs."""
+    rays = len(inputs["origin"])
+    samples = np.zeros((rays, count, 3), np.float32)
+    shade_kernel(renderer, sampler(rays), seed, inputs["origin"], inputs["direction"], samples)
+    return samples
