@@ -56,26 +56,28 @@ def find(
     inputs: Arrays,
     answers: Arrays,
     expected: Arrays,
-    seconds: float = math.inf,
+    seconds_for_pairs: float = math.inf,
+    seconds_for_singles: float = math.inf,
 ) -> list[Finding]:
     """What is wrong with the answers to a part; nothing if they are right.
 
     Args:
-        seconds: how long mistakes are tried, and then pairs of them. Infinity makes the result the same on every
-            machine; 0 tries no pair, and only those mistakes whose answers are kept from an earlier call.
+        seconds_for_pairs: how long pairs of mistakes are tried where no single one fits; 0 tries none.
+        seconds_for_singles: how long the answers of mistakes are computed that are not kept from an earlier call.
+            Infinity, for both, makes the result the same on every machine.
     """
     right = part.judge.agrees(inputs, answers, expected)
     if right.all():
         return []
     case = Case(assignment, part, inputs, answers, expected)
-    end = time.monotonic() + seconds
+    end = time.monotonic() + seconds_for_singles
     single = [(mistake,) for mistake in assignment.mistakes_of(part)]
     tried = [
         one for one in single if is_kept(assignment, part, one, inputs) or time.monotonic() < end and case.try_(one)
     ]
     fitting = [combination for combination in tried if case.fits(combination)]
-    if not fitting and len(tried) == len(single) and seconds > 0:
-        fitting = case.fitting_pairs(end)
+    if not fitting and len(tried) == len(single) and seconds_for_pairs > 0:
+        fitting = case.fitting_pairs(time.monotonic() + seconds_for_pairs)
     if fitting:
         return [told(part, combination, len(right)) for combination in fitting]
     shown = getattr(part.judge, "told", dict)  # means, in place of the statistics of random answers

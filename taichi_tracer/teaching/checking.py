@@ -248,5 +248,5 @@ def judged(
     verdict = part.judge(inputs, answers, right)
     findings: list[Finding] = []
     if verdict.status != RIGHT and part.replaces:
-        findings = find(assignment, part, inputs, answers, right, seconds_for_mistakes)
+        findings = find(assignment, part, inputs, answers, right, seconds_for_mistakes, seconds_for_mistakes)
     return Result(part, verdict, tuple(findings), seconds)
