@@ -12,7 +12,9 @@ import taichi_tracer
 from taichi_tracer.system import registry
 
 PACKAGE = Path(taichi_tracer.__file__).parent
-MODULES = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
+# The solutions of assignments are students' files: they use the package as a program does, and no part of it uses them.
+FILES = [path for path in PACKAGE.rglob("*.py") if path.parent.name != "solution"]
+MODULES = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in FILES}
 FOLDERS = sorted({module.split(".")[0] for module in MODULES if "." in module})
 ORACLES = sorted(Path(__file__).parent.glob("oracles/*.py"))
 MOST_LINES_OF_A_FUNCTION = 90

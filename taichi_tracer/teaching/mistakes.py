@@ -22,6 +22,7 @@ import numpy as np
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import sealing
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
@@ -177,6 +178,8 @@ def answers_of(assignment: Assignment, part: Part, combination: Sequence[Mistake
 
     The answers are kept in ``cache_folder``.
     """
+    if assignment.is_sealed:
+        return sealing.answers_of_mistake(assignment, combination[0]) if len(combination) == 1 else None
     path = kept_at(assignment, part, combination, inputs)
     kept = read(path)
     if kept is not None:
@@ -291,7 +294,7 @@ def fingerprint(folder: Path) -> str:
 
 def is_kept(assignment: Assignment, part: Part, combination: Sequence[Mistake], inputs: Arrays) -> bool:
     """Whether the answers of a combination are known from an earlier call."""
-    return kept_at(assignment, part, combination, inputs).exists()
+    return assignment.is_sealed or kept_at(assignment, part, combination, inputs).exists()
 
 
 def read(path: Path) -> Arrays | None:

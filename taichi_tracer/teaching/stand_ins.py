@@ -226,6 +226,13 @@ def directions(rng: np.random.Generator, count: int) -> np.ndarray:
     return unit(rng.normal(size=(count, 3)))
 
 
+def picture_size(rng: np.random.Generator) -> Arrays:
+    """The size of a picture that is not square, so that width and height cannot be confused."""
+    short, more = rng.integers(12, 24), rng.integers(5, 14)
+    width, height = rng.permutation([short, short + more])
+    return {"width": np.array(width), "height": np.array(height)}
+
+
 def views(rng: np.random.Generator, count: int) -> Arrays:
     """Random cameras: eye, at and up of (count, 3), and fov of (count,). None looks along its own up."""
     gaze, up = directions(rng, count), directions(rng, count)

@@ -68,7 +68,9 @@ A1 = {
                     best = candidate
         return best
 """,
-        "A1Renderer.shade_hit": "        return ti.select(hit_data.is_backfacing, tm.vec3(0.5, 0, 0), tm.vec3(1, 1, 1))\n",
+        "A1Renderer.shade_hit": """
+        return ti.select(hit_data.is_backfacing, tm.vec3(0.5, 0, 0), tm.vec3(1, 1, 1))
+""",
         "A1Renderer.shade_normal": "        return 0.5 * hit_data.normal + 0.5\n",
     },
     "three": {
