@@ -17,7 +17,7 @@ from types import ModuleType
 
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.teaching.base import Assignment, check_parts
-from taichi_tracer.teaching.sealing import facts_of, is_sealed
+from taichi_tracer.teaching.sealed import facts_of, is_sealed
 
 SHIPPED = Path(__file__).parent / "assignments"
 

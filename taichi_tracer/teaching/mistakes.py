@@ -22,7 +22,7 @@ import numpy as np
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import sealing
+from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
@@ -179,7 +179,7 @@ def answers_of(assignment: Assignment, part: Part, combination: Sequence[Mistake
     The answers are kept in ``cache_folder``.
     """
     if assignment.is_sealed:
-        return sealing.answers_of_mistake(assignment, combination[0]) if len(combination) == 1 else None
+        return sealed.answers_of_mistake(assignment, combination[0]) if len(combination) == 1 else None
     path = kept_at(assignment, part, combination, inputs)
     kept = read(path)
     if kept is not None:

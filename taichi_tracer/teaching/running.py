@@ -21,7 +21,7 @@ import taichi as ti
 from taichi_tracer.sampler import RandomNumbers
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels
-from taichi_tracer.teaching import sealing
+from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part
 from taichi_tracer.teaching.stubs import is_stub, line_of_mark, plain
 
@@ -308,7 +308,7 @@ def solution_of(assignment: Assignment) -> Loaded:
 def expected(assignment: Assignment, part: Part, inputs: Arrays) -> Arrays:
     """What the solution answers; an InputError if it does not run."""
     if assignment.is_sealed:
-        return sealing.answers_to_part(assignment, part, inputs)
+        return sealed.answers_to_part(assignment, part, inputs)
     solution = solution_of(assignment)
     found = answer(part, solution, solution, inputs, dict(assignment.classes))
     if found.status != OK:

@@ -11,8 +11,7 @@ import pytest
 from teaching import sums
 from teaching.hostile import ATTACKS
 
-from taichi_tracer.teaching import walls
-from taichi_tracer.teaching.base import Assignment
+from taichi_tracer.teaching import catalogue, walls
 from taichi_tracer.teaching.grade import Settings, grade
 from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.sandbox import best_level
@@ -35,7 +34,7 @@ def place(tmp_path_factory):
 @pytest.fixture(scope="module")
 def assignment(place):
     """The small assignment."""
-    return Assignment.load(sums.write_assignment(place / "sums"))
+    return catalogue.load(sums.write_assignment(place / "sums"))
 
 
 @pytest.fixture(scope="module")
