@@ -261,13 +261,15 @@ def run_nearest(intersector_class: type, inputs: Arrays) -> Arrays:
 
 
 def hits(rng: np.random.Generator) -> Arrays:
-    """Hits of every kind."""
+    """90 hits of every kind, and 10 misses."""
     count = 100
     uv = rng.dirichlet([1, 1, 1], count)[:, :2]
     ids = rng.integers(0, [[2, 500, 40]], (count, 3))
     whole = np.concatenate([np.ones((count, 1)), ids], axis=1).astype(np.int32)
+    whole[::10] = [0, 0, -1, -1]
     distance = rng.uniform(0, 14, (count, 1))
     real = np.concatenate([distance, uv, stand_ins.directions(rng, count)], axis=1).astype(np.float32)
+    real[::10] = [np.inf, 0, 0, 0, 0, 0]
     return hit_answers(whole, real)
 
 
