@@ -10,7 +10,7 @@ The grader starts the process (``sandbox.Child``), sends requests as frames, and
 A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
 wrong answer, too:
 
-    {"do": "find", "part": name, "seconds"} and arrays  → {"findings": [{"names", "share", "text", "hint" …}]}
+    {"do": "find", "part", "seed", "seconds"} and arrays → {"findings": [{"names", "share", "text", "hint" …}]}
 
 The arrays of this request are called "inputs/NAME", "answers/NAME" and "expected/NAME". Every answer has the "ticket"
 of its request.
@@ -55,8 +55,11 @@ class Work:
         self.assignment = Assignment.load(message["assignment"])
         self.solution = self.student = running.solution_of(self.assignment)
         if message.get("folder"):
-            files = message.get("files") or self.assignment.files
-            self.student = running.load_classes(Path(message["folder"]).resolve(), files)
+            folder, files = Path(message["folder"]).resolve(), message.get("files")
+            if files:
+                self.student = running.load_classes(folder, files, self.assignment.solution_folder)
+            else:
+                self.student = running.load_submission(folder, self.assignment)
         return {"errors": {file: error.message for file, error in self.student.errors.items()}}, {}
 
     def do_run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
@@ -71,13 +74,13 @@ class Work:
 
     def mended(self, names: list[str]) -> Any:
         """The student's classes with the solution's methods in place of those that some parts test."""
-        classes = dict(self.student.classes)
+        classes = dict(self.student.together or self.student.classes)
         for part in (self.assignment.part(name) for name in names):
             cls, solution = classes.get(part.replaces), self.solution.classes[part.replaces]
             if cls is not None:
                 method = {part.method: vars(solution)[part.method], "__module__": cls.__module__}
                 classes[part.replaces] = type(cls.__name__, (cls,), method)
-        return replace(self.student, classes=classes)
+        return replace(self.student, together=classes)
 
     def do_find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Which known mistakes give these answers."""
@@ -88,6 +91,7 @@ class Work:
             group, _, key = name.partition("/")
             groups[group][key] = values
         part = self.assignment.part(message["part"])
+        mistakes.prepare(self.assignment, message["seed"], [part])
         found = mistakes.find(self.assignment, part, *groups.values(), message["seconds"])
         facts = [
             {"names": list(f.names), "share": float(f.share), "text": f.text, "hint": f.hint, "topic": f.topic}
