@@ -40,10 +40,11 @@ class Work:
         return getattr(self, f"do_{message['do']}")(message, arrays)
 
     def do_hello(self, message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
-        """Start Taichi."""
-        from taichi_tracer.system import runtime
+        """Start Taichi, unless the request says that it is not needed."""
+        if message.get("starts_taichi", True):
+            from taichi_tracer.system import runtime
 
-        runtime.init(arch="cpu", threads=message.get("threads", 1))
+            runtime.init(arch="cpu", threads=message.get("threads", 1))
         return {"status": "ok"}, {}
 
     def do_load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:

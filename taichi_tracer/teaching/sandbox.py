@@ -346,15 +346,15 @@ def environment(world: World, is_trusted: bool) -> dict[str, str]:
 
 
 @cache
-def problem_of(level: Level) -> str | None:
-    """Why a level does not work on this machine; None if it works. It is tried with a process that imports Taichi."""
+def problem_of(level: Level, starts_taichi: bool = True) -> str | None:
+    """Why a level does not work on this machine; None if it works. It is tried, with Taichi or without."""
     if level.name == "bwrap" and shutil.which("bwrap") is None:
         return "the program bwrap is not installed"
     if level.name in ("unshare", "landlock", "bwrap") and sys.platform != "linux":
         return "only Linux has it"
     try:
         with Child(None, level, Limits()) as child:
-            child.ask({"do": "hello"}, wall=SECONDS_TO_LOAD)
+            child.ask({"do": "hello", "starts_taichi": starts_taichi}, wall=SECONDS_TO_LOAD)
     except ChildEnded as error:
         return f"{error.reason} {child.output.strip()[-200:]}".strip()
     return None
