@@ -50,7 +50,7 @@ def run(args: Namespace) -> int:
     level = best_level(request.level)
     if level.name == "limits":
         note(
-            "this machine has no walls but limits: grade only what you would run yourself; see docs/teaching_security.md"
+            "this machine has no walls but limits: grade only what you would run yourself (docs/teaching_security.md)"
         )
     settings = Settings(level, seed=request.seed, jobs=request.jobs, anew=request.anew)
     watch = None if request.json else lambda mark: print(line_of(mark), flush=True)

@@ -354,7 +354,7 @@ def kept_at(assignment: Assignment, submitted: Submission, seed: int) -> Path:
 
 
 def keep(place: Path, mark: Mark, pictures: dict[str, np.ndarray]) -> None:
-    """Keep a mark and its pictures. A folder that cannot be written costs the time of the next run, and nothing else."""
+    """Keep a mark and its pictures. If the folder cannot be written, the next run costs time, and nothing else."""
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         part = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}.part")
