@@ -49,9 +49,7 @@ def run(args: Namespace) -> int:
     check_targets(request, found)
     level = best_level(request.level)
     if level.name == "limits":
-        note(
-            "this machine has no walls but limits: grade only what you would run yourself (docs/teaching_security.md)"
-        )
+        note("this machine has no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
     settings = Settings(level, seed=request.seed, jobs=request.jobs, anew=request.anew)
     watch = None if request.json else lambda mark: print(line_of(mark), flush=True)
     marks = grade_class(assignment, found, rules, settings, watch)

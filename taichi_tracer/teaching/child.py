@@ -16,6 +16,8 @@ The arrays of this request are called "inputs/NAME", "answers/NAME" and "expecte
 of its request.
 """
 
+import contextlib
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -119,4 +121,6 @@ def serve(requests: int, answers: int, seconds_of_cpu: float | None) -> None:
             data = frames.encode(reply | ticket, found)
         except frames.FrameError as error:
             data = frames.encode({"status": "crashed", "message": str(error), **ticket})
+        with contextlib.suppress(Exception):  # the submission may have closed or replaced it
+            sys.stdout.flush()
         frames.write_bytes(answers, data)
