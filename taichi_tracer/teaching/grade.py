@@ -166,7 +166,7 @@ def grade(
         unpacked = submissions.unpack(submitted, Path(work) / "files", assignment.files)
         methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
         imports = submissions.check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
-        with Runner(reference, unpacked.folder, settings, stop or Stop()) as runner:
+        with Runner(reference, unpacked.folder, settings, Stop() if stop is None else stop) as runner:
             marks: dict[str, PartMark] = {}
             for part in sorted(assignment.parts, key=lambda part: part.replaces == ""):  # pictures last
                 marks[part.name] = runner.mark(part, pictures, marks)

@@ -200,7 +200,7 @@ def test_what_was_graded_is_not_graded_again(marks, assignment, classroom, level
     assert points(grade_class(assignment, found, Rules(), Settings(level, LIMITS))) == points(marks)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_another_seed_has_other_inputs_and_the_same_marks(marks, assignment, classroom, level):
     (one,) = [one for one in find(classroom, assignment.files) if one.student == "123456782"]
     (mark,) = grade_class(assignment, [one], Rules(), Settings(level, LIMITS, seed=7))
@@ -209,7 +209,7 @@ def test_another_seed_has_other_inputs_and_the_same_marks(marks, assignment, cla
     assert mark.parts[0].first_wrong != first.parts[0].first_wrong
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_hard_coded_answers_fail(reference, level, tmp_path):
     values = (reference.inputs["Sums.add"]["a"] + reference.inputs["Sums.add"]["b"]).tolist()
     code = sums.submission("import numpy as np", f"return np.array({values})")
@@ -220,7 +220,7 @@ def test_hard_coded_answers_fail(reference, level, tmp_path):
     assert earned(mark)["Sums.add"] == 0
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_stopped_grading_ends_soon_and_keeps_nothing(reference, assignment, level, tmp_path):
     slow = handed_in(tmp_path, sums.submission(add="import time\ntime.sleep(1000)"))
     stop, start = Stop(), time.monotonic()

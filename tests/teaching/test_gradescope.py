@@ -138,7 +138,7 @@ def run_autograder(upload) -> dict:
     return check_results((upload / "results" / "results.json").read_text())
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_run_autograder_writes_results(upload):
     (upload / "submission").mkdir()
     (upload / "submission" / "sums.py").write_text(sums.submission(add="return a"))
