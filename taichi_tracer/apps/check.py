@@ -4,7 +4,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from taichi_tracer.files.disk import check_place, replace_file
-from taichi_tracer.teaching.check import assignment_of, check_folder
+from taichi_tracer.teaching.checking import assignment_of, check_folder
 
 PAGE = "check.html"
 NOT_RIGHT = 1  # the exit code if a part is not right

@@ -188,14 +188,7 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     add_assignment(
         add_command(commands, "assignment", "hand out an assignment of the teaching kit", "assignment:list_all")
     )
-    check = add_command(commands, "check", "check your own solution of an assignment", "check:run")
-    check.add_argument(
-        "folder", metavar="DIR", nargs="?", default=".", help="that assignment new wrote (default: here)"
-    )
-    check.add_argument("names", metavar="PART", nargs="*", help="only these: a method, a class or a picture")
-    check.add_argument("--seed", type=whole, metavar="N", help="of the inputs (default: that of the folder)")
-    check.add_argument("--report", metavar="FILE", help="page to write (default: DIR/check.html)")
-
+    add_check(add_command(commands, "check", "check your own solution of an assignment", "check:run"))
     add_grade(add_command(commands, "grade", "grade the submissions of an assignment", "grade:run"))
 
     add_command(commands, "doctor", "what works on this machine, and what would mend the rest", "doctor:run")
@@ -248,6 +241,16 @@ def add_grade(parser: Parser) -> None:
         action="store_true",
         help="grade nothing, but write the autograder of NAME as the second file, OUT.zip",
     )
+
+
+def add_check(parser: Parser) -> None:
+    """What ``check`` takes."""
+    parser.add_argument(
+        "folder", metavar="DIR", nargs="?", default=".", help="that assignment new wrote (default: here)"
+    )
+    parser.add_argument("names", metavar="PART", nargs="*", help="only these: a method, a class or a picture")
+    parser.add_argument("--seed", type=whole, metavar="N", help="of the inputs (default: that of the folder)")
+    parser.add_argument("--report", metavar="FILE", help="page to write (default: DIR/check.html)")
 
 
 def add_render(parser: Parser) -> None:

@@ -40,6 +40,8 @@ def run(args: Namespace) -> int:
     """Grade, print a line for each submission, and write what was asked for."""
     request = taken(GradeRequest, args)
     assignment = catalogue.load(request.assignment)
+    if assignment.is_sealed:
+        raise InputError(f"{request.assignment}: these are a student's checks: give the assignment with its solution")
     if request.upload:
         target = gradescope.write_upload(assignment, request.assignment, Path(request.path), request.seed)
         print(target)

@@ -30,7 +30,7 @@ def check(assignment: str, *classes: type, seed: int = 0) -> Any:
     Returns:
         A report, which a notebook shows as a page, and ``print`` as text.
     """
-    from taichi_tracer.teaching.check import check_classes
+    from taichi_tracer.teaching.checking import check_classes
 
     return check_classes(assignment, classes, seed)
 

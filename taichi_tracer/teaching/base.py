@@ -104,6 +104,7 @@ class Assignment:
         files: the files that a student hands in, such as "camera.py".
         classes: name of a class that the student writes → the file that it is in.
         program: the file of the solution that opens a window, such as "A1.py"; "" if there is none.
+        is_sealed: whether there is no solution, but only its answers; see ``sealed``.
     """
 
     name: str
@@ -114,6 +115,7 @@ class Assignment:
     classes: Mapping[str, str]
     mistakes: tuple[Mistake, ...] = ()
     program: str = ""
+    is_sealed: bool = False
 
     @property
     def solution_folder(self) -> Path:
@@ -143,13 +145,6 @@ class Assignment:
     def inputs(self, part: Part, seed: int) -> Arrays:
         """The inputs of a part."""
         return part.inputs(self.rng(part, seed))
-
-    @staticmethod
-    def load(name_or_folder: str | Path) -> "Assignment":
-        """A shipped assignment by its name, or the assignment in a folder; see ``catalogue``."""
-        from taichi_tracer.teaching.catalogue import load
-
-        return load(name_or_folder)
 
 
 def check_parts(name: str, parts: tuple[Part, ...], classes: Mapping[str, str]) -> None:

@@ -17,6 +17,7 @@ from types import ModuleType
 
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.teaching.base import Assignment, check_parts
+from taichi_tracer.teaching.sealed import facts_of, is_sealed
 
 SHIPPED = Path(__file__).parent / "assignments"
 
@@ -43,6 +44,8 @@ def load(name_or_folder: str | Path) -> Assignment:
 @lru_cache(maxsize=32)
 def load_folder(folder: Path) -> Assignment:
     """The assignment in a folder."""
+    if is_sealed(folder):
+        return load_sealed(folder)
     for needed in ("README.md", "parts.py", "solution"):
         if not (folder / needed).exists():
             raise InputError(f"{folder}: {needed} is missing, so this is no assignment: see docs/teaching.md")
@@ -65,6 +68,22 @@ def load_folder(folder: Path) -> Assignment:
         classes=classes,
         mistakes=mistakes,
         program=programs[0] if programs else "",
+    )
+
+
+def load_sealed(folder: Path) -> Assignment:
+    """The assignment in a folder that has no solution."""
+    facts = facts_of(folder)
+    return Assignment(
+        name=facts["name"],
+        title=title_of(folder / "README.md"),
+        folder=folder,
+        parts=tuple(constant(folder / "parts.py", "PARTS")),
+        files=tuple(dict.fromkeys(facts["classes"].values())),
+        classes=facts["classes"],
+        mistakes=facts["mistakes"],
+        program=facts["program"],
+        is_sealed=True,
     )
 
 

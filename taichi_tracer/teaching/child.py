@@ -51,11 +51,10 @@ class Work:
 
     def do_load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Load the solution, and then the submission."""
-        from taichi_tracer.teaching import running
-        from taichi_tracer.teaching.base import Assignment
+        from taichi_tracer.teaching import catalogue, running
 
         self.do_hello(message, arrays)
-        self.assignment = Assignment.load(message["assignment"])
+        self.assignment = catalogue.load(message["assignment"])
         self.solution = self.student = running.solution_of(self.assignment)
         if message.get("folder"):
             folder, files = Path(message["folder"]).resolve(), message.get("files")

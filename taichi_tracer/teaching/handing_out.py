@@ -7,9 +7,12 @@ from pathlib import Path
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Assignment
+from taichi_tracer.teaching.catalogue import SHIPPED
 from taichi_tracer.teaching.cutting import solved, stub_of
+from taichi_tracer.teaching.sealing import seal
 
 RECORD = "assignment.json"  # which assignment a folder belongs to, for ``taichi-tracer check``
+CHECKS = "checks"  # the folder with the answers of a solution that is not handed out
 
 CHECK = '''"""Checks this folder: python check.py, or python check.py NAME_OF_A_PART. It needs no network."""
 
@@ -51,25 +54,26 @@ def write_folder(assignment: Assignment, folder: str | Path, is_solved: bool = F
     texts["README.md"] = readme(assignment)
     texts["check.py"] = CHECK
     texts[RECORD] = json.dumps(record(assignment, seed), indent=1) + "\n"
-    make_empty(folder)
-    written = []
-    for name, text in texts.items():
-        replace_file(folder / name, text.encode())
-        written.append(folder / name)
-    for picture in pictures(assignment):
-        shutil.copyfile(picture, folder / picture.name)
-        written.append(folder / picture.name)
-    return written
+    return write_all(assignment, folder, texts, seed)
 
 
 def write_notebook(assignment: Assignment, folder: str | Path, is_solved: bool = False, seed: int = 0) -> list[Path]:
     """Write an assignment as one notebook, into a folder that does not exist yet, or is empty. Returns its path."""
     folder = Path(folder).expanduser()
     content = json.dumps(notebook(assignment, is_solved, seed), indent=1, ensure_ascii=False) + "\n"
+    return write_all(assignment, folder, {f"{assignment.name}.ipynb": content}, seed)
+
+
+def write_all(assignment: Assignment, folder: Path, texts: dict[str, str], seed: int) -> list[Path]:
+    """Write texts, the pictures of the assignment, and the checks of an assignment that is not in the package."""
     make_empty(folder)
-    path = folder / f"{assignment.name}.ipynb"
-    replace_file(path, content.encode())
-    written = [path]
+    written = []
+    if not is_shipped(assignment):
+        seal(assignment, folder / CHECKS, seed)
+        written += sorted((folder / CHECKS).iterdir())
+    for name, text in texts.items():
+        replace_file(folder / name, text.encode())
+        written.append(folder / name)
     for picture in pictures(assignment):
         shutil.copyfile(picture, folder / picture.name)
         written.append(folder / picture.name)
@@ -92,10 +96,12 @@ def sources(assignment: Assignment, is_solved: bool) -> dict[str, str]:
 
 def record(assignment: Assignment, seed: int) -> dict:
     """What ``check`` needs to know about a folder."""
-    from taichi_tracer.teaching.catalogue import names
+    return {"assignment": assignment.name if is_shipped(assignment) else CHECKS, "seed": seed}
 
-    is_shipped = assignment.name in names() and assignment.folder.parent.name == "assignments"
-    return {"assignment": assignment.name if is_shipped else str(assignment.folder), "seed": seed}
+
+def is_shipped(assignment: Assignment) -> bool:
+    """Whether an assignment comes with the package, so that everybody who has the package can load it by its name."""
+    return assignment.folder.parent == SHIPPED
 
 
 def readme(assignment: Assignment) -> str:

@@ -22,6 +22,7 @@ import numpy as np
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
@@ -56,26 +57,28 @@ def find(
     inputs: Arrays,
     answers: Arrays,
     expected: Arrays,
-    seconds: float = math.inf,
+    seconds_for_pairs: float = math.inf,
+    seconds_for_singles: float = math.inf,
 ) -> list[Finding]:
     """What is wrong with the answers to a part; nothing if they are right.
 
     Args:
-        seconds: how long mistakes are tried, and then pairs of them. Infinity makes the result the same on every
-            machine; 0 tries no pair, and only those mistakes whose answers are kept from an earlier call.
+        seconds_for_pairs: how long pairs of mistakes are tried where no single one fits; 0 tries none.
+        seconds_for_singles: how long the answers of mistakes are computed that are not kept from an earlier call.
+            Infinity, for both, makes the result the same on every machine.
     """
     right = part.judge.agrees(inputs, answers, expected)
     if right.all():
         return []
     case = Case(assignment, part, inputs, answers, expected)
-    end = time.monotonic() + seconds
+    end = time.monotonic() + seconds_for_singles
     single = [(mistake,) for mistake in assignment.mistakes_of(part)]
     tried = [
         one for one in single if is_kept(assignment, part, one, inputs) or time.monotonic() < end and case.try_(one)
     ]
     fitting = [combination for combination in tried if case.fits(combination)]
-    if not fitting and len(tried) == len(single) and seconds > 0:
-        fitting = case.fitting_pairs(end)
+    if not fitting and len(tried) == len(single) and seconds_for_pairs > 0:
+        fitting = case.fitting_pairs(time.monotonic() + seconds_for_pairs)
     if fitting:
         return [told(part, combination, len(right)) for combination in fitting]
     shown = getattr(part.judge, "told", dict)  # means, in place of the statistics of random answers
@@ -175,6 +178,8 @@ def answers_of(assignment: Assignment, part: Part, combination: Sequence[Mistake
 
     The answers are kept in ``cache_folder``.
     """
+    if assignment.is_sealed:
+        return sealed.answers_of_mistake(assignment, combination[0]) if len(combination) == 1 else None
     path = kept_at(assignment, part, combination, inputs)
     kept = read(path)
     if kept is not None:
@@ -289,7 +294,7 @@ def fingerprint(folder: Path) -> str:
 
 def is_kept(assignment: Assignment, part: Part, combination: Sequence[Mistake], inputs: Arrays) -> bool:
     """Whether the answers of a combination are known from an earlier call."""
-    return kept_at(assignment, part, combination, inputs).exists()
+    return assignment.is_sealed or kept_at(assignment, part, combination, inputs).exists()
 
 
 def read(path: Path) -> Arrays | None:

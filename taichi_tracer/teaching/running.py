@@ -21,6 +21,7 @@ import taichi as ti
 from taichi_tracer.sampler import RandomNumbers
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part
 from taichi_tracer.teaching.stubs import is_stub, line_of_mark, plain
 
@@ -83,7 +84,7 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
     for file in assignment.files:
         if file in together.errors and together.errors[file].status == MISSING:
             continue
-        loaded = load_classes(folder, [file], assignment.solution_folder)
+        loaded = load_classes(folder, [file], None if assignment.is_sealed else assignment.solution_folder)
         names = [name for name, home in assignment.classes.items() if home == file]
         if not loaded.errors:
             alone.errors.pop(file, None)  # it failed only because of another file
@@ -153,8 +154,10 @@ def module_of(file: Path) -> types.ModuleType:
     return module
 
 
-def class_under_test(student: type, solution: type, method: str) -> type:
-    """A class with one method of the student, and the solution's other methods of the handout."""
+def class_under_test(student: type, solution: type | None, method: str) -> type:
+    """A class with one method of the student, and the solution's other methods, if there is a solution."""
+    if solution is None:
+        return student
     others = {name: value for name, value in vars(solution).items() if is_method(name, value) and name != method}
     return type(student.__name__, (student,), {**others, "__module__": student.__module__})
 
@@ -208,7 +211,7 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
                 return Answer(MISSING, message=f"{part.replaces} has no method {part.method}")
             if is_stub(method):
                 return Answer(NOT_WRITTEN, message="it is not written yet", line=line_of_mark(method))
-            subject = class_under_test(cls, solution.classes[part.replaces], part.method)
+            subject = class_under_test(cls, solution.classes.get(part.replaces), part.method)
         with reproducible_random():
             arrays = part.run(subject, inputs)
         return Answer(OK, {name: np.ascontiguousarray(array) for name, array in arrays.items()})
@@ -289,7 +292,9 @@ _SOLUTIONS: dict[Path, Loaded] = {}
 
 
 def solution_of(assignment: Assignment) -> Loaded:
-    """The classes of the solution."""
+    """The classes of the solution; none if the assignment has only its answers."""
+    if assignment.is_sealed:
+        return Loaded({})
     folder = assignment.solution_folder
     if folder not in _SOLUTIONS:
         loaded = load_classes(folder, assignment.files)
@@ -302,6 +307,8 @@ def solution_of(assignment: Assignment) -> Loaded:
 
 def expected(assignment: Assignment, part: Part, inputs: Arrays) -> Arrays:
     """What the solution answers; an InputError if it does not run."""
+    if assignment.is_sealed:
+        return sealed.answers_to_part(assignment, part, inputs)
     solution = solution_of(assignment)
     found = answer(part, solution, solution, inputs, dict(assignment.classes))
     if found.status != OK:

@@ -226,6 +226,13 @@ def directions(rng: np.random.Generator, count: int) -> np.ndarray:
     return unit(rng.normal(size=(count, 3)))
 
 
+def picture_size(rng: np.random.Generator) -> Arrays:
+    """The size of a picture that is not square, so that width and height cannot be confused."""
+    short, more = rng.integers(12, 24), rng.integers(5, 14)
+    width, height = rng.permutation([short, short + more])
+    return {"width": np.array(width), "height": np.array(height)}
+
+
 def views(rng: np.random.Generator, count: int) -> Arrays:
     """Random cameras: eye, at and up of (count, 3), and fov of (count,). None looks along its own up."""
     gaze, up = directions(rng, count), directions(rng, count)
@@ -273,37 +280,57 @@ def write_sample(array: ti.template(), i, j, v):
 
 
 def lamp_room(rng: np.random.Generator) -> Arrays:
-    """A floor and a wall under two lamps of two triangles each, with rays at the surfaces and at one lamp."""
-    square = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]], np.float64)
-    down = square[::-1]
-    corners = [3 * square, square[:, [0, 2, 1]] * [2, 2, 1] + [0, 1, -2]]
-    corners += [down * rng.uniform(0.25, 0.5) + [-0.8, 2, 0], down * [0.3, 1, 0.8] + [0.9, 1.6, 0.4]]
-    corners[1] = (
-        corners[1][::-1]
-        if np.cross(corners[1][1] - corners[1][0], corners[1][2] - corners[1][0])[2] < 0
-        else corners[1]
-    )
+    """A floor, half diffuse and half glossy, and a wall; a lamp above, and one at the wall that the floor mirrors.
+
+    Rays lead to the surfaces, and one to a lamp.
+    """
+    down = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], np.float64)
+    up, forward = down[::-1], down[::-1][:, [0, 2, 1]] * [1, -1, 1]
+    corners = [3 * up, forward * [2, 1, 1] + [0, 1, -2]]
+    corners += [down * rng.uniform(0.25, 0.5) + [-0.8, 1.6, 0], forward * [0.8, 0.35, 1] + [0.1, 0.5, -1.95]]
     faces = np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(4)]).astype(np.int32)
-    on_floor = rng.uniform([-1.2, 0, -1], [1.2, 0, 1], (5, 3))
-    on_wall = rng.uniform([-1, 0.5, -2], [1, 1.2, -2], (2, 3))
+    on_floor = rng.uniform([-1, 0, -1], [1, 0, 1], (6, 3))
+    on_wall = rng.uniform([-1, 1.1, -2], [1, 1.5, -2], (2, 3))
     eye = np.array([0.2, 1.0, 5.0])
-    target = np.concatenate([on_floor, on_wall, [[-0.8, 2, 0.1]]])
+    target = np.concatenate([on_floor, on_wall, [[0.1, 0.5, -1.95]]])
     return {
         "origin": np.tile(eye, (len(target), 1)).astype(np.float32),
         "direction": unit(target - eye).astype(np.float32),
         "vertices": np.concatenate(corners),
         "faces": faces,
-        "materials": np.array([0, 0, 1, 1, 2, 2, 3, 3], np.int32),
+        "materials": np.array([0, 1, 0, 0, 2, 2, 3, 3], np.int32),
         "Kd": np.concatenate([rng.uniform(0.3, 0.9, (2, 3)), np.full((2, 3), 0.2)]),
-        "Ns": np.array([1.0, rng.uniform(4, 12), 1, 1]),
+        "Ns": np.array([1.0, rng.uniform(20, 40), 1, 1]),
         "Ke": np.concatenate([np.zeros((2, 3)), rng.uniform(2, 6, (2, 3))]),
+    }
+
+
+def closed_room(rng: np.random.Generator) -> Arrays:
+    """A cube that is seen from within; all six sides emit and reflect, and two of them are glossy."""
+    count = 9
+    vertices = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    faces = [triangle for a, b, c, d in sides for triangle in ((a, b, c), (a, c, d))]
+    corners = vertices[np.array(faces)]
+    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    is_outward = (outward * corners.mean(axis=1)).sum(axis=1) > 0
+    order = np.where(is_outward[:, None], np.array(faces)[:, ::-1], np.array(faces))
+    return {
+        "origin": rng.uniform(-0.5, 0.5, (count, 3)).astype(np.float32),
+        "direction": directions(rng, count).astype(np.float32),
+        "vertices": vertices,
+        "faces": order.astype(np.int32),
+        "materials": np.repeat(np.arange(6), 2).astype(np.int32),
+        "Kd": rng.uniform(0.5, 0.9, (6, 3)),
+        "Ns": np.array([1.0, 1, 1, 1, 8, 12]),
+        "Ke": rng.uniform(0.5, 1.5, (6, 3)),
     }
 
 
 def lamp_scene(inputs: Arrays) -> Any:
     """The scene of ``lamp_room``, whose lamps the handout's ``MeshLightSampler`` samples. It is kept."""
     names = ("vertices", "faces", "materials", "Kd", "Ns", "Ke")
-    return kept("lamp scene", make_lamp_scene, *(inputs[name] for name in names))
+    return kept(f"lamp scene {len(inputs['faces'])}", make_lamp_scene, *(inputs[name] for name in names))
 
 
 def make_lamp_scene(vertices, faces, ids, Kd, Ns, Ke) -> Any:

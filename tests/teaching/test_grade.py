@@ -13,9 +13,8 @@ import pytest
 from teaching import sums
 from teaching.hostile import ATTACKS
 
+from taichi_tracer.teaching import catalogue, walls
 from taichi_tracer.teaching import grade as grading
-from taichi_tracer.teaching import walls
-from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grade import Settings, Stop, grade, grade_class
 from taichi_tracer.teaching.marks import Rules
 from taichi_tracer.teaching.reference import Reference
@@ -39,7 +38,7 @@ def place(tmp_path_factory):
 @pytest.fixture(scope="module")
 def assignment(place):
     """The small assignment."""
-    return Assignment.load(sums.write_assignment(place / "sums"))
+    return catalogue.load(sums.write_assignment(place / "sums"))
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,7 @@ import zipfile
 import pytest
 from teaching import sums
 
-from taichi_tracer.teaching import gradescope
-from taichi_tracer.teaching.base import Assignment
+from taichi_tracer.teaching import catalogue, gradescope
 from taichi_tracer.teaching.marks import Mark, PartMark
 
 VISIBILITY = ("hidden", "after_due_date", "after_published", "visible")
@@ -108,7 +107,7 @@ def test_what_a_submission_says_is_text():
 def upload(tmp_path_factory):
     """The folder /autograder with the unpacked upload of a small assignment of one's own."""
     root = tmp_path_factory.mktemp("autograder")
-    assignment = Assignment.load(sums.write_assignment(root / "sums"))
+    assignment = catalogue.load(sums.write_assignment(root / "sums"))
     path = gradescope.write_upload(assignment, str(assignment.folder), root / "upload.zip", 3)
     with zipfile.ZipFile(path) as archive:
         archive.extractall(root / "source")

@@ -8,8 +8,7 @@ import pytest
 from teaching import sums
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import marks
-from taichi_tracer.teaching.base import Assignment
+from taichi_tracer.teaching import catalogue, marks
 from taichi_tracer.teaching.marks import Mark, PartMark, Rules, deductions, mark_of, read_rules
 from taichi_tracer.teaching.submissions import submission
 
@@ -23,7 +22,7 @@ MARK = Mark("1.zip", "1", PARTS, "", ("note",), ("camera.py imports 'os'",), (("
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory):
     """A small assignment."""
-    return Assignment.load(sums.write_assignment(tmp_path_factory.mktemp("marks") / "sums"))
+    return catalogue.load(sums.write_assignment(tmp_path_factory.mktemp("marks") / "sums"))
 
 
 def handed_in(tmp_path, name: str = "123456789.zip", time: str = "2026-11-20T12:00"):

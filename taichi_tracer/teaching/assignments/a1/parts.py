@@ -17,15 +17,9 @@ RAYS, TRIANGLES, COLOURS = "eye rays", "ray–triangle intersection", "from hits
 # ── eye rays ──
 
 
-def picture_size(rng: np.random.Generator) -> Arrays:
-    """A picture that is not square, so that width and height cannot be confused."""
-    width, height = rng.choice([(24, 14), (14, 24), (26, 16), (16, 30)])
-    return {"width": np.array(width), "height": np.array(height)}
-
-
 def pixels(rng: np.random.Generator) -> Arrays:
     """Every pixel of a picture."""
-    size = picture_size(rng)
+    size = stand_ins.picture_size(rng)
     x, y = np.meshgrid(np.arange(size["width"]), np.arange(size["height"]))
     return {"pixel": np.stack([x.ravel(), y.ravel()], axis=1).astype(np.int32), **size}
 
@@ -50,7 +44,7 @@ def points_and_angles(rng: np.random.Generator) -> Arrays:
     return {
         "ndc": rng.uniform(-1, 1, (400, 2)).astype(np.float32),
         "fov": np.repeat(fov, 50).astype(np.float32),
-        **picture_size(rng),
+        **stand_ins.picture_size(rng),
     }
 
 

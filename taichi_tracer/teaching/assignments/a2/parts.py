@@ -21,10 +21,10 @@ SEED = 5  # of the random numbers of the parts; the inputs have a seed of their 
 
 def pixels(rng: np.random.Generator) -> Arrays:
     """Sixteen pixels of a picture that is not square, and a camera."""
-    width, height = rng.choice([(24, 14), (14, 24), (26, 16)])
-    pixel = np.stack([rng.integers(0, width, 16), rng.integers(0, height, 16)], axis=1)
+    size = stand_ins.picture_size(rng)
+    pixel = np.stack([rng.integers(0, size["width"], 16), rng.integers(0, size["height"], 16)], axis=1)
     view = {name: array[0] for name, array in stand_ins.views(rng, 1).items()}
-    return {"pixel": pixel.astype(np.int32), "width": np.array(width), "height": np.array(height), **view}
+    return {"pixel": pixel.astype(np.int32), **size, **view}
 
 
 @ti.kernel

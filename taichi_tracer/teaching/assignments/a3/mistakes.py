@@ -201,12 +201,6 @@ MISTAKES = (
     ),
     mistake(
         LIGHT,
-        "visibility not tested",
-        "Which triangle does the ray hit?",
-        ("if strategy == 0 and light_hit.triangle_id != triangle_id:", "if False:"),
-    ),
-    mistake(
-        LIGHT,
         "weights of MIS forgotten",
         "Is light that both strategies find counted twice?",
         (" * self.power_heuristic(p_light, p_brdf)", ""),

@@ -74,12 +74,6 @@ MISTAKES = (
     mistake(EVENT, "f_r forgotten", "How much does the surface reflect?", (" * f_r * cos_surface", " * cos_surface")),
     mistake(
         EVENT,
-        "visibility not tested",
-        "Which triangle does the ray hit?",
-        ("light_hit.is_hit and light_hit.triangle_id == triangle_id", "light_hit.is_hit"),
-    ),
-    mistake(
-        EVENT,
         "cosine at the light with the wrong sign",
         "Which way does the normal of the light point?",
         ("tm.dot(light_hit.normal, -w_i)", "tm.dot(light_hit.normal, w_i)"),

@@ -11,7 +11,7 @@ from taichi_tracer.teaching.judges import Numbers, Pictures, Samples, statistics
 from taichi_tracer.teaching.stand_ins import ray_of, vector, write, write_sample
 
 PATHS, ROULETTE, EVENTS = "paths", "Russian roulette", "next-event estimation"
-SEED, SAMPLES, PATH_SAMPLES, BOUNCES = 5, 8192, 2048, 3
+SEED, SAMPLES, PATH_SAMPLES, BOUNCES = 5, 8192, 2048, 2
 
 
 def bounces(rng: np.random.Generator) -> Arrays:
@@ -97,13 +97,20 @@ def run_event(renderer_class: type, inputs: Arrays) -> Arrays:
     return {"light": statistics(light)}
 
 
+def two_rooms(rng: np.random.Generator) -> Arrays:
+    """A closed room that emits everywhere, where light bounces often, and a room with two lamps."""
+    closed = {f"closed {name}": array for name, array in stand_ins.closed_room(rng).items()}
+    return {**stand_ins.lamp_room(rng), **closed}
+
+
 def run_paths(renderer_class: type, inputs: Arrays) -> Arrays:
-    """Samples of whole paths, implicit and explicit, with roulette from the second bounce on."""
-    scene, found = stand_ins.lamp_scene(inputs), {}
-    for name in ("implicit", "explicit"):
-        renderer = renderer_class(scene, 8, 8).use(name)
+    """Samples of implicit paths in the closed room, and of explicit ones under the lamps; roulette begins early."""
+    closed = {name.removeprefix("closed "): array for name, array in inputs.items() if name.startswith("closed ")}
+    found = {}
+    for mode, room in (("implicit", closed), ("explicit", inputs)):
+        renderer = renderer_class(stand_ins.lamp_scene(room), 8, 8).use(mode)
         renderer.max_bounces, renderer.rr_start_bounce, renderer.rr_termination_probability = BOUNCES, 1, 0.3
-        found[f"radiance ({name})"] = statistics(stand_ins.light_along(renderer, inputs, PATH_SAMPLES))
+        found[f"radiance ({mode})"] = statistics(stand_ins.light_along(renderer, room, PATH_SAMPLES))
     return found
 
 
@@ -134,6 +141,6 @@ PARTS = (
     Part(f"{NAME}.next_throughput", 2, PATHS, NAME, bounces, run_throughput, Numbers(1e-4, called="bounces")),
     Part(f"{NAME}.play_roulette", 2, ROULETTE, NAME, games, run_roulette, Samples(called="games")),
     Part(f"{NAME}.sample_light", 4, EVENTS, NAME, stand_ins.lamp_room, run_event, Samples(called="rays")),
-    Part(f"{NAME}.shade_ray", 8, PATHS, NAME, stand_ins.lamp_room, run_paths, Samples(called="rays")),
+    Part(f"{NAME}.shade_ray", 8, PATHS, NAME, two_rooms, run_paths, Samples(called="rays")),
     Part("picture: explicit", 2, "the whole pipeline", "", seeds, run_picture, Pictures()),
 )

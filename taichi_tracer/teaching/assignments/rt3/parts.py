@@ -27,12 +27,12 @@ def run_matrix(camera_class: type, inputs: Arrays) -> Arrays:
 
 def pixels(rng: np.random.Generator) -> Arrays:
     """Pixels and points between pixels, of a picture that is not square, with a window that is not centred."""
-    width, height = rng.choice([(24, 14), (14, 24), (26, 16), (16, 30)])
-    pixel = rng.uniform(-0.5, 1, (300, 2)) + rng.integers(0, [width, height], (300, 2))
+    size = stand_ins.picture_size(rng)
+    counts = [size["width"], size["height"]]
+    pixel = rng.uniform(-0.5, 1, (300, 2)) + rng.integers(0, counts, (300, 2))
     pixel[::2] = pixel[::2].round()
     view = {name: array[0] for name, array in stand_ins.views(rng, 1).items() if name != "fov"}
     window = np.array([-1, 1, -1, 1]) * rng.uniform(0.4, 2, 4)
-    size = {"width": np.array(width), "height": np.array(height)}
     return {"pixel": pixel.astype(np.float32), "screen_window": window, **size, **view}
 
 

@@ -156,12 +156,12 @@ def assignment_of(folder: Path) -> tuple[Assignment, int]:
         )
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        name, seed = record["assignment"], int(record.get("seed", 0))
+        name, seed = str(record["assignment"]), int(record.get("seed", 0))
     except (ValueError, KeyError, TypeError):
         raise InputError(
             f"{path}: the file is damaged: write the folder anew, and copy your own files into it"
         ) from None
-    return catalogue.load(name), seed
+    return catalogue.load(folder / name if (folder / name).is_dir() else name), seed
 
 
 def chosen(assignment: Assignment, names: Sequence[str]) -> list[Part]:
@@ -182,24 +182,24 @@ def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0) -> R
     assignment = catalogue.load(name)
     runtime.ensure()
     solution = solution_of(assignment)
-    student = Loaded({role_of(cls, solution): cls for cls in classes})
+    student = Loaded({role_of(cls, assignment, solution): cls for cls in classes})
     parts = [part for part in assignment.parts if part.replaces in student.classes]
-    if set(student.classes) == set(solution.classes):
+    if set(student.classes) == set(assignment.classes):
         parts += [part for part in assignment.parts if part.replaces == ""]
     return check(assignment, student, parts, seed)
 
 
-def role_of(cls: type, solution: Loaded) -> str:
+def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
     """Which class of the assignment a student's class is: by its name, or by the package's class it derives from."""
     if not isinstance(cls, type):
         raise InputError(f"check takes classes, such as Camera, not {cls!r}")
-    if cls.__name__ in solution.classes:
+    if cls.__name__ in assignment.classes:
         return cls.__name__
     for name, of_solution in solution.classes.items():
-        shared = next(base for base in of_solution.__mro__[1:] if base.__module__.startswith("taichi_tracer"))
-        if issubclass(cls, shared):
+        of_package = [base for base in of_solution.__mro__[1:] if base.__module__.startswith("taichi_tracer")]
+        if of_package and issubclass(cls, of_package[0]):
             return name
-    raise one_of("class", cls.__name__, solution.classes)
+    raise one_of("class", cls.__name__, assignment.classes)
 
 
 def check(
@@ -248,5 +248,5 @@ def judged(
     verdict = part.judge(inputs, answers, right)
     findings: list[Finding] = []
     if verdict.status != RIGHT and part.replaces:
-        findings = find(assignment, part, inputs, answers, right, seconds_for_mistakes)
+        findings = find(assignment, part, inputs, answers, right, seconds_for_mistakes, seconds_for_mistakes)
     return Result(part, verdict, tuple(findings), seconds)
