@@ -40,6 +40,8 @@ def run(args: Namespace) -> int:
     """Grade, print a line for each submission, and write what was asked for."""
     request = taken(GradeRequest, args)
     assignment = catalogue.load(request.assignment)
+    if assignment.is_sealed:
+        raise InputError(f"{request.assignment}: these are a student's checks: give the assignment with its solution")
     if request.upload:
         target = gradescope.write_upload(assignment, request.assignment, Path(request.path), request.seed)
         print(target)
@@ -49,9 +51,7 @@ def run(args: Namespace) -> int:
     check_targets(request, found)
     level = best_level(request.level)
     if level.name == "limits":
-        note(
-            "this machine has no walls but limits: grade only what you would run yourself; see docs/teaching_security.md"
-        )
+        note("this machine has no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
     settings = Settings(level, seed=request.seed, jobs=request.jobs, anew=request.anew)
     watch = None if request.json else lambda mark: print(line_of(mark), flush=True)
     marks = grade_class(assignment, found, rules, settings, watch)

@@ -10,12 +10,14 @@ The grader starts the process (``sandbox.Child``), sends requests as frames, and
 A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
 wrong answer, too:
 
-    {"do": "find", "part": name, "seconds"} and arrays  → {"findings": [{"names", "share", "text", "hint" …}]}
+    {"do": "find", "part", "seed", "seconds"} and arrays → {"findings": [{"names", "share", "text", "hint" …}]}
 
 The arrays of this request are called "inputs/NAME", "answers/NAME" and "expected/NAME". Every answer has the "ticket"
 of its request.
 """
 
+import contextlib
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -40,10 +42,11 @@ class Work:
         return getattr(self, f"do_{message['do']}")(message, arrays)
 
     def do_hello(self, message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
-        """Start Taichi."""
-        from taichi_tracer.system import runtime
+        """Start Taichi, unless the request says that it is not needed."""
+        if message.get("starts_taichi", True):
+            from taichi_tracer.system import runtime
 
-        runtime.init(arch="cpu", threads=message.get("threads", 1))
+            runtime.init(arch="cpu", threads=message.get("threads", 1))
         return {"status": "ok"}, {}
 
     def do_load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
@@ -54,8 +57,11 @@ class Work:
         self.assignment = catalogue.load(message["assignment"])
         self.solution = self.student = running.solution_of(self.assignment)
         if message.get("folder"):
-            files = message.get("files") or self.assignment.files
-            self.student = running.load_classes(Path(message["folder"]).resolve(), files)
+            folder, files = Path(message["folder"]).resolve(), message.get("files")
+            if files:
+                self.student = running.load_classes(folder, files, self.assignment.solution_folder)
+            else:
+                self.student = running.load_submission(folder, self.assignment)
         return {"errors": {file: error.message for file, error in self.student.errors.items()}}, {}
 
     def do_run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
@@ -70,13 +76,13 @@ class Work:
 
     def mended(self, names: list[str]) -> Any:
         """The student's classes with the solution's methods in place of those that some parts test."""
-        classes = dict(self.student.classes)
+        classes = dict(self.student.together or self.student.classes)
         for part in (self.assignment.part(name) for name in names):
             cls, solution = classes.get(part.replaces), self.solution.classes[part.replaces]
             if cls is not None:
                 method = {part.method: vars(solution)[part.method], "__module__": cls.__module__}
                 classes[part.replaces] = type(cls.__name__, (cls,), method)
-        return replace(self.student, classes=classes)
+        return replace(self.student, together=classes)
 
     def do_find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Which known mistakes give these answers."""
@@ -87,6 +93,7 @@ class Work:
             group, _, key = name.partition("/")
             groups[group][key] = values
         part = self.assignment.part(message["part"])
+        mistakes.prepare(self.assignment, message["seed"], [part])
         found = mistakes.find(self.assignment, part, *groups.values(), message["seconds"])
         facts = [
             {"names": list(f.names), "share": float(f.share), "text": f.text, "hint": f.hint, "topic": f.topic}
@@ -113,4 +120,6 @@ def serve(requests: int, answers: int, seconds_of_cpu: float | None) -> None:
             data = frames.encode(reply | ticket, found)
         except frames.FrameError as error:
             data = frames.encode({"status": "crashed", "message": str(error), **ticket})
+        with contextlib.suppress(Exception):  # the submission may have closed or replaced it
+            sys.stdout.flush()
         frames.write_bytes(answers, data)

@@ -166,7 +166,7 @@ def grade(
         unpacked = submissions.unpack(submitted, Path(work) / "files", assignment.files)
         methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
         imports = submissions.check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
-        with Runner(reference, unpacked.folder, settings, stop or Stop()) as runner:
+        with Runner(reference, unpacked.folder, settings, Stop() if stop is None else stop) as runner:
             marks: dict[str, PartMark] = {}
             for part in sorted(assignment.parts, key=lambda part: part.replaces == ""):  # pictures last
                 marks[part.name] = runner.mark(part, pictures, marks)
@@ -193,6 +193,7 @@ class Runner:
         self._loaded: tuple[str, ...] = ()  # the files that the process has loaded; () for all
         self._bad: dict[tuple[str, ...], ChildEnded] = {}  # files whose loading ends the process
         self._late = 0
+        self._is_fresh = False  # whether the process has not been asked for a part yet
 
     def __enter__(self) -> "Runner":
         return self
@@ -252,18 +253,30 @@ class Runner:
         return replace(mark, share=share, message=clean(told))
 
     def _ask(self, part: Part, mended: Sequence[str] = ()) -> tuple[dict, Arrays]:
-        """The answer of the submission's process to one part."""
+        """The answer of the submission's process to one part.
+
+        If the process ends although it has answered other parts, one of these may be to blame. Then the part gets a
+        second chance in a new process.
+        """
         files = self._files(part)
         if self._child is None or self._loaded != files:
             self._start(files)
+        is_first, self._is_fresh = self._is_fresh, False
+        request = {"do": "run", "part": part.name, "mended": list(mended)}
         try:
-            request = {"do": "run", "part": part.name, "mended": list(mended)}
-            reply, answers = self._child.ask(request, self.reference.inputs[part.name])
+            return self._child.ask(request, self.reference.inputs[part.name])
+        except ChildEnded as error:
+            self._end()
+            if is_first or self.stop:
+                self._late += error.is_late
+                raise
+            self._start(files, hurries=error.is_late)
+        try:
+            return self._child.ask(request, self.reference.inputs[part.name])
         except ChildEnded as error:
             self._late += error.is_late
             self._end()
             raise
-        return reply, answers
 
     def _files(self, part: Part) -> tuple[str, ...]:
         """The files to load for a part: all, or its own alone if loading all of them ends the process."""
@@ -277,13 +290,13 @@ class Runner:
             raise self._bad[() if own is None else (own,)]
         return (own,)
 
-    def _start(self, files: tuple[str, ...]) -> None:
-        """Start a process, and let it load these files of the submission."""
+    def _start(self, files: tuple[str, ...], hurries: bool = False) -> None:
+        """Start a process, and let it load these files of the submission; with less time if it ``hurries``."""
         if files in self._bad:
             raise self._bad[files]
         self._end()
         limits = self.settings.limits
-        if self._late >= PATIENCE:
+        if hurries or self._late >= PATIENCE:
             limits = replace(limits, cpu=min(limits.cpu, LESS_CPU), wall=min(limits.wall, LESS_WALL))
         if self.stop:
             raise ChildEnded("the grader was stopped")
@@ -300,7 +313,7 @@ class Runner:
             self._bad[files] = ChildEnded(f"loading {' '.join(files) or 'the files'}: {error.reason}", error.is_late)
             self._end()
             raise self._bad[files] from None
-        self._loaded = files
+        self._loaded, self._is_fresh = files, True
 
     def _end(self) -> None:
         if self._child is not None:
@@ -341,7 +354,7 @@ def kept_at(assignment: Assignment, submitted: Submission, seed: int) -> Path:
 
 
 def keep(place: Path, mark: Mark, pictures: dict[str, np.ndarray]) -> None:
-    """Keep a mark and its pictures. A folder that cannot be written costs the time of the next run, and nothing else."""
+    """Keep a mark and its pictures. If the folder cannot be written, the next run costs time, and nothing else."""
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         part = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}.part")

@@ -1,6 +1,6 @@
 """The process that keeps a submission's process: it starts it behind walls, watches it, and ends all that it started.
 
-    grader ── keeper ── (first process of the new namespaces) ── submission
+    grader ── keeper ── (processes that make new namespaces, and wait) ── submission
 
 The keeper runs no code of the submission. It ends when the submission's process has ended, when that uses too much
 memory, or when the grader closes its end of the socket; before that, it ends every process that descends from it.
@@ -64,9 +64,6 @@ def main(words: str) -> None:
     signal.signal(signal.SIGCHLD, lambda *_: None)
     try:
         tasks = walls.tasks_of(os.getuid()) if task.limits is not None and os.getuid() != 0 else 0
-        if task.world.level == "unshare":
-            walls.unshare()
-            tasks = 0  # a user namespace counts its own
         child = os.fork()
     except OSError as error:
         tell(line, {"failed": str(error)})
@@ -74,7 +71,7 @@ def main(words: str) -> None:
     if child == 0:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        first_process(task, line, tasks)
+        child_of_keeper(task, line, tasks)
     for descriptor in (task.requests, task.answers):
         os.close(descriptor)
     tell(line, watch(child, line, awake, task.limits))
@@ -117,21 +114,19 @@ def watch(child: int, line: socket.socket, awake: int, limits: Limits | None) ->
                 return {"memory": used}
 
 
-def first_process(task: Task, line: socket.socket, tasks: int) -> None:
-    """The child of the keeper: in new namespaces, it makes the world and waits; otherwise, it is the submission."""
+def child_of_keeper(task: Task, line: socket.socket, tasks: int) -> None:
+    """The child of the keeper: it makes the walls, and becomes the process of the submission or that one's parent.
+
+    The keeper itself stays outside the new namespaces, because it has to see every process that it may have to end.
+    """
     try:
         if task.world.level == "unshare":
+            tasks = 0  # a user namespace counts its own
+            walls.unshare()
+            become_child(task, line)  # the first process of the new namespaces: when it ends, all of them end
+            walls.prctl("pdeathsig", walls.PR_SET_PDEATHSIG, signal.SIGKILL)
             walls.make_world(task.world)
-            child = os.fork()
-            if child:
-                for descriptor in (task.requests, task.answers, 1, 2):
-                    os.close(descriptor)
-                line.close()
-                while True:
-                    process, status = os.waitpid(-1, 0)
-                    if process == child:
-                        code = os.waitstatus_to_exitcode(status)
-                        os._exit(128 - code if code < 0 else code)
+            become_child(task, line)
         os.setsid()
         wall_in(task, tasks)
     except OSError as error:
@@ -144,6 +139,21 @@ def first_process(task: Task, line: socket.socket, tasks: int) -> None:
     if task.limits is None:
         atexit._run_exitfuncs()  # Taichi writes its compiled kernels then
     os._exit(0)
+
+
+def become_child(task: Task, line: socket.socket) -> None:
+    """Fork. The child returns; its parent waits for it, and ends as it ends."""
+    child = os.fork()
+    if child == 0:
+        return
+    for descriptor in (task.requests, task.answers, 1, 2):
+        os.close(descriptor)
+    line.close()
+    while True:
+        process, status = os.waitpid(-1, 0)
+        if process == child:
+            code = os.waitstatus_to_exitcode(status)
+            os._exit(128 - code if code < 0 else code)
 
 
 def wall_in(task: Task, tasks: int) -> None:

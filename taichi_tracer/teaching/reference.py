@@ -70,7 +70,7 @@ class Reference:
         """What is probably wrong with the answers to a part; the fields of each ``mistakes.Finding``."""
         groups = {"inputs": self.inputs[part.name], "answers": answers, "expected": self.expected[part.name]}
         arrays = {f"{group}/{name}": values for group, of in groups.items() for name, values in of.items()}
-        request = {"do": "find", "part": part.name, "seconds": SECONDS_FOR_PAIRS}
+        request = {"do": "find", "part": part.name, "seed": self.seed, "seconds": SECONDS_FOR_PAIRS}
         with self._lock:
             try:
                 reply, _ = self._trusted().ask(request, arrays, SECONDS_TO_FIND)

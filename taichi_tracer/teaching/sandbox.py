@@ -86,6 +86,7 @@ class Child:
         if os.name != "posix":
             raise InputError("submissions can be run on Linux and macOS only: on Windows, use its subsystem for Linux")
         self.limits, self.printed, self.is_cut = limits, b"", False
+        self._room = limits.output if limits else 1 << 20  # bytes of prints that are kept
         self._temporary = None if keep else tempfile.mkdtemp(prefix="taichi_tracer_")
         self.given = Path(keep or self._temporary)
         if files is not None:
@@ -201,7 +202,7 @@ class Child:
     def _read_prints(self) -> bool:
         """Read what was printed, and keep the first part; whether more can come."""
         data = os.read(self._prints, CHUNK)
-        room = (self.limits.output if self.limits else 1 << 20) - len(self.printed)
+        room = self._room - len(self.printed)
         self.printed += data[: max(0, room)]
         self.is_cut |= len(data) > room
         return bool(data)
@@ -240,6 +241,9 @@ class Child:
             with contextlib.suppress(OSError):
                 os.killpg(self._process.pid, signal.SIGKILL)
             self._process.wait()
+        with contextlib.suppress(OSError, TypeError):
+            while len(self.printed) < self._room and self._read_prints():
+                pass
         self._process.stdout.close()
         self._prints = None
         self._line.close()
@@ -346,15 +350,15 @@ def environment(world: World, is_trusted: bool) -> dict[str, str]:
 
 
 @cache
-def problem_of(level: Level) -> str | None:
-    """Why a level does not work on this machine; None if it works. It is tried with a process that imports Taichi."""
+def problem_of(level: Level, starts_taichi: bool = True) -> str | None:
+    """Why a level does not work on this machine; None if it works. It is tried, with Taichi or without."""
     if level.name == "bwrap" and shutil.which("bwrap") is None:
         return "the program bwrap is not installed"
     if level.name in ("unshare", "landlock", "bwrap") and sys.platform != "linux":
         return "only Linux has it"
     try:
         with Child(None, level, Limits()) as child:
-            child.ask({"do": "hello"}, wall=SECONDS_TO_LOAD)
+            child.ask({"do": "hello", "starts_taichi": starts_taichi}, wall=SECONDS_TO_LOAD)
     except ChildEnded as error:
         return f"{error.reason} {child.output.strip()[-200:]}".strip()
     return None
