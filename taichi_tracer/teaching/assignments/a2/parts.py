@@ -200,7 +200,8 @@ def surfaces(rng: np.random.Generator, count: int) -> Arrays:
     normal = stand_ins.directions(rng, count)
     normal[[0, 3, 6, 9]] = [[0, 1, 0], [0, 0, 1], [1, 0, 0], [0, -1, 0]]
     w_o = stand_ins.unit(normal + 0.9 * stand_ins.directions(rng, count))
-    Ns = np.where(np.arange(count) % 3 == 0, 1.0, np.exp(rng.uniform(np.log(2), np.log(120), count)))
+    is_diffuse, Ns = np.arange(count) % 3 == 0, np.ones(count)
+    Ns[~is_diffuse] = np.exp(np.linspace(np.log(1.5), np.log(120), count - is_diffuse.sum()) + rng.uniform(0, 0.2))
     f32 = np.float32
     Kd = rng.uniform(0.1, 1, (count, 3)).astype(f32)
     return {"Kd": Kd, "Ns": Ns.astype(f32), "normal": normal.astype(f32), "w_o": w_o.astype(f32)}
