@@ -97,6 +97,19 @@ def test_the_package_does_not_stand_in_for_a_method_that_is_missing(solved):
     assert result.verdict.status == "missing"
 
 
+def test_a_method_may_not_call_the_one_of_the_package(solved):
+    change(
+        solved,
+        "camera.py",
+        "ndc_coords.x = 2 * (pixel_x + 0.5) / self.width - 1",
+        "ndc_coords = tt.Camera.generate_ndc_coords(self, pixel_x, pixel_y)",
+    )
+    (result,) = check_folder(solved, ["generate_ndc_coords"]).results
+    assert result.verdict.status == "crashed"
+    assert "calls the package's own generate_ndc_coords" in result.verdict.message
+    assert tt.Camera(8, 8).rays(0, 0)[0].shape == (1, 3)  # it is there again
+
+
 def test_a_student_may_have_helpers_and_a_constructor(solved):
     change(
         solved,
