@@ -168,7 +168,7 @@ def test_check_py_runs_as_a_student_runs_it(folders):
     run = [sys.executable, "check.py", "Camera"]
     ended = subprocess.run(run, cwd=folders["a1"][0], env=environment, capture_output=True, text=True, timeout=60)
     assert ended.returncode == 1, ended.stderr
-    assert ended.stdout.count("not written") == 4
+    assert ended.stdout.count("  not written Camera.") == 4
     assert (folders["a1"][0] / "check.html").is_file()
 
 
