@@ -71,7 +71,7 @@ _HOME_OF = {
     "read_image": "files.images",
 }
 
-_PACKAGES = ("studies",)
+_PACKAGES = ("studies", "teaching")
 
 
 def _import_taichi() -> None:
@@ -109,6 +109,7 @@ if not TYPE_CHECKING:
 
 else:  # Editors and type checkers do not run __getattr__: they read these lines, which never run.
     from taichi_tracer import studies as studies
+    from taichi_tracer import teaching as teaching
     from taichi_tracer.background import Background as Background
     from taichi_tracer.brdfs.base import Brdf as Brdf
     from taichi_tracer.camera import Camera as Camera

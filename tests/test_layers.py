@@ -12,7 +12,9 @@ import taichi_tracer
 from taichi_tracer.system import registry
 
 PACKAGE = Path(taichi_tracer.__file__).parent
-MODULES = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
+# The solutions of assignments are students' files: they use the package as a program does, and no part of it uses them.
+FILES = [path for path in PACKAGE.rglob("*.py") if path.parent.name != "solution"]
+MODULES = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in FILES}
 FOLDERS = sorted({module.split(".")[0] for module in MODULES if "." in module})
 ORACLES = sorted(Path(__file__).parent.glob("oracles/*.py"))
 MOST_LINES_OF_A_FUNCTION = 90
@@ -31,6 +33,7 @@ LAYERS = (
     "rt3 scene_data_loader",
     "__init__",
     "studies",
+    "teaching",
     "apps",
     "__main__",
 )
@@ -44,7 +47,7 @@ IMPORT_BY_NAME = {
 }
 
 # Who names a part above it in an import that never runs, which only editors read.
-FOR_EDITORS = {"__init__": {"studies"}}
+FOR_EDITORS = {"__init__": {"studies", "teaching"}}
 
 
 @cache
@@ -158,9 +161,12 @@ def test_only_runtime_starts_taichi():
 
 
 def test_random_numbers_never_come_from_taichi_but_in_one_function():
-    """``sampler.taichi_pair`` alone, for the kernels of students who have no sample; see ``given_or_drawn``."""
+    """``sampler.taichi_pair`` alone, for the kernels of students who have no sample; see ``given_or_drawn``.
+
+    The checks of the teaching kit replace ``ti.random`` itself, so that students' code gives the same numbers again.
+    """
     of_taichi = {"random", "randn"}
-    assert [m for m, path in MODULES.items() if taichi_names(read(path)) & of_taichi] == ["sampler"]
+    assert [m for m, path in MODULES.items() if taichi_names(read(path)) & of_taichi] == ["sampler", "teaching.running"]
     drawn = [node for node in ast.walk(read(MODULES["sampler"])) if is_taichi_random(node)]
     (pair,) = [f for f in functions_of(read(MODULES["sampler"])) if f.name == "taichi_pair"]
     assert len(drawn) == 2

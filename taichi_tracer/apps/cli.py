@@ -189,10 +189,72 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     add_parts_option(hard)
     hard.lists = ("rays", "surfaces")
 
+    add_assignment(
+        add_command(commands, "assignment", "hand out an assignment of the teaching kit", "assignment:list_all")
+    )
+    add_check(add_command(commands, "check", "check your own solution of an assignment", "check:run"))
+    add_grade(add_command(commands, "grade", "grade the submissions of an assignment", "grade:run"))
+
     add_command(commands, "doctor", "what works on this machine, and what would mend the rest", "doctor:run")
     for command in commands.choices.values():
         command.parts = parts
     return parser
+
+
+def add_assignment(parser: Parser) -> None:
+    """What ``assignment list`` and ``assignment new`` take."""
+    kinds = parser.add_subparsers(title="what", required=True, metavar="list|new", parser_class=Parser)
+    add_command(kinds, "list", "list the assignments that come with the package", "assignment:list_all")
+    new = add_command(kinds, "new", "write the folder that a student gets", "assignment:new")
+    new.add_argument("assignment", metavar="NAME|FOLDER", help="a1, a2, a3, a4, rt3, or the folder of your own")
+    new.add_argument("folder", metavar="DIR", help="folder to write; it must be empty or not exist")
+    new.add_argument("--solution", action="store_true", help="write the solved one, for teachers")
+    new.add_argument("--notebook", action="store_true", help="write one notebook instead of Python files")
+    new.add_argument("--seed", type=whole, default=0, metavar="N", help="of the inputs of the checks (default: 0)")
+
+
+def add_grade(parser: Parser) -> None:
+    """What ``grade`` takes."""
+    parser.add_argument("assignment", metavar="NAME|FOLDER", help="a1, a2, a3, a4, rt3, or the folder of your own")
+    parser.add_argument(
+        "path",
+        metavar="SUBMISSION.zip|FOLDER",
+        help="one student's zip file or folder, or a folder with one of them for each student, called <9-digit id>.zip",
+    )
+    parser.add_argument(
+        "--jobs", type=at_least_one, default=1, metavar="N", help="submissions at the same time (default: %(default)s)"
+    )
+    parser.add_argument("--weights", metavar="FILE", help="points and rules of the course, .json: docs/teaching.md")
+    parser.add_argument(
+        "--seed", type=whole, default=1, metavar="N", help="of the inputs; keep it to yourself (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--level",
+        choices=("bwrap", "unshare", "landlock", "limits"),
+        help="walls around each submission (default: the strongest that this machine has, see doctor)",
+    )
+    parser.add_argument("--anew", action="store_true", help="grade again what was graded before")
+    written = parser.add_argument_group("what is written")
+    written.add_argument("--json", action="store_true", help="print everything as JSON")
+    written.add_argument("--csv", metavar="FILE", help="a table with a row for each student")
+    written.add_argument("--gradescope", metavar="FILE", help="results.json of one student, for Gradescope")
+    written.add_argument("--report", metavar="DIR", help="a page of the class, and one for each student")
+    written.add_argument(
+        "--gradescope-upload",
+        dest="upload",
+        action="store_true",
+        help="grade nothing, but write the autograder of NAME as the second file, OUT.zip",
+    )
+
+
+def add_check(parser: Parser) -> None:
+    """What ``check`` takes."""
+    parser.add_argument(
+        "folder", metavar="DIR", nargs="?", default=".", help="that assignment new wrote (default: here)"
+    )
+    parser.add_argument("names", metavar="PART", nargs="*", help="only these: a method, a class or a picture")
+    parser.add_argument("--seed", type=whole, metavar="N", help="of the inputs (default: that of the folder)")
+    parser.add_argument("--report", metavar="FILE", help="page to write (default: DIR/check.html)")
 
 
 def add_render(parser: Parser) -> None:

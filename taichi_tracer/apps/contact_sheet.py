@@ -1,9 +1,10 @@
 """A contact sheet: several pictures in one, side by side, each with a caption below it."""
 
 import io
-from pathlib import Path
 
 import numpy as np
+
+from taichi_tracer.files.fonts import font_of
 
 MOST_COLUMNS = 4
 GAP = 8  # pixels around each picture
@@ -41,14 +42,6 @@ def contact_sheet(pictures: list[np.ndarray], captions: list[str]) -> bytes:
     content = io.BytesIO()
     sheet.save(content, "PNG")
     return content.getvalue()
-
-
-def font_of(size: int):
-    """DejaVu Sans, which comes with Matplotlib, with letters of this size in pixels."""
-    import matplotlib
-    from PIL import ImageFont
-
-    return ImageFont.truetype(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf", size)
 
 
 def balanced(count: int) -> int:

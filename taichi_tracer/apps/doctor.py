@@ -28,6 +28,15 @@ EXTRAS = {
     "ipykernel": ("notebooks", "pip install 'taichi_tracer[notebook]'"),
     "pytest": ("the tests", "pip install 'taichi_tracer[test]'"),
 }
+# The levels of walls around submissions, and what makes each of them work.
+WALLS = {
+    "bwrap": "install bubblewrap, such as by: apt-get install bubblewrap",
+    "unshare": "let users make namespaces: sysctl kernel.unprivileged_userns_clone=1, or "
+    "sysctl kernel.apparmor_restrict_unprivileged_userns=0",
+    "landlock": "a Linux of version 5.13 or later that was built with Landlock",
+    "limits": "Linux, macOS, or Windows' subsystem for Linux",
+}
+MARKS_OF_CONTAINERS = ("/.dockerenv", "/run/.containerenv", "/autograder")
 NAME_WIDTH, FOUND_WIDTH = 18, 48
 
 
@@ -70,6 +79,7 @@ def examine() -> Iterator[Line]:
         has = importlib.util.find_spec(module) is not None
         yield Line(module, f"for {purpose}", has, remedy)
     yield from cache_lines(wanted_folder())
+    yield from wall_lines()
 
 
 def package_line(package: str) -> Line:
@@ -113,6 +123,24 @@ def image_lines() -> Iterator[Line]:
                 yield Line(f"pictures {extension}", "can be written")
             except InputError as error:
                 yield Line(f"pictures {extension}", "cannot be written", False, str(error))
+
+
+def wall_lines() -> Iterator[Line]:
+    """Which walls ``grade`` can put around a submission; each is tried with a process that starts Taichi."""
+    from taichi_tracer.teaching import sandbox
+
+    if os.name != "posix":
+        yield Line("walls of grade", "none: submissions can be run on Linux and macOS only", False, WALLS["limits"])
+        return
+    works = [level for level in sandbox.candidates() if sandbox.problem_of(level, starts_taichi=False) is None]
+    for name, remedy in WALLS.items():
+        found = next((level for level in works if level.name == name), None)
+        yield Line(f"walls {name}", f"work ({found})" if found else "do not work here", found is not None, remedy)
+    best = works[0] if works else None
+    is_inside = any(Path(mark).exists() for mark in MARKS_OF_CONTAINERS)
+    inside = "; this is a container" if is_inside else ""
+    remedy = "docs/teaching_security.md says what the levels stop"
+    yield Line("walls of grade", f"{best}{inside}", best is not None and best.name != "limits", remedy)
 
 
 def cache_lines(wanted: Path) -> Iterator[Line]:

@@ -75,3 +75,17 @@ def test_no_cache_at_all_is_told_with_what_it_costs(tmp_path, monkeypatch):
     assert not line.is_ok
     assert line.found == f"{wanted}: cannot be written; every run compiles all kernels again"
     assert "writable" in str(line).splitlines()[1]
+
+
+def test_the_walls_of_the_grader_are_told(monkeypatch):
+    from taichi_tracer.teaching import sandbox
+
+    monkeypatch.setattr(sandbox, "problem_of", lambda level, **_: None if level.name in ("landlock", "limits") else "no")
+    lines = {line.name: line for line in doctor.wall_lines()}
+    assert [lines[f"walls {name}"].is_ok for name in ("bwrap", "unshare", "landlock", "limits")] == [0, 0, 1, 1]
+    assert lines["walls of grade"].is_ok
+    assert lines["walls of grade"].found.startswith("landlock")
+    monkeypatch.setattr(sandbox, "problem_of", lambda level, **_: None if level.name == "limits" else "no")
+    *_, line = doctor.wall_lines()
+    assert not line.is_ok
+    assert "teaching_security.md" in str(line)

@@ -1,0 +1,133 @@
+"""``taichi-tracer grade``: the marks of one submission or of a class, and the upload of an autograder."""
+
+import csv
+import io
+import json
+from argparse import Namespace
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from taichi_tracer.apps.words import note, taken
+from taichi_tracer.files.disk import check_place, replace_file
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions
+from taichi_tracer.teaching.base import Assignment
+from taichi_tracer.teaching.grade import Settings, grade_class
+from taichi_tracer.teaching.marks import Mark, Rules, plain, read_rules
+from taichi_tracer.teaching.sandbox import Level, best_level
+
+
+@dataclass(frozen=True)
+class GradeRequest:
+    """What is graded, how, and what is written; a path that is None is not written."""
+
+    assignment: str
+    path: str
+    jobs: int
+    json: bool
+    gradescope: str | None
+    csv: str | None
+    report: str | None
+    weights: str | None
+    seed: int
+    level: str | None
+    anew: bool
+    upload: bool
+
+
+def run(args: Namespace) -> int:
+    """Grade, print a line for each submission, and write what was asked for."""
+    request = taken(GradeRequest, args)
+    assignment = catalogue.load(request.assignment)
+    if assignment.is_sealed:
+        raise InputError(f"{request.assignment}: these are a student's checks: give the assignment with its solution")
+    if request.upload:
+        target = gradescope.write_upload(assignment, request.assignment, Path(request.path), request.seed)
+        print(target)
+        return 0
+    rules = Rules() if request.weights is None else read_rules(Path(request.weights), assignment)
+    found = submissions.find(Path(request.path).expanduser(), assignment.files)
+    check_targets(request, found)
+    level = best_level(request.level)
+    if level.name == "limits":
+        note("this machine has no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
+    settings = Settings(level, seed=request.seed, jobs=request.jobs, anew=request.anew)
+    watch = None if request.json else lambda mark: print(line_of(mark), flush=True)
+    marks = grade_class(assignment, found, rules, settings, watch)
+    write(request, assignment, found, marks, settings)
+    print(as_json(assignment, marks, settings) if request.json else summary(marks, level))
+    return 0
+
+
+def check_targets(request: GradeRequest, found: Sequence[submissions.Submission]) -> None:
+    """Raise an InputError before anything runs, if a file could not be written in the end."""
+    if request.gradescope is not None and len(found) > 1:
+        raise InputError(f"--gradescope writes one student's results, and {request.path} has {len(found)} submissions")
+    for path in (request.gradescope, request.csv):
+        if path is not None:
+            check_place(Path(path))
+    if request.report is not None:
+        if Path(request.report).is_file():
+            raise InputError(f"{request.report} is a file: give a folder for the report")
+        Path(request.report).mkdir(parents=True, exist_ok=True)
+
+
+def write(
+    request: GradeRequest,
+    assignment: Assignment,
+    found: Sequence[submissions.Submission],
+    marks: Sequence[Mark],
+    settings: Settings,
+) -> None:
+    """Write the files that were asked for."""
+    if request.gradescope is not None:
+        text = gradescope.dumps(marks[0])
+        replace_file(Path(request.gradescope), text.encode())
+    if request.csv is not None:
+        replace_file(Path(request.csv), as_csv(marks).encode())
+    if request.report is not None:
+        page = class_page.write(Path(request.report), assignment, found, marks, settings)
+        if not request.json:
+            print(page)
+
+
+def line_of(mark: Mark) -> str:
+    """One submission in one line."""
+    head = f"{mark.student[:24]:<24} {mark.score:>6.4g} of {mark.points:<6.4g}"
+    if mark.refused:
+        return f"{head} refused: {mark.refused}"
+    rest = f"{mark.right} of {len(mark.parts)} parts are right, {mark.seconds:.1f} s"
+    return "; ".join([f"{head} {rest}", *(f"{reason}: −{percent:g} %" for reason, percent in mark.deductions)])
+
+
+def summary(marks: Sequence[Mark], level: Level) -> str:
+    """The last line."""
+    mean = sum(mark.score for mark in marks) / len(marks)
+    plural = "s" * (len(marks) > 1)
+    return f"{len(marks)} submission{plural}, mean {mean:.4g} of {marks[0].points:g}; walls: {level}"
+
+
+def as_json(assignment: Assignment, marks: Sequence[Mark], settings: Settings) -> str:
+    """Everything as JSON."""
+    facts = {"assignment": assignment.name, "title": assignment.title, "seed": settings.seed}
+    facts |= {"level": str(settings.level), "submissions": [mark.facts() for mark in marks]}
+    return json.dumps(plain(facts), indent=1)
+
+
+def as_csv(marks: Sequence[Mark]) -> str:
+    """A table with a row for each submission. A cell that a spreadsheet would take for a formula begins with '."""
+    file = io.StringIO()
+    rows = csv.writer(file, lineterminator="\n")
+    names = [part.name for part in marks[0].parts]
+    rows.writerow(["student", "file", "score", "points", *names, "deductions", "refused", "imports"])
+    for mark in marks:
+        taken_off = "; ".join(f"{reason} -{percent:g}%" for reason, percent in mark.deductions)
+        cells = [mark.student, mark.key, mark.score, mark.points, *(part.earned for part in mark.parts)]
+        rows.writerow([safe(cell) for cell in (*cells, taken_off, mark.refused, "; ".join(mark.imports))])
+    return file.getvalue()
+
+
+def safe(cell: object) -> object:
+    """A cell that no spreadsheet takes for a formula: its text may come from a stranger."""
+    return f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell

@@ -1,0 +1,42 @@
+"""The teaching kit: assignments, what a student runs to check a solution, and the names of known mistakes.
+
+``tt.teaching.check("a1", MyCamera)`` checks a class of a notebook, ``not_written`` marks a method that has no solution
+yet, and ``marked`` lets a window show such methods. docs/teaching.md shows how to make an assignment.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from taichi_tracer.teaching.stubs import not_written as not_written
+
+
+def __getattr__(name: str):
+    """``not_written`` when it is first used: the processes of the grader import this package before Taichi."""
+    if name != "not_written":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from taichi_tracer.teaching.stubs import not_written
+
+    return not_written
+
+
+def check(assignment: str, *classes: type, seed: int = 0) -> Any:
+    """Check the classes that a student wrote in a notebook, such as ``check("a1", MyCamera)``.
+
+    Args:
+        assignment: the name of an assignment that comes with the package, or the path of a folder with one.
+        classes: subclasses of the classes that the assignment asks for. Their names do not matter.
+        seed: decides the inputs.
+
+    Returns:
+        A report, which a notebook shows as a page, and ``print`` as text.
+    """
+    from taichi_tracer.teaching.checking import check_classes
+
+    return check_classes(assignment, classes, seed)
+
+
+def marked(renderer: Any) -> Any:
+    """Let a renderer show a checkerboard while a method that its picture needs is not written. Returns the renderer."""
+    from taichi_tracer.teaching.checkerboard import marked as mark
+
+    return mark(renderer)

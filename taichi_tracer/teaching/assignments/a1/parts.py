@@ -1,0 +1,371 @@
+"""What is checked in assignment 1: eye rays, the ray–triangle test, six views, and pictures."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+import taichi_tracer as tt
+from taichi_tracer.teaching import stand_ins
+from taichi_tracer.teaching.base import Arrays, Part
+from taichi_tracer.teaching.judges import Numbers, Pictures
+from taichi_tracer.teaching.stand_ins import hit_answers, ray_of, read_hit, write_hit
+
+RAYS, TRIANGLES, COLOURS = "eye rays", "ray–triangle intersection", "from hits to colours"
+
+# ── eye rays ──
+
+
+def pixels(rng: np.random.Generator) -> Arrays:
+    """Every pixel of a picture."""
+    size = stand_ins.picture_size(rng)
+    x, y = np.meshgrid(np.arange(size["width"]), np.arange(size["height"]))
+    return {"pixel": np.stack([x.ravel(), y.ravel()], axis=1).astype(np.int32), **size}
+
+
+@ti.kernel
+def ndc_kernel(camera: ti.template(), pixel: ti.types.ndarray(ndim=2), ndc: ti.types.ndarray(ndim=2)):
+    for i in range(pixel.shape[0]):
+        p = camera.generate_ndc_coords(pixel[i, 0], pixel[i, 1])
+        ndc[i, 0], ndc[i, 1] = p.x, p.y
+
+
+def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
+    """The point of each pixel."""
+    ndc = np.zeros((len(inputs["pixel"]), 2), np.float32)
+    ndc_kernel(stand_ins.camera(camera_class, inputs["width"], inputs["height"]), inputs["pixel"], ndc)
+    return {"ndc": ndc}
+
+
+def points_and_angles(rng: np.random.Generator) -> Arrays:
+    """Points of the image plane, 50 for each of eight angles."""
+    fov = rng.permutation(np.linspace(20, 120, 8) + rng.uniform(-3, 3, 8))
+    return {
+        "ndc": rng.uniform(-1, 1, (400, 2)).astype(np.float32),
+        "fov": np.repeat(fov, 50).astype(np.float32),
+        **stand_ins.picture_size(rng),
+    }
+
+
+@ti.kernel
+def camera_coords_kernel(
+    camera: ti.template(),
+    ndc: ti.types.ndarray(ndim=2),
+    first: ti.i32,
+    last: ti.i32,
+    coords: ti.types.ndarray(ndim=2),
+):
+    for i in range(first, last):
+        p = camera.generate_camera_coords(tm.vec2(ndc[i, 0], ndc[i, 1]))
+        for k in ti.static(range(4)):
+            coords[i, k] = p[k]
+
+
+def run_camera_coords(camera_class: type, inputs: Arrays) -> Arrays:
+    """The direction of each point, for the angle that belongs to it."""
+    coords = np.zeros((len(inputs["ndc"]), 4), np.float32)
+    for fov in np.unique(inputs["fov"]):
+        rows = np.flatnonzero(inputs["fov"] == fov)
+        camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"], fov=float(fov))
+        camera_coords_kernel(camera, inputs["ndc"], int(rows[0]), int(rows[-1]) + 1, coords)
+    return {"camera_coords": coords}
+
+
+def places(rng: np.random.Generator) -> Arrays:
+    """Cameras at 40 places."""
+    return {name: array for name, array in stand_ins.views(rng, 40).items() if name != "fov"}
+
+
+def run_matrix(camera_class: type, inputs: Arrays) -> Arrays:
+    """The matrix of each camera, from a method for Python or for kernels."""
+    original = camera_class(8, 8)
+    matrices = []
+    for eye, at, up in zip(inputs["eye"], inputs["at"], inputs["up"], strict=True):
+        original.set_camera_parameters(eye=eye, at=at, up=up)
+        matrices.append(original.camera_to_world.to_numpy())
+    return {"matrix": np.stack(matrices)}
+
+
+def pixels_of_a_view(rng: np.random.Generator) -> Arrays:
+    """Every pixel of a picture, for one camera."""
+    view = {name: array[0] for name, array in stand_ins.views(rng, 1).items()}
+    return {**pixels(rng), **view}
+
+
+@ti.kernel
+def ray_kernel(
+    camera: ti.template(),
+    pixel: ti.types.ndarray(ndim=2),
+    origin: ti.types.ndarray(ndim=2),
+    direction: ti.types.ndarray(ndim=2),
+):
+    for i in range(pixel.shape[0]):
+        ray = camera.generate_ray(pixel[i, 0], pixel[i, 1])
+        for k in ti.static(range(3)):
+            origin[i, k], direction[i, k] = ray.origin[k], ray.direction[k]
+
+
+def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
+    """The eye ray of each pixel."""
+    view = {name: inputs[name].tolist() for name in ("eye", "at", "up", "fov")}
+    camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"], **view)
+    origin, direction = (np.zeros((len(inputs["pixel"]), 3), np.float32) for _ in range(2))
+    ray_kernel(camera, inputs["pixel"], origin, direction)
+    return {"origin": origin, "direction": direction}
+
+
+# ── triangles ──
+
+
+def triangles(rng: np.random.Generator, count: int) -> Arrays:
+    """Triangles of ordinary shape around the origin, with vertex normals on the side that their winding faces."""
+    corners = np.empty((count, 3, 3))
+    for i in range(count):
+        while True:
+            corners[i] = rng.uniform(-1, 1, (3, 3)) + rng.uniform(-1, 1, 3)
+            edges = corners[i] - np.roll(corners[i], 1, axis=0)
+            area = np.linalg.norm(np.cross(edges[0], edges[1])) / 2
+            if area > 0.35 * np.square(edges).sum() / 12**0.5 / 2:
+                break
+    face_normal = stand_ins.unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    normals = stand_ins.unit(face_normal[:, None] + rng.uniform(-0.45, 0.45, (count, 3, 3)))
+    return {
+        "vertices": corners.reshape(-1, 3),
+        "faces": np.arange(3 * count, dtype=np.int32).reshape(count, 3),
+        "normals": normals.reshape(-1, 3),
+        "material_ids": rng.integers(0, 5, count).astype(np.int32),
+    }
+
+
+MARGIN = 0.02  # how far u, v and w of a ray stay from an edge, so that rounding decides nothing
+
+
+def rays_at_triangles(rng: np.random.Generator) -> Arrays:
+    """Rays at one triangle each: through it, past each edge, behind the origin, at the back, and parallel to it.
+
+    The directions have lengths between 0.3 and 3, and some have the length 1.
+    """
+    count = 30
+    mesh = triangles(rng, count)
+    corners = mesh["vertices"].reshape(count, 3, 3)
+    rays = 400
+    ids = rng.integers(0, count, rays)
+    uv = rng.uniform(MARGIN, 1, (rays, 2))
+    uv = np.where((uv.sum(axis=1) > 1)[:, None], 1 - uv + MARGIN / 2, uv)
+    kind = np.arange(rays) % 8  # 0 to 3 hit; 4 to 6 pass beside u, v, w; 7 is behind the origin or parallel
+    outside = rng.uniform(MARGIN, 0.8, rays)
+    uv[kind == 4, 0], uv[kind == 5, 1] = -outside[kind == 4], -outside[kind == 5]
+    beyond = uv[kind == 6]
+    uv[kind == 6] = beyond / beyond.sum(axis=1, keepdims=True) * (1 + outside[kind == 6])[:, None]
+    inside = kind < 4
+    w = 1 - uv.sum(axis=1)
+    uv[inside & (w < MARGIN)] = 1 / 3
+    e1, e2 = corners[ids, 1] - corners[ids, 0], corners[ids, 2] - corners[ids, 0]
+    target = corners[ids, 0] + uv[:, :1] * e1 + uv[:, 1:] * e2
+    normal = stand_ins.unit(np.cross(e1, e2))
+    side = np.where(rng.random(rays) < 0.5, 1.0, -1.0)[:, None]
+    away = stand_ins.unit(normal * side + 0.8 * stand_ins.directions(rng, rays))
+    steep = abs((away * normal).sum(axis=1)) > 0.15
+    away = np.where(steep[:, None], away, normal * side)
+    length = np.where(rng.random((rays, 1)) < 0.3, 1, np.exp(rng.uniform(np.log(0.3), np.log(3), (rays, 1))))
+    origin, direction = target + away * rng.uniform(0.5, 4, (rays, 1)), -away * length
+    behind = (kind == 7) & (rng.random(rays) < 0.7)
+    direction[behind] *= -1
+    parallel = (kind == 7) & ~behind
+    direction[parallel] = (stand_ins.unit(e1) * length)[parallel]
+    return {
+        "origin": origin.astype(np.float32),
+        "direction": direction.astype(np.float32),
+        "triangle_id": ids.astype(np.int32),
+        **mesh,
+    }
+
+
+@ti.kernel
+def triangle_kernel(
+    intersector: ti.template(),
+    origin: ti.types.ndarray(ndim=2),
+    direction: ti.types.ndarray(ndim=2),
+    triangle_id: ti.types.ndarray(ndim=1),
+    whole: ti.types.ndarray(ndim=2),
+    real: ti.types.ndarray(ndim=2),
+):
+    for i in range(origin.shape[0]):
+        hit = intersector.intersect_triangle(ray_of(origin, direction, i), triangle_id[i])
+        write_hit(hit, i, whole, real)
+
+
+def run_triangle(intersector_class: type, inputs: Arrays) -> Arrays:
+    """The hit of each ray on its own triangle."""
+    rays = len(inputs["origin"])
+    whole, real = np.zeros((rays, 4), np.int32), np.zeros((rays, 6), np.float32)
+    intersector = stand_ins.intersector(intersector_class, inputs)
+    triangle_kernel(intersector, inputs["origin"], inputs["direction"], inputs["triangle_id"], whole, real)
+    return hit_answers(whole, real)
+
+
+def rays_at_many(rng: np.random.Generator) -> Arrays:
+    """Rays at 24 triangles that lie one behind the other; one ray of eight hits nothing."""
+    mesh = triangles(rng, 24)
+    rays = 200
+    origin = 5 * stand_ins.directions(rng, rays)
+    inner = rng.uniform(-0.8, 0.8, (rays, 3))
+    inner[::3] *= 0.2
+    direction = (inner - origin) * rng.uniform(0.2, 1, (rays, 1))
+    direction[::8] *= -1
+    keep = is_clear(mesh, origin, direction)
+    return {"origin": origin[keep].astype(np.float32), "direction": direction[keep].astype(np.float32), **mesh}
+
+
+def is_clear(mesh: Arrays, origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """(n,) bool: whether rounding cannot decide what each ray hits: no edge, and no second hit, is close to a hit."""
+    v0, v1, v2 = np.swapaxes(mesh["vertices"].reshape(-1, 3, 3), 0, 1)
+    e1, e2, s = v1 - v0, v2 - v0, origin[:, None] - v0
+    d = direction[:, None]
+    with np.errstate(all="ignore"):
+        det = (e1 * np.cross(d, e2)).sum(axis=2)
+        u = (s * np.cross(d, e2)).sum(axis=2) / det
+        v = (d * np.cross(s, e1)).sum(axis=2) / det
+        t = (e2 * np.cross(s, e1)).sum(axis=2) / det
+    w = 1 - u - v
+    near_edge = (np.minimum(np.minimum(abs(u), abs(v)), abs(w)) < 0.005).any(axis=1)
+    hits = np.sort(np.where((u >= 0) & (v >= 0) & (w >= 0) & (t > 0), t, np.inf), axis=1)
+    with np.errstate(invalid="ignore"):
+        near_second = hits[:, 1] - hits[:, 0] < 0.01
+    return ~near_edge & ~near_second
+
+
+@ti.kernel
+def nearest_kernel(
+    intersector: ti.template(),
+    origin: ti.types.ndarray(ndim=2),
+    direction: ti.types.ndarray(ndim=2),
+    whole: ti.types.ndarray(ndim=2),
+    real: ti.types.ndarray(ndim=2),
+):
+    for i in range(origin.shape[0]):
+        hit = intersector.query_ray(ray_of(origin, direction, i))
+        write_hit(hit, i, whole, real)
+
+
+def run_nearest(intersector_class: type, inputs: Arrays) -> Arrays:
+    """The nearest hit of each ray."""
+    rays = len(inputs["origin"])
+    whole, real = np.zeros((rays, 4), np.int32), np.zeros((rays, 6), np.float32)
+    nearest_kernel(stand_ins.intersector(intersector_class, inputs), inputs["origin"], inputs["direction"], whole, real)
+    return hit_answers(whole, real)
+
+
+# ── views ──
+
+
+def hits(rng: np.random.Generator) -> Arrays:
+    """90 hits of every kind, and 10 misses."""
+    count = 100
+    uv = rng.dirichlet([1, 1, 1], count)[:, :2]
+    ids = rng.integers(0, [[2, 500, 40]], (count, 3))
+    whole = np.concatenate([np.ones((count, 1)), ids], axis=1).astype(np.int32)
+    whole[::10] = [0, 0, -1, -1]
+    distance = rng.uniform(0, 14, (count, 1))
+    real = np.concatenate([distance, uv, stand_ins.directions(rng, count)], axis=1).astype(np.float32)
+    real[::10] = [np.inf, 0, 0, 0, 0, 0]
+    return hit_answers(whole, real)
+
+
+@ti.kernel
+def view_kernel(
+    shade: ti.template(), whole: ti.types.ndarray(ndim=2), real: ti.types.ndarray(ndim=2), c: ti.types.ndarray(ndim=2)
+):
+    for i in range(whole.shape[0]):
+        color = shade(read_hit(i, whole, real))
+        for k in ti.static(range(3)):
+            c[i, k] = color[k]
+
+
+def run_view(name: str):
+    """A function that runs one view on all hits."""
+
+    def run(renderer_class: type, inputs: Arrays) -> Arrays:
+        names = ("is_hit", "is_backfacing", "triangle_id", "material_id")
+        whole = np.stack([inputs[name] for name in names], axis=1).astype(np.int32)
+        columns = [inputs["distance"][:, None], inputs["barycentric_coords"], inputs["normal"]]
+        real, color = np.concatenate(columns, axis=1).astype(np.float32), np.zeros((len(whole), 3), np.float32)
+        renderer = stand_ins.of(renderer_class, _integrators={"distance": SimpleNamespace(max_distance=10.0)})
+        view_kernel(getattr(renderer, f"shade_{name}"), whole, real, color)
+        return {"color": color}
+
+    return run
+
+
+# ── pictures ──
+
+SIZE = 48  # pixels on a side
+
+
+def cornell_view(rng: np.random.Generator) -> Arrays:
+    """A camera in front of the Cornell box."""
+    eye = np.array([0, 1, 3]) + rng.uniform(-0.15, 0.15, 3)
+    return {"eye": eye, "at": np.array([0.0, 1, 0]), "up": np.array([0.0, 1, 0]), "fov": np.array(60.0)}
+
+
+def run_picture(view: str):
+    """A function that renders one view of the Cornell box with all of the student's classes."""
+
+    def run(classes, inputs: Arrays) -> Arrays:
+        scene = tt.load_scene_data("cornell_box", intersector=classes.RayIntersector, fast=False)
+        camera = classes.Camera(SIZE, SIZE, **{name: inputs[name].tolist() for name in ("eye", "at", "up", "fov")})
+        renderer = classes.A1Renderer(scene, camera=camera, jitter=False).use(view)
+        picture = np.asarray(renderer.image())
+        scene.destroy()
+        return {"picture": picture}
+
+    return run
+
+
+def view_part(name: str) -> Part:
+    """The part of one view."""
+    return Part(
+        f"A1Renderer.shade_{name}", 0.5, COLOURS, "A1Renderer", hits, run_view(name), Numbers(1e-4, called="hits")
+    )
+
+
+def picture_part(view: str) -> Part:
+    """The part of one picture."""
+    return Part(f"picture: {view}", 1, "the whole pipeline", "", cornell_view, run_picture(view), Pictures())
+
+
+PARTS = (
+    Part("Camera.generate_ndc_coords", 2, RAYS, "Camera", pixels, run_ndc, Numbers(1e-4, called="pixels")),
+    Part(
+        "Camera.generate_camera_coords",
+        3,
+        RAYS,
+        "Camera",
+        points_and_angles,
+        run_camera_coords,
+        Numbers(1e-4, called="points"),
+    ),
+    Part("Camera.compute_matrix", 3, RAYS, "Camera", places, run_matrix, Numbers(1e-4, called="cameras")),
+    Part("Camera.generate_ray", 2, RAYS, "Camera", pixels_of_a_view, run_ray, Numbers(1e-4, called="pixels")),
+    Part(
+        "RayIntersector.intersect_triangle",
+        7,
+        TRIANGLES,
+        "RayIntersector",
+        rays_at_triangles,
+        run_triangle,
+        Numbers(2e-3, "is_hit", "rays"),
+    ),
+    Part(
+        "RayIntersector.query_ray",
+        3,
+        TRIANGLES,
+        "RayIntersector",
+        rays_at_many,
+        run_nearest,
+        Numbers(2e-3, "is_hit", "rays"),
+    ),
+    *(view_part(name) for name in ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")),
+    *(picture_part(view) for view in ("distance", "normal", "barycentric")),
+)

@@ -1,0 +1,282 @@
+"""What is checked in assignment 3: points on lights, densities of two measures, MIS, environments by their light."""
+
+import numpy as np
+import taichi as ti
+
+import taichi_tracer as tt
+from taichi_tracer.system import memory
+from taichi_tracer.teaching import stand_ins
+from taichi_tracer.teaching.base import Arrays, Part
+from taichi_tracer.teaching.judges import Numbers, Pictures, Samples, statistics
+from taichi_tracer.teaching.stand_ins import vector, write_sample
+
+POINTS, MEASURES, COMBINED = "sampling lights", "densities per area and per solid angle", "multiple importance sampling"
+SKY = "environments by their light"
+SEED, SAMPLES, LIGHT_SAMPLES, TRIANGLES = 5, 8192, 2048, 5
+
+# ── triangles that emit ──
+
+
+def triangles(rng: np.random.Generator) -> Arrays:
+    """100 triangles."""
+    return {name: rng.uniform(-2, 2, (100, 3)).astype(np.float32) for name in ("v0", "v1", "v2")}
+
+
+@ti.kernel
+def area_kernel(
+    lights: ti.template(),
+    v0: ti.types.ndarray(ndim=2),
+    v1: ti.types.ndarray(ndim=2),
+    v2: ti.types.ndarray(ndim=2),
+    area: ti.types.ndarray(ndim=1),
+):
+    for i in range(area.shape[0]):
+        area[i] = lights.compute_triangle_area(vector(v0, i), vector(v1, i), vector(v2, i))
+
+
+def run_area(sampler_class: type, inputs: Arrays) -> Arrays:
+    """The area of each triangle."""
+    area = np.zeros(len(inputs["v0"]), np.float32)
+    area_kernel(stand_ins.of(sampler_class), inputs["v0"], inputs["v1"], inputs["v2"], area)
+    return {"area": area}
+
+
+def lights(rng: np.random.Generator) -> Arrays:
+    """Five emissive triangles of different size among nine, and four points that they light."""
+    size = np.exp(rng.uniform(np.log(0.3), np.log(1.5), 9))[:, None, None]
+    corners = rng.uniform(-1, 1, (9, 3, 3)) * size + rng.uniform(-2, 2, (9, 1, 3))
+    return {
+        "vertices": corners.reshape(-1, 3),
+        "faces": np.arange(27, dtype=np.int32).reshape(9, 3),
+        "normals": np.tile([0.0, 1, 0], (27, 1)),
+        "material_ids": np.zeros(9, np.int32),
+        "emissive": np.sort(rng.permutation(9)[:TRIANGLES]).astype(np.int32),
+        "hit_point": (rng.uniform(-1, 1, (4, 3)) + [0, 6, 0]).astype(np.float32),
+    }
+
+
+def light_sampler(sampler_class: type, inputs: Arrays, has_cdf: bool = True):
+    """An object of the class under test whose tables are filled in."""
+    corners = inputs["vertices"].reshape(-1, 3, 3)[inputs["emissive"]]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    fields = stand_ins.kept("lights", make_fields, inputs["emissive"], areas.astype(np.float32))
+    fields["cdf"].fill(0)
+    for i in range(TRIANGLES if has_cdf else 0):
+        fields["cdf"][i] = areas[: i + 1].sum() / areas.sum()
+    total = float(areas.sum())
+    made = stand_ins.of(sampler_class, n_emissive_triangles=TRIANGLES, total_area=total, **fields)
+    made.geometry = stand_ins.geometry(inputs)
+    return made
+
+
+def make_fields(ids: np.ndarray, areas: np.ndarray) -> dict:
+    """The fields of a sampler of lights."""
+    store = memory.Memory()
+    fields = {"emissive_triangle_ids": ti.field(ti.i32), "cdf": ti.field(float), "areas": ti.field(float)}
+    store.fields.dense(ti.i, len(ids)).place(*fields.values())
+    store.allocate()
+    for i in range(len(ids)):
+        fields["emissive_triangle_ids"][i], fields["areas"][i] = int(ids[i]), float(areas[i])
+    return {**fields, "store": store}
+
+
+def run_cdf(sampler_class: type, inputs: Arrays) -> Arrays:
+    """The cumulative distribution."""
+    made = light_sampler(sampler_class, inputs, has_cdf=False)
+    made.compute_cdf()
+    return {"cdf": made.cdf.to_numpy()}
+
+
+@ti.kernel
+def choice_kernel(made: ti.template(), random: ti.template(), chosen: ti.types.ndarray(ndim=2)):
+    for i, j in ti.ndrange(chosen.shape[0], chosen.shape[1]):
+        random.start(SEED, i, 0, j)
+        chosen[i, j] = made.sample_emissive_triangle()
+
+
+def run_choice(sampler_class: type, inputs: Arrays) -> Arrays:
+    """How often each triangle is chosen, in four sets of samples."""
+    chosen = np.zeros((4, SAMPLES), np.int32)
+    choice_kernel(light_sampler(sampler_class, inputs), stand_ins.sampler(4), chosen)
+    return {"chosen": statistics(chosen[..., None] == np.arange(TRIANGLES))}
+
+
+@ti.kernel
+def density_kernel(made: ti.template(), density: ti.types.ndarray(ndim=1)):
+    for i in range(density.shape[0]):
+        density[i] = made.evaluate_probability()
+
+
+def run_density(sampler_class: type, inputs: Arrays) -> Arrays:
+    """The density."""
+    density = np.zeros(1, np.float32)
+    density_kernel(light_sampler(sampler_class, inputs), density)
+    return {"density": density}
+
+
+@ti.kernel
+def point_kernel(
+    made: ti.template(),
+    random: ti.template(),
+    hit_point: ti.types.ndarray(ndim=2),
+    w_i: ti.types.ndarray(ndim=3),
+    chosen: ti.types.ndarray(ndim=2),
+):
+    for i, j in ti.ndrange(chosen.shape[0], chosen.shape[1]):
+        random.start(SEED, i, 0, j)
+        direction, triangle_id = made.sample_mesh_lights(vector(hit_point, i))
+        write_sample(w_i, i, j, direction)
+        chosen[i, j] = triangle_id
+
+
+def run_points(sampler_class: type, inputs: Arrays) -> Arrays:
+    """Directions to the lights from each point, and how often each triangle is chosen."""
+    w_i, chosen = np.zeros((4, SAMPLES, 3), np.float32), np.zeros((4, SAMPLES), np.int32)
+    made = light_sampler(sampler_class, inputs)
+    point_kernel(made, stand_ins.sampler(4), inputs["hit_point"], w_i, chosen)
+    place = places_on_triangles(inputs, w_i.astype(np.float64), chosen)
+    frequency = statistics(chosen[..., None] == inputs["emissive"])
+    return {"w_i": statistics(w_i), "triangle_id": frequency, "place (u, v)": statistics(place)}
+
+
+def places_on_triangles(inputs: Arrays, w_i: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """(n, m, 2) barycentric coordinates (u, v) at which each direction meets the plane of its own triangle."""
+    corners = inputs["vertices"][inputs["faces"]][np.clip(chosen, 0, len(inputs["faces"]) - 1)]
+    v0, e1, e2 = corners[..., 0, :], corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
+    s = inputs["hit_point"].astype(np.float64)[:, None] - v0
+    with np.errstate(all="ignore"):
+        det = (e1 * np.cross(w_i, e2)).sum(axis=-1)
+        u = (s * np.cross(w_i, e2)).sum(axis=-1) / det
+        v = (w_i * np.cross(s, e1)).sum(axis=-1) / det
+    return np.clip(np.stack([u, v], axis=-1), -10, 10)
+
+
+# ── densities and weights ──
+
+
+def densities(rng: np.random.Generator) -> Arrays:
+    """Densities, distances and cosines."""
+    names = ("pdf", "other_pdf", "distance", "cos_light")
+    low, high = np.array([0.05, 0.05, 0.3, 0.1]), np.array([4.0, 4.0, 5.0, 1.0])
+    return dict(zip(names, rng.uniform(low, high, (100, 4)).astype(np.float32).T.copy(), strict=True))
+
+
+@ti.kernel
+def number_kernel(
+    function: ti.template(),
+    a: ti.types.ndarray(ndim=1),
+    b: ti.types.ndarray(ndim=1),
+    c: ti.types.ndarray(ndim=1),
+    takes_three: ti.template(),
+    result: ti.types.ndarray(ndim=1),
+):
+    for i in range(result.shape[0]):
+        if ti.static(takes_three):
+            result[i] = function(a[i], b[i], c[i])
+        else:
+            result[i] = function(a[i], b[i])
+
+
+def run_conversion(renderer_class: type, inputs: Arrays) -> Arrays:
+    """The densities per solid angle."""
+    result = np.zeros(100, np.float32)
+    arrays = [inputs[name] for name in ("pdf", "distance", "cos_light")]
+    number_kernel(stand_ins.of(renderer_class).to_solid_angle, *arrays, True, result)
+    return {"pdf_solid_angle": result}
+
+
+def run_heuristic(renderer_class: type, inputs: Arrays) -> Arrays:
+    """The weights."""
+    result = np.zeros(100, np.float32)
+    arrays = [inputs[name] for name in ("pdf", "other_pdf", "pdf")]
+    number_kernel(stand_ins.of(renderer_class).power_heuristic, *arrays, False, result)
+    return {"weight": result}
+
+
+def run_shading(renderer_class: type, inputs: Arrays) -> Arrays:
+    """Samples of the light along each ray, by both estimators."""
+    scene, found = stand_ins.lamp_scene(inputs), {}
+    for name in ("environment", "mis"):
+        renderer = renderer_class(scene, 8, 8).use(name)
+        found[f"radiance ({name})"] = statistics(stand_ins.light_along(renderer, inputs, LIGHT_SAMPLES))
+    return found
+
+
+# ── environments ──
+
+
+def image(rng: np.random.Generator) -> Arrays:
+    """A picture with a bright spot."""
+    pixels = rng.uniform(0, 1, (8, 16, 3))
+    pixels[rng.integers(1, 7), rng.integers(0, 16)] = 40
+    return {"image": pixels}
+
+
+def run_probabilities(sampler_class: type, inputs: Arrays) -> Arrays:
+    """The probability of each texel."""
+    return {"probability": np.asarray(sampler_class().compute_probabilities(inputs["image"]), np.float64).reshape(-1)}
+
+
+def probabilities(rng: np.random.Generator) -> Arrays:
+    """Probabilities of texels."""
+    return {"probabilities": rng.dirichlet(np.ones(128)).reshape(8, 16)}
+
+
+def run_sky_density(sampler_class: type, inputs: Arrays) -> Arrays:
+    """The density in each texel."""
+    return {"density": np.asarray(sampler_class().evaluate_density(inputs["probabilities"]), np.float64).reshape(-1)}
+
+
+# ── a picture ──
+
+SIZE, BATCHES, SPP = 32, 8, 8
+
+
+def no_choice(rng: np.random.Generator) -> Arrays:
+    """The seed of the picture."""
+    return {"seed": np.array(rng.integers(0, 1000))}
+
+
+def run_picture(classes, inputs: Arrays) -> Arrays:
+    """The Cornell box with all of the student's classes: the mean of several pictures, and its standard error."""
+    scene = tt.load_scene_data("cornell_box", lamp_choice=classes.MeshLightSampler, fast=False)
+    renderer = classes.A3Renderer(scene, SIZE, SIZE, fast=False).use("mis")
+    pictures = []
+    for batch in range(BATCHES):
+        renderer.seed = int(inputs["seed"]) + batch
+        renderer.begin_anew()
+        pictures.append(np.asarray(renderer.render(SPP).image()))
+    scene.destroy()
+    return {"picture": np.mean(pictures, axis=0), "error": np.std(pictures, axis=0, ddof=1) / BATCHES**0.5}
+
+
+LIGHTS, RENDERER, ENVIRONMENT = "MeshLightSampler", "A3Renderer", "EnvironmentSampler"
+PARTS = (
+    Part(f"{LIGHTS}.compute_triangle_area", 1, POINTS, LIGHTS, triangles, run_area, Numbers(1e-4, called="triangles")),
+    Part(f"{LIGHTS}.compute_cdf", 2, POINTS, LIGHTS, lights, run_cdf, Numbers(1e-4, called="triangles")),
+    Part(f"{LIGHTS}.sample_emissive_triangle", 2, POINTS, LIGHTS, lights, run_choice, Samples(called="sets")),
+    Part(f"{LIGHTS}.evaluate_probability", 1, POINTS, LIGHTS, lights, run_density, Numbers(1e-4)),
+    Part(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, LIGHTS, lights, run_points, Samples(called="points")),
+    Part(f"{RENDERER}.to_solid_angle", 2, MEASURES, RENDERER, densities, run_conversion, Numbers(1e-4)),
+    Part(f"{RENDERER}.power_heuristic", 1, COMBINED, RENDERER, densities, run_heuristic, Numbers(1e-4)),
+    Part(f"{RENDERER}.shade_ray", 6, COMBINED, RENDERER, stand_ins.lamp_room, run_shading, Samples(called="rays")),
+    Part(
+        f"{ENVIRONMENT}.compute_probabilities",
+        2,
+        SKY,
+        ENVIRONMENT,
+        image,
+        run_probabilities,
+        Numbers(1e-6, called="texels"),
+    ),
+    Part(
+        f"{ENVIRONMENT}.evaluate_density",
+        2,
+        SKY,
+        ENVIRONMENT,
+        probabilities,
+        run_sky_density,
+        Numbers(1e-5, called="texels"),
+    ),
+    Part("picture: mis", 2, "the whole pipeline", "", no_choice, run_picture, Pictures()),
+)

@@ -1,0 +1,129 @@
+"""Assignment 3, part 1: points on the surfaces that emit light, and directions towards a bright environment."""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+import taichi_tracer as tt
+
+
+@ti.data_oriented
+class MeshLightSampler(tt.MeshLightSampler):
+    """Chooses a point that is uniform on all emissive triangles together.
+
+    In kernels: ``self.n_emissive_triangles``; ``self.emissive_triangle_ids[i]``, the id of the i-th of them;
+    ``self.areas[i]``, its area; ``self.total_area``; ``self.cdf[i]``, which ``compute_cdf`` fills; and
+    ``self.geometry.triangle(triangle_id)``, the three corners of a triangle.
+    """
+
+    @staticmethod
+    @ti.func
+    def compute_triangle_area(v0, v1, v2):
+        """The area of a triangle: |(v1 − v0) × (v2 − v0)| / 2."""
+        area = 1.0
+        ### BEGIN SOLUTION
+        area = tm.cross(v1 - v0, v2 - v0).norm() / 2
+        ### END SOLUTION
+        return area
+
+    @ti.kernel
+    def compute_cdf(self):
+        """Fill ``self.cdf``: cdf[i] is the area of the first i + 1 triangles, divided by the total area.
+
+        Every number needs the one before it. ``ti.loop_config(serialize=True)`` before a loop lets it run in order.
+        """
+        ### BEGIN SOLUTION
+        total = 0.0
+        ti.loop_config(serialize=True)
+        for i in range(self.n_emissive_triangles):
+            total += self.areas[i]
+            self.cdf[i] = total / self.total_area
+        ### END SOLUTION
+
+    @ti.func
+    def sample_emissive_triangle(self):
+        """i of a random triangle, in proportion to the areas: cdf[i − 1] ≤ ξ < cdf[i], found by a binary search."""
+        i = 0
+        ### BEGIN SOLUTION
+        low = 0
+        high = self.n_emissive_triangles - 1
+        xi = ti.random()
+        while low < high:
+            middle = (low + high) // 2
+            if xi < self.cdf[middle]:
+                high = middle
+            else:
+                low = middle + 1
+        i = low
+        ### END SOLUTION
+        return i
+
+    @ti.func
+    def evaluate_probability(self):
+        """The density of the point, per area: 1/total area."""
+        probability = 1.0
+        ### BEGIN SOLUTION
+        probability = 1 / self.total_area
+        ### END SOLUTION
+        return probability
+
+    @ti.func
+    def sample_mesh_lights(self, hit_point):
+        """(w_i, triangle_id): the direction (vec3) from a point to a random point y on a random emissive triangle.
+
+        Choose the triangle by ``self.sample_emissive_triangle()``. The point is uniform on it with
+
+            ξ0 < ξ1:   b0 = ξ0/2,  b1 = ξ1 − b0        otherwise:   b1 = ξ1/2,  b0 = ξ0 − b1
+
+            y = b0 v0 + b1 v1 + (1 − b0 − b1) v2
+        """
+        w_i = tm.vec3(0, 1, 0)
+        triangle_id = 0
+        ### BEGIN SOLUTION
+        triangle_id = self.emissive_triangle_ids[self.sample_emissive_triangle()]
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        xi0 = ti.random()
+        xi1 = ti.random()
+        b0 = xi0 / 2
+        b1 = xi1 - b0
+        if xi0 >= xi1:
+            b1 = xi1 / 2
+            b0 = xi0 - b1
+        y = b0 * v0 + b1 * v1 + (1 - b0 - b1) * v2
+        w_i = tm.normalize(y - hit_point)
+        ### END SOLUTION
+        return w_i, triangle_id
+
+
+class EnvironmentSampler:
+    """Chooses texels of an environment in proportion to the light that arrives from them. Python calls it."""
+
+    def compute_probabilities(self, image):
+        """The probability of each texel of an (h, w, 3) picture, as an array of shape (h, w) whose sum is 1.
+
+        It is proportional to luminance · sin θ. The luminance is 0.2126 R + 0.7152 G + 0.0722 B. θ is the angle between
+        the middle of the row and the upward direction: π (row + 0.5)/h, with the top row first.
+        """
+        height, width, _ = image.shape
+        probabilities = np.full((height, width), 1 / (height * width))
+        ### BEGIN SOLUTION
+        luminance = image @ np.array([0.2126, 0.7152, 0.0722])
+        theta = np.pi * (np.arange(height) + 0.5) / height
+        weights = luminance * np.sin(theta)[:, None]
+        probabilities = weights / weights.sum()
+        ### END SOLUTION
+        return probabilities
+
+    def evaluate_density(self, probabilities):
+        """The density per solid angle in the middle of each texel, as an array of shape (h, w).
+
+        A texel has the solid angle (2π/w) (π/h) sin θ.
+        """
+        height, width = probabilities.shape
+        density = np.zeros((height, width))
+        ### BEGIN SOLUTION
+        theta = np.pi * (np.arange(height) + 0.5) / height
+        solid_angle = (2 * np.pi / width) * (np.pi / height) * np.sin(theta)[:, None]
+        density = probabilities / solid_angle
+        ### END SOLUTION
+        return density

@@ -1,0 +1,160 @@
+"""What an assignment consists of: parts, each of which is one method with its inputs, and a judge of its numbers.
+
+A part is run where the student's code is, and judged where it is not. ``Part.run`` gets a class and arrays, and returns
+arrays. ``Part.judge`` compares these with the arrays that the solution gives on the same inputs, and needs numpy alone.
+"""
+
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.system.errors import InputError, one_of
+
+Arrays = dict[str, np.ndarray]
+
+RIGHT, WRONG, NOT_WRITTEN, CRASHED = "right", "wrong", "not written", "crashed"
+OUT_OF_TIME, MISSING = "out of time", "missing"
+STATUSES = (RIGHT, WRONG, NOT_WRITTEN, CRASHED, OUT_OF_TIME, MISSING)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was found about one part.
+
+    Attributes:
+        status: "right", "wrong", "not written", "crashed", "out of time" or "missing".
+        share: the share of the points, from 0 to 1.
+        message: one plain sentence.
+        first_wrong: "input", "yours" and "right": name → value, for the first input with a wrong answer; or empty.
+        pictures: "yours", "right" and "difference": (height, width, 3) arrays with the top row first; or empty.
+    """
+
+    status: str
+    share: float = 0.0
+    message: str = ""
+    first_wrong: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    pictures: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One method of the handout, or one picture.
+
+    Attributes:
+        name: class and method, "Camera.generate_ray"; or "picture: normal".
+        points: how much a right answer is worth.
+        topic: the topic of the lecture that explains it.
+        replaces: the name of the class that has the method; "" if ``run`` gets all classes, as a picture does.
+        inputs: a numpy random generator → the inputs. An array that has as many rows as the answers belongs to them
+            row by row; smaller arrays belong to all of them.
+        run: (the class, inputs) → answers.
+        judge: (inputs, answers, expected answers) → Verdict. It has the method ``agrees`` too, see ``judges``.
+    """
+
+    name: str
+    points: float
+    topic: str
+    replaces: str
+    inputs: Callable[[np.random.Generator], Arrays]
+    run: Callable[[Any, Arrays], Arrays]
+    judge: Any
+
+    @property
+    def method(self) -> str:
+        """The name of the method; "" for a picture."""
+        return self.name.rpartition(".")[2] if self.replaces else ""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A known mistake: a small change of the solution.
+
+    Attributes:
+        part: the name of the part whose method is changed.
+        name: what is wrong, in the words of a report: "pixel corner instead of centre".
+        hint: a sentence that leads a student towards the solution without giving it away.
+        changes: (old, new) texts. Each old text must stand exactly once in the method.
+        topic: the topic of the lecture; "" takes that of the part.
+    """
+
+    part: str
+    name: str
+    hint: str
+    changes: tuple[tuple[str, str], ...]
+    topic: str = ""
+
+
+def mistake(part: str, name: str, hint: str, *changes: tuple[str, str], topic: str = "") -> Mistake:
+    """A known mistake in one line of an assignment's ``mistakes.py``."""
+    return Mistake(part, name, hint, changes, topic)
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """An assignment: its parts, the files that a student hands in, its solution and its known mistakes.
+
+    Attributes:
+        name: "a1", or the name of the folder.
+        title: a line for the reports.
+        folder: where its README.md, ``parts.py``, ``mistakes.py`` and the folder ``solution`` are.
+        files: the files that a student hands in, such as "camera.py".
+        classes: name of a class that the student writes → the file that it is in.
+        program: the file of the solution that opens a window, such as "A1.py"; "" if there is none.
+        is_sealed: whether there is no solution, but only its answers; see ``sealed``.
+    """
+
+    name: str
+    title: str
+    folder: Path
+    parts: tuple[Part, ...]
+    files: tuple[str, ...]
+    classes: Mapping[str, str]
+    mistakes: tuple[Mistake, ...] = ()
+    program: str = ""
+    is_sealed: bool = False
+
+    @property
+    def solution_folder(self) -> Path:
+        """The folder of the tagged solution."""
+        return self.folder / "solution"
+
+    @property
+    def points(self) -> float:
+        """The points of all parts."""
+        return sum(part.points for part in self.parts)
+
+    def part(self, name: str) -> Part:
+        """The part of this name; an InputError that lists the parts if there is none."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        raise one_of("part", name, [part.name for part in self.parts])
+
+    def mistakes_of(self, part: Part) -> tuple[Mistake, ...]:
+        """The known mistakes of a part."""
+        return tuple(mistake for mistake in self.mistakes if mistake.part == part.name)
+
+    def rng(self, part: Part, seed: int) -> np.random.Generator:
+        """The random numbers from which the inputs of a part are made. They differ between parts and between seeds."""
+        return np.random.default_rng([seed, zlib.crc32(f"{self.name}/{part.name}".encode())])
+
+    def inputs(self, part: Part, seed: int) -> Arrays:
+        """The inputs of a part."""
+        return part.inputs(self.rng(part, seed))
+
+
+def check_parts(name: str, parts: tuple[Part, ...], classes: Mapping[str, str]) -> None:
+    """Raise an InputError if the parts of an assignment do not fit together."""
+    names = [part.name for part in parts]
+    for part in parts:
+        if names.count(part.name) > 1:
+            raise InputError(f"assignment {name}: two parts are called {part.name!r}")
+        if part.replaces and part.replaces not in classes:
+            raise InputError(
+                f"assignment {name}: the part {part.name!r} tests the class {part.replaces}, which is in no file: "
+                f"the classes are {', '.join(classes)}"
+            )

@@ -1,0 +1,123 @@
+"""Finds assignments: those that come with the package, by their names, and others by their folders.
+
+An assignment is a folder with
+
+    README.md      the text that students read; its first line is the title
+    parts.py       PARTS, a tuple of ``Part``
+    mistakes.py    MISTAKES, a tuple of ``Mistake``; the file may be missing
+    solution/      the tagged solution; a student hands in its files, except a program such as A1.py
+"""
+
+import ast
+import importlib.util
+import sys
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+
+from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.teaching.base import Assignment, check_parts
+from taichi_tracer.teaching.sealed import facts_of, is_sealed
+
+SHIPPED = Path(__file__).parent / "assignments"
+
+
+def names() -> list[str]:
+    """The names of the assignments that come with the package."""
+    return sorted(path.parent.name for path in SHIPPED.glob("*/parts.py"))
+
+
+def load(name_or_folder: str | Path) -> Assignment:
+    """The assignment of this name, or in this folder.
+
+    Raises:
+        InputError: there is none, or its files do not fit together; the message says what is missing.
+    """
+    if str(name_or_folder) in names():
+        return load_folder((SHIPPED / str(name_or_folder)).resolve())
+    folder = Path(name_or_folder).expanduser()
+    if not folder.is_dir():
+        raise one_of("assignment", str(name_or_folder), [*names(), "or the folder of an assignment"])
+    return load_folder(folder.resolve())
+
+
+@lru_cache(maxsize=32)
+def load_folder(folder: Path) -> Assignment:
+    """The assignment in a folder."""
+    if is_sealed(folder):
+        return load_sealed(folder)
+    for needed in ("README.md", "parts.py", "solution"):
+        if not (folder / needed).exists():
+            raise InputError(f"{folder}: {needed} is missing, so this is no assignment: see docs/teaching.md")
+    solution = sorted((folder / "solution").glob("*.py"))
+    classes = {name: path.name for path in solution for name in classes_in(path)}
+    programs = [path.name for path in solution if not classes_in(path)]
+    parts_file = folder / "parts.py"
+    parts = tuple(constant(parts_file, "PARTS"))
+    mistakes = tuple(constant(folder / "mistakes.py", "MISTAKES")) if (folder / "mistakes.py").exists() else ()
+    check_parts(folder.name, parts, classes)
+    unknown = {mistake.part for mistake in mistakes} - {part.name for part in parts}
+    if unknown:
+        raise InputError(f"{folder / 'mistakes.py'}: there is no part {sorted(unknown)[0]!r}")
+    return Assignment(
+        name=folder.name,
+        title=title_of(folder / "README.md"),
+        folder=folder,
+        parts=parts,
+        files=tuple(dict.fromkeys(classes.values())),
+        classes=classes,
+        mistakes=mistakes,
+        program=programs[0] if programs else "",
+    )
+
+
+def load_sealed(folder: Path) -> Assignment:
+    """The assignment in a folder that has no solution."""
+    facts = facts_of(folder)
+    return Assignment(
+        name=facts["name"],
+        title=title_of(folder / "README.md"),
+        folder=folder,
+        parts=tuple(constant(folder / "parts.py", "PARTS")),
+        files=tuple(dict.fromkeys(facts["classes"].values())),
+        classes=facts["classes"],
+        mistakes=facts["mistakes"],
+        program=facts["program"],
+        is_sealed=True,
+    )
+
+
+def constant(file: Path, name: str) -> object:
+    """A constant of a Python file of an assignment."""
+    module = run(file)
+    if not hasattr(module, name):
+        raise InputError(f"{file}: the file has no {name}: see docs/teaching.md")
+    return getattr(module, name)
+
+
+def run(file: Path) -> ModuleType:
+    """The module of a file that need not lie in a package. It may import files beside it."""
+    name = f"_assignment_{file.parent.name}_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{file}: this is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    sys.path.insert(0, str(file.parent))
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        sys.path.remove(str(file.parent))
+    return module
+
+
+def classes_in(file: Path) -> list[str]:
+    """The names of the classes that a file defines."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    return [node.name for node in tree.body if isinstance(node, ast.ClassDef)]
+
+
+def title_of(readme: Path) -> str:
+    """The first heading of a text."""
+    lines = readme.read_text(encoding="utf-8").splitlines()
+    return next((line.lstrip("# ").strip() for line in lines if line.startswith("#")), readme.parent.name)

@@ -1,0 +1,76 @@
+"""What a window shows until the student's methods are written: a checkerboard with their names."""
+
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.files.fonts import font_of
+from taichi_tracer.teaching.stubs import is_stub
+
+DARK, LIGHT = 70, 100  # the two greys, of 255
+SQUARES = 8  # along the shorter side
+TEXT_SHARE = 1 / 22  # the height of the letters, as a share of the shorter side
+SMALLEST_TEXT = 9  # pixels
+
+
+def marked(renderer: Any) -> Any:
+    """Let a renderer show a checkerboard while a method that the picture needs is a stub. Returns the renderer.
+
+    Args:
+        renderer: a renderer whose camera, intersector, samplers or shading a student may have written.
+    """
+    take_sample = renderer.add_sample
+
+    def add_sample(index: int) -> None:
+        names = missing(renderer)
+        if names:
+            size = renderer.width, renderer.height
+            renderer.film.canvas.from_numpy(board(*size, names))
+        else:
+            take_sample(index)
+
+    renderer.add_sample = add_sample
+    return renderer
+
+
+def missing(renderer: Any) -> list[str]:
+    """The stubs that the picture of a renderer needs, such as "Camera.generate_ray"."""
+    scene = renderer.scene_data
+    objects = [renderer.camera, scene.ray_intersector, renderer, renderer.active, scene.environment]
+    objects += [getattr(renderer.active, "sampler", None), *getattr(scene, "lights", ())]
+    objects += list(getattr(scene.material_library, "brdfs", ()))
+    found = {}
+    for one in (one for one in objects if one is not None):
+        for cls in type(one).__mro__:
+            if cls.__module__.startswith("taichi_tracer.") or cls is object:
+                break
+            for name, value in vars(cls).items():
+                if is_stub(value) and is_shown(name, renderer):
+                    found[f"{cls.__name__}.{name}"] = None
+    return list(found)
+
+
+def is_shown(method: str, renderer: Any) -> bool:
+    """Whether a method decides what the renderer shows: of the methods of views, only that of the view in use does."""
+    views = {f"shade_{integrator.name}" for integrator in renderer.offers}
+    return method not in views or method == f"shade_{renderer.active.name}"
+
+
+def board(width: int, height: int, names: list[str]) -> np.ndarray:
+    """(width, height, 3) float32, indexed [x, y] with y up: a checkerboard, with a line for each name."""
+    from PIL import Image, ImageDraw
+
+    side = max(1, min(width, height) // SQUARES)
+    x, y = np.meshgrid(np.arange(width) // side, np.arange(height) // side)
+    grey = np.where((x + y) % 2 == 0, DARK, LIGHT).astype(np.uint8)
+    image = Image.fromarray(np.repeat(grey[..., None], 3, axis=2))
+    lines = ["not written yet:", *names]
+    letters = max(SMALLEST_TEXT, round(min(width, height) * TEXT_SHARE))
+    font = font_of(letters)
+    pen = ImageDraw.Draw(image)
+    widest = max(font.getlength(line) for line in lines)
+    if widest > 0.94 * width:
+        font = font_of(max(SMALLEST_TEXT, int(letters * 0.94 * width / widest)))
+    pen.multiline_text((width / 2, height / 2), "\n".join(lines), fill=(255, 220, 120), font=font, anchor="mm")
+    rows = np.asarray(image, np.float32) / 255
+    return np.ascontiguousarray(rows[::-1].swapaxes(0, 1))

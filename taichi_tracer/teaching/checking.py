@@ -1,0 +1,252 @@
+"""What a student runs: each part of an assignment, with the first wrong number beside the right one."""
+
+import html
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.studies import page
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.teaching import catalogue
+from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Arrays, Assignment, Part, Verdict
+from taichi_tracer.teaching.handing_out import RECORD
+from taichi_tracer.teaching.mistakes import Finding, find
+from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, expected, load_submission, solution_of
+
+SECONDS_FOR_MISTAKES = 3.0  # how long a check compares with mistakes that no earlier check has computed
+SHOWN_SIZE = 240  # pixels: the width of a picture on the page
+WIDTH = 78  # columns of the line of a part in a terminal
+COLOURS = {RIGHT: "#1a7f37", NOT_WRITTEN: "#8a6d00", MISSING: "#8a6d00"}
+STYLE = """
+.part { border: 1px solid #d5dbe1; border-radius: 6px; padding: .6em 1em; margin: .8em 0; }
+.part h3 { margin: 0; } .part code { background: #f2f5f8; padding: 0 3px; }
+.numbers td, .numbers th { white-space: normal; font: 13px ui-monospace, monospace; text-align: left; }
+"""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What was found about one part, and how long it took."""
+
+    part: Part
+    verdict: Verdict
+    findings: tuple[Finding, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def points(self) -> float:
+        """The points that the answer is worth."""
+        return self.part.points * self.verdict.share
+
+    def lines(self) -> list[str]:
+        """What a terminal shows."""
+        head = f"  {self.verdict.status:<12}{self.part.name:<36}{self.points:>5.3g} of {self.part.points:<4g}"
+        lines = [f"{head:<{WIDTH - 8}}{self.seconds:>6.1f} s"]
+        if self.verdict.status == RIGHT:
+            return lines
+        lines.append(f"      {self.verdict.message}")
+        for whose, values in self.verdict.first_wrong.items():
+            lines.append(f"      {whose:<6}" + "  ".join(f"{name} = {value}" for name, value in values.items()))
+        for finding in self.findings:
+            lines.append(f"      {finding.text}")
+        if self.findings and self.findings[0].hint:
+            lines.append(f"      hint: {self.findings[0].hint}")
+        return lines
+
+    def html(self) -> str:
+        """What a page shows."""
+        verdict, colour = self.verdict, COLOURS.get(self.verdict.status, "#b42318")
+        parts = [
+            f"<div class='part'><h3><span style='color: {colour}'>{verdict.status}</span> "
+            f"<code>{html.escape(self.part.name)}</code></h3>",
+            page.paragraph(f"{self.points:.3g} of {self.part.points:g} points, {self.seconds:.1f} s", "note"),
+        ]
+        if verdict.status != RIGHT:
+            parts.append(page.paragraph(verdict.message))
+        if verdict.first_wrong:
+            rows = [
+                f"<tr><th>{whose}</th><td>{html.escape(', '.join(f'{n} = {v}' for n, v in values.items()))}</td></tr>"
+                for whose, values in verdict.first_wrong.items()
+            ]
+            parts.append(f"<table class='numbers'>{''.join(rows)}</table>")
+        parts += [page.paragraph(finding.text) for finding in self.findings]
+        if self.findings and self.findings[0].hint:
+            parts.append(page.paragraph(f"Hint: {self.findings[0].hint}", "note"))
+        if verdict.pictures and verdict.status != RIGHT:
+            parts += [page.picture(np.clip(image, 0, 1), name, SHOWN_SIZE) for name, image in verdict.pictures.items()]
+        return "".join(parts) + "</div>"
+
+
+@dataclass
+class Report:
+    """The results of a check. ``print`` shows it as text, and a notebook as a page."""
+
+    assignment: Assignment
+    results: list[Result] = field(default_factory=list)
+
+    @property
+    def points(self) -> float:
+        """The points of all parts that were checked."""
+        return sum(result.points for result in self.results)
+
+    @property
+    def is_right(self) -> bool:
+        """Whether every part that was checked is right."""
+        return all(result.verdict.status == RIGHT for result in self.results)
+
+    def summary(self) -> str:
+        """One line."""
+        right = sum(result.verdict.status == RIGHT for result in self.results)
+        of = sum(result.part.points for result in self.results)
+        return f"{right} of {len(self.results)} parts are right: {self.points:.4g} of {of:g} points"
+
+    def __str__(self) -> str:
+        lines = [line for result in self.results for line in result.lines()]
+        return "\n".join([self.assignment.title, *lines, self.summary()])
+
+    __repr__ = __str__
+
+    def body(self) -> str:
+        """The page without its frame."""
+        return page.paragraph(self.summary()) + "".join(result.html() for result in self.results)
+
+    def page(self) -> str:
+        """A whole document of HTML."""
+        return page.page(self.assignment.title, [self.body()], STYLE)
+
+    def _repr_html_(self) -> str:
+        return f"<style>{STYLE}</style>{self.body()}"
+
+
+def check_folder(
+    folder: str | Path, names: Sequence[str] = (), seed: int | None = None, watch: Callable[[Result], Any] | None = None
+) -> Report:
+    """Check a student's folder.
+
+    Args:
+        folder: a folder that ``taichi-tracer assignment new`` wrote.
+        names: only parts whose name, or class, is one of these; all parts if there is none.
+        seed: decides the inputs; None takes the seed of the folder.
+        watch: a function that is called with each result.
+
+    Raises:
+        InputError: the folder belongs to no assignment, or a name is unknown.
+    """
+    folder = Path(folder).expanduser()
+    assignment, own_seed = assignment_of(folder)
+    runtime.ensure()
+    student = load_submission(folder, assignment)
+    parts = chosen(assignment, names)
+    return check(assignment, student, parts, own_seed if seed is None else seed, watch)
+
+
+def assignment_of(folder: Path) -> tuple[Assignment, int]:
+    """The assignment and the seed of a student's folder."""
+    path = folder / RECORD
+    if not path.is_file():
+        raise InputError(
+            f"{folder}: {RECORD} is missing: give a folder that 'taichi-tracer assignment new' wrote, "
+            f"or name one of the assignments {', '.join(catalogue.names())} by it"
+        )
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        name, seed = str(record["assignment"]), int(record.get("seed", 0))
+    except (ValueError, KeyError, TypeError):
+        raise InputError(
+            f"{path}: the file is damaged: write the folder anew, and copy your own files into it"
+        ) from None
+    return catalogue.load(folder / name if (folder / name).is_dir() else name), seed
+
+
+def chosen(assignment: Assignment, names: Sequence[str]) -> list[Part]:
+    """The parts that are named, by their whole name, their method or their class."""
+    if not names:
+        return list(assignment.parts)
+    found = []
+    for name in names:
+        fitting = [p for p in assignment.parts if name in (p.name, p.method, p.replaces, p.name.rpartition(": ")[2])]
+        if not fitting:
+            raise one_of("part", name, [part.name for part in assignment.parts])
+        found += [part for part in fitting if part not in found]
+    return found
+
+
+def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0) -> Report:
+    """Check classes of a notebook; see ``teaching.check``."""
+    assignment = catalogue.load(name)
+    runtime.ensure()
+    solution = solution_of(assignment)
+    student = Loaded({role_of(cls, assignment, solution): cls for cls in classes})
+    parts = [part for part in assignment.parts if part.replaces in student.classes]
+    if set(student.classes) == set(assignment.classes):
+        parts += [part for part in assignment.parts if part.replaces == ""]
+    return check(assignment, student, parts, seed)
+
+
+def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
+    """Which class of the assignment a student's class is: by its name, or by the package's class it derives from."""
+    if not isinstance(cls, type):
+        raise InputError(f"check takes classes, such as Camera, not {cls!r}")
+    if cls.__name__ in assignment.classes:
+        return cls.__name__
+    for name, of_solution in solution.classes.items():
+        of_package = [base for base in of_solution.__mro__[1:] if base.__module__.startswith("taichi_tracer")]
+        if of_package and issubclass(cls, of_package[0]):
+            return name
+    raise one_of("class", cls.__name__, assignment.classes)
+
+
+def check(
+    assignment: Assignment,
+    student: Loaded,
+    parts: Sequence[Part],
+    seed: int,
+    watch: Callable[[Result], Any] | None = None,
+) -> Report:
+    """Run and judge some parts, one after the other."""
+    report = Report(assignment)
+    for part in parts:
+        result = check_part(assignment, student, part, seed)
+        report.results.append(result)
+        if watch is not None:
+            watch(result)
+    return report
+
+
+def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int) -> Result:
+    """Run one part in this process, and judge it."""
+    inputs = assignment.inputs(part, seed)
+    found = answer(part, student, solution_of(assignment), inputs, dict(assignment.classes))
+    if found.status != OK:
+        return Result(part, verdict_without_answer(found), (), found.seconds)
+    right = expected(assignment, part, inputs)
+    return judged(assignment, part, inputs, found.arrays, right, found.seconds, SECONDS_FOR_MISTAKES)
+
+
+def verdict_without_answer(found: Answer) -> Verdict:
+    """The verdict on a part that gave no numbers."""
+    where = f" (line {found.line} still calls not_written)" if found.line else ""
+    return Verdict(found.status, 0.0, found.message + (where if found.status == NOT_WRITTEN else ""))
+
+
+def judged(
+    assignment: Assignment,
+    part: Part,
+    inputs: Arrays,
+    answers: Arrays,
+    right: Arrays,
+    seconds: float = 0.0,
+    seconds_for_mistakes: float = math.inf,
+) -> Result:
+    """The verdict on the numbers of a part, and what is wrong with them."""
+    verdict = part.judge(inputs, answers, right)
+    findings: list[Finding] = []
+    if verdict.status != RIGHT and part.replaces:
+        findings = find(assignment, part, inputs, answers, right, seconds_for_mistakes, seconds_for_mistakes)
+    return Result(part, verdict, tuple(findings), seconds)

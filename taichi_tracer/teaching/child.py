@@ -1,0 +1,125 @@
+"""The loop of a submission's process: it computes numbers, which the grader judges in another process.
+
+The grader starts the process (``sandbox.Child``), sends requests as frames, and reads frames with the answers:
+
+    {"do": "hello"}                                     → {"status": "ok"}: Taichi can be started here
+    {"do": "load", "assignment", "folder", "files"}     → {"errors": {file: what went wrong}}
+    {"do": "run", "part": name} and arrays of inputs    → {"status", "message", "line", "file"} and arrays of answers
+    {"do": "run", "part", "mended": names} and arrays   → the same, beside the solution's methods of the named parts
+
+A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
+wrong answer, too:
+
+    {"do": "find", "part", "seed", "seconds"} and arrays → {"findings": [{"names", "share", "text", "hint" …}]}
+
+The arrays of this request are called "inputs/NAME", "answers/NAME" and "expected/NAME". Every answer has the "ticket"
+of its request.
+"""
+
+import contextlib
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.teaching import frames, walls
+
+Arrays = dict[str, np.ndarray]
+
+
+class Work:
+    """What a process keeps between requests: the assignment, and the classes under test."""
+
+    def __init__(self) -> None:
+        self.assignment: Any = None
+        self.student: Any = None
+        self.solution: Any = None
+
+    def answer(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
+        """The reply to one request."""
+        return getattr(self, f"do_{message['do']}")(message, arrays)
+
+    def do_hello(self, message: dict, _arrays: Arrays) -> tuple[dict, Arrays]:
+        """Start Taichi, unless the request says that it is not needed."""
+        if message.get("starts_taichi", True):
+            from taichi_tracer.system import runtime
+
+            runtime.init(arch="cpu", threads=message.get("threads", 1))
+        return {"status": "ok"}, {}
+
+    def do_load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
+        """Load the solution, and then the submission."""
+        from taichi_tracer.teaching import catalogue, running
+
+        self.do_hello(message, arrays)
+        self.assignment = catalogue.load(message["assignment"])
+        self.solution = self.student = running.solution_of(self.assignment)
+        if message.get("folder"):
+            folder, files = Path(message["folder"]).resolve(), message.get("files")
+            if files:
+                self.student = running.load_classes(folder, files, self.assignment.solution_folder)
+            else:
+                self.student = running.load_submission(folder, self.assignment)
+        return {"errors": {file: error.message for file, error in self.student.errors.items()}}, {}
+
+    def do_run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
+        """Run one part."""
+        from taichi_tracer.teaching import running
+
+        part, files = self.assignment.part(message["part"]), dict(self.assignment.classes)
+        student = self.mended(message["mended"]) if message.get("mended") else self.student
+        found = running.answer(part, student, self.solution, arrays, files)
+        facts = {"status": found.status, "message": found.message, "line": found.line, "file": found.file}
+        return facts, found.arrays
+
+    def mended(self, names: list[str]) -> Any:
+        """The student's classes with the solution's methods in place of those that some parts test."""
+        classes = dict(self.student.together or self.student.classes)
+        for part in (self.assignment.part(name) for name in names):
+            cls, solution = classes.get(part.replaces), self.solution.classes[part.replaces]
+            if cls is not None:
+                method = {part.method: vars(solution)[part.method], "__module__": cls.__module__}
+                classes[part.replaces] = type(cls.__name__, (cls,), method)
+        return replace(self.student, together=classes)
+
+    def do_find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
+        """Which known mistakes give these answers."""
+        from taichi_tracer.teaching import mistakes
+
+        groups: dict[str, Arrays] = {"inputs": {}, "answers": {}, "expected": {}}
+        for name, values in arrays.items():
+            group, _, key = name.partition("/")
+            groups[group][key] = values
+        part = self.assignment.part(message["part"])
+        mistakes.prepare(self.assignment, message["seed"], [part])
+        found = mistakes.find(self.assignment, part, *groups.values(), message["seconds"])
+        facts = [
+            {"names": list(f.names), "share": float(f.share), "text": f.text, "hint": f.hint, "topic": f.topic}
+            for f in found
+        ]
+        return {"findings": facts}, {}
+
+
+def serve(requests: int, answers: int, seconds_of_cpu: float | None) -> None:
+    """Answer requests until the grader closes the pipe.
+
+    Args:
+        requests, answers: descriptors of the pipes.
+        seconds_of_cpu: what one request may cost before the process gets a SIGXCPU; None is no limit.
+    """
+    work = Work()
+    while (request := frames.read(requests)) is not None:
+        message, arrays = request
+        ticket = {"ticket": message.get("ticket")}
+        if seconds_of_cpu is not None:
+            walls.allow_cpu(seconds_of_cpu)
+        reply, found = work.answer(message, arrays)
+        try:
+            data = frames.encode(reply | ticket, found)
+        except frames.FrameError as error:
+            data = frames.encode({"status": "crashed", "message": str(error), **ticket})
+        with contextlib.suppress(Exception):  # the submission may have closed or replaced it
+            sys.stdout.flush()
+        frames.write_bytes(answers, data)

@@ -1,0 +1,280 @@
+"""Pages of HTML for the teacher: one of the class, and one of each student. They need no other file and no network."""
+
+import html
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from taichi_tracer.files.disk import replace_file
+from taichi_tracer.studies import page
+from taichi_tracer.teaching.base import RIGHT, STATUSES, Assignment
+from taichi_tracer.teaching.grade import Settings, pictures_of
+from taichi_tracer.teaching.marks import Mark, PartMark
+from taichi_tracer.teaching.submissions import Submission
+
+SHOWN = 200  # pixels: the width of a picture on a student's page
+SMALL = 96  # pixels: of a picture on the page of the class
+MOST_SMALL = 60  # pictures of one part on the page of the class
+MOST_SLOWEST = 10
+BINS = 10  # of the distribution
+COLOURS = {RIGHT: "right", "wrong": "wrong", "not written": "open", "missing": "open"}
+MEANING = "right: all points; wrong: points by the share of right inputs; the others: none"
+STYLE = """
+:root { color-scheme: light dark; --text: #1c2733; --back: #ffffff; --line: #d5dbe1; --head: #f2f5f8; --quiet: #5b6875;
+  --right: #1a7f37; --wrong: #b42318; --open: #8a6d00; --bar: #3f6fb5; --link: #1a56a8; }
+@media (prefers-color-scheme: dark) { :root { --text: #dbe2ea; --back: #14191f; --line: #37424e; --head: #212a33;
+  --quiet: #9aa7b4; --right: #57c278; --wrong: #ff8a7a; --open: #e0b84d; --bar: #6f9fe0; --link: #8ab8f5; } }
+body { color: var(--text); background: var(--back); } a { color: var(--link); }
+th { background: var(--head); } th, td { border-bottom: 1px solid var(--line); } .note { color: var(--quiet); }
+table { font-size: 13px; } td { white-space: normal; } .scroll { overflow-x: auto; }
+.right { color: var(--right); } .wrong { color: var(--wrong); } .open { color: var(--open); }
+.part { border: 1px solid var(--line); border-radius: 6px; padding: .5em 1em; margin: .8em 0; }
+.part h3 { margin: .2em 0; font-size: 16px; } .numbers th, .numbers td { text-align: left; }
+.numbers { font: 13px ui-monospace, monospace; } pre { background: var(--head); padding: .6em; overflow-x: auto; }
+figcaption { max-width: 100%; overflow-wrap: anywhere; } img { max-width: 100%; border: 2px solid transparent; }
+.bad img { border-color: var(--wrong); } .legend span { margin-right: 1.2em; }
+.tall { vertical-align: bottom; } .tall span { writing-mode: vertical-rl; transform: rotate(180deg); }
+svg text { fill: var(--text); font: 12px system-ui, sans-serif; } svg rect { fill: var(--bar); }
+svg line { stroke: var(--line); } h1, h2 { overflow-wrap: anywhere; }
+"""
+
+
+def write(
+    folder: Path, assignment: Assignment, found: Sequence[Submission], marks: Sequence[Mark], settings: Settings
+) -> Path:
+    """Write index.html and a page for each student below a folder; returns the path of index.html."""
+    (folder / "students").mkdir(parents=True, exist_ok=True)
+    files = file_names(marks)
+    small: dict[str, list[tuple[Mark, np.ndarray, np.ndarray]]] = {}
+    for mark, submitted in zip(marks, found, strict=True):
+        pictures = pictures_of(assignment, submitted, settings.seed)
+        content = student_page(assignment, mark, pictures)
+        replace_file(folder / "students" / files[mark.key], content.encode())
+        for part, images in pictures.items():
+            if len(small.setdefault(part, [])) < MOST_SMALL:
+                small[part].append((mark, thumbnail(images["yours"]), thumbnail(images["right"])))
+    index = folder / "index.html"
+    replace_file(index, class_page(assignment, marks, files, small, settings).encode())
+    return index
+
+
+def file_names(marks: Sequence[Mark]) -> dict[str, str]:
+    """Key → the name of the student's page; letters that a path or a link may not have are replaced."""
+    names: dict[str, str] = {}
+    for mark in marks:
+        plain = re.sub(r"[^A-Za-z0-9_-]+", "_", mark.key.removesuffix(".zip"))[:60] or "_"
+        name, number = plain, 2
+        while f"{name}.html".casefold() in (used.casefold() for used in names.values()):
+            name, number = f"{plain}_{number}", number + 1
+        names[mark.key] = f"{name}.html"
+    return names
+
+
+def thumbnail(image: np.ndarray) -> np.ndarray:
+    """Every k-th pixel of a picture, so that its width is not much more than ``SMALL``."""
+    step = max(1, image.shape[1] // SMALL)
+    return image[::step, ::step]
+
+
+# ── one student ──
+
+
+def student_page(assignment: Assignment, mark: Mark, pictures: dict[str, dict[str, np.ndarray]]) -> str:
+    """The page that a student may read: each part, what is wrong, and what it may come from."""
+    parts = [summary_of(mark)]
+    if mark.refused:
+        parts.append(f"<p class='wrong'>This submission was not unpacked: {html.escape(mark.refused)}</p>")
+    notes = [*mark.notes, *(f"The rule of imports: {text}" for text in mark.imports)]
+    notes += [f"{reason}: −{percent:g} % of the score" for reason, percent in mark.deductions]
+    if notes:
+        parts.append("<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in notes) + "</ul>")
+    parts.append(overview(mark))
+    parts += [part_box(part, pictures.get(part.name, {})) for part in mark.parts if part.status != RIGHT]
+    if mark.printed.strip():
+        parts.append(f"<h2>What it printed</h2><pre>{html.escape(mark.printed)}</pre>")
+    parts.append(page.paragraph(f"Walls around the submission: {mark.level}.", "note"))
+    return page.page(f"{assignment.title}: {mark.student}", parts, STYLE)
+
+
+def summary_of(mark: Mark) -> str:
+    """The score in one line."""
+    before = f" ({mark.earned:g} before deductions)" if mark.deductions else ""
+    text = f"{mark.score:g} of {mark.points:g} points{before}; {mark.right} of {len(mark.parts)} parts are right"
+    return f"<p><strong>{html.escape(text)}</strong></p>"
+
+
+def overview(mark: Mark) -> str:
+    """A row for each part."""
+    rows = "".join(
+        f"<tr><td>{html.escape(part.name)}</td><td class='{COLOURS.get(part.status, 'wrong')}'>"
+        f"{html.escape(part.status)}</td><td>{part.earned:g} of {part.points:g}</td><td>{html.escape(part.topic)}</td>"
+        f"<td>{part.seconds:.1f}</td></tr>"
+        for part in mark.parts
+    )
+    return headed(["part", "status", "points", "topic", "seconds"], rows)
+
+
+def part_box(part: PartMark, pictures: dict[str, np.ndarray]) -> str:
+    """One part that is not right."""
+    kind = COLOURS.get(part.status, "wrong")
+    head = f"<span class='{kind}'>{html.escape(part.status)}</span> <code>{html.escape(part.name)}</code>"
+    facts = f"{part.earned:g} of {part.points:g} points, {part.topic}"
+    lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note"), page.paragraph(part.message)]
+    if part.first_wrong:
+        lines.append("<div class='scroll'><table class='numbers'>")
+        for whose, values in part.first_wrong.items():
+            numbers = ", ".join(f"{name} = {value}" for name, value in values.items())
+            lines.append(f"<tr><th>{html.escape(whose)}</th><td>{html.escape(numbers)}</td></tr>")
+        lines.append("</table></div>")
+    lines += [page.paragraph(finding["text"]) for finding in part.findings]
+    lines += [page.paragraph(f"Hint: {finding['hint']}", "note") for finding in part.findings[:1] if finding["hint"]]
+    lines += [page.picture(image, name, SHOWN) for name, image in pictures.items()]
+    return "".join(lines) + "</div>"
+
+
+# ── the class ──
+
+
+def class_page(
+    assignment: Assignment,
+    marks: Sequence[Mark],
+    files: dict[str, str],
+    small: dict[str, list[tuple[Mark, np.ndarray, np.ndarray]]],
+    settings: Settings,
+) -> str:
+    """The page of the class."""
+    scores = np.array([mark.score for mark in marks])
+    middle = f"mean {scores.mean():.3g}, median {np.median(scores):.3g}, of {marks[0].points:g} points"
+    parts = [
+        page.paragraph(f"{len(marks)} submissions; {middle}."),
+        "<h2>Distribution of the scores</h2>",
+        histogram(scores, marks[0].points),
+        "<h2>Parts</h2>",
+        page.paragraph(MEANING, "note"),
+        parts_table(marks),
+        "<h2>Most frequent mistakes</h2>",
+        mistakes_table(marks, files),
+        "<h2>Students</h2>",
+        students_table(marks, files),
+        "<h2>Slowest parts</h2>",
+        slowest_table(marks, files),
+        *(row_of_pictures(name, entries) for name, entries in small.items()),
+        page.paragraph(f"Walls around each submission: {settings.level}. Seed of the inputs: {settings.seed}.", "note"),
+    ]
+    return page.page(f"{assignment.title}: the class", parts, STYLE)
+
+
+def histogram(scores: np.ndarray, points: float) -> str:
+    """Bars: how many submissions have how many points."""
+    counts, edges = np.histogram(scores, BINS, (0, max(points, 1e-9)))
+    width, height, gap = 60, 150, 6
+    most = max(1, counts.max())
+    drawn = []
+    for i, count in enumerate(counts):
+        tall = round(height * count / most)
+        x = i * width
+        drawn.append(f"<rect x='{x + gap / 2}' y='{height - tall + 20}' width='{width - gap}' height='{tall}'/>")
+        if count:
+            drawn.append(f"<text x='{x + width / 2}' y='{height - tall + 14}' text-anchor='middle'>{count}</text>")
+    for i, edge in enumerate(edges):
+        at, anchor = i * width, "start" if i == 0 else "end" if i == BINS else "middle"
+        drawn.append(f"<text x='{at}' y='{height + 38}' text-anchor='{anchor}'>{edge:.3g}</text>")
+    base = f"<line x1='0' x2='{BINS * width}' y1='{height + 20}' y2='{height + 20}'/>"
+    size = f"viewBox='0 0 {BINS * width} {height + 62}' width='{BINS * width}' role='img'"
+    below = f"<text x='{BINS * width / 2}' y='{height + 57}' text-anchor='middle'>points</text>"
+    return f"<svg {size} aria-label='distribution of the scores'>{''.join(drawn)}{base}{below}</svg>"
+
+
+def parts_table(marks: Sequence[Mark]) -> str:
+    """How each part went in the class."""
+    rows = []
+    for i, first in enumerate(marks[0].parts):
+        statuses = Counter(mark.parts[i].status for mark in marks)
+        mean = np.mean([mark.parts[i].share for mark in marks])
+        row = {"part": first.name, "topic": first.topic, "points": f"{first.points:g}", "mean": f"{mean:.0%}"}
+        rows.append(row | {status: statuses.get(status, "") for status in STATUSES})
+    return scrolled(page.table(rows, ["part", "topic", "points", "mean", *STATUSES]))
+
+
+def mistakes_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
+    """Which known mistakes were made how often, and by whom; mistakes that give the same numbers count together."""
+    who: dict[tuple[str, str, str], list[Mark]] = {}
+    for mark in marks:
+        for part in mark.parts:
+            named = [finding for finding in part.findings if finding["names"]]
+            if named:
+                text = ", or ".join(" and ".join(finding["names"]) for finding in named)
+                who.setdefault((part.name, text, str(named[0]["topic"])), []).append(mark)
+    if not who:
+        return page.paragraph("No known mistake was found.")
+    ordered = sorted(who.items(), key=lambda entry: (-len(entry[1]), entry[0]))
+    rows = "".join(
+        f"<tr><td>{html.escape(name)}</td><td>{len(made)}</td><td>{html.escape(part)}</td>"
+        f"<td>{html.escape(topic)}</td><td>{', '.join(link(mark, files) for mark in made)}</td></tr>"
+        for (part, name, topic), made in ordered
+    )
+    return headed(["mistake", "students", "part", "topic", "by"], rows)
+
+
+def students_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
+    """One row for each submission."""
+    names = [part.name for part in marks[0].parts]
+    rows = []
+    for mark in marks:
+        cells = "".join(
+            f"<td class='{COLOURS.get(part.status, 'wrong')}' title='{html.escape(f'{part.name}: {part.status}')}'>"
+            f"{part.earned:g}</td>"
+            for part in mark.parts
+        )
+        told = [mark.refused] * bool(mark.refused) + [
+            f"{reason}: −{percent:g} %" for reason, percent in mark.deductions
+        ]
+        told += [f"imports: {text}" for text in mark.imports]
+        rows.append(
+            f"<tr><td>{link(mark, files)}</td><td><strong>{mark.score:g}</strong></td>{cells}"
+            f"<td>{html.escape('; '.join(told))}</td></tr>"
+        )
+    short = [name.rpartition(".")[2] for name in names]
+    head = "".join(f"<th class='tall'><span>{html.escape(name)}</span></th>" for name in short)
+    head = f"<th>student</th><th>score</th>{head}<th>remarks</th>"
+    return scrolled(f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>")
+
+
+def slowest_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
+    """The parts that took longest, with compilation."""
+    entries = [(part.seconds, mark, part) for mark in marks for part in mark.parts]
+    entries.sort(key=lambda entry: (-entry[0], entry[1].key, entry[2].name))
+    rows = "".join(
+        f"<tr><td>{html.escape(part.name)}</td><td>{seconds:.1f}</td><td>{html.escape(part.status)}</td>"
+        f"<td>{link(mark, files)}</td></tr>"
+        for seconds, mark, part in entries[:MOST_SLOWEST]
+    )
+    return headed(["part", "seconds", "status", "student"], rows)
+
+
+def row_of_pictures(name: str, entries: list[tuple[Mark, np.ndarray, np.ndarray]]) -> str:
+    """The pictures of a part side by side: the right one first, wrong ones with a frame."""
+    figures = [page.picture(entries[0][2], "right", SMALL)]
+    for mark, image, _ in entries:
+        is_right = next(part.status for part in mark.parts if part.name == name) == RIGHT
+        figures.append(f"<span class='{'' if is_right else 'bad'}'>{page.picture(image, mark.student, SMALL)}</span>")
+    return f"<h2>{html.escape(name)}</h2>" + "".join(figures)
+
+
+def link(mark: Mark, files: dict[str, str]) -> str:
+    """A link to a student's page."""
+    return f"<a href='students/{files[mark.key]}'>{html.escape(mark.student)}</a>"
+
+
+def headed(columns: Sequence[str], rows: str) -> str:
+    """A table of rows that are HTML already."""
+    head = "".join(f"<th>{html.escape(column)}</th>" for column in columns)
+    return scrolled(f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>")
+
+
+def scrolled(table: str) -> str:
+    """A table that scrolls by itself on narrow screens."""
+    return f"<div class='scroll'>{table}</div>"

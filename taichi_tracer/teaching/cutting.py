@@ -1,0 +1,113 @@
+"""Makes what a student gets from a tagged solution.
+
+The tags are those of nbgrader and otter-grader. What stands between
+
+    ### BEGIN SOLUTION        and        ### END SOLUTION
+
+is replaced by ``# YOUR CODE HERE`` and a call of ``not_written``, which the student deletes. The number of # does not
+matter. After ``# BEGIN SOLUTION NO PROMPT``, nothing takes its place. A text between ``\"\"\" # BEGIN PROMPT`` and
+``\"\"\" # END PROMPT`` that follows a solution takes the place of ``# YOUR CODE HERE``.
+"""
+
+import ast
+import re
+
+from taichi_tracer.system.errors import InputError
+
+BEGIN = re.compile(r"^(\s*)#+\s*BEGIN SOLUTION(\s+NO PROMPT)?\s*$")
+END = re.compile(r"^\s*#+\s*END SOLUTION\s*$")
+BEGIN_PROMPT = re.compile(r'^\s*"""\s*#+\s*BEGIN PROMPT\s*$')
+END_PROMPT = re.compile(r'^\s*"""\s*;?\s*#+\s*END PROMPT\s*$')
+
+PLACE = "# YOUR CODE HERE"
+REMINDER = "# delete this line when the method is written"
+
+
+def stub_of(source: str, name: str) -> str:
+    """The student's version of a tagged file.
+
+    Args:
+        name: the name of the file, for messages.
+
+    Raises:
+        InputError: a tag has no partner; the message has the line.
+    """
+    return "\n".join(_lines(source, name, is_stub=True)) + "\n"
+
+
+def solved(source: str, name: str) -> str:
+    """The tagged file without its tags and prompts."""
+    return "\n".join(_lines(source, name, is_stub=False)) + "\n"
+
+
+def _lines(source: str, name: str, is_stub: bool) -> list[str]:
+    lines = source.splitlines()
+    owners = methods_by_line(source, name)
+    kept: list[str] = []
+    i = 0
+    while i < len(lines):
+        begin = BEGIN.match(lines[i])
+        if begin is None:
+            if END.match(lines[i]):
+                raise InputError(f"{name}:{i + 1}: END SOLUTION without a BEGIN SOLUTION before it")
+            kept.append(lines[i])
+            i += 1
+            continue
+        end = partner(lines, i, END, f"{name}:{i + 1}: BEGIN SOLUTION without an END SOLUTION after it")
+        prompt, after = prompt_after(lines, end + 1, name)
+        if not is_stub:
+            kept += lines[i + 1 : end]
+        elif begin.group(2) is None:
+            indent = begin.group(1)
+            method = owners.get(i + 1, "")
+            kept += prompt or [f"{indent}{PLACE}"]
+            if method:
+                kept.append(f'{indent}tt.teaching.not_written("{method}")  {REMINDER}')
+        i = after
+    return kept
+
+
+def partner(lines: list[str], first: int, pattern: re.Pattern, message: str) -> int:
+    """The next line after ``first`` that has a tag, before another solution begins; an InputError without one."""
+    for i in range(first + 1, len(lines)):
+        if pattern.match(lines[i]):
+            return i
+        if BEGIN.match(lines[i]):
+            break
+    raise InputError(message)
+
+
+def prompt_after(lines: list[str], first: int, name: str) -> tuple[list[str], int]:
+    """(the lines of a prompt that begins at ``first``, the line after it); without a prompt, ([], first)."""
+    if first >= len(lines) or not BEGIN_PROMPT.match(lines[first]):
+        return [], first
+    end = partner(lines, first, END_PROMPT, f"{name}:{first + 1}: BEGIN PROMPT without an END PROMPT after it")
+    return lines[first + 1 : end], end + 1
+
+
+def methods_by_line(source: str, name: str) -> dict[int, str]:
+    """Line → "Class.method", for all lines of all methods; a function of the file has its own name."""
+    try:
+        tree = ast.parse(source)
+    except SyntaxError as error:
+        raise InputError(f"{name}:{error.lineno}: {error.msg}") from None
+    found = {}
+    for node in tree.body:
+        members = node.body if isinstance(node, ast.ClassDef) else [node]
+        for member in members:
+            if isinstance(member, ast.FunctionDef):
+                owner = f"{node.name}." if isinstance(node, ast.ClassDef) else ""
+                found |= dict.fromkeys(range(member.lineno, (member.end_lineno or 0) + 1), owner + member.name)
+    return found
+
+
+def solution_blocks(source: str) -> list[list[str]]:
+    """The lines of every solution, to test that a student's folder has none of them."""
+    blocks, lines, i = [], source.splitlines(), 0
+    while i < len(lines):
+        if BEGIN.match(lines[i]):
+            end = partner(lines, i, END, "BEGIN SOLUTION without an END SOLUTION after it")
+            blocks.append(lines[i + 1 : end])
+            i = end
+        i += 1
+    return blocks

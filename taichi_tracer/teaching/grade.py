@@ -1,0 +1,388 @@
+"""Grades a class: every submission in a process of its own, part by part, each part beside the solution's other parts.
+
+The grader never loads a submission's code. It sends inputs to the submission's process, compares the numbers that come
+back with those of the solution, and starts the process anew if a part ends it. What was graded is kept: a grader that
+was interrupted goes on where it stopped, as long as neither the submission nor the assignment has changed.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.teaching import mistakes, submissions
+from taichi_tracer.teaching.base import (
+    CRASHED,
+    MISSING,
+    NOT_WRITTEN,
+    OUT_OF_TIME,
+    RIGHT,
+    WRONG,
+    Arrays,
+    Assignment,
+    Part,
+    Verdict,
+)
+from taichi_tracer.teaching.marks import Mark, PartMark, Rules, deductions, mark_of, plain
+from taichi_tracer.teaching.reference import Reference, fingerprint
+from taichi_tracer.teaching.running import OK
+from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, Child, ChildEnded, Level
+from taichi_tracer.teaching.submissions import RefusedError, Submission
+from taichi_tracer.teaching.walls import Limits
+
+LONGEST_MESSAGE = 300  # characters of what a submission's process says
+LONGEST_PRINT = 2000  # characters of what it prints that a report shows
+PATIENCE = 3  # how many parts may use up their time before the others get less
+LESS_CPU, LESS_WALL = 6.0, 15.0  # seconds; a part of a shipped assignment needs about one
+KEPT_SHAPE = np.float16  # of pictures for the reports
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a class is graded.
+
+    Attributes:
+        level: the walls around each submission. limits: what each may use.
+        seed: decides the inputs. jobs: how many submissions are graded at the same time.
+        anew: whether submissions are graded again that were graded before.
+        finds: whether wrong answers are explained.
+    """
+
+    level: Level
+    limits: Limits = Limits()
+    seed: int = 1
+    jobs: int = 1
+    anew: bool = False
+    finds: bool = True
+
+
+class Stop:
+    """Lets another thread stop the grading: running processes are ended, and no new ones are started."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._children: set[Child] = set()
+        self._is_set = False
+
+    def __bool__(self) -> bool:
+        return self._is_set
+
+    def set(self) -> None:
+        """Stop."""
+        with self._lock:
+            self._is_set = True
+            for child in self._children:
+                child.hurry()
+
+    def add(self, child: Child) -> None:
+        """A process that has to end if the grading stops."""
+        with self._lock:
+            self._children.add(child)
+            if self._is_set:
+                child.hurry()
+
+    def remove(self, child: Child) -> None:
+        """A process that ends by itself."""
+        with self._lock:
+            self._children.discard(child)
+
+
+# ── a class ──
+
+
+def grade_class(
+    assignment: Assignment,
+    found: Sequence[Submission],
+    rules: Rules,
+    settings: Settings,
+    watch: Callable[[Mark], Any] | None = None,
+) -> list[Mark]:
+    """The marks of some submissions, in their order, whatever the order in which they are ready.
+
+    Args:
+        watch: a function that is called with each mark as soon as it is known, in this thread.
+    """
+    stop = Stop()
+    marks: dict[str, Mark] = {}
+    with Reference(assignment, settings.seed) as reference, ThreadPoolExecutor(settings.jobs) as pool:
+        reference.expected  # noqa: B018 (computed before the threads ask for it)
+        waiting = {pool.submit(grade_or_read, reference, one, settings, stop): one for one in found}
+        try:
+            for future in as_completed(waiting):
+                one = waiting[future]
+                marks[one.key] = with_rules(future.result(), one, rules, assignment)
+                if watch is not None:
+                    watch(marks[one.key])
+        except BaseException:
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return [marks[one.key] for one in found]
+
+
+def with_rules(mark: Mark, submitted: Submission, rules: Rules, assignment: Assignment) -> Mark:
+    """The mark with the points and the deductions of a course, which are not kept with it."""
+    points = rules.points_of(assignment)
+    parts = tuple(replace(part, points=points[part.name]) for part in mark.parts)
+    imports = tuple(text for text in mark.imports if not any(text.endswith(f"imports {m!r}") for m in rules.imports))
+    return replace(mark, parts=parts, imports=imports, deductions=deductions(rules, submitted, imports))
+
+
+def grade_or_read(reference: Reference, submitted: Submission, settings: Settings, stop: Stop) -> Mark:
+    """The mark of a submission that was graded before, or else a new one, which is kept."""
+    place = kept_at(reference.assignment, submitted, settings.seed)
+    kept = None if settings.anew else read(place)
+    if kept is not None:
+        return kept
+    mark, pictures = grade(reference, submitted, settings, stop)
+    if not stop:
+        keep(place, mark, pictures)
+    return mark
+
+
+# ── one submission ──
+
+
+def grade(
+    reference: Reference, submitted: Submission, settings: Settings, stop: Stop | None = None
+) -> tuple[Mark, dict[str, np.ndarray]]:
+    """The mark of one submission without the rules of a course, and the pictures "PART/yours" and so on."""
+    assignment = reference.assignment
+    work = tempfile.mkdtemp(prefix="taichi_tracer_submission_")
+    blank = Mark(submitted.key, submitted.student, (), level=str(settings.level))
+    pictures: dict[str, np.ndarray] = {}
+    try:
+        unpacked = submissions.unpack(submitted, Path(work) / "files", assignment.files)
+        methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
+        imports = submissions.check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
+        with Runner(reference, unpacked.folder, settings, Stop() if stop is None else stop) as runner:
+            marks: dict[str, PartMark] = {}
+            for part in sorted(assignment.parts, key=lambda part: part.replaces == ""):  # pictures last
+                marks[part.name] = runner.mark(part, pictures, marks)
+            parts = tuple(marks[part.name] for part in assignment.parts)
+        found = {"notes": tuple(unpacked.notes), "imports": tuple(imports), "printed": runner.printed}
+        return replace(blank, parts=parts, **found), pictures
+    except RefusedError as error:
+        reason = clean(str(error))
+        parts = tuple(
+            PartMark(p.name, p.topic, p.points, 0.0, MISSING, "nothing was unpacked") for p in assignment.parts
+        )
+        return replace(blank, parts=parts, refused=reason), pictures
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+class Runner:
+    """Asks a submission's process for one part after the other, and starts it anew where a part has ended it."""
+
+    def __init__(self, reference: Reference, folder: Path, settings: Settings, stop: Stop) -> None:
+        self.reference, self.folder, self.settings, self.stop = reference, folder, settings, stop
+        self.printed = ""
+        self._child: Child | None = None
+        self._loaded: tuple[str, ...] = ()  # the files that the process has loaded; () for all
+        self._bad: dict[tuple[str, ...], ChildEnded] = {}  # files whose loading ends the process
+        self._late = 0
+        self._is_fresh = False  # whether the process has not been asked for a part yet
+
+    def __enter__(self) -> "Runner":
+        return self
+
+    def __exit__(self, *_error) -> None:
+        self._end()
+
+    def mark(self, part: Part, pictures: dict[str, np.ndarray], others: Mapping[str, PartMark]) -> PartMark:
+        """The mark of one part; its pictures are added. ``others`` are the marks of the parts before it."""
+        start = time.perf_counter()
+        expected = self.reference.expected[part.name]
+        blank = PartMark(part.name, part.topic, part.points, 0.0, CRASHED)
+        try:
+            reply, answers = self._ask(part)
+        except ChildEnded as error:
+            status = OUT_OF_TIME if error.is_late else CRASHED
+            return replace(blank, status=status, message=clean(error.reason), seconds=time.perf_counter() - start)
+        seconds = time.perf_counter() - start
+        status = reply.get("status")
+        if status != OK:
+            status = status if status in (NOT_WRITTEN, MISSING) else CRASHED
+            message = clean(reply.get("message") or "the process did not say what went wrong")
+            return replace(blank, status=status, message=message, seconds=seconds)
+        verdict = judged(part, self.reference.inputs[part.name], answers, expected)
+        for name, picture in verdict.pictures.items():
+            pictures[f"{part.name}/{name}"] = np.clip(np.nan_to_num(picture), 0, 1).astype(KEPT_SHAPE)
+        is_explained = self.settings.finds and verdict.status != RIGHT and part.replaces and not self.stop
+        findings = self.reference.find(part, answers) if is_explained else ()
+        facts = {"first_wrong": plain(verdict.first_wrong), "findings": tuple(plain(findings)), "seconds": seconds}
+        share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
+        mark = replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
+        return mark if part.replaces or mark.status != WRONG else self._consequential(part, mark, others)
+
+    def _consequential(self, part: Part, mark: PartMark, others: Mapping[str, PartMark]) -> PartMark:
+        """The mark of a wrong picture. A method that is wrong must not cost its points again in every picture.
+
+        The picture is made once more with the solution's methods in place of the wrong ones. What is right then counts,
+        multiplied by the share of points that the methods have: nobody gets a picture for the solution's methods alone.
+        """
+        tested = {one.name for one in self.reference.assignment.parts if one.replaces}
+        methods = [other for name, other in others.items() if name in tested]
+        wrong = [other.name for other in methods if other.status == WRONG]
+        if not wrong:
+            return mark
+        try:
+            reply, answers = self._ask(part, wrong)
+        except ChildEnded:
+            return mark
+        if reply.get("status") != OK:
+            return mark
+        verdict = judged(part, self.reference.inputs[part.name], answers, self.reference.expected[part.name])
+        points = sum(other.points for other in methods)
+        share = verdict.share * sum(other.points * other.share for other in methods) / points if points else 0.0
+        if not share > mark.share:
+            return mark
+        told = f"{mark.message}; with the solution's {', '.join(wrong)}, {verdict.message}, and this counts"
+        return replace(mark, share=share, message=clean(told))
+
+    def _ask(self, part: Part, mended: Sequence[str] = ()) -> tuple[dict, Arrays]:
+        """The answer of the submission's process to one part.
+
+        If the process ends although it has answered other parts, one of these may be to blame. Then the part gets a
+        second chance in a new process.
+        """
+        files = self._files(part)
+        if self._child is None or self._loaded != files:
+            self._start(files)
+        is_first, self._is_fresh = self._is_fresh, False
+        request = {"do": "run", "part": part.name, "mended": list(mended)}
+        try:
+            return self._child.ask(request, self.reference.inputs[part.name])
+        except ChildEnded as error:
+            self._end()
+            if is_first or self.stop:
+                self._late += error.is_late
+                raise
+            self._start(files, hurries=error.is_late)
+        try:
+            return self._child.ask(request, self.reference.inputs[part.name])
+        except ChildEnded as error:
+            self._late += error.is_late
+            self._end()
+            raise
+
+    def _files(self, part: Part) -> tuple[str, ...]:
+        """The files to load for a part: all, or its own alone if loading all of them ends the process."""
+        if () not in self._bad:
+            with contextlib.suppress(ChildEnded):
+                if self._child is None:
+                    self._start(())
+                return ()
+        own = self.reference.assignment.classes.get(part.replaces)
+        if own is None or (own,) in self._bad:
+            raise self._bad[() if own is None else (own,)]
+        return (own,)
+
+    def _start(self, files: tuple[str, ...], hurries: bool = False) -> None:
+        """Start a process, and let it load these files of the submission; with less time if it ``hurries``."""
+        if files in self._bad:
+            raise self._bad[files]
+        self._end()
+        limits = self.settings.limits
+        if hurries or self._late >= PATIENCE:
+            limits = replace(limits, cpu=min(limits.cpu, LESS_CPU), wall=min(limits.wall, LESS_WALL))
+        if self.stop:
+            raise ChildEnded("the grader was stopped")
+        assignment = self.reference.assignment
+        self._child = Child(
+            self.folder, self.settings.level, limits, self.reference.kernels, reads=(assignment.folder,)
+        )
+        self.stop.add(self._child)
+        request = {"do": "load", "assignment": str(assignment.folder), "folder": "submission", "files": list(files)}
+        try:
+            self._child.ask(request, wall=SECONDS_TO_LOAD if self._late == 0 else limits.wall)
+        except ChildEnded as error:
+            self._late += error.is_late
+            self._bad[files] = ChildEnded(f"loading {' '.join(files) or 'the files'}: {error.reason}", error.is_late)
+            self._end()
+            raise self._bad[files] from None
+        self._loaded, self._is_fresh = files, True
+
+    def _end(self) -> None:
+        if self._child is not None:
+            self._child.end()
+            self.stop.remove(self._child)
+            self.printed = cut(self.printed + clean(self._child.output, LONGEST_PRINT, lines=True))
+            self._child = None
+
+
+def judged(part: Part, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+    """The verdict on numbers that a submission's process sent; whatever they are, it is a verdict."""
+    answers = {name: values for name, values in answers.items() if name in expected}
+    try:
+        with np.errstate(all="ignore"):
+            return part.judge(inputs, answers, expected)
+    except Exception as error:  # of numbers that no honest method gives
+        return Verdict(CRASHED, 0.0, f"the answers cannot be compared ({type(error).__name__})")
+
+
+def clean(text: object, longest: int = LONGEST_MESSAGE, lines: bool = False) -> str:
+    """Text from a stranger, cut, without characters that would change a terminal."""
+    kept = "\n" if lines else ""
+    return "".join(c if c.isprintable() or c in kept else "\N{REPLACEMENT CHARACTER}" for c in str(text)[:longest])
+
+
+def cut(text: str) -> str:
+    """Text that is not longer than what a report shows."""
+    return text if len(text) <= LONGEST_PRINT else f"{text[:LONGEST_PRINT]}\n… (cut)"
+
+
+# ── what is kept ──
+
+
+def kept_at(assignment: Assignment, submitted: Submission, seed: int) -> Path:
+    """Where the mark of a submission is kept, without an ending."""
+    digest = hashlib.sha256(f"{fingerprint(assignment)}/{seed}/{submitted.digest}".encode()).hexdigest()
+    return mistakes.cache_folder() / "grades" / digest[:32]
+
+
+def keep(place: Path, mark: Mark, pictures: dict[str, np.ndarray]) -> None:
+    """Keep a mark and its pictures. If the folder cannot be written, the next run costs time, and nothing else."""
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        part = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}.part")
+        with part.open("wb") as file:
+            np.savez(file, **pictures)
+        part.replace(place.with_suffix(".npz"))
+        part.write_text(json.dumps(mark.facts()), encoding="utf-8")
+        part.replace(place.with_suffix(".json"))
+    except OSError:
+        return
+
+
+def read(place: Path) -> Mark | None:
+    """The mark that was kept; None if there is none, or if it is damaged."""
+    try:
+        return mark_of(json.loads(place.with_suffix(".json").read_text(encoding="utf-8")))
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def pictures_of(assignment: Assignment, submitted: Submission, seed: int) -> dict[str, dict[str, np.ndarray]]:
+    """Part → "yours", "right" and "difference" of a submission that was graded; {} if they were not kept."""
+    found: dict[str, dict[str, np.ndarray]] = {}
+    try:
+        with np.load(kept_at(assignment, submitted, seed).with_suffix(".npz"), allow_pickle=False) as kept:
+            for key in kept.files:
+                part, _, name = key.rpartition("/")
+                found.setdefault(part, {})[name] = kept[key].astype(np.float64)
+    except (OSError, ValueError, EOFError, KeyError):
+        return {}
+    return found

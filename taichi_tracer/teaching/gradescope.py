@@ -1,0 +1,161 @@
+"""Gradescope: its results.json, and the zip file that makes an autograder of an assignment.
+
+Gradescope unpacks the upload into /autograder/source and runs setup.sh once. For each submission, it runs
+/autograder/run_autograder, which reads /autograder/submission and writes /autograder/results/results.json.
+"""
+
+import importlib.metadata
+import json
+import shlex
+import zipfile
+from pathlib import Path, PurePosixPath
+
+import taichi_tracer
+from taichi_tracer.files.disk import check_place, replace_file
+from taichi_tracer.files.shipped import scene_data_dir
+from taichi_tracer.teaching import catalogue
+from taichi_tracer.teaching.base import RIGHT, Assignment
+from taichi_tracer.teaching.marks import Mark, PartMark, plain
+
+SCHEMA = {"visibility": "visible", "stdout_visibility": "hidden"}
+PACKAGE = Path(taichi_tracer.__file__).resolve().parent
+TIME = (2026, 1, 1, 0, 0, 0)  # of all entries, so that the same files give the same upload
+
+SETUP = """#!/usr/bin/env bash
+# Gradescope runs this once, as root, when the image of the autograder is made.
+set -e
+apt-get update
+apt-get install -y --no-install-recommends python3 python3-pip libgl1 libgomp1 bubblewrap || \\
+    apt-get install -y --no-install-recommends python3 python3-pip libgl1 libgomp1
+python3 -m pip install --break-system-packages {packages} || python3 -m pip install {packages}
+cd /autograder/source
+# The solution's answers and its compiled kernels are kept in the image, so that each submission takes seconds.
+export PYTHONPATH=/autograder/source TAICHI_TRACER_CACHE=/autograder/source/cache
+python3 -m taichi_tracer grade {assignment} {solution} --seed {seed} > /dev/null || true
+"""
+
+RUN = """#!/usr/bin/env bash
+# Gradescope runs this for each submission. AUTOGRADER is another folder than /autograder in tests.
+root="${{AUTOGRADER:-/autograder}}"
+export PYTHONPATH="$root/source" TAICHI_TRACER_CACHE="$root/source/cache"
+cd "$root/source"
+mkdir -p "$root/results"
+"${{PYTHON:-python3}}" -m taichi_tracer grade {assignment} "$root/submission" --seed {seed} \\
+    --gradescope "$root/results/results.json" > "$root/results/grader.log" 2>&1
+code=$?
+if [ $code -ne 0 ]; then
+    "${{PYTHON:-python3}}" - "$root/results" <<'PYTHON'
+import json, sys
+folder = sys.argv[1]
+with open(f"{{folder}}/grader.log", errors="replace") as log:
+    told = log.read()[-2000:]
+told = f"The submission could not be graded; please tell your teacher.\\n\\n{{told}}"
+with open(f"{{folder}}/results.json", "w") as results:
+    facts = {{"score": 0, "output": told, "visibility": "visible", "stdout_visibility": "hidden", "tests": []}}
+    json.dump(facts, results)
+PYTHON
+fi
+"""
+
+
+# ── results.json ──
+
+
+def results(mark: Mark) -> dict:
+    """The mark of one submission in the form of Gradescope's results.json. Gradescope itself takes off what is late."""
+    tests = [test(number, part) for number, part in enumerate(mark.parts, start=1)]
+    output = [f"This submission was not unpacked: {mark.refused}"] if mark.refused else []
+    output += [*mark.notes, *(f"The rule of imports: {text}" for text in mark.imports)]
+    output += [f"{reason}: −{percent:g} % of the score" for reason, percent in mark.deductions]
+    output += [f"What the submission printed:\n{mark.printed}"] if mark.printed.strip() else []
+    facts = {"score": mark.score, "execution_time": round(mark.seconds, 1), "output": "\n".join(output)}
+    return plain({**facts, **SCHEMA, "tests": tests})
+
+
+def test(number: int, part: PartMark) -> dict:
+    """One part as a test of Gradescope."""
+    return {
+        "name": part.name,
+        "number": str(number),
+        "score": part.earned,
+        "max_score": part.points,
+        "status": "passed" if part.status == RIGHT else "failed",
+        "output": told(part),
+        "output_format": "md",
+        "tags": [part.topic],
+        "visibility": "visible",
+    }
+
+
+def told(part: PartMark) -> str:
+    """What a student reads about a part, in Markdown."""
+    lines = [f"**{part.status}**: {escaped(part.message)}"]
+    if part.first_wrong:
+        lines.append("The first wrong answer:")
+        for whose, values in part.first_wrong.items():
+            numbers = ", ".join(f"{name} = {value}" for name, value in values.items())
+            lines.append(f"- {whose}: {escaped(numbers)}")
+    lines += [escaped(finding["text"]) for finding in part.findings]
+    lines += [f"Hint: {escaped(finding['hint'])}" for finding in part.findings[:1] if finding["hint"]]
+    return "\n\n".join(lines)
+
+
+def escaped(text: str) -> str:
+    """Text in which Markdown and HTML mean nothing: a part of it may come from the submission."""
+    marks = "\\`*_{}[]()#+!|~"
+    shown = "".join(f"\\{c}" if c in marks else c for c in text)
+    return shown.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+
+
+# ── the upload ──
+
+
+def write_upload(assignment: Assignment, name: str, target: Path, seed: int) -> Path:
+    """Write the zip file that a teacher gives to Gradescope.
+
+    Args:
+        name: how the assignment was named: a name that the package knows, or a folder, which is put into the file.
+    """
+    check_place(target)
+    is_shipped = name in catalogue.names()
+    called = assignment.name if is_shipped else f"./assignment/{assignment.name}"
+    folder = f"taichi_tracer/teaching/assignments/{assignment.name}" if is_shipped else called
+    words = {"assignment": shlex.quote(called), "solution": shlex.quote(f"{folder}/solution"), "seed": seed}
+    words["packages"] = " ".join(shlex.quote(package) for package in packages())
+    entries = {"setup.sh": SETUP.format(**words).encode(), "run_autograder": RUN.format(**words).encode()}
+    entries |= tree(PACKAGE, "taichi_tracer") | tree(scene_data_dir(), "taichi_tracer/scene_data_dir")
+    if not is_shipped:
+        entries |= tree(assignment.folder, f"assignment/{assignment.name}")
+    part = target.with_name(f".{target.name}.part")
+    with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(entries):
+            entry = zipfile.ZipInfo(path, TIME)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o755 if path in ("setup.sh", "run_autograder") else 0o644) << 16
+            archive.writestr(entry, entries[path])
+    replace_file(target, part.read_bytes())
+    part.unlink()
+    return target
+
+
+def tree(folder: Path, place: str) -> dict[str, bytes]:
+    """Path in the upload → content, of the files in a folder; without what Python compiled."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and "__pycache__" not in path.parts:
+            found[str(PurePosixPath(place) / path.relative_to(folder).as_posix())] = path.read_bytes()
+    return found
+
+
+def packages() -> list[str]:
+    """What has to be installed for the package, as pip reads it."""
+    try:
+        needed = importlib.metadata.requires("taichi_tracer") or []
+    except importlib.metadata.PackageNotFoundError:
+        needed = ["taichi>=1.7.3,<1.8", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib"]
+    return [package for package in needed if "extra ==" not in package]
+
+
+def dumps(mark: Mark) -> str:
+    """results.json as text."""
+    return json.dumps(results(mark), indent=1, allow_nan=False)

@@ -1,0 +1,245 @@
+"""How answers are judged: number by number within a tolerance, by statistics, or as pictures.
+
+Every judge is an object that can be called as ``Part.judge`` describes, and has ``agrees``: (inputs, answers, expected)
+→ (n,) bool, one for each input that is judged by itself. The mistake finder asks ``agrees``, too.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Verdict
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Every input has one right answer, up to rounding.
+
+    Attributes:
+        tolerance: the largest error that counts as rounding, as a multiple of 1 or of the right number, whichever is
+            larger.
+        only_where: the name of an answer that says whether the other answers of the same row count: where it is 0, as
+            ``is_hit`` of a miss, only itself is compared.
+        called: what one input is called in messages, "pixels" or "rays".
+    """
+
+    tolerance: float = 1e-4
+    only_where: str = ""
+    called: str = "inputs"
+
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: which inputs have the right answer."""
+        return np.logical_and.reduce(list(self.members(answers, expected).values()))
+
+    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name of an answer → (n,) bool: for which inputs it is right."""
+        count = len(next(iter(expected.values())))
+        counts = np.ones(count, bool)
+        if self.only_where:
+            counts = np.asarray(expected[self.only_where]).reshape(count) != 0
+        found = {}
+        for name, right in expected.items():
+            yours = answers.get(name)
+            if yours is None or np.shape(yours) != np.shape(right):
+                found[name] = np.zeros(count, bool)
+                continue
+            same = self._same(np.asarray(yours), np.asarray(right)).reshape(count, -1).all(axis=1)
+            found[name] = same if name == self.only_where else same | ~counts
+        return found
+
+    def _same(self, yours: np.ndarray, right: np.ndarray) -> np.ndarray:
+        if right.dtype.kind in "iub":
+            return yours == right
+        yours, right = yours.astype(np.float64), right.astype(np.float64)
+        with np.errstate(invalid="ignore", over="ignore"):
+            near = abs(yours - right) <= self.tolerance * np.maximum(1, abs(right))
+        return near | (yours == right) | (np.isnan(yours) & np.isnan(right))
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+        """Right if all inputs agree; otherwise the share of those that do, and the first that does not."""
+        agrees = self.agrees(inputs, answers, expected)
+        if agrees.all():
+            return Verdict(RIGHT, 1.0, f"all {len(agrees)} {self.called} are right")
+        first = int(np.argmin(agrees))
+        told = f"{int((~agrees).sum())} of {len(agrees)} {self.called} are wrong"
+        return Verdict(WRONG, float(agrees.mean()), told, first_wrong(inputs, answers, expected, first, len(agrees)))
+
+
+# The largest |z| of a test that passes. With 400 tests in a submission, the false-alarm rate is below 1e-6 for normal
+# means; means of 10⁴ and more bounded samples are close enough to normal that it stays below 1e-4.
+LARGEST_Z = 6.0
+ROUNDING = 1e-5  # the error of a mean in f32, relative to its size, or to 1
+
+
+def statistics(samples: np.ndarray) -> np.ndarray:
+    """(n, m, d) samples of n inputs → (n, 2, k): means of k numbers, and the squares of their standard errors.
+
+    The k numbers are the d numbers of a sample, their squares, the products of two different ones, and the sum of their
+    fourth powers. These are what a part with random answers returns for ``Samples``.
+    """
+    x = np.asarray(samples, np.float64)
+    d = x.shape[2]
+    columns = [x[..., i] for i in range(d)] + [x[..., i] ** 2 for i in range(d)]
+    columns += [x[..., i] * x[..., j] for i in range(d) for j in range(i + 1, d)]
+    columns.append((x**4).sum(axis=2))
+    with np.errstate(invalid="ignore", over="ignore"):
+        means = [column.mean(axis=1) for column in columns]
+        squared_errors = [column.var(axis=1) / x.shape[1] for column in columns]
+    return np.stack([np.stack(means, axis=1), np.stack(squared_errors, axis=1)], axis=1)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Random answers: the means of many samples are compared with those of the solution, by z-tests.
+
+    A random answer is what ``statistics`` returns.
+
+    Attributes:
+        exact: the names of the answers that are not random: one row of numbers for each input, as for ``Numbers``.
+        called: what one input is called in messages.
+        largest_z: the largest |z| that passes.
+    """
+
+    exact: tuple[str, ...] = ()
+    called: str = "inputs"
+    largest_z: float = LARGEST_Z
+
+    def scores(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name → (inputs, k) z-scores; infinite where an answer is not finite or has another shape."""
+        found = {}
+        for name, right in expected.items():
+            if name in self.exact:
+                same = Numbers().members(answers, {name: right})[name]
+                found[name] = np.where(same, 0.0, np.inf)[:, None]
+            elif np.shape(answers.get(name)) != np.shape(right):
+                found[name] = np.full((len(right), 1), np.inf)
+            else:
+                found[name] = z_scores(np.asarray(answers[name], np.float64), np.asarray(right, np.float64))
+        return found
+
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: the inputs whose tests all pass."""
+        return np.logical_and.reduce(list(self.members(answers, expected).values()))
+
+    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name of an answer → (n,) bool: for which inputs its tests pass."""
+        scores = self.scores(answers, expected)
+        return {name: (abs(z) <= self.largest_z).all(axis=1) for name, z in scores.items()}
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+        """Right if all tests pass; otherwise the mean of the first input that fails, beside the right mean."""
+        agrees = self.agrees(inputs, answers, expected)
+        if agrees.all():
+            return Verdict(RIGHT, 1.0, f"the samples of all {len(agrees)} {self.called} pass their tests")
+        first = int(np.argmin(agrees))
+        worst = max(float(np.abs(z[first]).max()) for z in self.scores(answers, expected).values())
+        told = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
+        told += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
+        wrong = first_wrong(inputs, self.told(answers), self.told(expected), first, len(agrees))
+        return Verdict(WRONG, float(agrees.mean()), told, wrong)
+
+    def told(self, answers: Arrays) -> Arrays:
+        """What a report shows of answers: exact ones as they are; means and standard deviations of random ones."""
+        shown = {name: array for name, array in answers.items() if name in self.exact}
+        for name, array in answers.items():
+            if name not in self.exact and np.ndim(array) == 3 and array.shape[1] == 2:
+                d = dimensions(array.shape[2])
+                mean, of_squares = array[:, 0, :d], array[:, 0, d : 2 * d]
+                shown[f"mean {name}"] = mean
+                shown[f"deviation of {name}"] = np.sqrt(np.maximum(0, of_squares - mean**2))
+        return shown
+
+
+def dimensions(count: int) -> int:
+    """How many numbers d a sample has, if its ``statistics`` have ``count`` = 2 d + d (d − 1)/2 + 1 numbers."""
+    return next((d for d in range(1, 10) if 2 * d + d * (d - 1) // 2 + 1 == count), 1)
+
+
+def z_scores(yours: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """(n, 2, k) statistics twice → (n, k): the differences of the means in standard errors.
+
+    Answers that are not finite give infinity; 0 if both are NaN, as that of a mistake and that of a student may be.
+    """
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        scale = np.maximum(1, abs(right[:, 0]))
+        error = np.sqrt(yours[:, 1] + right[:, 1] + (ROUNDING * scale) ** 2)
+        z = (yours[:, 0] - right[:, 0]) / error
+    z = np.where(np.isfinite(z), z, np.inf)
+    z[np.isnan(yours[:, 0]) & np.isnan(right[:, 0])] = 0
+    return z
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """A picture is right if nearly all of its pixels are: edges between triangles may fall on either side.
+
+    Attributes:
+        tolerance: the largest error of a pixel that counts as rounding.
+        allowed: the share of the pixels that may differ.
+        largest_z: for random pictures, which have "error" among the answers, the largest error in standard errors.
+    """
+
+    tolerance: float = 2e-3
+    allowed: float = 0.01
+    largest_z: float = LARGEST_Z
+
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: which pixels agree, row by row from the top."""
+        yours, right = answers.get("picture"), np.asarray(expected["picture"], np.float64)
+        if np.shape(yours) != right.shape:
+            return np.zeros(right.shape[0] * right.shape[1], bool)
+        yours = np.asarray(yours, np.float64)
+        largest = self.tolerance * np.maximum(1, abs(right))
+        if "error" in expected:
+            error = np.hypot(np.asarray(answers.get("error", 0), np.float64), np.asarray(expected["error"], np.float64))
+            largest = largest + self.largest_z * error
+        return (abs(yours - right) <= largest).all(axis=2).reshape(-1)
+
+    def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:
+        """Right if at most ``allowed`` of the pixels differ; both pictures and their difference in any case."""
+        agrees = self.agrees(inputs, answers, expected)
+        share = float(agrees.mean())
+        right = np.asarray(expected["picture"], np.float64)
+        yours = answers.get("picture")
+        if np.shape(yours) != right.shape:
+            return Verdict(WRONG, 0.0, f"the picture has the shape {np.shape(yours)}, not {right.shape}")
+        yours = np.asarray(yours, np.float64)
+        pictures = {"yours": yours, "right": right, "difference": abs(yours - right)}
+        if share >= 1 - self.allowed:
+            return Verdict(RIGHT, 1.0, "the picture is right", {}, pictures)
+        row, column = divmod(int(np.argmin(agrees)), right.shape[1])
+        first = {
+            "input": {"row from the top": row, "column": column},
+            "yours": {"colour": shown(yours[row, column])},
+            "right": {"colour": shown(right[row, column])},
+        }
+        return Verdict(WRONG, share, f"{(1 - share):.0%} of the pixels are wrong", first, pictures)
+
+
+def first_wrong(inputs: Arrays, answers: Arrays, expected: Arrays, i: int, count: int) -> dict[str, dict]:
+    """The i-th input with both answers, as numbers that can be shown."""
+    of_all = {name: shown(a) for name, a in inputs.items() if len(np.atleast_1d(a)) != count and np.size(a) <= 12}
+    of_this = {name: shown(np.asarray(a)[i]) for name, a in inputs.items() if len(np.atleast_1d(a)) == count}
+    yours = {name: shown(np.asarray(a)[i]) for name, a in answers.items() if len(np.atleast_1d(a)) == count}
+    right = {name: shown(np.asarray(a)[i]) for name, a in expected.items()}
+    return {"input": {**of_this, **of_all}, "yours": yours, "right": right}
+
+
+def shown(value: np.ndarray | float) -> object:
+    """An array as numbers with six digits: a number, or nested lists."""
+    array = np.asarray(value)
+    if array.size == 1:
+        return _digits(array.reshape(-1)[0])
+    return [shown(part) for part in array] if array.ndim > 1 else [_digits(number) for number in array]
+
+
+def _digits(number: object) -> int | float:
+    is_whole = isinstance(number, (int, np.integer, np.bool_))
+    return int(number) if is_whole else float(f"{float(number):.6g}")  # type: ignore[arg-type, call-overload]
+
+
+def sentence(values: Sequence[str]) -> str:
+    """Words as a list in a sentence: "a, b and c"."""
+    return values[0] if len(values) == 1 else f"{', '.join(values[:-1])} and {values[-1]}"

@@ -1,0 +1,145 @@
+"""What a class is compared with: the inputs of every part, and the solution's answers to them.
+
+The solution runs in a process of its own, so that Taichi never runs in the grader's. Its answers depend on the
+assignment, the package and the seed alone. They are computed once and kept in the user's cache, beside the compiled
+kernels, of which every submission gets a copy.
+"""
+
+import hashlib
+import os
+import threading
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import mistakes
+from taichi_tracer.teaching.base import Arrays, Assignment, Part
+from taichi_tracer.teaching.running import OK
+from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, Child, ChildEnded, Level
+
+SECONDS_FOR_PAIRS = 3.0  # how long pairs of mistakes are tried for one wrong answer; what was tried is kept
+SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
+TRUSTED = Level("limits")
+
+
+class Reference:
+    """The right answers for one class. Several threads may ask it.
+
+    Args:
+        assignment: what is graded. seed: decides the inputs.
+    """
+
+    def __init__(self, assignment: Assignment, seed: int) -> None:
+        self.assignment, self.seed = assignment, seed
+        self.folder = mistakes.cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
+        self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
+        self._child: Child | None = None
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> "Reference":
+        return self
+
+    def __exit__(self, *_error) -> None:
+        with self._lock:
+            self._end()
+
+    @property
+    def kernels(self) -> Path:
+        """The folder with the kernels that the solution needs."""
+        return self.folder / "cache"
+
+    @cached_property
+    def expected(self) -> dict[str, Arrays]:
+        """Part → the solution's answers.
+
+        Raises:
+            InputError: the solution does not run.
+        """
+        path = self.folder / f"expected-{self.seed}.npz"
+        found = read(path, self.inputs)
+        if found is None:
+            with self._lock:
+                found = {part.name: self._answer(part) for part in self.assignment.parts}
+                self._end()  # so that its kernels are written
+            write(path, found)
+        return found
+
+    def find(self, part: Part, answers: Arrays) -> tuple[dict, ...]:
+        """What is probably wrong with the answers to a part; the fields of each ``mistakes.Finding``."""
+        groups = {"inputs": self.inputs[part.name], "answers": answers, "expected": self.expected[part.name]}
+        arrays = {f"{group}/{name}": values for group, of in groups.items() for name, values in of.items()}
+        request = {"do": "find", "part": part.name, "seed": self.seed, "seconds": SECONDS_FOR_PAIRS}
+        with self._lock:
+            try:
+                reply, _ = self._trusted().ask(request, arrays, SECONDS_TO_FIND)
+            except ChildEnded:  # the marks do not depend on it
+                self._child = None
+                return ()
+        return tuple(reply["findings"])
+
+    def _answer(self, part: Part) -> Arrays:
+        try:
+            reply, arrays = self._trusted().ask({"do": "run", "part": part.name}, self.inputs[part.name])
+        except ChildEnded as error:
+            self._child = None
+            raise InputError(f"the solution of {part.name} ends its process: {error}") from None
+        if reply["status"] != OK:
+            where = f"assignment {self.assignment.name}: the solution of {part.name}"
+            raise InputError(f"{where} is {reply['status']}: {reply['message']}")
+        return arrays
+
+    def _trusted(self) -> Child:
+        """The process of the solution, which is started when it is first needed."""
+        if self._child is None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            child = Child(None, TRUSTED, None, keep=self.folder)
+            try:
+                child.ask({"do": "load", "assignment": str(self.assignment.folder)}, wall=SECONDS_TO_LOAD)
+            except ChildEnded as error:
+                child.end()
+                name = self.assignment.name
+                raise InputError(
+                    f"assignment {name}: the solution cannot be run: {error} {child.output[-300:]}"
+                ) from None
+            self._child = child
+        return self._child
+
+    def _end(self) -> None:
+        if self._child is not None:
+            self._child.end()
+            self._child = None
+
+
+def fingerprint(assignment: Assignment) -> str:
+    """A hash of everything that marks and hints depend on."""
+    digest = hashlib.sha256(mistakes.fingerprint(assignment.folder).encode())
+    path = assignment.folder / "mistakes.py"
+    digest.update(path.read_bytes() if path.exists() else b"")
+    return digest.hexdigest()
+
+
+def write(path: Path, answers: dict[str, Arrays]) -> None:
+    """Keep the solution's answers. A folder that cannot be written costs the time of the next run, and nothing else."""
+    arrays = {f"{part}/{name}": values for part, found in answers.items() for name, values in found.items()}
+    part = path.with_suffix(f".{os.getpid()}.part")
+    try:
+        with part.open("wb") as file:
+            np.savez(file, **arrays)
+        part.replace(path)
+    except OSError:
+        return
+
+
+def read(path: Path, parts: dict[str, Arrays]) -> dict[str, Arrays] | None:
+    """The answers that were kept; None if they are missing or damaged."""
+    found: dict[str, Arrays] = {part: {} for part in parts}
+    try:
+        with np.load(path, allow_pickle=False) as kept:
+            for key in kept.files:
+                part, _, name = key.rpartition("/")
+                found[part][name] = kept[key]
+    except (OSError, ValueError, KeyError, EOFError):
+        return None
+    return found if all(found.values()) else None

@@ -1,0 +1,371 @@
+"""What the parts of assignments are run with: cameras, geometries and hits without a scene, so that little is compiled.
+
+A stand-in is made once, by the package's own class. For every class under test it is copied, and the copy gets that
+class: the fields are shared, and only the tested methods are compiled.
+"""
+
+import copy
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.camera import Camera
+from taichi_tracer.effects import Effects
+from taichi_tracer.formulas.triangles import moller_trumbore
+from taichi_tracer.geometry import Geometry, Mesh, clean
+from taichi_tracer.materials import Material
+from taichi_tracer.ray import HitData, Ray, no_hit
+from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
+from taichi_tracer.sampler import IndependentSampler, MeshLightSampler, Sampler
+from taichi_tracer.scene_data import scene_from_mesh
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.teaching.base import Arrays
+
+PLAIN_EFFECTS: dict[str, Any] = {"brdfs": (), "environment": "none", "lights": (), "emitters": False, "lamps": False}
+PLAIN_EFFECTS |= {"interpolated_normals": True, "spheres": False, "culling": False, "background": False}
+PLAIN_EFFECTS |= {"blockers": "all", "scatters": False, "reasons": ()}
+
+
+def as_class(original: Any, cls: type, *arguments: Any, **named: Any) -> Any:
+    """A copy of ``original`` that belongs to ``cls``; a new object if ``cls`` has a constructor of its own."""
+    if cls.__init__ is not type(original).__init__:  # type: ignore[misc]
+        return cls(*arguments, **named)
+    other = copy.copy(original)
+    other.__class__ = cls
+    return other
+
+
+@lru_cache(maxsize=8)
+def _camera(width: int, height: int, kind: type, version: int) -> Any:
+    return kind(width, height)
+
+
+def camera(cls: type, width: int, height: int, kind: type = Camera, **view: Any) -> Any:
+    """A camera of the class under test. The package sets the view; the methods in kernels are those of ``cls``.
+
+    Args:
+        view: eye, at, up and fov.
+    """
+    original = _camera(int(width), int(height), kind, generation())
+    if view:
+        original.set_camera_parameters(**view)
+    return as_class(original, cls, int(width), int(height), **view)
+
+
+def generation() -> int:
+    """A number that changes when Taichi starts again, because fields end with it."""
+    runtime.ensure()
+    return id(ti.lang.impl.get_runtime().prog)
+
+
+_KEPT: dict[str, tuple[tuple, Any]] = {}
+
+
+def kept(name: str, make: Callable[..., Any], *arrays: np.ndarray) -> Any:
+    """``make(*arrays)``; the last result of each name is kept, because making fields takes longer than using them."""
+    key = (generation(), *(np.ascontiguousarray(array).tobytes() for array in arrays))
+    if name not in _KEPT or _KEPT[name][0] != key:
+        _KEPT[name] = key, make(*arrays)
+    return _KEPT[name][1]
+
+
+def geometry(inputs: Arrays) -> Geometry:
+    """The triangles in "vertices", "faces", "normals" and "material_ids" of the inputs."""
+    names = ("vertices", "faces", "normals", "material_ids")
+    return kept("geometry", make_geometry, *(inputs[name] for name in names))
+
+
+def make_geometry(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, material_ids: np.ndarray) -> Geometry:
+    """Triangles whose corners have one normal for each vertex."""
+    mesh = Mesh(
+        np.asarray(vertices, np.float64),
+        np.asarray(faces, np.int32),
+        normals=np.asarray(normals, np.float64),
+        face_normals=np.asarray(faces, np.int32),
+        face_materials=np.asarray(material_ids, np.int32),
+    )
+    store = memory.Memory()
+    made = Geometry(clean(mesh, runtime.dtype()), Effects(**PLAIN_EFFECTS), store.fields, completes_normals=True)
+    store.allocate()
+    made.load()
+    made.store = store  # the fields end with it
+    return made
+
+
+def intersector(cls: type, inputs: Arrays) -> Any:
+    """An intersector of the class under test, for the triangles of the inputs."""
+    original = RayIntersector.__new__(cls)
+    original.geometry = geometry(inputs)
+    if cls.__init__ is not RayIntersector.__init__:
+        return cls(original.geometry)
+    return original
+
+
+def of(cls: type, **attributes: Any) -> Any:
+    """An object of the class under test that was not constructed, with attributes that its methods need."""
+    made = cls.__new__(cls)
+    made.__dict__.update(attributes)
+    return made
+
+
+def sampler(count: int) -> Sampler:
+    """The random numbers of a part: every input is a pixel."""
+    made = IndependentSampler()
+    made.width = count
+    return made
+
+
+@ti.data_oriented
+class PlainIntersector(BruteForceRayIntersector):
+    """The test of Möller and Trumbore for few flat triangles of ordinary size: it compiles fast."""
+
+    name = "plain"
+
+    @ti.func
+    def intersect_triangle(self, ray, triangle_id):
+        """The hit on one triangle, with its position and the error of it."""
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        is_inside, t, u, v, det = moller_trumbore(ray.origin, ray.direction, v0, v1, v2)
+        hit = no_hit()
+        if is_inside and t > 0 and det != 0:
+            n = self.geometry.unit_normals[triangle_id] * ti.select(det < 0, -1, 1)
+            position, error = self.geometry.position(triangle_id, u, v)
+            hit = HitData(
+                is_hit=1,
+                is_backfacing=det < 0,
+                triangle_id=triangle_id,
+                distance=t,
+                barycentric_coords=tm.vec2(u, v),
+                normal=n,
+                geometric_normal=n,
+                material_id=self.geometry.triangle_material_ids[triangle_id],
+                position=position,
+                position_error=error,
+            )
+        return hit
+
+    @ti.func
+    def query_ray(self, ray):
+        """The nearest hit."""
+        nearest = no_hit()
+        for triangle_id in range(self.geometry.n_triangles):
+            hit = self.intersect_triangle(ray, triangle_id)
+            if hit.is_hit and hit.distance < nearest.distance:
+                nearest = hit
+        return nearest
+
+
+# ── functions for the kernels of parts ──
+
+
+@ti.func
+def vector(array: ti.template(), i):
+    """Row i of an (n, 3) array as a vec3."""
+    return tm.vec3(array[i, 0], array[i, 1], array[i, 2])
+
+
+@ti.func
+def ray_of(origins: ti.template(), directions: ti.template(), i):
+    """Row i of two (n, 3) arrays as a Ray."""
+    return Ray(origin=vector(origins, i), direction=vector(directions, i))
+
+
+@ti.func
+def write_hit(hit, i, whole: ti.template(), real: ti.template()):
+    """A HitData as row i of a table of whole numbers and of one of real numbers; see ``hit_answers``."""
+    is_hit = hit.is_hit != 0
+    whole[i, 0] = ti.select(is_hit, 1, 0)
+    whole[i, 1] = ti.select(hit.is_backfacing != 0, 1, 0)
+    whole[i, 2], whole[i, 3] = hit.triangle_id, hit.material_id
+    real[i, 0], real[i, 1], real[i, 2] = hit.distance, hit.barycentric_coords.x, hit.barycentric_coords.y
+    for k in ti.static(range(3)):
+        real[i, 3 + k] = hit.normal[k]
+
+
+def hit_answers(whole: np.ndarray, real: np.ndarray) -> Arrays:
+    """The members of the hits in the tables of ``write_hit``."""
+    return {
+        "is_hit": whole[:, 0],
+        "is_backfacing": whole[:, 1],
+        "triangle_id": whole[:, 2],
+        "material_id": whole[:, 3],
+        "distance": real[:, 0],
+        "barycentric_coords": real[:, 1:3],
+        "normal": real[:, 3:6],
+    }
+
+
+@ti.func
+def read_hit(i, whole: ti.template(), real: ti.template()):
+    """The HitData of row i of the tables of ``write_hit``."""
+    return HitData(
+        is_hit=whole[i, 0],
+        is_backfacing=whole[i, 1],
+        triangle_id=whole[i, 2],
+        distance=real[i, 0],
+        barycentric_coords=tm.vec2(real[i, 1], real[i, 2]),
+        normal=tm.vec3(real[i, 3], real[i, 4], real[i, 5]),
+        material_id=whole[i, 3],
+        geometric_normal=tm.vec3(real[i, 3], real[i, 4], real[i, 5]),
+        position=tm.vec3(0),
+        position_error=tm.vec3(0),
+    )
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """(…, 3) vectors with the length 1."""
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def directions(rng: np.random.Generator, count: int) -> np.ndarray:
+    """(count, 3) unit directions, uniform on the sphere."""
+    return unit(rng.normal(size=(count, 3)))
+
+
+def picture_size(rng: np.random.Generator) -> Arrays:
+    """The size of a picture that is not square, so that width and height cannot be confused."""
+    short, more = rng.integers(12, 24), rng.integers(5, 14)
+    width, height = rng.permutation([short, short + more])
+    return {"width": np.array(width), "height": np.array(height)}
+
+
+def views(rng: np.random.Generator, count: int) -> Arrays:
+    """Random cameras: eye, at and up of (count, 3), and fov of (count,). None looks along its own up."""
+    gaze, up = directions(rng, count), directions(rng, count)
+    up = np.where(abs((gaze * up).sum(axis=1, keepdims=True)) > 0.9, np.roll(gaze, 1, axis=1), up)
+    eye = rng.uniform(-3, 3, (count, 3))
+    at = eye + gaze * rng.uniform(0.5, 4, (count, 1))
+    up = up * rng.uniform(0.5, 2, (count, 1))
+    return {"eye": eye, "at": at, "up": up, "fov": rng.uniform(25, 100, count)}
+
+
+# ── materials and random samples ──
+
+
+@ti.dataclass
+class PlainMaterial:
+    """The members of a material that the BRDFs of the course read."""
+
+    Kd: tm.vec3
+    Ks: tm.vec3
+    Ke: tm.vec3
+    Ns: tm.vec3.dtype
+
+
+@ti.func
+def material_of(Kd: ti.template(), Ns: ti.template(), i):
+    """Row i of the reflectances and of the exponents as a material."""
+    return PlainMaterial(Kd=vector(Kd, i), Ks=tm.vec3(0.5), Ke=tm.vec3(0), Ns=Ns[i])
+
+
+@ti.func
+def write(array: ti.template(), i, v):
+    """A vec3 as row i of an (n, 3) array."""
+    for k in ti.static(range(3)):
+        array[i, k] = v[k]
+
+
+@ti.func
+def write_sample(array: ti.template(), i, j, v):
+    """A vec3 as sample j of input i of an (n, m, 3) array."""
+    for k in ti.static(range(3)):
+        array[i, j, k] = v[k]
+
+
+# ── lamps ──
+
+
+def lamp_room(rng: np.random.Generator) -> Arrays:
+    """A floor, half diffuse and half glossy, and a wall; a lamp above, and one at the wall that the floor mirrors.
+
+    Rays lead to the surfaces, and one to a lamp.
+    """
+    down = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], np.float64)
+    up, forward = down[::-1], down[::-1][:, [0, 2, 1]] * [1, -1, 1]
+    corners = [3 * up, forward * [2, 1, 1] + [0, 1, -2]]
+    corners += [down * rng.uniform(0.25, 0.5) + [-0.8, 1.6, 0], forward * [0.8, 0.35, 1] + [0.1, 0.5, -1.95]]
+    faces = np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(4)]).astype(np.int32)
+    on_floor = rng.uniform([-1, 0, -1], [1, 0, 1], (6, 3))
+    on_wall = rng.uniform([-1, 1.1, -2], [1, 1.5, -2], (2, 3))
+    eye = np.array([0.2, 1.0, 5.0])
+    target = np.concatenate([on_floor, on_wall, [[0.1, 0.5, -1.95]]])
+    return {
+        "origin": np.tile(eye, (len(target), 1)).astype(np.float32),
+        "direction": unit(target - eye).astype(np.float32),
+        "vertices": np.concatenate(corners),
+        "faces": faces,
+        "materials": np.array([0, 1, 0, 0, 2, 2, 3, 3], np.int32),
+        "Kd": np.concatenate([rng.uniform(0.3, 0.9, (2, 3)), np.full((2, 3), 0.2)]),
+        "Ns": np.array([1.0, rng.uniform(20, 40), 1, 1]),
+        "Ke": np.concatenate([np.zeros((2, 3)), rng.uniform(2, 6, (2, 3))]),
+    }
+
+
+def closed_room(rng: np.random.Generator) -> Arrays:
+    """A cube that is seen from within; all six sides emit and reflect, and two of them are glossy."""
+    count = 9
+    vertices = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    faces = [triangle for a, b, c, d in sides for triangle in ((a, b, c), (a, c, d))]
+    corners = vertices[np.array(faces)]
+    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    is_outward = (outward * corners.mean(axis=1)).sum(axis=1) > 0
+    order = np.where(is_outward[:, None], np.array(faces)[:, ::-1], np.array(faces))
+    return {
+        "origin": rng.uniform(-0.5, 0.5, (count, 3)).astype(np.float32),
+        "direction": directions(rng, count).astype(np.float32),
+        "vertices": vertices,
+        "faces": order.astype(np.int32),
+        "materials": np.repeat(np.arange(6), 2).astype(np.int32),
+        "Kd": rng.uniform(0.5, 0.9, (6, 3)),
+        "Ns": np.array([1.0, 1, 1, 1, 8, 12]),
+        "Ke": rng.uniform(0.5, 1.5, (6, 3)),
+    }
+
+
+def lamp_scene(inputs: Arrays) -> Any:
+    """The scene of ``lamp_room``, whose lamps the handout's ``MeshLightSampler`` samples. It is kept."""
+    names = ("vertices", "faces", "materials", "Kd", "Ns", "Ke")
+    return kept(f"lamp scene {len(inputs['faces'])}", make_lamp_scene, *(inputs[name] for name in names))
+
+
+def make_lamp_scene(vertices, faces, ids, Kd, Ns, Ke) -> Any:
+    """A scene from arrays."""
+    materials = [Material(f"m{i}", Kd=tuple(Kd[i]), Ns=float(Ns[i]), Ke=tuple(Ke[i])) for i in range(len(Ns))]
+    scene = scene_from_mesh(
+        vertices,
+        faces,
+        material=materials,
+        face_materials=ids,
+        intersector=PlainIntersector,
+        fast=False,
+        lamp_choice=MeshLightSampler,
+    )
+    scene.lamps.prepare()
+    return scene
+
+
+@ti.kernel
+def shade_kernel(
+    renderer: ti.template(),
+    random: ti.template(),
+    seed: ti.u32,
+    origin: ti.types.ndarray(ndim=2),
+    direction: ti.types.ndarray(ndim=2),
+    samples: ti.types.ndarray(ndim=3),
+):
+    for i, j in ti.ndrange(samples.shape[0], samples.shape[1]):
+        random.start(seed, i, 0, j)
+        write_sample(samples, i, j, renderer.shade_ray(ray_of(origin, direction, i)))
+
+
+def light_along(renderer: Any, inputs: Arrays, count: int, seed: int = 5) -> np.ndarray:
+    """(n, count, 3) samples of ``shade_ray`` of each ray of the inputs."""
+    rays = len(inputs["origin"])
+    samples = np.zeros((rays, count, 3), np.float32)
+    shade_kernel(renderer, sampler(rays), seed, inputs["origin"], inputs["direction"], samples)
+    return samples

@@ -1,0 +1,46 @@
+"""What a stub calls until it is written, and how the kit sees that a method still calls it."""
+
+import dis
+
+from taichi_tracer.system.seams import in_kernels
+
+MARK = "not_written"  # the name of the function, as it stands in the code of a stub
+
+
+@in_kernels
+def not_written(name: str) -> None:
+    """Mark a method that a student has not written yet; kernels and Python may call it, and it does nothing.
+
+    The checks, the grader and the window look for this call. They never run it to find out.
+
+    Args:
+        name: class and method, such as "Camera.generate_ray".
+    """
+
+
+def is_stub(method: object) -> bool:
+    """Whether the code of a method calls ``not_written``; the method may be a Taichi function, a kernel or a static."""
+    function = plain(method)
+    return MARK in getattr(getattr(function, "__code__", None), "co_names", ())
+
+
+def line_of_mark(method: object) -> int:
+    """The line in which a method calls ``not_written``; 0 if it does not."""
+    line = 0
+    for instruction in dis.get_instructions(getattr(plain(method), "__code__", lambda: None)):
+        starts = instruction.starts_line
+        if starts is True:  # from Python 3.13 on, the number has an attribute of its own
+            line = instruction.line_number
+        elif starts:
+            line = starts
+        if instruction.argval == MARK:
+            return line
+    return 0
+
+
+def plain(method: object) -> object:
+    """The Python function that a student wrote, without the decorators around it."""
+    function = getattr(method, "__func__", method)
+    while hasattr(function, "__wrapped__"):
+        function = function.__wrapped__
+    return function

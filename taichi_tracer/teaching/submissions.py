@@ -1,0 +1,372 @@
+"""What students hand in: zip files and folders, unpacked safely, and the rules of the course that concern them.
+
+A zip file is data from a stranger. It is refused as a whole if an entry could leave the folder (an absolute path, "..",
+a link, a device), if it could fill the disk (too many files, too many bytes, too high a ratio; counted while unpacking,
+because headers can lie), or if its names are not unique. What operating systems add by themselves (``__MACOSX``,
+``.DS_Store``), a folder around the files, and missing files are normal.
+"""
+
+import ast
+import hashlib
+import re
+import stat
+import struct
+import unicodedata
+import zipfile
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+from taichi_tracer.system.errors import InputError, MissingFileError
+
+MOST_ENTRIES = 400
+MOST_BYTES = 20 << 20  # unpacked
+MOST_PACKED = 20 << 20  # of a zip file
+MOST_DIRECTORY = 1 << 20  # bytes of a zip file's list of entries, which is read at once
+MOST_RATIO = 100  # unpacked bytes per packed byte
+FREE_BYTES = 64 << 10  # which an entry may have at any ratio: an empty-looking file packs well
+LONGEST_NAME = 200  # characters of a path
+CHUNK = 1 << 16
+IGNORED = ("__MACOSX", "__pycache__", ".git", ".ipynb_checkpoints", ".idea", ".vscode", ".venv")
+IGNORED_FILES = (".DS_Store", "Thumbs.db", "desktop.ini")
+ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".bz2", ".xz", ".7z", ".rar", ".whl", ".jar")
+END_OF_ZIP, END_SIZE, LONGEST_COMMENT = b"PK\x05\x06", 22, 1 << 16
+IS_ENCRYPTED = 1
+ID = re.compile(r"(?<!\d)\d{9}(?!\d)")  # a student's number
+ALWAYS_ALLOWED = ("__future__", "math", "numpy", "taichi", "taichi_tracer", "typing")
+ROUND_THE_RULE = ("__import__", "eval", "exec", "compile", "globals", "__builtins__", "__subclasses__")
+
+
+class RefusedError(InputError):
+    """A submission that is not unpacked; the message says why."""
+
+
+@dataclass(frozen=True)
+class Submission:
+    """One thing that a student handed in.
+
+    Attributes:
+        path: the zip file or the folder. key: its name, which no other submission of the class has.
+        student: the student's number of nine digits, or else the name of the file.
+        is_misnamed: whether the name is not just the number.
+    """
+
+    path: Path
+    key: str
+    student: str
+    is_misnamed: bool
+
+    @property
+    def digest(self) -> str:
+        """A number of all bytes that were handed in, and of their names."""
+        digest = hashlib.sha256(self.path.name.encode())
+        for file in [self.path] if self.path.is_file() else sorted(self.path.rglob("*")):
+            if file.is_file() and not file.is_symlink():
+                digest.update(str(file.relative_to(self.path)).encode(errors="replace"))
+                with file.open("rb") as data:
+                    while chunk := data.read(1 << 20):
+                        digest.update(chunk)
+        return digest.hexdigest()
+
+
+@dataclass
+class Unpacked:
+    """The files of a submission.
+
+    Attributes:
+        folder: the folder that has the files of the assignment. notes: what the report says about the files.
+        imports: what goes against the rule of imports, one sentence each.
+    """
+
+    folder: Path
+    notes: list[str] = field(default_factory=list)
+    imports: list[str] = field(default_factory=list)
+
+
+# ── which submissions there are ──
+
+
+def find(path: Path, files: Sequence[str]) -> list[Submission]:
+    """The submissions at a path: one zip file, the folder of one student, or a folder with one entry per student.
+
+    Args:
+        files: the names of the files that a student hands in.
+    """
+    if not path.exists():
+        raise MissingFileError(f"{path}: no such file or folder; give the zip file of one student, or a folder of them")
+    if path.is_file():
+        return [submission(path)]
+    entries = [p for p in sorted(path.iterdir()) if not is_ignored(PurePosixPath(p.name)) and not p.is_symlink()]
+    wanted = {file.casefold() for file in files}
+    zips = [p for p in entries if p.suffix.casefold() == ".zip"]
+    if not zips and (any(p.name.casefold() in wanted for p in entries) or is_one_deeper(entries, wanted)):
+        return [submission(path)]
+    found = [p for p in entries if p.is_dir() or p in zips]
+    if not found:
+        raise InputError(f"{path}: neither zip files, nor folders of students, nor any of {', '.join(files)} are in it")
+    return [submission(p) for p in found]
+
+
+def is_one_deeper(entries: list[Path], wanted: set[str]) -> bool:
+    """Whether the only folder in a folder is not named as a student is, and has the files."""
+    folders = [p for p in entries if p.is_dir()]
+    if len(folders) != 1 or ID.search(folders[0].name):
+        return False
+    return any(p.name.casefold() in wanted for p in folders[0].iterdir())
+
+
+def submission(path: Path) -> Submission:
+    """The submission of a zip file or a folder; its name says whose it is."""
+    name = path.resolve().name
+    stem = name[: -len(".zip")] if path.is_file() and name.casefold().endswith(".zip") else name
+    numbers = ID.findall(stem)
+    return Submission(path, name, numbers[0] if len(set(numbers)) == 1 else stem, not ID.fullmatch(stem))
+
+
+def is_ignored(path: PurePosixPath) -> bool:
+    """Whether the operating system or a tool made a file, and no student."""
+    is_tools = any(part in IGNORED for part in path.parts)
+    return is_tools or path.name in IGNORED_FILES or path.name.startswith("._") or path.suffix == ".pyc"
+
+
+# ── unpacking ──
+
+
+def unpack(submitted: Submission, target: Path, files: Sequence[str]) -> Unpacked:
+    """Unpack or copy a submission into a folder that does not exist.
+
+    Raises:
+        RefusedError: the submission is not as it may be. What was written until then stays in ``target``.
+    """
+    target.mkdir(parents=True)
+    if submitted.path.is_dir():
+        copy_folder(submitted.path, target)
+    else:
+        unpack_zip(submitted.path, target)
+    return look_at(target, files)
+
+
+class Names:
+    """The names of the entries so far: at most so many, each a plain path within the folder, no two alike."""
+
+    def __init__(self) -> None:
+        self._seen: dict[str, str] = {}
+        self.count = 0
+
+    def path(self, name: str) -> PurePosixPath:
+        """The path of an entry below the target."""
+        self.count += 1
+        if self.count > MOST_ENTRIES:
+            raise RefusedError(f"it has more than {MOST_ENTRIES} files")
+        plain = unicodedata.normalize("NFC", name.replace("\\", "/"))
+        if len(plain) > LONGEST_NAME or not plain.isprintable():
+            raise RefusedError(f"the name {shown(name)} is too long, or has characters that cannot be printed")
+        path = PurePosixPath(plain)
+        if plain.startswith("/") or re.match("[A-Za-z]:", plain):
+            raise RefusedError(f"{shown(name)} is an absolute path")
+        if ".." in path.parts:
+            raise RefusedError(f"{shown(name)} leads out of the folder")
+        return path
+
+    def check_unique(self, path: PurePosixPath) -> None:
+        """Raise a RefusedError if a file has the name of another one, capital letters or not, or of its folder."""
+        folded = str(path).casefold()
+        if folded in self._seen:
+            other = self._seen[folded]
+            what = "twice" if other == str(path) else f"beside {shown(other)}: the names differ only in capital letters"
+            raise RefusedError(f"{shown(path)} is in it {what}")
+        self._seen[folded] = str(path)
+
+
+class Room:
+    """Counts the bytes that were really written."""
+
+    def __init__(self, most: int) -> None:
+        self.left, self.most = most, most
+
+    def take(self, count: int) -> None:
+        """Raise a RefusedError if so many bytes do not fit any more."""
+        self.left -= count
+        if self.left < 0:
+            raise RefusedError(f"its files have more than {self.most >> 20} MB")
+
+
+def unpack_zip(path: Path, target: Path) -> None:
+    """Unpack a zip file, entry by entry."""
+    check_end(path)
+    names, room = Names(), Room(MOST_BYTES)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for entry in archive.infolist():
+                place = names.path(entry.filename)
+                check_kind(entry)
+                if entry.is_dir() or entry.filename.endswith("\\") or is_ignored(place):
+                    continue
+                names.check_unique(place)
+                check_not_archive(place.name)
+                write(entry_chunks(archive, entry), target, place, room)
+    except RefusedError:
+        raise
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, OSError) as error:
+        raise RefusedError(f"it is no readable zip file ({type(error).__name__}: {shown(error)})") from None
+
+
+def check_end(path: Path) -> None:
+    """Raise a RefusedError if the file is too large, or has no list of entries of reasonable size at its end."""
+    size = path.stat().st_size
+    if size > MOST_PACKED:
+        raise RefusedError(f"the file has {size >> 20} MB, and {MOST_PACKED >> 20} MB are allowed")
+    with path.open("rb") as file:
+        file.seek(max(0, size - END_SIZE - LONGEST_COMMENT))
+        tail = file.read()
+    at = tail.rfind(END_OF_ZIP)
+    if at < 0 or len(tail) - at < END_SIZE:
+        raise RefusedError("it is no zip file")
+    entries, length = struct.unpack_from("<10xHI", tail, at)
+    if entries > MOST_ENTRIES or length > MOST_DIRECTORY:
+        raise RefusedError(f"it has more than {MOST_ENTRIES} files")
+
+
+def check_kind(entry: zipfile.ZipInfo) -> None:
+    """Raise a RefusedError for links, devices, and what needs a password or an unusual packer."""
+    kind = stat.S_IFMT(entry.external_attr >> 16)
+    if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
+        raise RefusedError(f"{shown(entry.filename)} is a link or a device")
+    if entry.flag_bits & IS_ENCRYPTED:
+        raise RefusedError(f"{shown(entry.filename)} has a password")
+    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise RefusedError(f"{shown(entry.filename)} is packed in an unusual way; use the usual one, deflate")
+
+
+def check_not_archive(name: str) -> None:
+    """Raise a RefusedError for an archive within an archive."""
+    if name.casefold().endswith(ARCHIVES):
+        raise RefusedError(f"{shown(name)} is an archive within the archive: hand in the files themselves")
+
+
+def entry_chunks(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Iterator[bytes]:
+    """The bytes of an entry; a RefusedError as soon as they are too many for its packed size."""
+    total = 0
+    with archive.open(entry) as file:
+        while chunk := file.read(CHUNK):
+            total += len(chunk)
+            if total > FREE_BYTES and total > MOST_RATIO * max(1, entry.compress_size):
+                raise RefusedError(f"{shown(entry.filename)} unpacks to more than {MOST_RATIO} times its packed size")
+            yield chunk
+
+
+def copy_folder(source: Path, target: Path) -> None:
+    """Copy the plain files of a folder; links are not followed."""
+    names, room = Names(), Room(MOST_BYTES)
+    for file in sorted(source.rglob("*")):
+        relative = PurePosixPath(file.relative_to(source).as_posix())
+        if is_ignored(relative):
+            continue
+        place = names.path(str(relative))
+        if file.is_symlink() or not (file.is_dir() or file.is_file()):
+            raise RefusedError(f"{shown(relative)} is a link or a device")
+        if file.is_file():
+            names.check_unique(place)
+            check_not_archive(place.name)
+            with file.open("rb") as data:
+                write(iter(lambda data=data: data.read(CHUNK), b""), target, place, room)
+
+
+def write(chunks: Iterator[bytes], target: Path, place: PurePosixPath, room: Room) -> None:
+    """Write one file below the target, as long as there is room."""
+    path = target.joinpath(*place.parts)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("xb") as file:
+            for chunk in chunks:
+                room.take(len(chunk))
+                file.write(chunk)
+    except (FileExistsError, NotADirectoryError, IsADirectoryError):
+        raise RefusedError(f"{shown(place)} is a file and a folder at once") from None
+
+
+def shown(name: object) -> str:
+    """A name that a stranger chose, safe to print."""
+    return repr(str(name)[:LONGEST_NAME])
+
+
+# ── what is in it ──
+
+
+def look_at(target: Path, files: Sequence[str]) -> Unpacked:
+    """Find the folder that has the assignment's files, and say what is unusual."""
+    wanted = {file.casefold(): file for file in files}
+    places: dict[Path, list[Path]] = {target: []}
+    for path in sorted(target.rglob("*")):
+        if path.is_file() and path.name.casefold() in wanted:
+            places.setdefault(path.parent, []).append(path)
+    folder = min(places, key=lambda p: (-len(places[p]), len(p.parts), str(p)))
+    unpacked = Unpacked(folder)
+    if folder != target:
+        unpacked.notes.append(f"the files are in the folder {shown(folder.relative_to(target))}")
+    for path in places[folder]:
+        right = wanted[path.name.casefold()]
+        if path.name != right:
+            unpacked.notes.append(f"{shown(path.name)} should be called {right!r}, and is used as this file")
+            path.rename(path.with_name(right))
+    missing = [file for file in files if not (folder / file).is_file()]
+    if missing:
+        unpacked.notes.append(f"missing: {', '.join(missing)}")
+    return unpacked
+
+
+def check_imports(folder: Path, solution: Path, files: Sequence[str], methods: dict[str, set[str]]) -> list[str]:
+    """What goes against the rule "no imports beyond those provided", one sentence each.
+
+    The rule is read off the syntax tree. It is a rule of the course and not a wall: ``getattr`` and many other ways get
+    round it.
+
+    Args:
+        folder: the student's. solution: the folder of the solution, whose imports are allowed.
+        files: what is handed in.
+        methods: class → its methods that the student writes; the package's must not be called instead.
+    """
+    allowed = {*ALWAYS_ALLOWED, *(path.stem for path in folder.glob("*.py"))}
+    for file in sorted(solution.glob("*.py")):
+        allowed |= {name.partition(".")[0] for name in imported(ast.parse(file.read_text(encoding="utf-8")))}
+    told = []
+    for file in files:
+        path = folder / file
+        try:
+            tree = ast.parse(path.read_bytes())
+        except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):  # the report says so when it is run
+            continue
+        for name in sorted(imported(tree)):
+            if name.partition(".")[0] not in allowed or name.startswith("taichi_tracer.teaching.assignments"):
+                told.append(f"{file} imports {shown(name)}")
+        told += [f"{file}: {text}" for text in sorted(set(roundabout(tree, methods)))]
+    return told
+
+
+def imported(tree: ast.AST) -> set[str]:
+    """The modules that a file imports."""
+    names = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            names.add(node.module or "")
+    return names
+
+
+def roundabout(tree: ast.AST, methods: dict[str, set[str]]) -> Iterator[str]:
+    """Ways round the rule that the syntax tree shows: ``eval``, and the package's own method in place of one's own."""
+    written = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and node.id in ROUND_THE_RULE:
+            yield f"it uses {node.id}"
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load):
+            owner = node.value
+            name = owner.attr if isinstance(owner, ast.Attribute) else getattr(owner, "id", "")
+            is_super = isinstance(owner, ast.Call) and getattr(owner.func, "id", "") == "super"
+            is_package = name in methods and (isinstance(owner, ast.Attribute) or name not in written)
+            if is_package and node.attr in methods[name]:
+                yield f"it uses the package's own {name}.{node.attr}"
+            if is_super and any(node.attr in names for names in methods.values()):
+                yield f"it uses the package's own {node.attr} by super()"

@@ -1,0 +1,192 @@
+"""What a student's check says: right, wrong with the first wrong number, not written, and where it crashed."""
+
+import time
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.apps.cli import main
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import catalogue, mistakes
+from taichi_tracer.teaching.checking import check_folder
+from taichi_tracer.teaching.handing_out import write_folder
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _own_cache(tmp_path_factory):
+    start("f32")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(mistakes.VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture
+def solved(tmp_path):
+    """A solved folder of assignment 1, to be changed."""
+    write_folder(catalogue.load("a1"), tmp_path / "a1", is_solved=True)
+    return tmp_path / "a1"
+
+
+def change(folder, file, old, new):
+    """Change one place of a student's file."""
+    text = (folder / file).read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    (folder / file).write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_a_wrong_number_stands_beside_the_right_one(solved):
+    change(solved, "camera.py", "2 * (pixel_y + 0.5) / self.height - 1", "1 - 2 * (pixel_y + 0.5) / self.height")
+    report = check_folder(solved, ["generate_ndc_coords", "generate_ray"])
+    wrong, ray = report.results
+    assert (wrong.verdict.status, ray.verdict.status) == ("wrong", "right")  # the ray is tested with the right NDC
+    first = wrong.verdict.first_wrong
+    assert first["yours"]["ndc"][1] == pytest.approx(-first["right"]["ndc"][1], rel=1e-5)
+    assert "pixel" in first["input"]
+    assert [finding.names for finding in wrong.findings] == [("y axis points down",)]
+    assert 2 <= report.points < 2.2  # an odd number of rows has one in the middle
+    text = str(report)
+    assert "1 of 2 parts are right: 2" in text
+    assert "hint: Where is pixel (0, 0)" in text
+    assert "pixels agree with: y axis points down" in report.page()
+
+
+def test_a_crash_has_its_line(solved):
+    change(solved, "camera.py", "tan_half_fov = ti.tan(", "tan_half_fov = ti.tangent(")
+    change(solved, "camera.py", "np.cross(z_c, x_c)", "np.crosss(z_c, x_c)")
+    change(solved, "ray_intersector.py", "e2 = v2 - v0", "e2 = v2 - v9")
+    lines = (solved / "camera.py").read_text(encoding="utf-8").splitlines()
+    report = check_folder(solved, ["generate_camera_coords", "compute_matrix", "intersect_triangle", "query_ray"])
+    coords, matrix, triangle, nearest = (result.verdict for result in report.results)
+    assert (coords.status, matrix.status, triangle.status, nearest.status) == ("crashed", "crashed", "crashed", "right")
+    assert f"line {1 + next(i for i, line in enumerate(lines) if 'tangent(' in line)} of camera.py" in coords.message
+    assert f"line {1 + next(i for i, line in enumerate(lines) if 'crosss' in line)} of camera.py" in matrix.message
+    assert "crosss" in matrix.message
+    assert "of ray_intersector.py" in triangle.message
+    assert "v9" in triangle.message
+
+
+def test_a_file_that_cannot_be_read_costs_its_own_parts_alone(solved):
+    change(solved, "ray_intersector.py", "e1 = v1 - v0", "e1 = v1 - ")
+    report = check_folder(solved, ["query_ray", "generate_ndc_coords", "picture: normal"])
+    statuses = [result.verdict.status for result in report.results]
+    assert statuses == ["crashed", "right", "crashed"]
+    assert "of ray_intersector.py: SyntaxError" in report.results[0].verdict.message
+
+
+def test_missing_files_classes_and_methods(solved):
+    (solved / "ray_intersector.py").unlink()
+    change(solved, "camera.py", "def compute_matrix", "def compute_the_matrix")
+    change(solved, "renderer.py", "class A1Renderer", "class Renderer")
+    report = check_folder(solved, ["query_ray", "compute_matrix", "shade_hit"])
+    assert [result.verdict.status for result in report.results] == ["missing"] * 3
+    told = [result.verdict.message for result in report.results]
+    assert told[0] == "the file ray_intersector.py is missing"
+    assert told[1] == "Camera has no method compute_matrix"
+    assert told[2] == "there is no class A1Renderer"
+
+
+def test_the_package_does_not_stand_in_for_a_method_that_is_missing(solved):
+    """A method that only the package has is missing, although the student's class inherits it."""
+    text = (solved / "camera.py").read_text(encoding="utf-8")
+    (solved / "camera.py").write_text(text.replace("def generate_ndc_coords", "def other"), encoding="utf-8")
+    (result,) = check_folder(solved, ["generate_ndc_coords"]).results
+    assert result.verdict.status == "missing"
+
+
+def test_a_method_may_not_call_the_one_of_the_package(solved):
+    change(
+        solved,
+        "camera.py",
+        "ndc_coords.x = 2 * (pixel_x + 0.5) / self.width - 1",
+        "ndc_coords = tt.Camera.generate_ndc_coords(self, pixel_x, pixel_y)",
+    )
+    (result,) = check_folder(solved, ["generate_ndc_coords"]).results
+    assert result.verdict.status == "crashed"
+    assert "calls the package's own generate_ndc_coords" in result.verdict.message
+    assert tt.Camera(8, 8).rays(0, 0)[0].shape == (1, 3)  # it is there again
+
+
+def test_a_student_may_have_helpers_and_a_constructor(solved):
+    change(
+        solved,
+        "camera.py",
+        "    @ti.func\n    def generate_ndc_coords",
+        "    def __init__(self, *arguments, **named):\n"
+        "        super().__init__(*arguments, **named)\n"
+        "        self.half_pixel = 0.5\n\n"
+        "    @ti.func\n    def middle(self, x):\n        return x + self.half_pixel\n\n"
+        "    @ti.func\n    def generate_ndc_coords",
+    )
+    change(solved, "camera.py", "(pixel_x + 0.5)", "self.middle(pixel_x)")
+    (result,) = check_folder(solved, ["generate_ndc_coords"]).results
+    assert result.verdict.status == "right", result.verdict.message
+
+
+def test_seeds_change_the_inputs():
+    assignment = catalogue.load("a1")
+    for part in assignment.parts[:5]:
+        first, second, again = (assignment.inputs(part, seed) for seed in (0, 1, 0))
+        assert any(not np.array_equal(first[name], second[name]) for name in first), part.name
+        assert all(np.array_equal(first[name], again[name]) for name in first)
+
+
+def test_one_part_takes_seconds(solved):
+    """After an edit, with everything compiled and kept before; the figure is a bound for a slow machine."""
+    change(solved, "ray_intersector.py", "u + v <= 1", "u + v <= 2")
+    check_folder(solved, ["intersect_triangle"])
+    change(solved, "ray_intersector.py", "u + v <= 2", "u + v <= 1.0")
+    start_time = time.perf_counter()
+    assert check_folder(solved, ["intersect_triangle"]).is_right
+    assert time.perf_counter() - start_time < 30
+
+
+@ti.data_oriented
+class MyCamera(tt.Camera):
+    """As in a notebook: another name, and one method alone."""
+
+    @ti.func
+    def generate_ndc_coords(self, pixel_x, pixel_y):
+        """The corner of the pixel."""
+        return tm.vec2(2 * pixel_x / self.width - 1, 2 * pixel_y / self.height - 1)
+
+
+def test_in_a_notebook_classes_are_given():
+    report = tt.teaching.check("a1", MyCamera)
+    by_name = {result.part.name: result for result in report.results}
+    assert set(by_name) == {part.name for part in catalogue.load("a1").parts if part.replaces == "Camera"}
+    ndc = by_name["Camera.generate_ndc_coords"]
+    assert [finding.names for finding in ndc.findings] == [("pixel corner instead of centre",)]
+    assert by_name["Camera.compute_matrix"].verdict.status == "missing"
+    assert "pixel corner instead of centre" in report._repr_html_()
+    assert tt.teaching.check("a1", MyCamera).points == report.points == 0  # twice: the function is still a function
+
+
+def test_words_that_cannot_be_used(solved, tmp_path, capsys):
+    assert main(["check", str(tmp_path)]) == 2
+    assert "assignment.json is missing" in capsys.readouterr().err
+    assert main(["check", str(solved), "generate_rai"]) == 2
+    assert "unknown part 'generate_rai': did you mean" in capsys.readouterr().err
+    (solved / "assignment.json").write_text("{")
+    assert main(["check", str(solved)]) == 2
+    assert "the file is damaged" in capsys.readouterr().err
+    assert not (solved / "check.html").exists()
+    with pytest.raises(InputError, match="check takes classes"):
+        tt.teaching.check("a1", "MyCamera")
+    with pytest.raises(InputError, match="unknown class 'Sampler'"):
+        tt.teaching.check("a1", tt.Sampler)
+
+
+def test_the_command_tells_each_part_and_writes_a_page(solved, capsys):
+    change(solved, "renderer.py", "color = (hit_data.normal + 1) / 2", "color = hit_data.normal")
+    assert main(["check", str(solved), "shade_normal", "shade_hit", "normal"]) == 1
+    told = capsys.readouterr().out
+    assert "wrong       A1Renderer.shade_normal" in told
+    assert "right       A1Renderer.shade_hit" in told
+    assert "wrong       picture: normal" in told
+    page = (solved / "check.html").read_text(encoding="utf-8")
+    assert page.count("<img") == 3  # yours, right, difference
+    assert main(["check", str(solved), "shade_hit"]) == 0

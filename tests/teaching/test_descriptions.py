@@ -1,0 +1,79 @@
+"""What is said about an error that no known mistake explains."""
+
+import math
+
+import numpy as np
+import pytest
+
+from taichi_tracer.teaching.descriptions import describe, factor_word
+
+RNG = np.random.default_rng(4)
+RIGHT = RNG.normal(size=(50, 3))
+UNIT = RIGHT / np.linalg.norm(RIGHT, axis=1, keepdims=True)
+
+
+def told(yours, right=RIGHT, **others):
+    """The descriptions of one answer that is wrong everywhere."""
+    return describe(others, {"v": np.asarray(yours)}, {"v": np.asarray(right)}, np.zeros(len(right), bool))
+
+
+@pytest.mark.parametrize(
+    ("yours", "text"),
+    [
+        (RIGHT * [1, -1, 1], "v is mirrored: its y has the opposite sign"),
+        (-RIGHT, "v points the opposite way"),
+        (RIGHT[:, [1, 0, 2]], "v has its x and its y exchanged"),
+        (2 * RIGHT, "v is scaled by 2"),
+        (RIGHT / 4, "v is scaled by 1/4"),
+        (math.pi * RIGHT, "v is scaled by π"),
+        (RIGHT + [1, 0, 0.5], "v has a constant offset: 1, 0, 0.5"),
+        (0 * RIGHT, "v is always 0"),
+        (0 * RIGHT + 7, "v is the same for every input"),
+        (1 - RIGHT, "v is 1 minus the right number"),
+        (RIGHT + np.outer(RNG.normal(size=50), [0, 0, 1]), "of v, only z is wrong"),
+        (np.full((50, 3), np.nan), "v is not a finite number in 50 of 50 cases"),
+        (RIGHT[:, :2], "the answer 'v' has another shape than it should"),
+    ],
+)
+def test_vectors(yours, text):
+    assert told(yours) == [text]
+
+
+def test_a_direction_that_is_not_normalised():
+    lengths = RNG.uniform(0.5, 2, (50, 1))
+    assert told(UNIT * lengths, UNIT) == ["v has the right direction, but not the length 1"]
+
+
+def test_a_transposed_matrix():
+    matrices = RNG.normal(size=(20, 4, 4))
+    assert told(matrices.swapaxes(1, 2), matrices) == ["v is transposed"]
+
+
+def test_ids():
+    ids = np.arange(50)
+    assert told(ids + 1, ids) == ["v is always too large by 1"]
+    assert told(ids * (ids != 3), ids) == ["v is wrong in 1 of 50 cases"]
+
+
+def test_cases_of_hits():
+    """Wrong only on the back; wrong only for rays that are not of length 1; hits missed and invented."""
+    count = 40
+    hit, back = np.ones(count, np.int32), (np.arange(count) % 2).astype(np.int32)
+    right = {"is_hit": hit, "is_backfacing": back, "distance": np.linspace(1, 2, count)}
+    wrong_on_back = {**right, "distance": np.where(back, 3 * right["distance"], right["distance"])}
+    found = describe({}, wrong_on_back, right, back == 0)
+    assert found == ["wrong only for hits on the back of a triangle", "distance is scaled by 3"]
+
+    lengths = np.where(np.arange(count) % 4 == 0, 1.0, 2.0)
+    direction = np.outer(lengths, [0, 0, 1])
+    far = {**right, "distance": right["distance"] * lengths}
+    found = describe({"direction": direction}, far, right, lengths == 1)
+    assert found[0] == "wrong only for rays whose direction does not have the length 1"
+
+    missed = {**right, "is_hit": np.where(np.arange(count) < 5, 0, 1)}
+    assert describe({}, missed, right, np.arange(count) >= 5) == ["5 hits are missed"]
+
+
+def test_factors_with_a_name():
+    words = [factor_word(x) for x in (math.pi, 1 / (2 * math.pi), 180 / math.pi, 0.5, 3, 1.234567)]
+    assert words == ["π", "1/(2π)", "180/π", "1/2", "3", "1.235"]

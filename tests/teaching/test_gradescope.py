@@ -1,0 +1,150 @@
+"""Gradescope: results.json against its documentation, and the upload, run as Gradescope runs it."""
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+
+import pytest
+from teaching import sums
+
+from taichi_tracer.teaching import catalogue, gradescope
+from taichi_tracer.teaching.marks import Mark, PartMark
+
+VISIBILITY = ("hidden", "after_due_date", "after_published", "visible")
+# Key → the type, or the values, that the documentation of Gradescope's autograders states.
+OF_ALL = {
+    "score": (int, float),
+    "execution_time": (int, float),
+    "output": str,
+    "output_format": str,
+    "visibility": VISIBILITY,
+    "stdout_visibility": VISIBILITY,
+    "extra_data": dict,
+    "tests": list,
+    "leaderboard": list,
+}
+OF_TESTS = {
+    "score": (int, float),
+    "max_score": (int, float),
+    "status": ("passed", "failed"),
+    "name": str,
+    "name_format": str,
+    "number": str,
+    "output": str,
+    "output_format": ("text", "html", "simple_format", "md", "ansi"),
+    "tags": list,
+    "visibility": VISIBILITY,
+    "extra_data": dict,
+}
+EVIL = "\x1b</script><img src=x onerror=alert(1)> [x](javascript:alert(1)) **b**"
+MARK = Mark(
+    "1.zip",
+    "1",
+    (
+        PartMark("A.f", "rays", 4.0, 0.25, "wrong", "3 of 4", {"input": {"x": [1, 2]}, "yours": {"y": float("nan")}}),
+        PartMark(
+            "A.g", "rays", 2.0, 1.0, "right", findings=({"names": ["m"], "text": "t", "hint": "h", "topic": "x"},)
+        ),
+        PartMark("A.h", "rays", 1.0, 0.0, "crashed", EVIL),
+    ),
+    "",
+    ("note",),
+    ("camera.py imports 'os'",),
+    (("misnamed", 10.0),),
+    "limits",
+    "printed",
+)
+
+
+def check_schema(values: dict, schema: dict) -> None:
+    """Only keys that the documentation has, with values that it allows."""
+    for key, value in values.items():
+        allowed = schema[key]
+        if isinstance(allowed, tuple) and isinstance(allowed[0], str):
+            assert value in allowed
+        else:
+            assert isinstance(value, allowed)
+            assert not isinstance(value, bool)
+
+
+def check_results(text: str) -> dict:
+    """A results.json as the documentation describes it."""
+    values = json.loads(text, parse_constant=pytest.fail)
+    check_schema(values, OF_ALL)
+    assert "score" in values or values["tests"]
+    for one in values["tests"]:
+        check_schema(one, OF_TESTS)
+        assert all(isinstance(tag, str) for tag in one["tags"])
+        assert 0 <= one["score"] <= one["max_score"]
+    return values
+
+
+def test_results_follow_the_documentation():
+    values = check_results(gradescope.dumps(MARK))
+    assert values["score"] == MARK.score == 2.7
+    assert [(one["name"], one["score"], one["status"]) for one in values["tests"]] == [
+        ("A.f", 1.0, "failed"),
+        ("A.g", 2.0, "passed"),
+        ("A.h", 0.0, "failed"),
+    ]
+    assert "misnamed" in values["output"]
+
+
+def test_a_refused_submission_is_told():
+    values = check_results(gradescope.dumps(Mark("1.zip", "1", MARK.parts, refused="it is no zip file")))
+    assert "it is no zip file" in values["output"]
+
+
+def test_what_a_submission_says_is_text():
+    output = gradescope.results(MARK)["tests"][2]["output"]
+    assert "<img" not in output
+    assert "](" not in output.replace("\\](", "").replace("\\]\\(", "")
+
+
+@pytest.fixture(scope="module")
+def upload(tmp_path_factory):
+    """The folder /autograder with the unpacked upload of a small assignment of one's own."""
+    root = tmp_path_factory.mktemp("autograder")
+    assignment = catalogue.load(sums.write_assignment(root / "sums"))
+    path = gradescope.write_upload(assignment, str(assignment.folder), root / "upload.zip", 3)
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(root / "source")
+    return root
+
+
+def test_the_upload_has_what_gradescope_runs(upload):
+    with zipfile.ZipFile(upload / "upload.zip") as archive:
+        modes = {entry.filename: entry.external_attr >> 16 for entry in archive.infolist()}
+    assert modes["setup.sh"] & 0o111
+    assert modes["run_autograder"] & 0o111
+    assert {"taichi_tracer/__init__.py", "assignment/sums/parts.py", "assignment/sums/solution/sums.py"} <= set(modes)
+    assert any(name.startswith("taichi_tracer/scene_data_dir/cornell_box") for name in modes)
+    assert not any("__pycache__" in name for name in modes)
+    for script in ("setup.sh", "run_autograder"):
+        assert subprocess.run(["bash", "-n", upload / "source" / script]).returncode == 0
+    assert "taichi" in (upload / "source" / "setup.sh").read_text()
+    assert (upload / "upload.zip").stat().st_size < 20e6
+
+
+def run_autograder(upload) -> dict:
+    """What run_autograder writes."""
+    environment = {**os.environ, "AUTOGRADER": str(upload), "PYTHON": sys.executable}
+    environment.pop("PYTHONPATH", None)
+    script = upload / "source" / "run_autograder"
+    subprocess.run(["bash", script], env=environment, cwd="/", check=True, timeout=120)
+    return check_results((upload / "results" / "results.json").read_text())
+
+
+@pytest.mark.exhaustive
+def test_run_autograder_writes_results(upload):
+    (upload / "submission").mkdir()
+    (upload / "submission" / "sums.py").write_text(sums.submission(add="return a"))
+    values = run_autograder(upload)
+    assert (values["score"], [one["status"] for one in values["tests"]]) == (8.0, ["failed", "passed", "passed"])
+    (upload / "source" / "assignment" / "sums" / "parts.py").unlink()
+    values = run_autograder(upload)
+    assert values["score"] == 0
+    assert "could not be graded" in values["output"]
+    assert "parts.py" in values["output"]

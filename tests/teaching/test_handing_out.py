@@ -1,0 +1,185 @@
+"""The folders and notebooks that students get: complete, without the solution, and of code that runs."""
+
+import ast
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.apps.cli import main
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import catalogue, checkerboard, running
+from taichi_tracer.teaching.base import NOT_WRITTEN
+from taichi_tracer.teaching.cutting import solution_blocks
+from taichi_tracer.teaching.handing_out import write_folder, write_notebook
+from taichi_tracer.teaching.running import answer, load_submission, solution_of
+
+NAMES = catalogue.names()
+BLOCK = re.compile(r"^ *### BEGIN SOLUTION$.*?^ *### END SOLUTION$", re.MULTILINE | re.DOTALL)
+FIRST = [pytest.param(name, marks=[] if name == "a1" else pytest.mark.long) for name in NAMES]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """Name → (a student's folder, the solved one, a notebook's folder)."""
+    root, made = tmp_path_factory.mktemp("handed_out"), {}
+    for name in NAMES:
+        assignment = catalogue.load(name)
+        made[name] = tuple(root / f"{name}{kind}" for kind in ("", "_solved", "_notebook"))
+        write_folder(assignment, made[name][0])
+        write_folder(assignment, made[name][1], is_solved=True)
+        write_notebook(assignment, made[name][2])
+    return made
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_folder_is_complete(folders, name):
+    assignment = catalogue.load(name)
+    files = {path.name for path in folders[name][0].iterdir()}
+    assert files >= {*assignment.files, assignment.program, "README.md", "check.py", "assignment.json"}
+    text = (folders[name][0] / "README.md").read_text(encoding="utf-8")
+    assert all(f"`{file}`" in text for file in assignment.files)
+    pictures = [word.split(")")[0] for word in text.split("](")[1:]]
+    assert pictures
+    assert set(pictures) <= files
+
+
+def statements(source: str) -> set[str]:
+    """The syntax trees of all statements of a text, without those that stand in any program."""
+    tree = ast.parse(source)
+    return {ast.dump(node) for node in ast.walk(tree) if isinstance(node, (ast.Assign, ast.AugAssign, ast.For, ast.If))}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_of_the_solution_is_in_what_students_get(folders, name):
+    """Neither its lines, nor its statements; in the folder and in the notebook."""
+    assignment = catalogue.load(name)
+    given = {path.name: path.read_text(encoding="utf-8") for path in folders[name][0].glob("*.py")}
+    cells = json.loads(next(folders[name][2].glob("*.ipynb")).read_text(encoding="utf-8"))["cells"]
+    notebook = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+    for path in assignment.solution_folder.glob("*.py"):
+        source = path.read_text(encoding="utf-8")
+        blocks = solution_blocks(source)
+        lines = {line.strip() for block in blocks for line in block if len(line.strip()) > 12}
+        solution = {s for block in blocks for s in statements("if True:\n" + "\n".join(block))}
+        # A solution may repeat a line that is given, such as v = tm.vec3(0).
+        around = "\n".join(
+            BLOCK.sub("", p.read_text(encoding="utf-8")) for p in assignment.solution_folder.glob("*.py")
+        )
+        lines -= {line.strip() for line in around.splitlines()}
+        solution -= statements(around)
+        assert path.name == assignment.program or lines
+        for text in (given[path.name], notebook):
+            assert not lines & {line.strip() for line in text.splitlines()}
+            assert not solution & statements(text)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_method_with_a_part_is_a_stub(folders, name):
+    assignment = catalogue.load(name)
+    student = load_submission(folders[name][0], assignment)
+    assert student.errors == {}
+    for part in assignment.parts:
+        found = answer(part, student, solution_of(assignment), assignment.inputs(part, 0))
+        assert found.status == NOT_WRITTEN, part.name
+        if part.replaces:
+            source = (folders[name][0] / assignment.classes[part.replaces]).read_text(encoding="utf-8")
+            assert f'not_written("{part.name}")' in source.splitlines()[found.line - 1]
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_stubs_compile_and_the_solved_folder_is_right(folders, name, monkeypatch):
+    """A stub that lost its mark runs, and is wrong: it is never a crash."""
+    assignment = catalogue.load(name)
+    student, solved = (load_submission(folder, assignment) for folder in folders[name][:2])
+    monkeypatch.setattr(running, "is_stub", lambda method: False)
+    for part in assignment.parts:
+        if part.replaces:
+            inputs = assignment.inputs(part, 0)
+            right = answer(part, solved, solution_of(assignment), inputs)
+            assert part.judge(inputs, right.arrays, running.expected(assignment, part, inputs)).status == "right"
+            found = answer(part, student, solution_of(assignment), inputs)
+            assert found.status == "ok", (part.name, found.message)
+            assert part.judge(inputs, found.arrays, right.arrays).status == "wrong", part.name
+
+
+def test_a_window_shows_a_checkerboard_with_the_names_of_the_stubs(folders):
+    """Until the stubs that the picture needs are written; those of other views do not matter."""
+    assignment = catalogue.load("a1")
+    student, solution = load_submission(folders["a1"][0], assignment), solution_of(assignment)
+    view = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
+    scene = tt.load_scene_data("cornell_box", intersector=solution.classes["RayIntersector"])
+    camera = solution.classes["Camera"](96, 64, **view)
+    renderer = tt.teaching.marked(student.classes["A1Renderer"](scene, camera=camera)).use("normal")
+    assert checkerboard.missing(renderer) == ["A1Renderer.shade_normal"]
+    greys = set((255 * np.asarray(renderer.image())[..., 2]).round().astype(int).ravel().tolist())
+    assert {checkerboard.DARK, checkerboard.LIGHT} <= greys
+
+    written = type("A1Renderer", (student.classes["A1Renderer"],), {"__module__": "renderer"})
+    written.shade_normal = solution.classes["A1Renderer"].shade_normal
+    shown = tt.teaching.marked(written(scene, camera=camera)).use("normal")
+    student.classes["A1Renderer"].shade_normal = solution.classes["A1Renderer"].shade_normal
+    assert checkerboard.missing(shown) == []
+    whole = solution.classes["A1Renderer"](scene, camera=camera).use("normal")
+    assert np.array_equal(shown.image(), whole.image())
+
+
+def test_long_names_fit_into_small_pictures():
+    board = checkerboard.board(64, 48, ["RayIntersector.intersect_triangle"])
+    assert board.shape == (64, 48, 3)
+    assert len(np.unique(board)) > 10  # letters are there
+
+
+def test_nothing_is_written_over_a_students_work(tmp_path, capsys):
+    (tmp_path / "camera.py").write_text("mine")
+    with pytest.raises(InputError, match="nothing is written over it"):
+        write_folder(catalogue.load("a1"), tmp_path)
+    assert main(["assignment", "new", "a1", str(tmp_path)]) == 2
+    assert "give a new folder" in capsys.readouterr().err
+    assert (tmp_path / "camera.py").read_text() == "mine"
+
+
+def test_the_commands(tmp_path, capsys):
+    assert main(["assignment", "list"]) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == NAMES
+    assert main(["assignment", "new", "rt3", str(tmp_path / "x"), "--seed", "7"]) == 0
+    assert json.loads((tmp_path / "x" / "assignment.json").read_text()) == {"assignment": "rt3", "seed": 7}
+    assert main(["assignment", "new", "a9", str(tmp_path / "y")]) == 2
+    assert "unknown assignment 'a9': known are a1" in capsys.readouterr().err
+    assert not (tmp_path / "y").exists()
+
+
+@pytest.mark.long
+def test_check_py_runs_as_a_student_runs_it(folders):
+    """In a process of its own, in the folder; exit code 1, because nothing is written yet."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(tt.__file__).parents[1])}
+    run = [sys.executable, "check.py", "Camera"]
+    ended = subprocess.run(run, cwd=folders["a1"][0], env=environment, capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 1, ended.stderr
+    assert ended.stdout.count("  not written Camera.") == 4
+    assert (folders["a1"][0] / "check.html").is_file()
+
+
+@pytest.mark.long
+def test_the_notebook_runs(tmp_path):
+    """The solved one, from the first cell to the last: every check is right."""
+    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    (path,) = [p for p in write_notebook(catalogue.load("rt3"), tmp_path / "n", is_solved=True) if p.suffix == ".ipynb"]
+    notebook = nbformat.read(path, as_version=4)
+    nbformat.validate(notebook)
+    os.environ["PYTHONPATH"] = str(Path(tt.__file__).parents[1])
+    nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+    outputs = [o for cell in notebook.cells if cell.cell_type == "code" for o in cell.outputs if "data" in o]
+    assert any("5 of 5 parts are right" in o["data"].get("text/plain", "") for o in outputs)

@@ -1,0 +1,183 @@
+"""The mistake finder: every mistake is found under its name, pairs mostly, and right answers are never named.
+
+TAICHI_TRACER_LONG=1 runs it for every part of every assignment.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+from support import start
+from teaching.variants import VARIANTS
+
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import catalogue, mistakes
+from taichi_tracer.teaching.base import mistake
+from taichi_tracer.teaching.mistakes import find, split_at_method, with_mistakes
+from taichi_tracer.teaching.running import OK, answer, expected, solution_of
+
+# Pairs of names of which no input can tell which one it is, and why.
+ALIKE = [
+    # u, v and t of a hit on the back have the wrong sign, so that only hits behind the origin would differ.
+    {"one-sided test: det > epsilon", "absolute value of det in the quotients"},
+]
+QUICK = ("Camera.generate_ndc_coords", "RayIntersector.query_ray")
+PARTS = [(name, part.name) for name in catalogue.names() for part in catalogue.load(name).parts if part.replaces]
+EVERY = [pytest.param(*ids, marks=[] if ids[1] in QUICK and ids[0] == "a1" else pytest.mark.long) for ids in PARTS]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _own_cache(tmp_path_factory):
+    start("f32")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(mistakes.VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+def answers_with(assignment, part, combination, inputs):
+    """What the solution with some mistakes answers."""
+    classes = with_mistakes(assignment, part, combination)
+    if classes is None:
+        return None
+    found = answer(part, classes, solution_of(assignment), inputs, dict(assignment.classes))
+    return found.arrays if found.status == OK else None
+
+
+@pytest.mark.parametrize(("name", "part_name"), EVERY)
+def test_every_mistake_is_found_under_its_own_name(name, part_name):
+    assignment = catalogue.load(name)
+    part = assignment.part(part_name)
+    inputs = assignment.inputs(part, 1)
+    right = expected(assignment, part, inputs)
+    for one in assignment.mistakes_of(part):
+        wrong = answers_with(assignment, part, (one,), inputs)
+        assert part.judge(inputs, wrong, right).status == "wrong", one.name
+        names = {n for finding in find(assignment, part, inputs, wrong, right) for n in finding.names}
+        assert one.name in names
+        assert len(names) == 1 or names in ALIKE, names
+
+
+@pytest.mark.parametrize(("name", "part_name"), EVERY)
+def test_nothing_is_found_in_the_solution(name, part_name):
+    assignment = catalogue.load(name)
+    part = assignment.part(part_name)
+    inputs = assignment.inputs(part, 2)
+    right = expected(assignment, part, inputs)
+    assert part.judge(inputs, right, right).status == "right"
+    assert find(assignment, part, inputs, right, right) == []
+
+
+def variant_classes(assignment, part, body):
+    """The solution with another body of one method."""
+    file = assignment.classes[part.replaces]
+    source = (assignment.solution_folder / file).read_text(encoding="utf-8")
+    from taichi_tracer.teaching.cutting import solved
+
+    before, _, after = split_at_method(solved(source, file), part.replaces, part.method, file)
+    return mistakes.load_text(assignment, file, before + body.lstrip("\n") + after)
+
+
+VARIANT_PARTS = [
+    (name, variant, part) for name, found in VARIANTS.items() for variant, parts in found.items() for part in parts
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "variant", "part_name"),
+    [pytest.param(*ids, marks=[] if ids[:2] == ("a1", "two") else pytest.mark.long) for ids in VARIANT_PARTS],
+)
+def test_right_solutions_that_are_written_differently_are_right(name, variant, part_name):
+    """For three seeds of the inputs."""
+    assignment = catalogue.load(name)
+    part = assignment.part(part_name)
+    classes = variant_classes(assignment, part, VARIANTS[name][variant][part_name])
+    for seed in range(3):
+        inputs = assignment.inputs(part, seed)
+        found = answer(part, classes, solution_of(assignment), inputs, dict(assignment.classes))
+        assert found.status == OK, found.message
+        right = expected(assignment, part, inputs)
+        verdict = part.judge(inputs, found.arrays, right)
+        assert verdict.status == "right", (seed, verdict.message, verdict.first_wrong)
+        assert find(assignment, part, inputs, found.arrays, right) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("part_name", ["Camera.generate_ndc_coords", "Camera.generate_camera_coords"])
+def test_most_pairs_are_found(part_name):
+    """All pairs that can be made of the mistakes of two parts."""
+    share, told = pairs_found("a1", part_name, 1)
+    assert share >= 0.7, told
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("name", "part_name"), PARTS)
+def test_most_pairs_are_found_in_every_part(name, part_name):
+    """A tenth of all pairs."""
+    share, told = pairs_found(name, part_name, 10)
+    assert share >= 0.7, told
+
+
+def pairs_found(name, part_name, every):
+    """(the share of pairs that are found, those that are not)."""
+    assignment = catalogue.load(name)
+    part = assignment.part(part_name)
+    inputs = assignment.inputs(part, 3)
+    right = expected(assignment, part, inputs)
+    single = [answers_with(assignment, part, (one,), inputs) for one in assignment.mistakes_of(part)]
+    found, missed = 0, []
+    for pair in list(itertools.combinations(assignment.mistakes_of(part), 2))[::every]:
+        wrong = answers_with(assignment, part, pair, inputs)
+        alone = [a for a in single if a is not None and wrong is not None and part.judge.agrees(inputs, wrong, a).all()]
+        if wrong is None or alone or part.judge.agrees(inputs, wrong, right).all():
+            continue  # they exclude each other, or one hides the other, or they cancel
+        names = [set(finding.names) for finding in find(assignment, part, inputs, wrong, right)]
+        if {one.name for one in pair} in names:
+            found += 1
+        else:
+            missed.append([one.name for one in pair])
+    return (found / (found + len(missed)) if found + len(missed) else 1.0), missed
+
+
+def test_there_are_enough_mistakes():
+    """At least 40, each with a hint that is a question or a sentence, and none twice."""
+    every = [(a, m) for a in catalogue.names() for m in catalogue.load(a).mistakes]
+    assert len(every) >= 40
+    assert len({(a, m.part, m.name) for a, m in every}) == len(every)
+    assert [m.name for _, m in every if not m.hint.rstrip().endswith(("?", "."))] == []
+
+
+def test_every_change_has_its_place():
+    """Each text that a mistake changes stands exactly once in its method."""
+    for name in catalogue.names():
+        assignment = catalogue.load(name)
+        for one in assignment.mistakes:
+            mistakes.changed_source(assignment, assignment.part(one.part), (one,))
+
+
+def test_a_change_without_its_place_is_an_error():
+    assignment = catalogue.load("a1")
+    part = assignment.parts[0]
+    with pytest.raises(InputError, match=r"mistake 'x': 'nonsense' stands 0 times in Camera.generate_ndc_coords"):
+        mistakes.changed_source(assignment, part, (mistake(part.name, "x", "?", ("nonsense", "")),))
+
+
+def test_an_error_that_no_mistake_explains_is_described():
+    assignment = catalogue.load("a1")
+    part = assignment.parts[0]
+    inputs = assignment.inputs(part, 0)
+    right = expected(assignment, part, inputs)
+    found = find(assignment, part, inputs, {"ndc": right["ndc"] * np.float32(0.7)}, right, seconds_for_pairs=0)
+    assert [(f.names, f.text) for f in found] == [((), "ndc is scaled by 0.7")]
+
+
+def test_answers_are_kept_and_a_damaged_file_is_computed_again():
+    assignment = catalogue.load("a1")
+    part, inputs = assignment.parts[0], assignment.inputs(assignment.parts[0], 5)
+    one = (assignment.mistakes_of(part)[0],)
+    path = mistakes.kept_at(assignment, part, one, inputs)
+    assert not path.exists()
+    first = mistakes.answers_of(assignment, part, one, inputs)
+    path.write_bytes(b"no zip")
+    again = mistakes.answers_of(assignment, part, one, inputs)
+    assert np.array_equal(first["ndc"], again["ndc"])
+    assert path.read_bytes() != b"no zip"

@@ -1,0 +1,137 @@
+"""The walk-through of docs/teaching.md, done as a teacher does it: its files, its commands, and what they tell."""
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support import start
+
+from taichi_tracer.apps.cli import main
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import catalogue, mistakes
+from taichi_tracer.teaching.handing_out import write_folder
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "teaching.md"
+FILE = re.compile(r"^`(sphere/[^`]+)`:\n\n```\w+\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+RIGHT = "1 of 1 parts are right: 10 of 10 points"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _own_cache(tmp_path_factory):
+    start("f32")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(mistakes.VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A folder in which the files of the document are, and everything that its commands write."""
+    root = tmp_path_factory.mktemp("course")
+    for name, text in FILE.findall(DOCUMENT.read_text(encoding="utf-8")):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text, encoding="utf-8")
+    return root
+
+
+@pytest.fixture
+def there(place, monkeypatch):
+    """The same, as the working folder."""
+    monkeypatch.chdir(place)
+    return place
+
+
+def test_the_document_has_all_files(place):
+    names = {str(path.relative_to(place)) for path in place.rglob("*") if path.is_file()}
+    assert names >= {f"sphere/{name}" for name in ("README.md", "parts.py", "mistakes.py", "solution/shapes.py")}
+
+
+def test_the_commands_tell_what_the_document_says(there, capsys):
+    text = DOCUMENT.read_text(encoding="utf-8")
+    commands = re.search(r"### 5\. Try it.*?```\n(.*?)```", text, re.DOTALL).group(1).strip().splitlines()
+    told = []
+    for command in commands:
+        main(command.split()[1:])
+        told.append(capsys.readouterr().out)
+    assert RIGHT in told[1]
+    assert RIGHT in text
+    assert "not written Sphere.enter" in told[3]
+    assert (
+        (there / "handout" / "README.md").read_text(encoding="utf-8").startswith("# Where does a ray enter a sphere?")
+    )
+
+
+def test_every_mistake_is_named_in_the_students_folder(there, capsys):
+    """Which has no solution, but its answers."""
+    write_folder(catalogue.load("sphere"), "copy", is_solved=True)
+    shapes = there / "copy" / "shapes.py"
+    right = shapes.read_text(encoding="utf-8")
+    for one in catalogue.load("sphere").mistakes:
+        ((old, new),) = one.changes
+        shapes.write_text(right.replace(old, new), encoding="utf-8")
+        assert main(["check", "copy"]) == 1
+        assert f"agree with: {one.name}" in capsys.readouterr().out
+    assert main(["check", "copy", "--seed", "3"]) == 2
+    assert "only the answers to the inputs of seed 0 are there" in capsys.readouterr().err
+
+
+def test_the_handout_has_nothing_of_the_solution(there):
+    write_folder(catalogue.load("sphere"), "given")
+    for path in (there / "given").rglob("*"):
+        if path.is_file():
+            content = path.read_bytes()
+            assert b"b * b - a * c" not in content, path
+            assert b"(-b + ti.sqrt" not in content, path
+
+
+def test_a_mistake_that_changes_nothing_is_told_when_it_is_handed_out(there):
+    path = there / "sphere" / "mistakes.py"
+    former = path.read_text(encoding="utf-8")
+    try:
+        path.write_text(former.replace('"radius**2", "radius")', '"radius**2", "radius * radius")'), encoding="utf-8")
+        catalogue.load_folder.cache_clear()
+        with pytest.raises(InputError, match="'radius not squared' of Sphere.enter gives the right numbers"):
+            write_folder(catalogue.load("sphere"), "bad")
+    finally:
+        path.write_text(former, encoding="utf-8")
+        catalogue.load_folder.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "message"),
+    [
+        ("parts.py", "", "parts.py: the file has no PARTS"),
+        ("README.md", None, "README.md is missing, so this is no assignment"),
+        (
+            "mistakes.py",
+            "from taichi_tracer.teaching.base import mistake\nMISTAKES = (mistake('X.y', 'n', 'h'),)",
+            "no part",
+        ),
+        ("solution/shapes.py", "class Other:\n    pass\n", "tests the class Sphere, which is in no file"),
+    ],
+)
+def test_what_is_missing_is_told(place, tmp_path, file, text, message):
+    import shutil
+
+    shutil.copytree(place / "sphere", tmp_path / "broken")
+    (tmp_path / "broken" / file).unlink()
+    if text is not None:
+        (tmp_path / "broken" / file).write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        catalogue.load(tmp_path / "broken")
+
+
+@pytest.mark.long
+def test_a_class_is_graded(there, capsys):
+    """One solved folder, and one that is not written."""
+    write_folder(catalogue.load("sphere"), "submissions/111111111", is_solved=True)
+    write_folder(catalogue.load("sphere"), "submissions/222222222")
+    main(["grade", "sphere", "submissions", "--csv", "class.csv", "--report", "pages"])
+    told = capsys.readouterr().out
+    table = (there / "class.csv").read_text(encoding="utf-8")
+    assert "111111111" in told + table
+    assert "10" in table
+    assert np.any([path.suffix == ".html" for path in (there / "pages").rglob("*")])
+    assert sys.modules["taichi_tracer"] is not None

@@ -1,0 +1,148 @@
+"""The process of a submission: how it is asked, how it ends, and which walls this machine has."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from teaching import sums
+
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import sandbox, walls
+from taichi_tracer.teaching.sandbox import Child, ChildEnded, Level, best_level, ended
+from taichi_tracer.teaching.walls import Limits
+
+INPUTS = {"a": np.ones(20), "b": np.ones(20)}
+RUN = {"do": "run", "part": "Sums.add"}
+LEVELS = [level for level in sandbox.candidates() if os.name == "posix"]
+
+
+@pytest.fixture(scope="module")
+def assignment(tmp_path_factory):
+    """The folder of a small assignment."""
+    return sums.write_assignment(tmp_path_factory.mktemp("sandbox") / "sums")
+
+
+@pytest.fixture(params=LEVELS, ids=str)
+def level(request):
+    """Every level that works on this machine."""
+    if sandbox.problem_of(request.param, starts_taichi=False) is not None:
+        pytest.skip(f"this machine has no {request.param}")
+    return request.param
+
+
+def started(assignment, tmp_path, add: str, level: Level | None = None, **limits) -> Child:
+    """A process that has loaded a submission, without Taichi."""
+    (tmp_path / "files").mkdir()
+    (tmp_path / "files" / "sums.py").write_text(sums.submission(add=add))
+    child = Child(tmp_path / "files", level or Level("limits"), Limits(**limits), reads=(assignment,))
+    request = {"do": "load", "assignment": str(assignment), "folder": "submission", "starts_taichi": False}
+    child.ask(request, wall=100)
+    return child
+
+
+def is_gone(child: Child) -> bool:
+    """Whether nothing is left of a process."""
+    return child._process.poll() is not None and not child.given.exists()
+
+
+@pytest.mark.long
+def test_a_process_answers_at_every_level(assignment, tmp_path, level):
+    with started(assignment, tmp_path, "print('hello')\nreturn a + b", level) as child:
+        reply, arrays = child.ask(RUN, INPUTS)
+        assert reply["status"] == "ok"
+        np.testing.assert_array_equal(arrays["value"], 2 * np.ones(20))
+    assert child.output.strip() == "hello"
+    assert is_gone(child)
+
+
+@pytest.mark.exhaustive
+def test_memory_is_watched_at_every_level(assignment, tmp_path, level):
+    add = "import time\nimport numpy as np\nkept = np.ones(80_000_000)\ntime.sleep(100)"
+    child = started(assignment, tmp_path, add, level, resident=400 << 20)
+    with pytest.raises(ChildEnded, match="more than 0.391 GiB of memory"):
+        child.ask(RUN, INPUTS)
+    assert is_gone(child)
+
+
+@pytest.mark.exhaustive
+def test_a_process_ends_when_it_has_to_at_every_level(assignment, tmp_path, level):
+    child = started(assignment, tmp_path, "import time\ntime.sleep(1000)", level, wall=500)
+    start = time.monotonic()
+    threading.Timer(0.3, child.hurry).start()
+    with pytest.raises(ChildEnded):
+        child.ask(RUN, INPUTS)
+    assert time.monotonic() - start < 4
+    assert is_gone(child)
+
+
+@pytest.mark.exhaustive
+def test_time_of_the_processor_is_limited(assignment, tmp_path):
+    child = started(assignment, tmp_path, "while True: pass", cpu=0.5, wall=60)
+    with pytest.raises(ChildEnded, match="0.5 seconds of the processor") as error:
+        child.ask(RUN, INPUTS)
+    assert error.value.is_late
+    assert is_gone(child)
+
+
+@pytest.mark.exhaustive
+def test_time_of_the_clock_is_limited(assignment, tmp_path):
+    child = started(assignment, tmp_path, "import time\ntime.sleep(1000)", wall=0.5)
+    with pytest.raises(ChildEnded, match="within 0.5 seconds") as error:
+        child.ask(RUN, INPUTS)
+    assert error.value.is_late
+    assert is_gone(child)
+
+
+@pytest.mark.exhaustive
+def test_prints_are_cut(assignment, tmp_path):
+    with started(assignment, tmp_path, "print('x' * 3_000_000)\nreturn a + b") as child:
+        assert child.ask(RUN, INPUTS)[0]["status"] == "ok"
+    assert len(child.output) < Limits().output + 100
+    assert child.output.endswith("(cut)")
+
+
+@pytest.mark.parametrize(
+    ("facts", "told", "is_late"),
+    [
+        ({"exit": 3}, "exit code 3", False),
+        ({"signal": signal.SIGSEGV}, "SIGSEGV", False),
+        ({"exit": 128 + signal.SIGSEGV}, "SIGSEGV", False),
+        ({"signal": signal.SIGXCPU}, "seconds of the processor", True),
+        ({"memory": 1}, "3 GiB of memory", False),
+        ({"processes": 200}, "200 processes, of which 96", False),
+        ({"failed": "no"}, "could not be started: no", False),
+        ({"exit": None}, "exit code None", False),
+    ],
+)
+def test_how_a_process_ended_is_told(facts, told, is_late):
+    error = ended(facts, Limits())
+    assert told in str(error)
+    assert error.is_late is is_late
+
+
+def test_the_environment_has_nothing_of_the_teacher(monkeypatch):
+    monkeypatch.setenv("PASSWORD", "x")
+    found = sandbox.environment(walls.World("limits", "/x"), is_trusted=False)
+    assert "PASSWORD" not in found
+    assert "TAICHI_TRACER_CACHE" not in found
+    assert found["HOME"] == "/x"
+
+
+def test_the_strongest_level_is_taken(monkeypatch):
+    best_level.cache_clear()
+    monkeypatch.setattr(sandbox, "problem_of", lambda level: None if level.name in ("landlock", "limits") else "no")
+    assert best_level().name == "landlock"
+    assert best_level("limits").name == "limits"
+    with pytest.raises(InputError, match="unshare"):
+        best_level("unshare")
+    best_level.cache_clear()
+
+
+def test_the_working_folder_is_not_on_the_path(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert str(tmp_path) not in sandbox.python_path()
+    assert "" not in sandbox.python_path()

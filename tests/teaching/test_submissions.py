@@ -1,0 +1,321 @@
+"""Submissions: hostile zip files are refused, unusual ones are unpacked, and the rules of the course are read off."""
+
+import io
+import os
+import stat
+import struct
+import zipfile
+import zlib
+
+import pytest
+from teaching.sums import zipped
+
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.teaching import submissions
+from taichi_tracer.teaching.submissions import RefusedError, Submission, check_imports, find, submission, unpack
+
+FILES = ("camera.py", "renderer.py")
+
+
+def unpacked(path, tmp_path):
+    """What a zip file or a folder gives."""
+    return unpack(submission(path), tmp_path / "target", FILES)
+
+
+def entry(name: str, mode: int = 0) -> zipfile.ZipInfo:
+    """An entry with a mode of Unix."""
+    info = zipfile.ZipInfo(name)
+    info.create_system, info.external_attr = 3, mode << 16
+    return info
+
+
+# ── what is refused ──
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("/etc/passwd", "absolute path"),
+        ("C:/x.py", "absolute path"),
+        ("../camera.py", "leads out"),
+        ("a/../../camera.py", "leads out"),
+        ("..\\..\\camera.py", "leads out"),
+        ("a/" * 120 + "x.py", "too long"),
+        ("a\x1b[2J.py", "cannot be printed"),
+        ("a\nb.py", "cannot be printed"),
+        ("more.zip", "archive within"),
+        ("more.tar.gz", "archive within"),
+        ("MORE.ZIP", "archive within"),
+    ],
+)
+def test_a_name_that_cannot_be(name, reason, tmp_path):
+    with pytest.raises(RefusedError, match=reason):
+        unpacked(zipped(tmp_path / "1.zip", {"camera.py": "", name: "x"}), tmp_path)
+    assert not (tmp_path / "camera.py").exists()
+
+
+@pytest.mark.parametrize(
+    "kind", [stat.S_IFLNK, stat.S_IFCHR, stat.S_IFBLK, stat.S_IFIFO, stat.S_IFSOCK], ids=lambda kind: oct(kind)
+)
+def test_links_and_devices(kind, tmp_path):
+    with zipfile.ZipFile(tmp_path / "1.zip", "w") as archive:
+        archive.writestr(entry("camera.py", kind | 0o777), "/etc/passwd")
+    with pytest.raises(RefusedError, match="link or a device"):
+        unpacked(tmp_path / "1.zip", tmp_path)
+
+
+def test_too_many_files(tmp_path):
+    files = {f"{i}.py": "" for i in range(submissions.MOST_ENTRIES + 1)}
+    with pytest.raises(RefusedError, match="more than 400 files"):
+        unpacked(zipped(tmp_path / "1.zip", files), tmp_path)
+
+
+def test_a_list_of_entries_that_is_too_long_is_not_read(tmp_path, monkeypatch):
+    files = {f"{i}.py": "" for i in range(500)}
+    path = zipped(tmp_path / "1.zip", files)
+    data = bytearray(path.read_bytes())
+    at = data.rfind(submissions.END_OF_ZIP)
+    data[at + 8 : at + 12] = struct.pack("<HH", 1, 1)  # the header lies
+    data[at + 12 : at + 16] = struct.pack("<I", 0xFFFFFFFF)
+    path.write_bytes(bytes(data))
+    monkeypatch.setattr(zipfile, "ZipFile", None)
+    with pytest.raises(RefusedError, match="more than 400 files"):
+        unpacked(path, tmp_path)
+
+
+def test_too_many_bytes(tmp_path):
+    with zipfile.ZipFile(tmp_path / "1.zip", "w") as archive:  # stored, so that the ratio is 1
+        for i in range(19):
+            archive.writestr(f"{i}.bin", os.urandom(1 << 20))
+    path = tmp_path / "1.zip"
+    assert unpacked(path, tmp_path).notes
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("z.bin", os.urandom(1 << 10) * (2 << 10))
+    with pytest.raises(RefusedError, match="times its packed size|more than 20 MB"):
+        unpack(submission(path), tmp_path / "again", FILES)
+
+
+def test_a_bomb(tmp_path):
+    with pytest.raises(RefusedError, match="more than 100 times"):
+        unpacked(zipped(tmp_path / "1.zip", {"camera.py": bytes(10 << 20)}), tmp_path)
+    assert sum(p.stat().st_size for p in (tmp_path / "target").rglob("*")) < 1 << 20
+
+
+def test_sizes_are_counted_and_not_believed(tmp_path):
+    """A header says 100 bytes; what is packed has 30 MB."""
+    packed = zlib.compressobj(9, zlib.DEFLATED, -15)
+    body = packed.compress(bytes(30 << 20)) + packed.flush()
+    crc = zlib.crc32(bytes(30 << 20))
+    name = b"camera.py"
+    local = struct.pack("<4s5H3I2H", b"PK\x03\x04", 20, 0, 8, 0, 33, crc, len(body), 100, len(name), 0) + name
+    central = struct.pack(
+        "<4s6H3I5H2I", b"PK\x01\x02", 20, 20, 0, 8, 0, 33, crc, len(body), 100, len(name), 0, 0, 0, 0, 0, 0
+    )
+    central += name
+    end = struct.pack("<4s4H2IH", b"PK\x05\x06", 0, 0, 1, 1, len(central), len(local) + len(body), 0)
+    (tmp_path / "1.zip").write_bytes(local + body + central + end)
+    with pytest.raises(RefusedError):
+        unpacked(tmp_path / "1.zip", tmp_path)
+    assert sum(p.stat().st_size for p in (tmp_path / "target").rglob("*")) < 1 << 20
+
+
+@pytest.mark.parametrize(
+    ("names", "reason"),
+    [
+        (("camera.py", "Camera.py"), "differ only in capital letters"),
+        (("a/camera.py", "A/camera.py"), "differ only in capital letters"),
+        (("caf\u00e9.py", "cafe\u0301.py"), "twice"),
+        (("a", "a/camera.py"), "file and a folder"),
+    ],
+)
+def test_names_that_clash(names, reason, tmp_path):
+    with pytest.raises(RefusedError, match=reason):
+        unpacked(zipped(tmp_path / "1.zip", dict.fromkeys(names, "x")), tmp_path)
+
+
+def test_one_name_twice(tmp_path):
+    with zipfile.ZipFile(tmp_path / "1.zip", "w") as archive:
+        archive.writestr("camera.py", "1")
+        with pytest.warns(UserWarning, match="Duplicate name"):
+            archive.writestr("camera.py", "2")
+    with pytest.raises(RefusedError, match="twice"):
+        unpacked(tmp_path / "1.zip", tmp_path)
+
+
+def test_a_password(tmp_path):
+    path = zipped(tmp_path / "1.zip", {"camera.py": "x"})
+    data = bytearray(path.read_bytes())
+    data[data.find(b"PK\x01\x02") + 8] |= 1
+    path.write_bytes(bytes(data))
+    with pytest.raises(RefusedError, match="password"):
+        unpacked(path, tmp_path)
+
+
+def test_an_unusual_packer(tmp_path):
+    with zipfile.ZipFile(tmp_path / "1.zip", "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr("camera.py", "x" * 1000)
+    with pytest.raises(RefusedError, match="unusual way"):
+        unpacked(tmp_path / "1.zip", tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"", b"no zip", b"PK\x05\x06", b"PK\x05\x06" + bytes(18) + b"x", None])
+def test_what_is_no_zip_file(content, tmp_path):
+    if content is None:  # cut in the middle
+        content = zipped(tmp_path / "1.zip", {"camera.py": os.urandom(5000)}).read_bytes()
+        content = content[:2000] + content[-100:]
+    (tmp_path / "1.zip").write_bytes(content)
+    if content[:4] == b"PK\x05\x06" and len(content) == 23:
+        assert unpacked(tmp_path / "1.zip", tmp_path).notes == ["missing: camera.py, renderer.py"]
+        return
+    with pytest.raises(RefusedError):
+        unpacked(tmp_path / "1.zip", tmp_path)
+
+
+def test_a_file_that_is_too_large(tmp_path, monkeypatch):
+    monkeypatch.setattr(submissions, "MOST_PACKED", 100)
+    with pytest.raises(RefusedError, match="MB are allowed"):
+        unpacked(zipped(tmp_path / "1.zip", {"camera.py": os.urandom(200)}), tmp_path)
+
+
+def test_links_in_a_folder(tmp_path):
+    (tmp_path / "1").mkdir()
+    (tmp_path / "1" / "camera.py").symlink_to("/etc/passwd")
+    with pytest.raises(RefusedError, match="link"):
+        unpacked(tmp_path / "1", tmp_path)
+
+
+def test_a_pipe_in_a_folder(tmp_path):
+    (tmp_path / "1").mkdir()
+    os.mkfifo(tmp_path / "1" / "camera.py")
+    with pytest.raises(RefusedError, match="device"):
+        unpacked(tmp_path / "1", tmp_path)
+
+
+# ── what is normal ──
+
+
+def test_what_systems_add_is_left_out(tmp_path):
+    files = {"camera.py": "1", "__MACOSX/._camera.py": "x", ".DS_Store": "x", "__pycache__/camera.pyc": "x"}
+    found = unpacked(zipped(tmp_path / "1.zip", files), tmp_path)
+    assert sorted(p.name for p in found.folder.iterdir()) == ["camera.py"]
+    assert found.notes == ["missing: renderer.py"]
+
+
+@pytest.mark.parametrize("around", ["hw1/", "a/b/c/", "taichi_tracer/", "Übung 1/", "a\\"])
+def test_folders_around_the_files(around, tmp_path):
+    found = unpacked(zipped(tmp_path / "1.zip", {f"{around}camera.py": "1", f"{around}renderer.py": "2"}), tmp_path)
+    assert (found.folder / "camera.py").read_text() == "1"
+    assert len(found.notes) == 1
+
+
+def test_the_folder_with_most_files_counts(tmp_path):
+    files = {"old/camera.py": "old", "new/camera.py": "new", "new/renderer.py": ""}
+    found = unpacked(zipped(tmp_path / "1.zip", files), tmp_path)
+    assert (found.folder / "camera.py").read_text() == "new"
+
+
+def test_a_file_with_capital_letters(tmp_path):
+    found = unpacked(zipped(tmp_path / "1.zip", {"Camera.py": "1", "renderer.py": ""}), tmp_path)
+    assert (found.folder / "camera.py").read_text() == "1"
+    assert "should be called 'camera.py'" in found.notes[0]
+
+
+def test_an_empty_zip_file(tmp_path):
+    assert unpacked(zipped(tmp_path / "1.zip", {}), tmp_path).notes == ["missing: camera.py, renderer.py"]
+
+
+def test_names_in_an_old_encoding(tmp_path):
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w") as archive:
+        archive.writestr("aufgabe_XX.py", "1")
+    (tmp_path / "1.zip").write_bytes(data.getvalue().replace(b"_XX", b"_\x81\x84"))
+    assert len(list(unpacked(tmp_path / "1.zip", tmp_path).folder.iterdir())) == 1
+
+
+# ── whose it is ──
+
+
+@pytest.mark.parametrize(
+    ("name", "student", "is_misnamed"),
+    [
+        ("123456789.zip", "123456789", False),
+        ("123456789", "123456789", False),
+        ("123456789_late.zip", "123456789", True),
+        ("hw1 (123456789).zip", "123456789", True),
+        ("Ann.zip", "Ann", True),
+        ("1234567890.zip", "1234567890", True),
+        ("123456789_987654321.zip", "123456789_987654321", True),
+    ],
+)
+def test_the_name_says_whose_it_is(name, student, is_misnamed, tmp_path):
+    path = tmp_path / name
+    if name.endswith(".zip"):
+        path.write_bytes(b"")
+    else:
+        path.mkdir()
+    found = submission(path)
+    assert (found.student, found.is_misnamed) == (student, is_misnamed)
+
+
+def test_a_class_is_a_folder_of_zips_and_folders(tmp_path):
+    for name in ("2.zip", "1.zip", ".DS_Store", "list.csv"):
+        (tmp_path / name).write_bytes(b"")
+    (tmp_path / "3").mkdir()
+    (tmp_path / "__MACOSX").mkdir()
+    assert [one.key for one in find(tmp_path, FILES)] == ["1.zip", "2.zip", "3"]
+
+
+@pytest.mark.parametrize("inner", ["camera.py", "Camera.py", "my files/camera.py"])
+def test_a_folder_with_the_files_is_one_student(inner, tmp_path):
+    path = tmp_path / "123456789" / inner
+    path.parent.mkdir(parents=True)
+    path.write_text("")
+    assert [one.student for one in find(tmp_path / "123456789", FILES)] == ["123456789"]
+
+
+def test_nothing_to_grade(tmp_path):
+    with pytest.raises(InputError, match="neither zip files"):
+        find(tmp_path, FILES)
+    with pytest.raises(InputError, match="no such file"):
+        find(tmp_path / "none", FILES)
+
+
+def test_the_digest_changes_with_the_content(tmp_path):
+    path = zipped(tmp_path / "1.zip", {"camera.py": "1"})
+    first = Submission(path, "1.zip", "1", True).digest
+    assert Submission(path, "1.zip", "1", True).digest == first
+    zipped(path, {"camera.py": "2"})
+    assert Submission(path, "1.zip", "1", True).digest != first
+
+
+# ── the rule of imports ──
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        ("import numpy as np, math", []),
+        ("from renderer import A1Renderer", []),
+        ("import scipy.special", ["camera.py imports 'scipy.special'"]),
+        ("def f():\n    from os import system", ["camera.py imports 'os'"]),
+        ("eval('1')", ["camera.py: it uses eval"]),
+        ("from taichi_tracer.teaching.assignments.a1 import x", None),
+        ("import taichi_tracer as tt\nf = tt.Camera.generate_ray", ["camera.py: it uses the package's own"]),
+        ("class Camera:\n    def f(self): return super().generate_ray(1)", ["camera.py: it uses the package's own"]),
+        ("class Camera:\n    def f(self): return self.generate_ray(1)", []),
+        ("def (", []),
+        ("x = 1 # \udcff", []),
+    ],
+)
+def test_the_rule_of_imports(code, told, tmp_path):
+    for folder in ("student", "solution"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "student" / "camera.py").write_bytes(code.encode(errors="surrogateescape"))
+    (tmp_path / "student" / "renderer.py").write_text("")
+    (tmp_path / "solution" / "camera.py").write_text("import math")
+    found = check_imports(tmp_path / "student", tmp_path / "solution", FILES, {"Camera": {"generate_ray"}})
+    if told is None:
+        assert len(found) == 1
+    else:
+        assert len(found) == len(told)
+        assert all(a.startswith(b) for a, b in zip(found, told, strict=True))
