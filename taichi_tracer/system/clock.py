@@ -37,7 +37,7 @@ def _since_start_on_windows() -> float:
     import ctypes
 
     created, *others = (ctypes.c_uint64() for _ in range(4))
-    kernel, now = ctypes.windll.kernel32, ctypes.c_uint64()
+    kernel, now = ctypes.windll.kernel32, ctypes.c_uint64()  # type: ignore[attr-defined,unused-ignore]
     kernel.GetProcessTimes(ctypes.c_void_p(-1), *(ctypes.byref(t) for t in (created, *others)))
     kernel.GetSystemTimeAsFileTime(ctypes.byref(now))
     return (now.value - created.value) / FILETIME_PER_SECOND
