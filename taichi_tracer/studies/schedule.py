@@ -46,6 +46,7 @@ COMPILE_SHARE, REFERENCE_SHARE, PICTURES_SHARE, LEGS_SHARE = 0.45, 0.08, 0.05, 0
 ABANDON_SHARE = 0.6  # of the budget: a further process that still compiles then is no longer waited for
 NO_TIME_TO_COMPILE = "there was no time to compile them"
 FIRST_LEGS = 0.5  # of the time that is left after the first round: for the leaders, until they have reached 2 %
+LATER_LEGS = 0.1  # of what is left then: for the legs at the end; the rest is for knobs, whose times need many blocks
 FURTHER_REFERENCE = 0.25  # of the time of the first: what every other one gets, since few variants need it
 GOOD_REFERENCE = 0.2 * TARGETS[-1]  # a reference need not be better
 COLD = 2.5  # times what starting a process takes is what compiling a variant takes, before that is known
@@ -499,7 +500,8 @@ class Schedule:
         """A round, pictures at equal time, the leaders to the errors that matter; more rounds, and what is open."""
         self.fit()
         for seed in range(1, self.seeds + 1):
-            seconds = self.left * (1 - LEGS_SHARE) / (self.seeds + 1 - seed)
+            share = 1 - (LEGS_SHARE if seed == 1 else LATER_LEGS)
+            seconds = self.left * share / (self.seeds + 1 - seed)
             if seed > 1 and sum(FLOOR * run.per_sample for run in self.runs) > seconds:
                 break
             self.round(seed, allot(self.runs, self.base, seconds), seconds)
