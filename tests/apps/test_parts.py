@@ -184,7 +184,7 @@ def test_a_help_marks_what_counts_when_nothing_is_said(capsys):
     with pytest.raises(SystemExit):
         main(["render", "--help"])
     out = " ".join(capsys.readouterr().out.split())
-    for words in ("bvh*", "watertight*", "sobol*", "perspective*", "left*", "nearest*", "normal*", "f32*"):
+    for words in ("bvh*", "watertight*", "niederreiter*", "perspective*", "left*", "nearest*", "normal*", "f32*"):
         assert words in out
     with pytest.raises(SystemExit):
         main(["accuracy", "--help"])
