@@ -17,6 +17,8 @@ BENCHMARKS = {
     "crossover": [],
     "direct": [],
     "error": [],
+    "samplers": ["errors"],
+    "paths": ["sample", "compile"],
     "obj_reader": [],
 }
 HEAD = """# Results
