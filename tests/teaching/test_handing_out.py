@@ -137,7 +137,7 @@ def test_a_window_shows_a_checkerboard_with_the_names_of_the_stubs(folders):
 
 
 def test_long_names_fit_into_small_pictures():
-    board = checkerboard.board(64, 48, ["RayIntersector.intersect_triangle"])
+    board = checkerboard.board(64, 48, ("RayIntersector.intersect_triangle",))
     assert board.shape == (64, 48, 3)
     assert len(np.unique(board)) > 10  # letters are there
 
