@@ -220,7 +220,7 @@ def add_grade(parser: Parser) -> None:
     parser.add_argument(
         "--jobs", type=at_least_one, default=1, metavar="N", help="submissions at the same time (default: %(default)s)"
     )
-    parser.add_argument("--weights", metavar="FILE", help="points and rules of the course, .json: docs/teaching.md")
+    parser.add_argument("--weights", metavar="FILE", help="points and rules of the course, .json: docs/grading.md")
     parser.add_argument(
         "--seed", type=whole, default=1, metavar="N", help="of the inputs; keep it to yourself (default: %(default)s)"
     )

@@ -13,6 +13,7 @@ import shutil
 import tempfile
 import threading
 import time
+import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
@@ -383,6 +384,6 @@ def pictures_of(assignment: Assignment, submitted: Submission, seed: int) -> dic
             for key in kept.files:
                 part, _, name = key.rpartition("/")
                 found.setdefault(part, {})[name] = kept[key].astype(np.float64)
-    except (OSError, ValueError, EOFError, KeyError):
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
         return {}
     return found

@@ -8,6 +8,7 @@ kernels, of which every submission gets a copy.
 import hashlib
 import os
 import threading
+import zipfile
 from functools import cached_property
 from pathlib import Path
 
@@ -140,6 +141,6 @@ def read(path: Path, parts: dict[str, Arrays]) -> dict[str, Arrays] | None:
             for key in kept.files:
                 part, _, name = key.rpartition("/")
                 found[part][name] = kept[key]
-    except (OSError, ValueError, KeyError, EOFError):
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
     return found if all(found.values()) else None

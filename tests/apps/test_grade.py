@@ -1,0 +1,111 @@
+"""``taichi-tracer grade``: what it prints and writes, and how bad input is told; marks are made up here."""
+
+import csv
+import json
+import zipfile
+
+import pytest
+from teaching import sums
+
+from taichi_tracer.apps import grade as command
+from taichi_tracer.apps.cli import main
+from taichi_tracer.teaching.marks import Mark, PartMark
+from taichi_tracer.teaching.sandbox import Level
+
+PARTS = (
+    PartMark("Sums.add", "sums", 2.0, 0.5, "wrong", "10 of 20"),
+    PartMark("Sums.subtract", "sums", 3.0, 1.0, "right"),
+)
+
+
+@pytest.fixture
+def assignment(tmp_path):
+    """The folder of a small assignment."""
+    return str(sums.write_assignment(tmp_path / "sums"))
+
+
+@pytest.fixture
+def classroom(tmp_path, monkeypatch):
+    """A folder of two submissions, which get made-up marks."""
+
+    def grade_class(assignment, found, rules, settings, watch):
+        marks = [Mark(one.key, one.student, PARTS, imports=("=1+1",), level=str(settings.level)) for one in found]
+        for mark in marks if watch else ():
+            watch(mark)
+        return marks
+
+    monkeypatch.setattr(command, "grade_class", grade_class)
+    monkeypatch.setattr(command, "best_level", lambda wanted: Level(wanted or "unshare"))
+    (tmp_path / "class").mkdir()
+    for name in ("123456781", "123456782"):
+        sums.zipped(tmp_path / "class" / f"{name}.zip", {"sums.py": sums.submission()})
+    return str(tmp_path / "class")
+
+
+def test_a_line_for_each_student_and_the_level(assignment, classroom, capsys):
+    assert main(["grade", assignment, classroom]) == 0
+    *lines, last = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == ["123456781", "123456782"]
+    assert "4 of 5" in lines[0]
+    assert last == "2 submissions, mean 4 of 5; walls: unshare"
+
+
+def test_limits_alone_are_warned_of(assignment, classroom, capsys):
+    assert main(["grade", assignment, classroom, "--level", "limits"]) == 0
+    assert "no walls but limits" in capsys.readouterr().err
+
+
+def test_json(assignment, classroom, capsys):
+    assert main(["grade", assignment, classroom, "--json", "--seed", "5"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["seed"], facts["level"]) == (5, "unshare")
+    assert [(one["student"], one["score"]) for one in facts["submissions"]] == [("123456781", 4.0), ("123456782", 4.0)]
+
+
+def test_csv_has_no_formulas(assignment, classroom, tmp_path):
+    assert main(["grade", assignment, classroom, "--csv", str(tmp_path / "c.csv")]) == 0
+    rows = list(csv.DictReader((tmp_path / "c.csv").open()))
+    assert [(row["student"], row["score"], row["Sums.add"]) for row in rows] == [
+        ("123456781", "4.0", "1.0"),
+        ("123456782", "4.0", "1.0"),
+    ]
+    assert rows[0]["imports"] == "'=1+1"
+
+
+def test_gradescope_and_report(assignment, classroom, tmp_path, capsys):
+    one = f"{classroom}/123456781.zip"
+    out, report = tmp_path / "results.json", tmp_path / "new" / "report"
+    assert main(["grade", assignment, one, "--gradescope", str(out), "--report", str(report)]) == 0
+    assert json.loads(out.read_text())["score"] == 4.0
+    assert (report / "index.html").is_file()
+    assert str(report / "index.html") in capsys.readouterr().out
+
+
+def test_the_upload(assignment, tmp_path, capsys):
+    target = tmp_path / "OUT.zip"
+    assert main(["grade", "--gradescope-upload", assignment, str(target)]) == 0
+    assert capsys.readouterr().out.strip() == str(target)
+    with zipfile.ZipFile(target) as archive:
+        assert {"setup.sh", "run_autograder"} <= set(archive.namelist())
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["no-such", "{class}"], "unknown assignment 'no-such'"),
+        (["{sums}", "nowhere"], "nowhere: no such file or folder"),
+        (["{sums}", "{class}", "--gradescope", "x.json"], "has 2 submissions"),
+        (["{sums}", "{class}", "--csv", "/no/such/folder/x.csv"], "does not exist"),
+        (["{sums}", "{class}", "--report", "{file}"], "is a file"),
+        (["{sums}", "{class}", "--weights", "{file}"], "no JSON"),
+        (["{sums}", "{class}", "--jobs", "0"], "whole number of at least 1"),
+        (["--gradescope-upload", "{sums}", "/no/such/folder/x.zip"], "does not exist"),
+    ],
+)
+def test_bad_input_is_one_line(words, told, assignment, classroom, tmp_path, capsys):
+    (tmp_path / "file").write_text("no JSON")
+    places = {"{class}": classroom, "{sums}": assignment, "{file}": str(tmp_path / "file")}
+    assert main(["grade", *(places.get(word, word) for word in words)]) == 2
+    error = capsys.readouterr().err.splitlines()
+    assert len(error) == 1
+    assert told in error[0]

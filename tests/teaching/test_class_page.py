@@ -1,0 +1,139 @@
+"""Pages of the class and of students: everything is in them, and what a stranger chose is text."""
+
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from taichi_tracer.teaching import class_page
+from taichi_tracer.teaching import grade as grading
+from taichi_tracer.teaching.grade import Settings
+from taichi_tracer.teaching.marks import Mark, PartMark
+from taichi_tracer.teaching.sandbox import Level
+from taichi_tracer.teaching.submissions import Submission
+
+EVIL = "<script>document.title='hacked'</script>"
+FOUND = {"names": ["pixel corner"], "share": 1.0, "text": "all agree", "hint": "which point?", "topic": "rays"}
+WRONG = PartMark("A.f", "rays", 4.0, 0.5, "wrong", "2 of 4", {"input": {"x": [1]}, "yours": {"y": EVIL}}, (FOUND,), 3.0)
+RIGHT = PartMark("A.f", "rays", 4.0, 1.0, "right", seconds=1.0)
+CRASHED = PartMark("A.f", "rays", 4.0, 0.0, "crashed", EVIL)
+PICTURE = PartMark("picture: x", "all", 1.0, 0.2, "wrong", "many pixels")
+MARKS = (
+    Mark("123456781.zip", "123456781", (RIGHT, PICTURE), level="unshare"),
+    Mark(
+        "123456782.zip", "123456782", (WRONG, PICTURE), "", ("a note",), ("x imports 'os'",), (("late by 1 day", 10.0),)
+    ),
+    Mark("123456783.zip", "123456783", (WRONG, PICTURE), printed=EVIL),
+    Mark(f"{EVIL}.zip", EVIL, (CRASHED, PICTURE), refused=EVIL),
+    Mark("a b.zip", "a b", (RIGHT, PICTURE)),
+    Mark("a_b.zip", "a_b", (RIGHT, PICTURE)),
+)
+
+
+class Tags(HTMLParser):
+    """What a page contains: tags that are opened and closed in order, links, and whether anything is loaded."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open, self.links, self.loaded, self.images = [], [], [], 0
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        found = dict(attributes)
+        if tag == "a":
+            self.links.append(found["href"])
+        if "src" in found and not found["src"].startswith("data:"):
+            self.loaded.append(found["src"])
+        self.images += tag == "img"
+        if tag not in ("meta", "img", "rect", "line", "br"):
+            self.open.append(tag)
+        assert tag not in ("script", "link", "iframe")
+
+    def handle_startendtag(self, tag, attributes):
+        assert tag in ("rect", "line", "img")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The pages of a class."""
+    place = tmp_path_factory.mktemp("pages")
+    found = [Submission(place / mark.key, mark.key, mark.student, False) for mark in MARKS]
+    picture = np.linspace(0, 1, 48 * 48 * 3).reshape(48, 48, 3)
+    pictures = {"picture: x": {"yours": picture, "right": picture[::-1], "difference": abs(picture - picture[::-1])}}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(class_page, "pictures_of", lambda *args: pictures)
+        assignment = type("Assignment", (), {"title": "A & B"})
+        class_page.write(place, assignment, found, MARKS, Settings(Level("unshare")))
+    return place
+
+
+def test_the_page_of_the_class_has_everything(folder):
+    text = (folder / "index.html").read_text()
+    tags = Tags(text)
+    assert tags.loaded == []
+    assert tags.images == len(MARKS) + 1
+    for link in tags.links:
+        assert (folder / link).is_file()
+    rows = re.findall(r"<tr><td>pixel corner</td><td>(\d+)</td>", text)
+    assert rows == ["2"]
+    for word in ("6 submissions; mean ", "late by 1 day: −10 %", "Seed of the inputs: 1", "unshare", "A &amp; B"):
+        assert word in text
+
+
+def test_every_student_has_a_page(folder):
+    pages = sorted((folder / "students").iterdir())
+    assert len(pages) == len(MARKS)
+    for page in pages:
+        assert Tags(page.read_text()).loaded == []
+    text = (folder / "students" / "123456782.html").read_text()
+    for word in (
+        "2 of 4",
+        "all agree",
+        "which point?",
+        "a note",
+        "imports",
+        "1.98 of 5 points (2.2 before deductions)",
+    ):
+        assert word in text
+
+
+def test_the_page_of_a_right_part_is_short(folder):
+    text = (folder / "students" / "123456781.html").read_text()
+    assert text.count("class='part'") == 1
+
+
+def test_names_of_files_are_safe_and_different():
+    names = class_page.file_names(MARKS)
+    assert len({name.casefold() for name in names.values()}) == len(MARKS)
+    assert all(re.fullmatch(r"[A-Za-z0-9_-]+\.html", name) for name in names.values())
+
+
+def test_pictures_that_were_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(grading, "kept_at", lambda *args: tmp_path / "none")
+    assert grading.pictures_of(None, None, 1) == {}
+
+
+@pytest.mark.exhaustive
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="there is no browser")
+@pytest.mark.parametrize("page", ["index.html", "students/123456782.html"])
+def test_a_browser_shows_the_pages(folder, page, tmp_path):
+    words = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}/profile"]
+    url = (folder / page).as_uri()
+    dom = subprocess.run([*words, "--dump-dom", url], capture_output=True, text=True, timeout=120).stdout
+    title = re.search("<title>(.*?)</title>", dom).group(1)
+    assert title.startswith("A &amp; B")
+    assert "hacked" not in title
+    shot = tmp_path / "page.png"
+    subprocess.run([*words, f"--screenshot={shot}", "--window-size=1250,1500", url], capture_output=True, timeout=120)
+    from PIL import Image
+
+    pixels = np.asarray(Image.open(shot).convert("RGB"))
+    assert pixels.shape == (1500, 1250, 3)
+    assert pixels.std() > 5
