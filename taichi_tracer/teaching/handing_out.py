@@ -19,7 +19,7 @@ CHECK = '''"""Checks this folder: python check.py, or python check.py NAME_OF_A_
 import sys
 from pathlib import Path
 
-from taichi_tracer.__main__ import main
+from taichi_tracer.apps.cli import main
 
 if __name__ == "__main__":
     raise SystemExit(main(["check", str(Path(__file__).parent), *sys.argv[1:]]))

@@ -212,7 +212,7 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             if is_stub(method):
                 return Answer(NOT_WRITTEN, message="it is not written yet", line=line_of_mark(method))
             subject = class_under_test(cls, solution.classes.get(part.replaces), part.method)
-        with reproducible_random():
+        with reproducible_random(), without_the_packages(subject, part):
             arrays = part.run(subject, inputs)
         return Answer(OK, {name: np.ascontiguousarray(array) for name, array in arrays.items()})
     except KeyboardInterrupt:
@@ -258,6 +258,30 @@ def is_students(file: Path, folder: Path | None) -> bool:
         return file.resolve().parent == folder
     package = Path(__file__).parents[1]
     return "ipykernel" in str(file) or (package not in file.parents and "site-packages" not in str(file))
+
+
+@contextlib.contextmanager
+def without_the_packages(subject: Any, part: Part) -> Iterator[None]:
+    """While a part runs, the package's own method of this name is an error: a student's must not call it instead.
+
+    This is a rule of the course and no wall, as everything that runs in the process of the submission.
+    """
+    name = f"{part.replaces}.{part.method}"
+
+    @in_kernels
+    def refuse(*_arguments, **_named):
+        raise InputError(f"{name} calls the package's own {part.method}, which it should replace")
+
+    bases = subject.__mro__ if part.replaces else ()
+    homes = [cls for cls in bases if cls.__module__.startswith("taichi_tracer.") and part.method in vars(cls)]
+    former = [vars(cls)[part.method] for cls in homes]
+    try:
+        for cls in homes:
+            setattr(cls, part.method, staticmethod(refuse))
+        yield
+    finally:
+        for cls, method in zip(homes, former, strict=True):
+            setattr(cls, part.method, method)
 
 
 # ── random numbers ──

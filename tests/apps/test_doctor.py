@@ -80,7 +80,9 @@ def test_no_cache_at_all_is_told_with_what_it_costs(tmp_path, monkeypatch):
 def test_the_walls_of_the_grader_are_told(monkeypatch):
     from taichi_tracer.teaching import sandbox
 
-    monkeypatch.setattr(sandbox, "problem_of", lambda level, **_: None if level.name in ("landlock", "limits") else "no")
+    monkeypatch.setattr(
+        sandbox, "problem_of", lambda level, **_: None if level.name in ("landlock", "limits") else "no"
+    )
     lines = {line.name: line for line in doctor.wall_lines()}
     assert [lines[f"walls {name}"].is_ok for name in ("bwrap", "unshare", "landlock", "limits")] == [0, 0, 1, 1]
     assert lines["walls of grade"].is_ok

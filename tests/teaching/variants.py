@@ -69,9 +69,10 @@ A1 = {
         return best
 """,
         "A1Renderer.shade_hit": """
-        return ti.select(hit_data.is_backfacing, tm.vec3(0.5, 0, 0), tm.vec3(1, 1, 1))
+        front = tm.vec3(1, 1, 1) * hit_data.is_hit
+        return ti.select(hit_data.is_backfacing, tm.vec3(0.5, 0, 0), front)
 """,
-        "A1Renderer.shade_normal": "        return 0.5 * hit_data.normal + 0.5\n",
+        "A1Renderer.shade_normal": "        return (0.5 * hit_data.normal + 0.5) * hit_data.is_hit\n",
     },
     "three": {
         "Camera.generate_ndc_coords": """
@@ -105,7 +106,7 @@ A1 = {
 """,
         "A1Renderer.shade_distance": """
         grey = ti.min(ti.max(hit_data.distance * (1 / self.max_distance), 0), 1)
-        return tm.vec3(grey, grey, grey)
+        return ti.select(hit_data.is_hit, tm.vec3(grey, grey, grey), tm.vec3(0))
 """,
     },
     "four": {
@@ -157,7 +158,7 @@ A1 = {
 """,
         "A1Renderer.shade_barycentric": """
         uv = hit_data.barycentric_coords
-        return tm.vec3(uv, 1 - uv.x - uv.y)
+        return ti.select(hit_data.is_hit != 0, 1, 0) * tm.vec3(uv, 1 - uv.x - uv.y)
 """,
     },
 }

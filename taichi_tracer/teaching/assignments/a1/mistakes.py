@@ -340,7 +340,12 @@ MISTAKES = (
         ),
     ),
     # views
-    mistake(view("hit"), "colours of front and back exchanged", "Which side is white?", ("if hit", "if not hit")),
+    mistake(
+        view("hit"),
+        "colours of front and back exchanged",
+        "Which side is white?",
+        ("if hit_data.is_backfacing", "if not hit_data.is_backfacing"),
+    ),
     mistake(view("triangle_id"), "id_color of the material", "Which id is shown?", ("triangle_id)", "material_id)")),
     mistake(
         view("triangle_id"), "1 added twice", "What does id_color add itself?", ("triangle_id)", "triangle_id + 1)")
@@ -373,4 +378,13 @@ MISTAKES = (
         ("(hit_data.normal + 1) / 2", "abs(hit_data.normal)"),
     ),
     mistake(view("material_id"), "id_color of the triangle", "Which id is shown?", ("material_id)", "triangle_id)")),
+    *(
+        mistake(
+            view(name),
+            "misses are not black",
+            "Which colour has a ray that hits nothing?",
+            ("if hit_data.is_hit:", "if True:"),
+        )
+        for name in ("hit", "distance", "barycentric", "normal")  # that of the id -1 is black by itself
+    ),
 )

@@ -18,16 +18,17 @@ def id_color(i):
 
 @ti.data_oriented
 class A1Renderer(tt.A1Renderer):
-    """Each method is one view: it turns a hit (``tt.HitData``) into a colour. Rays that hit nothing are black."""
+    """Each method is one view: it turns a hit (``tt.HitData``) into a colour, which is black if ``is_hit`` is 0."""
 
     @ti.func
     def shade_hit(self, hit_data):
         """(1, 1, 1) on the front of a triangle, (0.5, 0, 0) on its back."""
         color = tm.vec3(0)
         ### BEGIN SOLUTION
-        color = tm.vec3(1)
-        if hit_data.is_backfacing:
-            color = tm.vec3(0.5, 0, 0)
+        if hit_data.is_hit:
+            color = tm.vec3(1)
+            if hit_data.is_backfacing:
+                color = tm.vec3(0.5, 0, 0)
         ### END SOLUTION
         return color
 
@@ -36,7 +37,8 @@ class A1Renderer(tt.A1Renderer):
         """``id_color`` of the triangle."""
         color = tm.vec3(0)
         ### BEGIN SOLUTION
-        color = id_color(hit_data.triangle_id)
+        if hit_data.is_hit:
+            color = id_color(hit_data.triangle_id)
         ### END SOLUTION
         return color
 
@@ -45,7 +47,8 @@ class A1Renderer(tt.A1Renderer):
         """distance/max_distance in all three channels, limited to [0, 1], with ``self.max_distance``."""
         color = tm.vec3(0)
         ### BEGIN SOLUTION
-        color = tm.vec3(tm.clamp(hit_data.distance / self.max_distance, 0, 1))
+        if hit_data.is_hit:
+            color = tm.vec3(tm.clamp(hit_data.distance / self.max_distance, 0, 1))
         ### END SOLUTION
         return color
 
@@ -54,9 +57,10 @@ class A1Renderer(tt.A1Renderer):
         """(u, v, w) as red, green and blue, with w = 1 − u − v."""
         color = tm.vec3(0)
         ### BEGIN SOLUTION
-        u = hit_data.barycentric_coords.x
-        v = hit_data.barycentric_coords.y
-        color = tm.vec3(u, v, 1 - u - v)
+        if hit_data.is_hit:
+            u = hit_data.barycentric_coords.x
+            v = hit_data.barycentric_coords.y
+            color = tm.vec3(u, v, 1 - u - v)
         ### END SOLUTION
         return color
 
@@ -65,7 +69,8 @@ class A1Renderer(tt.A1Renderer):
         """(n + 1)/2, so that every component of the normal n lies in [0, 1]."""
         color = tm.vec3(0)
         ### BEGIN SOLUTION
-        color = (hit_data.normal + 1) / 2
+        if hit_data.is_hit:
+            color = (hit_data.normal + 1) / 2
         ### END SOLUTION
         return color
 
@@ -74,6 +79,7 @@ class A1Renderer(tt.A1Renderer):
         """``id_color`` of the material."""
         color = tm.vec3(0)
         ### BEGIN SOLUTION
-        color = id_color(hit_data.material_id)
+        if hit_data.is_hit:
+            color = id_color(hit_data.material_id)
         ### END SOLUTION
         return color

@@ -1,0 +1,76 @@
+"""The solutions of the assignments are the package's own methods in plain words: the same numbers from both.
+
+Where the formula is the same, the bits are the same. Where the package computes a number in another way, as the
+watertight test does, they agree up to rounding; random answers agree in their means.
+"""
+
+import numpy as np
+import pytest
+from support import long_except, start
+
+import taichi_tracer as tt
+from taichi_tracer.teaching import catalogue
+from taichi_tracer.teaching.running import expected, reproducible_random, solution_of
+
+
+class ShippedIntersector(tt.BruteForceRayIntersector):
+    """With its own constructor, so that it is bound to the geometry of the part."""
+
+    def __init__(self, geometry, triangle_test="moller_trumbore"):
+        super().__init__(geometry, triangle_test)
+
+
+SHIPPED = {"Camera": tt.Camera, "PerspectiveCamera": tt.Camera, "OrthographicCamera": tt.OrthographicCamera}
+SHIPPED |= {"RayIntersector": ShippedIntersector, "Environment": tt.Environment, "UniformSampler": tt.UniformSampler}
+SHIPPED |= {"BRDF": tt.BRDF, "MeshLightSampler": tt.MeshLightSampler}
+SHIPPED |= {"A2Renderer": tt.A2Renderer, "A3Renderer": tt.A3Renderer, "A4Renderer": tt.A4Renderer}
+SAME_BITS = ("generate_ndc_coords", "compute_matrix", "compute_triangle_area", "UniformSampler.evaluate_probability")
+VIEWS = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")
+PARTS = [
+    (name, part.name)
+    for name in catalogue.names()
+    for part in catalogue.load(name).parts
+    if part.replaces in SHIPPED and hasattr(SHIPPED[part.replaces], part.method)
+]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@pytest.mark.parametrize(
+    ("name", "part_name"),
+    [pytest.param(*ids, marks=[] if ids[0] == "a1" else pytest.mark.long) for ids in PARTS],
+)
+def test_the_solution_gives_the_numbers_of_the_package(name, part_name):
+    assignment = catalogue.load(name)
+    part = assignment.part(part_name)
+    inputs = assignment.inputs(part, 4)
+    with reproducible_random():
+        shipped = part.run(SHIPPED[part.replaces], inputs)
+    right = expected(assignment, part, inputs)
+    verdict = part.judge(inputs, shipped, right)
+    assert verdict.status == "right", (verdict.message, verdict.first_wrong)
+    if part_name.endswith(SAME_BITS) and name == "a1":
+        assert all(np.array_equal(shipped[key], right[key]) for key in right)
+
+
+def test_most_methods_are_compared():
+    assert len(PARTS) >= 20
+
+
+@pytest.mark.parametrize("view", long_except(VIEWS, "normal"))
+def test_the_views_have_the_same_bits(scene, view):
+    """The solution's views, of what the package's camera and intersector found."""
+    own = solution_of(catalogue.load("a1")).classes["A1Renderer"]
+    pictures = [cls(scene, 64, 64).use(view).image() for cls in (own, tt.A1Renderer)]
+    assert np.array_equal(*pictures)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """The Cornell box."""
+    made = tt.load_scene_data("cornell_box")
+    yield made
+    made.destroy()
