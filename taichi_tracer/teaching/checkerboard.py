@@ -1,5 +1,6 @@
 """What a window shows until the student's methods are written: a checkerboard with their names."""
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ def marked(renderer: Any) -> Any:
         names = missing(renderer)
         if names:
             size = renderer.width, renderer.height
-            renderer.film.canvas.from_numpy(board(*size, names))
+            renderer.film.canvas.from_numpy(board(*size, tuple(names)))
         else:
             take_sample(index)
 
@@ -56,7 +57,8 @@ def is_shown(method: str, renderer: Any) -> bool:
     return method not in views or method == f"shade_{renderer.active.name}"
 
 
-def board(width: int, height: int, names: list[str]) -> np.ndarray:
+@lru_cache(maxsize=4)
+def board(width: int, height: int, names: tuple[str, ...]) -> np.ndarray:
     """(width, height, 3) float32, indexed [x, y] with y up: a checkerboard, with a line for each name."""
     from PIL import Image, ImageDraw
 

@@ -188,7 +188,8 @@ def answers_of(assignment: Assignment, part: Part, combination: Sequence[Mistake
     changed = with_mistakes(assignment, part, combination)
     arrays: Arrays = {}
     if changed is not None:
-        found = answer(part, changed, solution_of(assignment), inputs, dict(assignment.classes))
+        with np.errstate(all="ignore"):  # a mistake may divide by 0
+            found = answer(part, changed, solution_of(assignment), inputs, dict(assignment.classes))
         arrays = found.arrays if found.status == OK else {}
     keep(path, arrays)
     return arrays or None

@@ -358,6 +358,7 @@ def shade_kernel(
     direction: ti.types.ndarray(ndim=2),
     samples: ti.types.ndarray(ndim=3),
 ):
+    """Samples of the light along each ray."""
     for i, j in ti.ndrange(samples.shape[0], samples.shape[1]):
         random.start(seed, i, 0, j)
         write_sample(samples, i, j, renderer.shade_ray(ray_of(origin, direction, i)))

@@ -1,7 +1,5 @@
 """What a student's check says: right, wrong with the first wrong number, not written, and where it crashed."""
 
-import time
-
 import numpy as np
 import pytest
 import taichi as ti
@@ -132,16 +130,6 @@ def test_seeds_change_the_inputs():
         first, second, again = (assignment.inputs(part, seed) for seed in (0, 1, 0))
         assert any(not np.array_equal(first[name], second[name]) for name in first), part.name
         assert all(np.array_equal(first[name], again[name]) for name in first)
-
-
-def test_one_part_takes_seconds(solved):
-    """After an edit, with everything compiled and kept before; the figure is a bound for a slow machine."""
-    change(solved, "ray_intersector.py", "u + v <= 1", "u + v <= 2")
-    check_folder(solved, ["intersect_triangle"])
-    change(solved, "ray_intersector.py", "u + v <= 2", "u + v <= 1.0")
-    start_time = time.perf_counter()
-    assert check_folder(solved, ["intersect_triangle"]).is_right
-    assert time.perf_counter() - start_time < 30
 
 
 @ti.data_oriented

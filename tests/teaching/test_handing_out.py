@@ -23,7 +23,6 @@ from taichi_tracer.teaching.running import answer, load_submission, solution_of
 
 NAMES = catalogue.names()
 BLOCK = re.compile(r"^ *### BEGIN SOLUTION$.*?^ *### END SOLUTION$", re.MULTILINE | re.DOTALL)
-FIRST = [pytest.param(name, marks=[] if name == "a1" else pytest.mark.long) for name in NAMES]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -99,7 +98,8 @@ def test_every_method_with_a_part_is_a_stub(folders, name):
             assert f'not_written("{part.name}")' in source.splitlines()[found.line - 1]
 
 
-@pytest.mark.parametrize("name", FIRST)
+@pytest.mark.long
+@pytest.mark.parametrize("name", NAMES)
 def test_stubs_compile_and_the_solved_folder_is_right(folders, name, monkeypatch):
     """A stub that lost its mark runs, and is wrong: it is never a crash."""
     assignment = catalogue.load(name)
@@ -137,7 +137,7 @@ def test_a_window_shows_a_checkerboard_with_the_names_of_the_stubs(folders):
 
 
 def test_long_names_fit_into_small_pictures():
-    board = checkerboard.board(64, 48, ["RayIntersector.intersect_triangle"])
+    board = checkerboard.board(64, 48, ("RayIntersector.intersect_triangle",))
     assert board.shape == (64, 48, 3)
     assert len(np.unique(board)) > 10  # letters are there
 

@@ -1,9 +1,13 @@
 """The process of a submission: how it is asked, how it ends, and which walls this machine has."""
 
+import contextlib
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -146,3 +150,46 @@ def test_the_working_folder_is_not_on_the_path(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(str(tmp_path))
     assert str(tmp_path) not in sandbox.python_path()
     assert "" not in sandbox.python_path()
+
+
+ORPHAN = """
+import sys
+from pathlib import Path
+import numpy as np
+from taichi_tracer.teaching import sandbox
+from taichi_tracer.teaching.walls import Limits
+folder, assignment, level, user = sys.argv[1:]
+child = sandbox.Child(Path(folder), sandbox.Level(level, user == "True"), Limits(wall=400), reads=(assignment,))
+child.ask({"do": "load", "assignment": assignment, "folder": "submission", "starts_taichi": False}, wall=100)
+print(child.given, flush=True)
+child.ask({"do": "run", "part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})
+"""
+
+
+@pytest.mark.exhaustive
+def test_everything_ends_with_the_grader_at_every_level(assignment, tmp_path, level):
+    """The grader is ended by a signal that it cannot notice, while a daemon of the submission runs."""
+    add = "import os, time\nif os.fork() == 0:\n    os.setsid()\ntime.sleep(1000)"
+    (tmp_path / "sums.py").write_text(sums.submission(add=add))
+    words = [sys.executable, "-c", ORPHAN, str(tmp_path), str(assignment), level.name, str(level.user)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment) as grader:
+        given = grader.stdout.readline().strip()
+        time.sleep(1.0)
+        assert len(processes_with(given)) >= 2
+        grader.kill()
+    deadline = time.monotonic() + 10
+    while processes_with(given) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert processes_with(given) == []
+    sandbox.remove(given)
+
+
+def processes_with(word: str) -> list[int]:
+    """The processes that have a word in their arguments."""
+    found = []
+    for process in walls.processes():
+        with contextlib.suppress(OSError):
+            if word.encode() in Path(f"/proc/{process}/cmdline").read_bytes():
+                found.append(process)
+    return found

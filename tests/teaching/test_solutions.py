@@ -6,7 +6,7 @@ watertight test does, they agree up to rounding; random answers agree in their m
 
 import numpy as np
 import pytest
-from support import start
+from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
@@ -25,6 +25,7 @@ SHIPPED |= {"RayIntersector": ShippedIntersector, "Environment": tt.Environment,
 SHIPPED |= {"BRDF": tt.BRDF, "MeshLightSampler": tt.MeshLightSampler}
 SHIPPED |= {"A2Renderer": tt.A2Renderer, "A3Renderer": tt.A3Renderer, "A4Renderer": tt.A4Renderer}
 SAME_BITS = ("generate_ndc_coords", "compute_matrix", "compute_triangle_area", "UniformSampler.evaluate_probability")
+VIEWS = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")
 PARTS = [
     (name, part.name)
     for name in catalogue.names()
@@ -40,7 +41,7 @@ def _taichi():
 
 @pytest.mark.parametrize(
     ("name", "part_name"),
-    [pytest.param(*ids, marks=pytest.mark.long if ids[1].endswith("shade_ray") else []) for ids in PARTS],
+    [pytest.param(*ids, marks=[] if ids[0] == "a1" else pytest.mark.long) for ids in PARTS],
 )
 def test_the_solution_gives_the_numbers_of_the_package(name, part_name):
     assignment = catalogue.load(name)
@@ -59,7 +60,7 @@ def test_most_methods_are_compared():
     assert len(PARTS) >= 20
 
 
-@pytest.mark.parametrize("view", ["hit", "triangle_id", "distance", "barycentric", "normal", "material_id"])
+@pytest.mark.parametrize("view", long_except(VIEWS, "normal"))
 def test_the_views_have_the_same_bits(scene, view):
     """The solution's views, of what the package's camera and intersector found."""
     own = solution_of(catalogue.load("a1")).classes["A1Renderer"]

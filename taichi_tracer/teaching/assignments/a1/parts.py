@@ -26,6 +26,7 @@ def pixels(rng: np.random.Generator) -> Arrays:
 
 @ti.kernel
 def ndc_kernel(camera: ti.template(), pixel: ti.types.ndarray(ndim=2), ndc: ti.types.ndarray(ndim=2)):
+    """The point of each pixel in NDC."""
     for i in range(pixel.shape[0]):
         p = camera.generate_ndc_coords(pixel[i, 0], pixel[i, 1])
         ndc[i, 0], ndc[i, 1] = p.x, p.y
@@ -56,6 +57,7 @@ def camera_coords_kernel(
     last: ti.i32,
     coords: ti.types.ndarray(ndim=2),
 ):
+    """The direction of each point, for some of the rows."""
     for i in range(first, last):
         p = camera.generate_camera_coords(tm.vec2(ndc[i, 0], ndc[i, 1]))
         for k in ti.static(range(4)):
@@ -100,6 +102,7 @@ def ray_kernel(
     origin: ti.types.ndarray(ndim=2),
     direction: ti.types.ndarray(ndim=2),
 ):
+    """The ray of each pixel."""
     for i in range(pixel.shape[0]):
         ray = camera.generate_ray(pixel[i, 0], pixel[i, 1])
         for k in ti.static(range(3)):
@@ -191,6 +194,7 @@ def triangle_kernel(
     whole: ti.types.ndarray(ndim=2),
     real: ti.types.ndarray(ndim=2),
 ):
+    """The hit of each ray on one triangle."""
     for i in range(origin.shape[0]):
         hit = intersector.intersect_triangle(ray_of(origin, direction, i), triangle_id[i])
         write_hit(hit, i, whole, real)
@@ -244,6 +248,7 @@ def nearest_kernel(
     whole: ti.types.ndarray(ndim=2),
     real: ti.types.ndarray(ndim=2),
 ):
+    """The nearest hit of each ray."""
     for i in range(origin.shape[0]):
         hit = intersector.query_ray(ray_of(origin, direction, i))
         write_hit(hit, i, whole, real)
@@ -277,6 +282,7 @@ def hits(rng: np.random.Generator) -> Arrays:
 def view_kernel(
     shade: ti.template(), whole: ti.types.ndarray(ndim=2), real: ti.types.ndarray(ndim=2), c: ti.types.ndarray(ndim=2)
 ):
+    """The colour of each hit."""
     for i in range(whole.shape[0]):
         color = shade(read_hit(i, whole, real))
         for k in ti.static(range(3)):

@@ -35,6 +35,7 @@ def ndc_kernel(
     centre: ti.types.ndarray(ndim=2),
     jittered: ti.types.ndarray(ndim=3),
 ):
+    """The point of each pixel in NDC."""
     for i in range(pixel.shape[0]):
         sampler.start(SEED, i, 0, 0)
         p = camera.generate_ndc_coords(pixel[i, 0], pixel[i, 1], False)
@@ -65,6 +66,7 @@ def ray_kernel(
     centre: ti.types.ndarray(ndim=2),
     jittered: ti.types.ndarray(ndim=3),
 ):
+    """The ray of each pixel."""
     for i in range(pixel.shape[0]):
         sampler.start(SEED, i, 0, 0)
         ray = camera.generate_ray(pixel[i, 0], pixel[i, 1], False)
@@ -107,6 +109,7 @@ def mean_kernel(
     count: ti.types.ndarray(ndim=1),
     new: ti.types.ndarray(ndim=2),
 ):
+    """The new mean of each row."""
     for i in range(mean.shape[0]):
         write(new, i, renderer.running_mean(vector(mean, i), vector(sample, i), count[i]))
 
@@ -141,6 +144,7 @@ def sky(rng: np.random.Generator) -> Arrays:
 
 @ti.kernel
 def sky_kernel(environment: ti.template(), direction: ti.types.ndarray(ndim=2), radiance: ti.types.ndarray(ndim=2)):
+    """The radiance from each direction."""
     for i in range(direction.shape[0]):
         write(radiance, i, environment.query_ray(Ray(origin=tm.vec3(0), direction=vector(direction, i))))
 
@@ -164,6 +168,7 @@ def repeats(rng: np.random.Generator) -> Arrays:
 
 @ti.kernel
 def uniform_kernel(directions: ti.template(), sampler: ti.template(), first: ti.i32, samples: ti.types.ndarray(ndim=3)):
+    """Random directions."""
     for i, j in ti.ndrange(samples.shape[0], samples.shape[1]):
         sampler.start(SEED, first + i, 0, j)
         write_sample(samples, i, j, directions.sample_direction())
@@ -178,6 +183,7 @@ def run_uniform(sampler_class: type, inputs: Arrays) -> Arrays:
 
 @ti.kernel
 def uniform_pdf_kernel(directions: ti.template(), probability: ti.types.ndarray(ndim=1)):
+    """The density, several times."""
     for i in range(probability.shape[0]):
         probability[i] = directions.evaluate_probability()
 
@@ -222,6 +228,7 @@ def brdf_sample_kernel(
     w_o: ti.types.ndarray(ndim=2),
     samples: ti.types.ndarray(ndim=3),
 ):
+    """Random directions of each surface."""
     for i, j in ti.ndrange(samples.shape[0], samples.shape[1]):
         sampler.start(SEED, i, 0, j)
         w_i = brdf.sample_direction(material_of(Kd, Ns, i), vector(w_o, i), vector(normal, i))
@@ -271,6 +278,7 @@ def brdf_kernel(
     w_i: ti.types.ndarray(ndim=2),
     values: ti.types.ndarray(ndim=2),
 ):
+    """A function of the BRDF for each pair of directions."""
     for i in range(Ns.shape[0]):
         value = function(material_of(Kd, Ns, i), vector(w_o, i), vector(w_i, i), vector(normal, i))
         if ti.static(is_colour):

@@ -30,6 +30,7 @@ def area_kernel(
     v2: ti.types.ndarray(ndim=2),
     area: ti.types.ndarray(ndim=1),
 ):
+    """The area of each triangle."""
     for i in range(area.shape[0]):
         area[i] = lights.compute_triangle_area(vector(v0, i), vector(v1, i), vector(v2, i))
 
@@ -89,6 +90,7 @@ def run_cdf(sampler_class: type, inputs: Arrays) -> Arrays:
 
 @ti.kernel
 def choice_kernel(made: ti.template(), random: ti.template(), chosen: ti.types.ndarray(ndim=2)):
+    """Random triangles."""
     for i, j in ti.ndrange(chosen.shape[0], chosen.shape[1]):
         random.start(SEED, i, 0, j)
         chosen[i, j] = made.sample_emissive_triangle()
@@ -103,6 +105,7 @@ def run_choice(sampler_class: type, inputs: Arrays) -> Arrays:
 
 @ti.kernel
 def density_kernel(made: ti.template(), density: ti.types.ndarray(ndim=1)):
+    """The density."""
     for i in range(density.shape[0]):
         density[i] = made.evaluate_probability()
 
@@ -122,6 +125,7 @@ def point_kernel(
     w_i: ti.types.ndarray(ndim=3),
     chosen: ti.types.ndarray(ndim=2),
 ):
+    """Random directions to the lights, and the triangles on which they end."""
     for i, j in ti.ndrange(chosen.shape[0], chosen.shape[1]):
         random.start(SEED, i, 0, j)
         direction, triangle_id = made.sample_mesh_lights(vector(hit_point, i))
@@ -170,6 +174,7 @@ def number_kernel(
     takes_three: ti.template(),
     result: ti.types.ndarray(ndim=1),
 ):
+    """A function of two or three numbers, for each row."""
     for i in range(result.shape[0]):
         if ti.static(takes_three):
             result[i] = function(a[i], b[i], c[i])

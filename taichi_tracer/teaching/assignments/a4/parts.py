@@ -34,6 +34,7 @@ def throughput_kernel(
     pdf: ti.types.ndarray(ndim=1),
     new: ti.types.ndarray(ndim=2),
 ):
+    """The throughput of each path after its bounce."""
     for i in range(cosine.shape[0]):
         write(new, i, renderer.next_throughput(vector(throughput, i), vector(f_r, i), cosine[i], pdf[i]))
 
@@ -61,6 +62,7 @@ def roulette_kernel(
     q: ti.types.ndarray(ndim=1),
     new: ti.types.ndarray(ndim=3),
 ):
+    """Many games of roulette for each row."""
     for i, j in ti.ndrange(new.shape[0], new.shape[1]):
         random.start(SEED, i, 0, j)
         write_sample(new, i, j, renderer.play_roulette(vector(throughput, i), q[i]))
@@ -81,6 +83,7 @@ def event_kernel(
     direction: ti.types.ndarray(ndim=2),
     light: ti.types.ndarray(ndim=3),
 ):
+    """Samples of the light that the lamps send to what each ray hits."""
     for i, j in ti.ndrange(light.shape[0], light.shape[1]):
         random.start(SEED, i, 0, j)
         ray = ray_of(origin, direction, i)

@@ -45,6 +45,7 @@ def camera_of(camera_class: type, inputs: Arrays):
 
 @ti.kernel
 def screen_kernel(camera: ti.template(), pixel: ti.types.ndarray(ndim=2), screen: ti.types.ndarray(ndim=2)):
+    """The point of the window of each pixel."""
     for i in range(pixel.shape[0]):
         point = camera.pixel_to_screen(pixel[i, 0], pixel[i, 1])
         screen[i, 0], screen[i, 1] = point.x, point.y
@@ -64,6 +65,7 @@ def ray_kernel(
     origin: ti.types.ndarray(ndim=2),
     direction: ti.types.ndarray(ndim=2),
 ):
+    """The ray of each pixel."""
     for i in range(pixel.shape[0]):
         ray = camera.generate_ray(pixel[i, 0], pixel[i, 1])
         stand_ins.write(origin, i, ray.origin)
