@@ -460,8 +460,14 @@ class Desktop:
 
     def __init__(self, name, process, log):
         self.name, self.process, self.log = name, process, log
-        self.id = poll(lambda: self.xdotool("search", "--name", f"^{viewer.TITLE}$").split(), "the window")[0]
+        self.id = poll(self.found, "the window")[0]
         self.measure()
+
+    def found(self):
+        """The ids of windows with the viewer's title; it fails if the viewer has ended."""
+        if self.process.poll() is not None:
+            pytest.fail(f"the viewer ended with {self.process.returncode}: {self.log.read_text()}")
+        return self.xdotool("search", "--name", f"^{viewer.TITLE}$").split()
 
     def measure(self):
         """Ask where the window is, and how large."""
@@ -517,7 +523,15 @@ def desktop(tmp_path_factory):
     folder = tmp_path_factory.mktemp("desktop")
     log = folder / "log"
     display = subprocess.Popen(
-        ["Xvfb", "-displayfd", "1", "-screen", "0", "1024x768x24"],
+        [
+            "Xvfb",
+            "-displayfd",
+            "1",
+            "-noreset",
+            "-screen",
+            "0",
+            "1024x768x24",
+        ],  # it stays as one client follows another
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
