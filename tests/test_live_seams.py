@@ -337,7 +337,13 @@ ALIKE += (
 )  # live by the same lines as others: tested with what takes long
 
 
-@pytest.mark.parametrize("seam", [s for s in SEAMS if s.method not in ALIKE], ids=lambda seam: seam.id)
+QUICK = ("Camera.generate_ray", "RayIntersector.query_ray", "BRDF.sample_direction", "A2Renderer.shade_ray")
+CLASSES = [
+    pytest.param(s, marks=[] if s.id in QUICK else pytest.mark.long, id=s.id) for s in SEAMS if s.method not in ALIKE
+]
+
+
+@pytest.mark.parametrize("seam", CLASSES)
 def test_a_class_in_a_slot_changes_the_first_picture(seam):
     small = ("A1 64²", "intersect") if seam.shows[0] is not None else ("A2",)
     row = table_row(seam, "class", small)

@@ -114,8 +114,8 @@ def test_a_terminal_that_knows_only_ascii_shows_other_characters_by_their_number
     ("signals", "code", "word"),
     [
         ([signal.SIGINT], 130, b"interrupted"),
-        ([signal.SIGINT, signal.SIGINT, signal.SIGINT], 130, b"interrupted"),
-        ([signal.SIGTERM], 143, b"terminated"),
+        pytest.param([signal.SIGINT, signal.SIGINT, signal.SIGINT], 130, b"interrupted", marks=pytest.mark.long),
+        pytest.param([signal.SIGTERM], 143, b"terminated", marks=pytest.mark.exhaustive),
     ],
 )
 def test_a_signal_keeps_the_picture_and_says_how_far_it_came(signals, code, word, tmp_path):

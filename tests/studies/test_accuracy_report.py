@@ -56,8 +56,8 @@ def test_identifiers_in_the_drawings_differ(html):
 
 
 def test_points_tell_their_numbers_under_the_mouse(html):
-    assert "<title>mis, sobol: " in html
-    assert re.search(r"<title>brdf, sobol: [\d.]+ % after [\d.]+ s, 256 samples per pixel</title></use>", html)
+    assert "<title>mis, niederreiter: " in html
+    assert re.search(r"<title>brdf, niederreiter: [\d.]+ % after [\d.]+ s, 256 samples per pixel</title></use>", html)
 
 
 def test_axes_are_in_percent_and_no_number_is_a_power_of_ten(study):
@@ -66,7 +66,13 @@ def test_axes_are_in_percent_and_no_number_is_a_power_of_ten(study):
     assert "5 %" in words
     assert any(re.fullmatch(r"[\d.]+ m?s", word) for word in words)
     assert not any("10^" in word or "mathdefault" in word or "e+" in word for word in words)
-    for label in ("mis, sobol: ", "brdf, sobol: ", "mis, independent: ", "Float64", "independent numbers"):
+    for label in (
+        "mis, niederreiter: ",
+        "brdf, niederreiter: ",
+        "mis, independent: ",
+        "Float64",
+        "independent numbers",
+    ):
         assert any(word.startswith(label) for word in words), label
 
 

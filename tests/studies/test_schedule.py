@@ -148,7 +148,7 @@ def test_a_process_that_compiles_for_too_long_is_not_waited_for(world_of):
     world = world_of(compiling=2.0, endless=300.0)
     study = study_in(world, 60)
     assert 54 <= world.now <= 66
-    assert "mis, sobol, f64" in " ".join(study.notes)
+    assert "mis, niederreiter, f64" in " ".join(study.notes)
     assert len(study.curves) > 5
     assert all(process.closed for process in world.processes)
 

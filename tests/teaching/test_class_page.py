@@ -51,7 +51,10 @@ class Tags(HTMLParser):
         self.images += tag == "img"
         if tag not in ("meta", "img", "rect", "line", "br"):
             self.open.append(tag)
-        assert tag not in ("script", "link", "iframe")
+        assert tag not in (
+            "link",
+            "iframe",
+        )  # a script stands in the page itself: those with a source are in ``loaded``
 
     def handle_startendtag(self, tag, attributes):
         assert tag in ("rect", "line", "img")
