@@ -101,6 +101,7 @@ def test_renderers_show_it_where_nothing_is_hit_and_it_lights_nothing():
     np.testing.assert_allclose(image[10, 16], 0.8, atol=1e-6)
 
 
+@pytest.mark.long
 def test_a_new_background_starts_over_and_the_receipt_knows_it():
     scene = tt.scene_from_mesh(*SQUARE, environment="white")
     renderer = tt.RT3Renderer(scene, 8, 8)

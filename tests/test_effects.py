@@ -177,6 +177,7 @@ def test_the_kernel_is_specialised_with_the_effects_that_the_receipt_prints(fast
     assert len(specialisations(ProgressiveRenderer._take_sample, renderer)) == 3
 
 
+@pytest.mark.long
 def test_going_back_to_what_was_compiled_compiles_nothing():
     renderer = rendered(scene_of(environment="studio"))
     renderer.use("brdf").render()

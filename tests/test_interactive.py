@@ -62,6 +62,7 @@ def test_a3_and_a4_without_a_display_write_a_picture_by_every_integrator(program
         assert np.asarray(Image.open(path)).std() > 10
 
 
+@pytest.mark.long
 def test_a1_without_a_display_writes_the_six_views_of_the_course(tmp_path):
     run_without_a_display("A1.py", tmp_path)
     written = sorted(p.name for p in (tmp_path / "renders").iterdir())

@@ -7,11 +7,9 @@ from subprocess import run
 
 import numpy as np
 import pytest
+from oracles.tiny_obj import read_mtl, read_obj
 
 FOLDER = Path(__file__).parent.parent / "scene_data_dir"
-sys.path.insert(0, str(Path(__file__).parent / "oracles"))
-
-from tiny_obj import read_mtl, read_obj  # noqa: E402
 
 OBJ_NAMES = ["cornell_box", "cube", "specular_spheres", "sphere", "torus_knot"]
 LIGHT_NAMES = ["caustic_sphere", "many_lights", "veach_plates", "white_room"]  # scenes in which light bounces

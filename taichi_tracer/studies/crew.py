@@ -14,6 +14,7 @@ import subprocess
 import sys
 import traceback
 from concurrent.futures import Future
+from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,7 @@ from taichi_tracer.system.errors import InputError
 if TYPE_CHECKING:
     from taichi_tracer.studies.bench import Bench
 
+PACKAGES = str(Path(__file__).resolve().parents[2])  # a worker finds this package, wherever it was started
 PATIENCE = 0.3  # seconds that a worker gets to end: one that still compiles goes on alone
 
 
@@ -46,7 +48,7 @@ class Worker:
             stdout=subprocess.PIPE,
             stderr=None if is_heard else subprocess.DEVNULL,
             start_new_session=True,  # Ctrl-C is for the parent, which then writes what is done
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+            env=os.environ | {"PYTHONPATH": os.pathsep.join([PACKAGES, *filter(None, [os.environ.get("PYTHONPATH")])])},
         )
         self.calls: SimpleQueue = SimpleQueue()
         # A daemon, because the program may end while the worker still compiles.

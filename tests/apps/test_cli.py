@@ -572,6 +572,7 @@ def test_a_scene_with_lamps_is_lit_by_them_alone(monkeypatch):
     assert scene_of("cube", "--estimator", "path").environment.name == "studio"
 
 
+@pytest.mark.long
 def test_pictures_by_bounce_and_a_sheet_of_them(tmp_path, capsys):
     words = ["render", "cornell_box", "--estimator", "explicit", "--size", "20x10", "--spp", "2"]
     assert quickly([*words, "--exposure", "1", "--bounces", "0,1,2+", "-o", str(tmp_path / "box.png")]) == 0
@@ -801,6 +802,7 @@ def test_raw_arrays_go_where_the_picture_goes_if_its_place_is_full(tmp_path, mon
 LIGHT = ["render", "cube", "--estimator", "brdf", "--environment", "white", "--intensity", "4", "--size", "12"]
 
 
+@pytest.mark.long
 def test_exposure_and_tone_of_the_command_line_are_in_the_picture_and_told_there(tmp_path, capsys):
     path, linear = tmp_path / "a.png", tmp_path / "a.pfm"
     assert quickly([*LIGHT, "--exposure", "-1", "--tone", "filmic", "-o", str(path)]) == 0

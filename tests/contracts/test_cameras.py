@@ -95,6 +95,7 @@ class WholePixels(tt.Camera):
         return tm.vec2(2 * x / self.width - 1, 2 * y / self.height - 1)
 
 
+@pytest.mark.long
 @broken_parts(
     {
         OffCentre: "the central ray passes",

@@ -148,6 +148,7 @@ def test_one_bounce_is_direct_light(box):
     compare(runs_of(paths.use("path"), 12, 16), runs_of(direct.use("mis"), 12, 16))
 
 
+@pytest.mark.long
 def test_bounces_add_up_to_the_picture(box):
     """The same samples: what 0, 1, 2 … bounces contribute sums up to the picture, but for rounding (A4-5)."""
     renderer = tt.A4Renderer(box, 16, 16)

@@ -29,6 +29,7 @@ def shown(scene, integrator, **options):
     return tt.RT3Renderer(scene, 17, 17, **options).use(integrator).image()
 
 
+@pytest.mark.long
 def test_flat_is_the_materials_colour_whatever_the_light():
     for options in ({}, {"environment": "studio"}):
         image = shown(scene_of(**options), "flat")

@@ -132,6 +132,7 @@ def test_each_renderer_has_a_white_of_its_own(small):
     np.testing.assert_allclose(image[4, 4], 0.04 / 0.4, rtol=1e-2)
 
 
+@pytest.mark.long
 def test_misses_are_black_in_every_view():
     scene = tt.scene_from_mesh([[50, 50, 0], [51, 50, 0], [50, 51, 0]], [[0, 1, 2]], view=COURSE_VIEW)
     renderer = tt.A1Renderer(scene_data=scene, width=8, height=8)

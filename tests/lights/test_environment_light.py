@@ -76,6 +76,7 @@ def random_image(rng, h=16, w=32):
     return rng.lognormal(sigma=2, size=(h, w, 3)).astype(np.float32)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "lookup"), long_except(LOOKED_UP, ("sunny", "nearest"), ("black rows", "bilinear")))
 def test_samples_follow_the_density(name, lookup):
     """χ² of 1e6 samples over cells of known probability; the pdf told is that of ``pdf``; p > 1e-4."""

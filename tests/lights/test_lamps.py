@@ -76,6 +76,7 @@ def irradiance(found, normals):
     return values.mean(), values.std() / np.sqrt(len(values))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("choice", long_except(CHOICES, "hierarchy"))
 def test_a_square_gives_lamberts_irradiance(choice):
     """20 points, with normals along the square and towards it: near, far and grazing. Significance 1 %."""
@@ -104,6 +105,7 @@ def test_a_near_lamp_is_sampled_in_solid_angle():
     assert errors["power"] < errors["area"] / 5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("distance", [1.001, 1.5, 30.0, 3000.0])
 def test_a_sphere_gives_the_irradiance_of_its_cone(distance):
     scene = tt.SceneData(with_spheres([[0, 0, 0, 1]], materials=[LAMP]))
@@ -190,6 +192,7 @@ def sky(scene, w):
     return image[row, column, 0].astype(float)
 
 
+@pytest.mark.long
 def test_a_triangle_emits_from_its_front_unless_both_sides_are_asked_for():
     behind, normal = np.array([[0.1, 0.2, -1.0]]), np.array([[0, 0, 1.0]])
     for two_sided, light in ((False, 0), (True, 1)):

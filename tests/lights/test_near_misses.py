@@ -126,6 +126,7 @@ def test_counts_are_added_and_kept_with_the_samples():
     assert not first.counted().near.any()
 
 
+@pytest.mark.long
 def test_a_sun_in_a_mirror_that_no_sample_met_is_in_the_upper_end():
     """A small mirror ball: its picture of the sun is smaller than a pixel, and 16 samples do not find it."""
     mesh = Mesh(

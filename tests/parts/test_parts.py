@@ -97,6 +97,7 @@ def test_ggx_keeps_the_contract():
     brdfs.check_brdf(part("ggx"))
 
 
+@pytest.mark.long
 def test_ggx_reflects_what_its_formula_says():
     """A wall seen at a right angle under light of 1 from everywhere: ∫ f cos θ dω, by quadrature in float64."""
     material = "Kd 1 1 1\nKs 0.9 0.6 0.3\nroughness 0.6"
@@ -123,6 +124,7 @@ def test_point_light_keeps_the_contract():
     lights.check_light(part("point"))
 
 
+@pytest.mark.long
 def test_point_light_has_its_closed_form():
     """ρ/π I cos θ / r² on a wall; another wall, behind the light, casts no shadow on it."""
     walls = np.concatenate([SQUARE[0] * 3, SQUARE[0] * 9 + [0, 0, 9]])
@@ -209,6 +211,7 @@ def test_fisheye_keeps_the_contract():
     cameras.check_camera(part("fisheye"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fov", [60, 180])
 def test_fisheye_shows_angles(fov):
     """Inside a sphere, normals tell where rays go: the angle with the gaze grows with the distance from the middle."""

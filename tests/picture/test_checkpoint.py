@@ -76,6 +76,7 @@ def test_views_have_nothing_to_keep(scene, tmp_path):
         tt.A1Renderer(scene, 8, 8).use("hit").render().save_checkpoint(tmp_path / "a.checkpoint")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sampler", long_except(["sobol", "niederreiter", "independent"], "sobol"))
 def test_each_sampler_goes_on_where_it_was(scene, tmp_path, sampler):
     """Also from a first sample that is not 0, with a crop, and with the film's own kind of sums."""

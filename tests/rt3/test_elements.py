@@ -64,6 +64,7 @@ def test_includes_that_double_end(tmp_path, reads):
     assert len(reads) == 1 + MOST_INCLUDES
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("size", "times", "told"),
     [(200, 0, "larger than 64 MB"), (60, 1, "fovy must be a finite number, not '1111")],
