@@ -375,7 +375,7 @@ tt.{owner}.{method} = {wrong}
 """
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("seam", SEAMS, ids=lambda seam: seam.id)
 def test_the_command_line_runs_what_a_file_of_parts_assigns(seam, tmp_path, capsys):
     import inspect

@@ -193,7 +193,7 @@ def test_a2_has_the_handouts_setters_and_modes(lit):
         lit.use("brfd")
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_any_change_of_light_camera_or_estimator_starts_over(lit):
     lit.use("brdf").render(4)
     for change in (
@@ -218,7 +218,7 @@ def test_a_new_environment_is_the_one_that_is_seen(lit):
     assert lit.image()[0, 0].tolist() == [3, 3, 3]
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_darkness_is_told():
     dark = tt.A2Renderer(scene_data=tt.load_scene_data("cube", environment="black"), width=8, height=8)
     with pytest.warns(UserWarning, match="nothing in this scene emits light"):

@@ -83,7 +83,7 @@ def test_two_halves_merged_are_the_whole(plain, sampler):
     np.testing.assert_allclose(first.error(), whole.error(), rtol=1e-4)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("way", ["explicit", "path"])
 def test_two_halves_of_paths_merged_are_the_whole(box, way):
     """In each pixel, although paths are as long as roulette says."""
@@ -104,7 +104,7 @@ def test_a_cropped_picture_is_the_crop_of_the_whole(plain):
     np.testing.assert_array_equal(part.canvas.to_numpy()[10:30, 5:25], whole.canvas.to_numpy()[10:30, 5:25])
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_path_does_not_depend_on_other_pixels(box):
     whole, part = box("path").render(3), box("path", crop=(10, 30, 5, 25)).render(3)
     np.testing.assert_array_equal(part.canvas.to_numpy()[10:30, 5:25], whole.canvas.to_numpy()[10:30, 5:25])

@@ -143,7 +143,7 @@ def test_a_signal_keeps_the_picture_and_says_how_far_it_came(signals, code, word
     assert pixels(output).max() > 0
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 def test_an_interrupted_study_writes_what_was_measured(tmp_path):
     words = ["-m", "taichi_tracer", "accuracy", "cube", "--size", "16", "--budget", "100", "--report", str(tmp_path)]
@@ -544,7 +544,7 @@ def test_info_prints_what_intersector_and_effects_say_of_themselves(monkeypatch,
 # ── light ──
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_estimators_are_lit_by_the_studio_unless_told_otherwise(tmp_path, capsys):
     words = ["--estimator", "brdf", "--size", "24x16", "--spp", "2"]
     assert quickly(["render", "cube", *words, "-o", str(tmp_path / "a.npy")]) == 0
@@ -586,7 +586,7 @@ def test_pictures_by_bounce_and_a_sheet_of_them(tmp_path, capsys):
         assert (places == picture).all(axis=(-3, -2, -1)).any(), name
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_files_of_pictures_by_bounce(tmp_path, monkeypatch):
     """One number alone is the picture that -o names; files of other formats have their sheet as a PNG."""
     monkeypatch.chdir(tmp_path)
@@ -605,7 +605,7 @@ def test_files_of_pictures_by_bounce(tmp_path, monkeypatch):
     np.testing.assert_array_equal(np.load("two.npy"), np.load(parts[2]))
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_seeds_and_samplers_change_the_noise(tmp_path):
     words = ["render", "cube", "--estimator", "uniform", "--size", "16x16", "-o"]
     more = {"a": [], "b": ["--seed", "1"], "c": ["--sampler", "independent"], "d": ["--seed", "0"]}
@@ -740,7 +740,7 @@ def test_accuracy_refuses_before_it_works(tmp_path, capsys):
 # ── smooth normals, and raw arrays ──
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_smooth_normals_are_those_of_the_angle(tmp_path):
     """Of a cube, whose edges bend by 90°: with a smaller angle, and with none, they stay sharp; see test_geometry."""
     words = ["render", "cube", "--size", "16x16", "--view", "normal", "-o"]

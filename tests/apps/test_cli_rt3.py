@@ -97,7 +97,7 @@ def test_a_crop_is_that_part_of_the_picture(scene):
     np.testing.assert_array_equal(pixels(folder / "part.png"), pixels(folder / "whole.png")[12:, 8:24])
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_another_projection_shows_the_same_where_the_camera_looks(scene):
     """--camera orthographic takes its window from the angle; --window is that window."""
     folder = scene()

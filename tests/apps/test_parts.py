@@ -214,7 +214,7 @@ def test_a_renderer_derived_from_the_courses_shows_its_own_method(tmp_path, monk
     assert (image == np.float32([0.25, 0.5, 1])).all()
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     "words",
     [

@@ -36,7 +36,7 @@ def test_what_is_glass(material, is_glass):
     assert (found is PARTS.find("BRDF", "dielectric")) == is_glass
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("ball", ["sphere", pytest.param("mesh", marks=pytest.mark.long)])
 def test_a_glass_ball_in_even_light_cannot_be_seen(ball):
     """Nothing is absorbed: whatever the path through the ball, it ends in the same light. Roulette is off."""

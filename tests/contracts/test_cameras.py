@@ -1,5 +1,6 @@
 """Every registered camera keeps its contract in each precision; those that break it in one point are found."""
 
+import pytest
 import taichi as ti
 import taichi.math as tm
 from support import start

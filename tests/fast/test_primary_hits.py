@@ -73,7 +73,7 @@ def test_packets_equal_single_rays_bit_for_bit(test, rng):
         assert (assert_same_bits(single, packets) >= 0).mean() > 0.1, name
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_packets_of_parallel_rays_equal_single_ones(rng):
     """Also along an axis, where two components of every direction are 0."""
     scene = tt.scene_from_mesh(*many_shapes(rng))
@@ -132,7 +132,7 @@ def special(kind, rng):
     return Mesh(vertices, faces, face_culls=culls if kind == "culled" else None)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("kind", long_except(["spheres", "culled", "neither"], "spheres"))
 def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
     scene, camera = tt.SceneData(special(kind, rng)), Camera(45, 30, screen_window=(-1.5, 1.5, -1, 1))
@@ -155,7 +155,7 @@ def test_packets_pass_through_the_same_random_points(precision, sampler, rng):
     assert len(np.unique(single.to_image("xi_x"))) > 200
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_packets_equal_single_rays_far_from_the_origin():
     scene = tt.scene_from_mesh(*sphere(centre=(1e4, 0, -2e4)))
     camera = Camera(18, 18, eye=(1e4, 0.5, -2e4 + 4), at=(1e4, 0, -2e4))

@@ -159,7 +159,7 @@ def quarters(image):
     return image.astype(np.float64).reshape(2, 16, 2, 16, 3).mean(axis=(1, 3))
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_the_suns_samplers_agree():
     """Under a sun of 2·10⁵, those that find it: the others see it once in 10⁵ samples, and know no variance of it."""
     loaded = tt.load_scene_data("specular_spheres", environment="sunny")

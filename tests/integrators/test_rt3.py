@@ -36,7 +36,7 @@ def test_flat_is_the_materials_colour_whatever_the_light():
         np.testing.assert_array_equal(image[8, 8], np.float32([0.2, 0.4, 0.8]))
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("integrator", long_except(["flat", "normal_map", "depth_map"], "flat"))
 def test_behind_everything_is_the_background_or_the_light_from_far_away(integrator):
     cases = {(0.25, 0.5, 1.0): {"background": (0.25, 0.5, 1.0)}, (1, 1, 1): {"environment": "white"}, (0, 0, 0): {}}

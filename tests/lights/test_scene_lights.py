@@ -208,7 +208,7 @@ def test_light_of_several_single_lights_adds_up():
     np.testing.assert_allclose(both, centre(lit_square(lights=[a])) + centre(lit_square(lights=[b])), rtol=1e-5)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_single_light_behind_the_surface_or_hidden_gives_nothing():
     assert not centre(lit_square(lights=[Point((0, 0, -1), (1, 1, 1))])).any()
     roof = SQUARE[0] * 3 + [0, 0, 5]  # above the eye, below the light

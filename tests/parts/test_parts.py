@@ -153,7 +153,7 @@ def test_two_bounces_keep_the_contract():
     integrators.check_samples_are_finite(part("two_bounce"))
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("rho", [0.9, pytest.param(0.4, marks=pytest.mark.long)])
 def test_two_bounces_fill_a_bowl(rho):
     """The lower half of a sphere under light of 1: each point of it sees as much of the bowl as of the sky.

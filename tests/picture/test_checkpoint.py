@@ -26,7 +26,7 @@ def renderer(scene, **options):
     return tt.A2Renderer(scene, 12, 10, **options).use("brdf")
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_continued_picture_is_that_of_one_run(scene, tmp_path):
     whole, first, second = (renderer(scene) for _ in range(3))
     whole.render(13)

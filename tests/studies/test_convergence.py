@@ -316,7 +316,7 @@ def test_a_small_study_of_bounces_finds_what_is_missing(tmp_path, steps):
         tt.studies.accuracy(cube, "none", size=(8, 8), budget=60)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_small_study_of_a_loaded_scene(tmp_path, steps):
     start("f32")
     scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
