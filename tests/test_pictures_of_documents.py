@@ -57,6 +57,7 @@ def test_every_picture_is_made_by_a_command_that_a_document_prints_or_by_the_scr
     assert files | others | programs <= shown()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("words", [w for w in COMMANDS if w[1] in QUICK], ids=lambda words: words[-1])
 def test_views_are_as_they_are_kept(words, tmp_path, capsys):
     paths = make_pictures.render(words, tmp_path)

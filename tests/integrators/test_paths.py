@@ -41,6 +41,7 @@ def rendered(renderer, way, spp, **settings):
     return image.mean(axis=0), image.std(axis=0) / np.sqrt(len(image))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("way", WAYS)
 def test_a_closed_room_has_the_radiance_of_its_sum(room, way):
     """For 0, 1, 2, 5 and 64 bounces; without roulette, ``implicit`` has no variance at all. Significance 1 %."""

@@ -179,6 +179,7 @@ MESHES = {
 QUICK = ("closed", "lattice", "culled triangles among spheres")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", long_except(MESHES, *QUICK))
 def test_it_answers_as_brute_force_and_as_the_wide_tree(precision, name, rng):
     mesh = MESHES[name](rng)

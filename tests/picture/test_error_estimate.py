@@ -123,6 +123,7 @@ def test_it_is_a_number_that_shows_its_interval():
     assert percent(0.5) == "50 %"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sampler", long_except(["sobol", "niederreiter", "independent"], "sobol"))
 def test_renders_know_their_error(sampler):
     """60 short renders of a shipped scene: at least 85 % are covered, since 95 % minus 3 standard errors is 86.6 %."""
