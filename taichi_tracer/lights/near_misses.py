@@ -35,12 +35,14 @@ class Level:
     """A level of brightness of an environment.
 
     Attributes:
-        low, high: its radiance, as a mean of red, green and blue, for an intensity of 1.
+        low, high: where it begins and ends: radiance, as a mean of red, green and blue, for an intensity of 1.
+        radiance: of its brightest texel, in the same unit.
         share: the solid angle of its texels / the solid angle of all directions that are near to them.
     """
 
     low: float
     high: float
+    radiance: float
     share: float
 
 
@@ -106,7 +108,7 @@ def levels_of(environment: Environment) -> tuple[tuple[Level, ...], np.ndarray]:
             is_near = (cells @ spot.T).max(axis=2) > np.cos(NEAR + np.pi / ROWS / 2)
             share = solid_angle[is_level].sum() / areas[is_near].sum()
             zones |= is_near.astype(np.uint8) << len(found)
-            found.append(Level(low, min(high, brightness.max() * 2), float(share)))
+            found.append(Level(low, high, float(brightness[is_level].max()), float(share)))
         high = low
     return tuple(found), zones
 
@@ -155,7 +157,7 @@ class NearMissCounter:
     def counts(self) -> NearMisses:
         """What was counted so far."""
         intensity = self.light.environment.intensity
-        levels = np.array([[level.high * intensity, level.share] for level in self.levels])
+        levels = np.array([[level.radiance * intensity, level.share] for level in self.levels])
         return NearMisses(levels, *(f.to_numpy().astype(np.int64) for f in (self.near, self.met, self.per_pixel)))
 
     @in_kernels

@@ -25,7 +25,7 @@ from taichi_tracer.lights.near_misses import LOBE, NearMisses
 
 KNOWN = 10  # look-ups that met the light: from so many, the spread of the samples shows the error
 REFLECTED = 0.6  # of the light, by a surface that shows the sun: a bright one
-SAFETY = 3.5  # times u: so many that the interval holds the truth (``python -m benchmarks.error calibration``)
+SAFETY = 4  # times u: so many that the interval holds the truth (``python -m benchmarks.error calibration``)
 
 
 def unseen_light(near: NearMisses | None, samples: float, mean: float) -> float:

@@ -45,7 +45,7 @@ def test_what_lies_within_ten_degrees_of_the_sun_is_near(rng):
     edges = np.cos(np.pi * np.arange(HEIGHT + 1) / HEIGHT)
     of_sun = (edges[SUN[0]] - edges[SUN[0] + 1]) * 2 * np.pi / WIDTH
     assert level.share == pytest.approx(of_sun / (4 * np.pi * is_near.mean()), rel=0.25)
-    assert level.low < 1e4 < level.high
+    assert level.low < level.radiance == 1e4 < level.high
 
 
 @pytest.mark.parametrize("pixels", [np.ones((2, 4, 3)), np.zeros((8, 16, 3)), "studio", "white", "black"])
@@ -57,6 +57,7 @@ def test_light_that_is_spread_out_has_no_bright_spot(pixels):
 def test_a_weaker_sun_is_a_level_of_its_own():
     levels, zones = levels_of(tt.Environment(sky(1e4, (40, 100, 1e3))))
     assert len(levels) == 2
+    assert [level.radiance for level in levels] == [1e4, 1e3]
     assert levels[1].low < 1e3 < levels[1].high == levels[0].low < 1e4
     assert set(np.unique(zones)) == {0, 1, 2}
     assert len(levels_of(tt.Environment(sky(1e4, (40, 100, 3e3))))[0]) == 1  # as bright as the sun, about
