@@ -660,8 +660,9 @@ def next_leg(
             if not math.isnan(run.so_far().seconds_to(target)) or not run.samples:
                 continue
             fits = int(left / run.per_sample)
-            level = min(run.samples_to(target) * SURELY, fits, MOST_SAMPLES)
-            if level >= MORE * run.samples[-1]:
+            least = MORE * run.samples[-1]
+            level = min(max(run.samples_to(target) * SURELY, least), fits, MOST_SAMPLES)
+            if level >= least:
                 return run, int(level) // 2 * 2
     known = [run for run in runs if run.samples] if fills else []
     for run in sorted(known, key=lambda r: (len(r.found), id(r) not in {id(x) for x in leading}, r.per_sample)):
