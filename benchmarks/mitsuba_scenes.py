@@ -1,4 +1,4 @@
-"""The package's own scenes in Mitsuba 3: meshes with their materials and lamps, seen from the same camera.
+"""The package's own scenes in Mitsuba 3: triangles and spheres with their materials, seen from the same camera.
 
 Mitsuba has no Phong BRDF. A glossy material becomes a microfacet lobe of the same width, which takes the same time but
 is not the same BRDF: pictures can be compared only where all materials are diffuse, mirrors or glass.
@@ -58,7 +58,12 @@ class MitsubaPicture:
             bitmap = mitsuba.Bitmap(environment.astype(np.float32))
             description["light"] = {"type": "envmap", "bitmap": bitmap, "to_world": turned}
         for i in mesh.used_materials():
-            description[f"part{i}"] = self.part(mesh, int(i))
+            if (mesh.face_materials == i).any():
+                description[f"part{i}"] = self.part(mesh, int(i))
+        for k, (sphere, i) in enumerate(zip(mesh.spheres, mesh.sphere_materials, strict=True)):
+            shape = {"type": "sphere", "center": sphere[:3].tolist(), "radius": float(sphere[3])}
+            emitter = {"emitter": light_of(mesh.materials[i])} if max(mesh.materials[i].Ke) > 0 else {}
+            description[f"sphere{k}"] = shape | {"bsdf": bsdf(mesh.materials[i])} | emitter
         self.scene = mitsuba.load_dict(description)
 
     def sensor(self, view: dict, width: int, height: int, sampler: str) -> dict:
@@ -82,8 +87,7 @@ class MitsubaPicture:
         properties = self.mi.Properties()
         properties["mesh_bsdf"] = self.mi.load_dict(bsdf(material))
         if max(material.Ke) > 0:
-            radiance = {"type": "rgb", "value": list(material.Ke)}
-            properties["mesh_emitter"] = self.mi.load_dict({"type": "area", "radiance": radiance})
+            properties["mesh_emitter"] = self.mi.load_dict(light_of(material))
         shape = self.mi.Mesh(f"part{i}", 3 * len(ids), len(ids), has_vertex_normals=has_normals, props=properties)
         parameters = self.mi.traverse(shape)
         parameters["vertex_positions"] = mesh.vertices[ids.ravel()].astype(np.float32).ravel()
@@ -96,6 +100,17 @@ class MitsubaPicture:
     def render(self, spp: int = 1, seed: int = 0) -> np.ndarray:
         """The picture, (h, w, 3)."""
         return np.array(self.mi.render(self.scene, spp=spp, seed=seed))[..., :3]
+
+    def real_count(self, spp: int) -> int:
+        """How many samples ``render`` takes: some samplers round their number up, to a square for example."""
+        sampler = self.scene.sensors()[0].sampler().clone()
+        sampler.set_sample_count(spp)
+        return int(sampler.sample_count())
+
+
+def light_of(material: Material) -> dict:
+    """Mitsuba's description of what a material with Ke > 0 emits."""
+    return {"type": "area", "radiance": {"type": "rgb", "value": list(material.Ke)}}
 
 
 def bsdf(material: Material) -> dict:
