@@ -22,8 +22,9 @@ START, READ, COMPILE, RENDER = "#9aa5b1", "#6b7f93", "#d9820b", "#2f7fc1"  # the
 FONT = 12  # points
 LABEL_GAP = 0.052  # of the height of the axes: the distance between the middles of two labels
 ROOM_FOR_LABELS = 0.30  # of the width of a chart: right of its axes
-STEPS = (1, 2, 5)  # ticks are these times a power of ten
-ROOM_FOR_A_TICK = 0.62  # inches: where ticks are nearer to each other, only the powers of ten are named
+ROOM_FOR_TWO_LINES = 0.08  # of the height of the axes
+STEPS = (1, 2, 5), (1, 3), (1,)  # ticks are these times a power of ten: the first of these for which there is room
+ROOM_FOR_A_TICK = 0.62, 0.31  # inches: along the horizontal axis, and along the vertical axis
 
 
 def draw(study: Study):
@@ -135,9 +136,10 @@ def prepare_curves(study: Study, axes, ends: list) -> None:
     if study.reference_error > 0 and 100 * study.reference_error > y0:
         axes.axhspan(y0, 100 * study.reference_error, color="#8a97a5", alpha=0.13, linewidth=0)
         what = f"reference: {percent(study.reference_error)}; below, pictures\ntell their own error"
+        is_broad = math.log(100 * study.reference_error / y0) > ROOM_FOR_TWO_LINES * math.log(y1 / y0)
         axes.annotate(
-            what, (0.01, 100 * study.reference_error), xytext=(0, -3), textcoords="offset points", va="top",
-            xycoords=("axes fraction", "data"), fontsize=FONT - 2, color=INK,
+            what, (0.01, 100 * study.reference_error), xytext=(0, -3 if is_broad else 3), textcoords="offset points",
+            va="top" if is_broad else "bottom", xycoords=("axes fraction", "data"), fontsize=FONT - 2, color=INK,
         )  # fmt: skip
     x = np.array([x0, x1])
     guide = 0.75 * y1 * (x / x0) ** -0.5
@@ -306,16 +308,17 @@ def draw_wait(study: Study, axes) -> dict[str, list[str]]:
 
 
 def set_ticks(axis, low: float, high: float, in_words) -> None:
-    """Ticks at 1, 2 and 5 times powers of ten, in words; only at the powers where these would be too many."""
+    """Ticks at 1, 2 and 5 times powers of ten, in words; at fewer places if there is no room for so many."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    places = [step * 10.0**k for k in range(first, last + 1) for step in STEPS]
-    shown = [v for v in places if low <= v <= high]
     size = axis.axes.get_window_extent()
     inches = (size.height if axis.axis_name == "y" else size.width) / axis.axes.figure.dpi
-    if inches / max(len(shown), 1) < ROOM_FOR_A_TICK * (0.5 if axis.axis_name == "y" else 1.0):
-        shown = [v for v in shown if round(math.log10(v), 9).is_integer()]
+    most = inches / ROOM_FOR_A_TICK[axis.axis_name == "y"]
+    choices = [
+        [v for k in range(first, last + 1) for s in steps if low <= (v := s * 10.0**k) <= high] for steps in STEPS
+    ]
+    shown = next((choice for choice in choices if len(choice) <= most), choices[-1])
     axis.set_major_locator(FixedLocator(shown))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda v, _: in_words(float(f"{v:.6g}"))))

@@ -222,7 +222,7 @@ def who_met_no_light(study: Study) -> list[str]:
                 f"{curve.variant.label} met the light in {met:,} of the {lit:,} pixels where it is rare: its error is "
                 "unknown."
             )
-        elif curve.unseen > 0.1 * curve.last[1]:
+        elif curve.is_unsure:
             sentences.append(
                 f"{curve.variant.label}: light that no sample met may add {percent(curve.unseen)} to its error."
             )
@@ -241,10 +241,14 @@ def who_is_biased(study: Study) -> list[str]:
 
 def what_samplers_bring(study: Study) -> list[str]:
     """How much smaller the error is with the better of two samplers, at equal samples; chance is called so."""
-    rows = [r for r in knob_table(study) if r["knob"] == "sampler" and r["error"] > 0]
+    rows = [r for r in knob_table(study) if r["knob"] == "sampler"]
     sentences = []
     for first, second in dict.fromkeys((r["from"], r["to"]) for r in rows):
-        own = [r for r in rows if (r["from"], r["to"]) == (first, second)]
+        own = [r for r in rows if (r["from"], r["to"]) == (first, second) and r["error"] > 0]
+        if not own:
+            if any(c.is_unsure for c in study.curves):
+                sentences.append(f"What {second} numbers bring is unknown: light that no sample met may outweigh it.")
+            continue
         low, gain, high = (statistics.median(r[name] for r in own) for name in ("error low", "error", "error high"))
         better, worse = (first, second) if gain > 1 else (second, first)
         factor = max(gain, 1 / gain)

@@ -29,6 +29,8 @@ NORMAL_SPREAD = 1.4826  # times the median distance from the median is the stand
 FEWEST_BLOCKS, ENOUGH_BLOCKS, MANY_BLOCKS, WIDER = 3, 5, 10, 2.0  # see ``uncertainty``
 UNKNOWN_FACTOR = 2.0  # how far a median of too few blocks may be off
 ENOUGH_RATIOS = 3  # of errors: then those of fewer samples are not asked
+UNSEEN_SHARE = 0.1  # of the error of a picture: if unseen light may add more, the error measures chance
+ALIKE = 0.02  # of a logarithm: pictures whose errors differ by no more are the same
 BLOCK_SIDE = 8  # pixels: the side of the blocks on which the bias is tested
 MOST_OF_A_BLOCK = 3.0  # the largest z-score with which a block counts: one that a rare light decides decides no more
 LIT = 0.01  # of the mean of the reference: darker pixels say nothing about which light was met
@@ -122,6 +124,11 @@ class Curve:
     def last(self) -> tuple[float, float]:
         """(seconds, error) of the picture with the most samples."""
         return float(self.mean_seconds[-1]), float(self.mean_errors[-1])
+
+    @property
+    def is_unsure(self) -> bool:
+        """Whether much of the light may lie where no sample has met it: then the error measures chance."""
+        return self.unmet is not None or self.unseen > UNSEEN_SHARE * self.last[1]
 
     @property
     def slope(self) -> float:
@@ -263,9 +270,10 @@ def time_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:
 
 
 def error_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:
-    """(error over that of another variant at equal samples, the ends of its 95 % interval); NaN if none are equal.
+    """(error over that of another variant at equal samples, the ends of its 95 % interval); NaN if it is unknown.
 
-    It is the geometric mean over all seeds of the largest numbers of samples that both have.
+    It is the geometric mean over all seeds of the largest numbers of samples that both have. It is unknown if they have
+    none in common; and if one of the two is unsure, unless their pictures are alike.
     """
     _, i, j = np.intersect1d(base.samples, other.samples, return_indices=True)
     seeds = min(len(base.errors), len(other.errors))
@@ -275,7 +283,8 @@ def error_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:
         logarithms += [math.log(b / a) for a, b in both if a > 0 and b > 0]
         if len(logarithms) >= ENOUGH_RATIOS:
             break
-    if not logarithms:
+    is_unsure = (base.is_unsure or other.is_unsure) and any(abs(x) > ALIKE for x in logarithms)
+    if not logarithms or is_unsure:
         return math.nan, math.nan, math.nan
     ratio, factor = math.exp(statistics.fmean(logarithms)), UNKNOWN_FACTOR
     if len(logarithms) > 1:

@@ -12,7 +12,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.sampler import DEFAULT_SAMPLER
-from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
+from taichi_tracer.studies import accuracy_chart, accuracy_report, accuracy_tables, convergence, schedule, variants
 from taichi_tracer.studies.convergence import Block, Curve, Study, Truth
 from taichi_tracer.studies.variants import Variant
 
@@ -94,6 +94,33 @@ def test_knobs_are_compared_at_equal_samples():
     sentences = accuracy_tables.summary(study(curve(scale=0.1), other))
     assert sentences[0].startswith("No variant reached 2 % within the 60 s of the study: ")
     assert any(s.endswith("lies in 1 of 64 pixels.") for s in sentences)
+
+
+def test_errors_with_unseen_light_are_not_compared():
+    """Unless the pictures are alike: then a knob changes nothing, whatever is missing."""
+    first, other = curve(scale=0.1), curve(scale=0.02, variant=Variant(sampler="independent"))
+    first.unseen = 5.0
+    (row,) = accuracy_tables.knob_table(study(first, other))
+    assert math.isnan(row["error"])
+    told = "What independent numbers bring is unknown: light that no sample met may outweigh it."
+    assert told in accuracy_tables.summary(study(first, other))
+    same = curve(scale=0.1, variant=Variant(precision="f64"))
+    (row,) = accuracy_tables.knob_table(study(first, same))
+    assert row["error"] == pytest.approx(1)
+
+
+def test_the_ticks_of_an_axis_have_room():
+    """1 is always named, and others beside it where there is room."""
+    from matplotlib.figure import Figure
+
+    for width in (1.2, 3.0, 12.0):
+        axes = Figure(figsize=(width, 2)).add_axes((0, 0, 1, 1))
+        axes.set_xscale("log")
+        axes.set_xlim(0.12, 4.6)
+        accuracy_chart.set_ticks(axes.xaxis, 0.12, 4.6, str)
+        ticks = axes.xaxis.get_majorticklocs()
+        assert 1 in ticks
+        assert len(ticks) >= (1 if width < 2 else 2)
 
 
 def test_the_references_own_error_is_taken_off():
