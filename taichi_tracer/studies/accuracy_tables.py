@@ -170,10 +170,12 @@ def who_wins(study: Study, target: float) -> list[str]:
     if not told:
         best = min(main, key=lambda c: c.last[1])
         seconds, error = best.last
-        nearest = f"{best.variant.label} came nearest, with {percent(error)} after {seconds:.3g} s of rendering"
+        nearest = f": {best.variant.label} came nearest, with {percent(error)} after {seconds:.3g} s of rendering"
+        if any(c.is_unsure for c in main):
+            nearest = ""  # an error that measures chance is no merit
         easier = [t for t in TARGETS if t > target and any(c.seconds_to(t) > 0 for c in main)]
         sentences = who_wins(study, easier[-1]) if easier else []
-        return [f"No variant reached {words} within the {study.budget:g} s of the study: {nearest}.", *sentences]
+        return [f"No variant reached {words} within the {study.budget:g} s of the study{nearest}.", *sentences]
     best = told[0]
     alike = [c for c in told[1:] if cannot_be_told_apart(best, c, target)]
     sentence = (
@@ -214,18 +216,19 @@ def cannot_be_told_apart(a: Curve, b: Curve, target: float) -> bool:
 
 def who_met_no_light(study: Study) -> list[str]:
     """Which variants hardly met what lights the scene, so that their errors say little; and what may hide elsewhere."""
-    sentences = []
-    for curve in main_curves(study):
-        if curve.unmet is not None:
-            met, lit = curve.unmet
-            sentences.append(
-                f"{curve.variant.label} met the light in {met:,} of the {lit:,} pixels where it is rare: its error is "
-                "unknown."
-            )
-        elif curve.is_unsure:
-            sentences.append(
-                f"{curve.variant.label}: light that no sample met may add {percent(curve.unseen)} to its error."
-            )
+    main = main_curves(study)
+    sentences = [
+        f"{c.variant.label} met the light in {c.unmet[0]:,} of the {c.unmet[1]:,} pixels where it is rare: its error is "
+        "unknown."
+        for c in main
+        if c.unmet is not None
+    ]
+    hidden = [c for c in main if c.unmet is None and c.is_unsure]
+    if hidden:
+        low, high = (percent(f(c.unseen for c in hidden)) for f in (min, max))
+        labels = "; ".join(c.variant.label for c in hidden)
+        what = f"{low} to the error" if low == high else f"{low} to {high} to the errors"
+        sentences.append(f"Light that no sample met may add {what} of {labels}.")
     return sentences
 
 
