@@ -218,8 +218,8 @@ def who_met_no_light(study: Study) -> list[str]:
     """Which variants hardly met what lights the scene, so that their errors say little; and what may hide elsewhere."""
     main = main_curves(study)
     sentences = [
-        f"{c.variant.label} met the light in {c.unmet[0]:,} of the {c.unmet[1]:,} pixels where it is rare: its error is "
-        "unknown."
+        f"{c.variant.label} met the light in {c.unmet[0]:,} of the {c.unmet[1]:,} pixels where it is rare: "
+        "its error is unknown."
         for c in main
         if c.unmet is not None
     ]
