@@ -45,6 +45,8 @@ from taichi_tracer.tones.display import Display
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+    from taichi_tracer.explain.explanation import Explanation
+
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 23, 52
 
@@ -176,6 +178,7 @@ class ProgressiveRenderer:
         self._counted_of: Any = None  # the environment whose near misses the film counts
         self.progress = Progress(Target())
         self._seconds_before, self.error_curves = 0.0, ErrorCurves()
+        self._explainer: Any = None
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
@@ -490,6 +493,34 @@ class ProgressiveRenderer:
         if self.replaced:
             lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
         return lines
+
+    def explain(self, column: int, row: int, sample: int = 0, samples: int | None = None) -> "Explanation":
+        """Every number on the way from a pixel to its colour, for one of its samples; see ``explain``.
+
+        The parts of this picture compute the pixel's samples once more, so that the numbers are those of the picture:
+        ``explanation.mean`` is ``image()[row, column]``, to the last bit, if the samples are those of ``render``.
+
+        Args:
+            column, row: the pixel, counted from the left and from the top.
+            sample: which of its samples, counted from 0.
+            samples: how many samples the pixel has; None takes as many as the picture has.
+
+        Raises:
+            InputError: the picture has no such pixel, or the pixel no such sample.
+        """
+        from taichi_tracer.explain.pixel import PixelExplainer, check_pixel
+
+        self.scene_data.check_alive()
+        if not self.is_current():
+            self.begin()
+        samples = max(1, self.film.samples) if samples is None else samples
+        check_pixel(self, column, row, sample, samples)
+        scene = self.kernel_scene()
+        scene.lights.prepare(self.active.samples_lights)
+        if self._explainer is None or self._explainer.is_of != (scene, self.active):
+            eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
+            self._explainer = PixelExplainer(self, scene, eyes)
+        return self._explainer.explain(column, row, sample, samples)
 
     def facts(self) -> dict[str, Any]:
         """Everything that the bits of the picture depend on, for checkpoints; see ``picture.checkpoint``."""

@@ -29,7 +29,7 @@ LAYERS = (
     "sampler camera",
     "ray_intersector intersectors",
     "picture fast scene_data",
-    "integrators renderer",
+    "explain integrators renderer",
     "rt3 scene_data_loader",
     "__init__",
     "studies",

@@ -164,6 +164,8 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     add_camera_options(effects)
     effects.lists = ("estimators", "samplers", "cameras", "scenes")
 
+    add_explain(add_command(commands, "explain", "every number on the way from one pixel to its colour", "explain:run"))
+
     add_accuracy(add_command(commands, "accuracy", "what accuracy costs in time", "accuracy:run"))
 
     add_samples(add_command(commands, "samples", "where samples of the light go", "samples:run"))
@@ -303,6 +305,25 @@ def add_render(parser: Parser) -> None:
         help="raw arrays that an .exr file has beside the picture, such as the distance: names with commas",
     )
     parser.lists = ("pictures", "tones", "aovs", "scenes")
+
+
+def add_explain(parser: Parser) -> None:
+    """What ``explain`` takes."""
+    add_scene_options(parser)
+    add_picture_options(parser)
+    which = parser.add_argument_group("which pixel", "one of --pixel, --worst and --non-finite")
+    which.add_argument(
+        "--pixel", type=whole, nargs=2, metavar=("X", "Y"), help="column from the left and row from the top, from 0"
+    )
+    which.add_argument("--worst", action="store_true", help="the pixel with the largest standard error")
+    which.add_argument("--non-finite", action="store_true", help="the first sample that is infinite or not a number")
+    which.add_argument("--sample", type=whole, default=0, metavar="K", help="which sample of it (default: %(default)s)")
+    which.add_argument(
+        "--spp", type=at_least_one, metavar="N", help="samples per pixel (default: the scene file's, or 1)"
+    )
+    parser.add_argument("--json", metavar="FILE", help="write all steps as JSON, too")
+    parser.add_argument("--html", metavar="FILE", help="write a page with drawings, too")
+    parser.lists = ("pictures", "scenes")
 
 
 def start_worker():

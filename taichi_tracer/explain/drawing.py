@@ -1,0 +1,147 @@
+"""Two drawings of a sample, as SVG: its path, seen from the side, and the first surface with its BRDF's lobe."""
+
+import html
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+WIDTH, HEIGHT, MARGIN = 460, 300, 34  # of a drawing, in pixels
+RAY, LIGHT, BLOCKED, SURFACE, LOBE = "#2f7fc1", "#d9820b", "#d1495b", "#8a97a5", "#2f9e5b"
+STUB = 0.35  # of the extent of the path: the length of an arrow that leaves it
+Arrow = tuple[Any, Any, str, str]  # from where, along which direction, its colour, what it is
+Direction = tuple[Any, str, str]  # a unit vector, its colour, what it is
+FLAT = 1e-9  # of the extent: points that are nearer to a line than this lie on it
+HEAD = "<svg viewBox='0 0 {w} {h}' width='{w}' height='{h}' role='img' aria-label='{label}' class='drawing'>"
+STYLE = "<style>.drawing text{{font:12px system-ui,sans-serif;fill:currentColor}}</style>"
+
+
+def path_drawing(
+    points: np.ndarray, triangles: Sequence[np.ndarray], arrows: Sequence[tuple[Any, Any, str, str]]
+) -> str:
+    """The path on the plane that fits it best.
+
+    Args:
+        points: (n, 3): the eye, then the surfaces; the last one may be far away.
+        triangles: (3, 3) vertices of what was hit.
+        arrows: of the directions that were sampled.
+    """
+    frame = plane_of(points, triangles)
+    flat = points @ frame.T
+    extent = max(float(np.ptp(flat, axis=0).max()), 1e-12)
+    ends = [(np.asarray(o) @ frame.T, np.asarray(d) @ frame.T) for o, d, _, _ in arrows]
+    everything = [flat, *(o + STUB * extent * unit(d) for o, d in ends)]
+    low, high = (f(np.vstack([np.atleast_2d(e) for e in everything]), axis=0) for f in (np.min, np.max))
+    to_page = fitted(low, high)
+    parts = [polygon([to_page(p) for p in t @ frame.T], SURFACE) for t in triangles]
+    parts += [line(to_page(a), to_page(b), RAY) for a, b in zip(flat[:-1], flat[1:], strict=True)]
+    for (o, d), (_, _, colour, what) in zip(ends, arrows, strict=True):
+        parts.append(line(to_page(o), to_page(o + STUB * extent * unit(d)), colour, what))
+    names = ["eye", *(f"hit {k}" for k in range(1, len(points)))]
+    parts += [dot(to_page(p), name) for p, name in zip(flat, names, strict=True)]
+    return drawing("the path from the eye, seen from the side", parts)
+
+
+def lobe_drawing(
+    lobe: np.ndarray, w_o: np.ndarray, normal: np.ndarray, directions: Sequence[tuple[Any, str, str]]
+) -> str:
+    """The first surface in the plane of its normal and the viewer, with f_r cos θ for every direction in this plane.
+
+    Args:
+        lobe: (n,) f_r max(n·ω_i, 0) at n angles from −90° to 90°, positive on the viewer's side.
+        w_o, normal: unit vectors.
+        directions: that were sampled; they are turned about the normal into the plane.
+    """
+    angles = np.linspace(-np.pi / 2, np.pi / 2, len(lobe))
+    size = lobe / max(float(lobe.max()), 1e-30)
+    to_page = fitted(np.array([-1.1, -0.15]), np.array([1.1, 1.15]))
+    curve = [to_page((r * np.sin(a), r * np.cos(a))) for r, a in zip(size, angles, strict=True)]
+    parts = [polygon([to_page((0, 0)), *curve], LOBE)]
+    parts.append(line(to_page((-1.1, 0)), to_page((1.1, 0)), SURFACE))
+    parts.append(line(to_page((0, 0)), to_page((0, 1)), SURFACE, "n"))
+    tangent = w_o - np.dot(w_o, normal) * normal
+    tangent = unit(tangent) if np.linalg.norm(tangent) > FLAT else any_tangent(normal)
+    for w, colour, what in [(w_o, RAY, "ω_o"), *directions]:
+        height = float(np.dot(w, normal))
+        across = np.sqrt(max(0.0, 1 - height * height)) * (1 if np.dot(w, tangent) >= 0 else -1)
+        parts.append(line(to_page((0, 0)), to_page((across, height)), colour, what))
+    return drawing("the first surface: its normal, the viewer, the lobe f_r cos θ and the sampled directions", parts)
+
+
+# ── geometry ──
+
+
+def plane_of(points: np.ndarray, triangles: Sequence[np.ndarray]) -> np.ndarray:
+    """(2, 3) two unit vectors that span the plane that fits the path best; upwards is as far up as it can be."""
+    first = unit(points[1] - points[0]) if len(points) > 1 else np.array([1.0, 0, 0])
+    spread = points - points[0]
+    spread = spread - np.outer(spread @ first, first)
+    second = np.linalg.svd(spread)[2][0] if np.abs(spread).max() > FLAT * np.abs(points).max() else None
+    if second is None or abs(np.dot(second, first)) > 0.9:
+        for normal in (np.cross(*(t[1:] - t[0])) for t in triangles):
+            across = normal - np.dot(normal, first) * first
+            if np.linalg.norm(across) > 1e-3 * np.linalg.norm(normal):
+                second = unit(across)
+                break
+        else:
+            second = any_tangent(first)
+    second = second if second[1] >= 0 else -second
+    return np.stack([first, unit(second - np.dot(second, first) * first)])
+
+
+def unit(v: np.ndarray) -> np.ndarray:
+    """The vector with length 1; 0 stays 0."""
+    length = np.linalg.norm(v)
+    return v / length if length > 0 else v
+
+
+def any_tangent(v: np.ndarray) -> np.ndarray:
+    """Some unit vector that is perpendicular to v."""
+    other = np.eye(3)[np.abs(v).argmin()]
+    return unit(np.cross(v, other))
+
+
+def fitted(low: np.ndarray, high: np.ndarray):
+    """The function that places a point of the plane on the page, with the same scale along both axes."""
+    size = np.maximum(high - low, 1e-12)
+    scale = min((WIDTH - 2 * MARGIN) / size[0], (HEIGHT - 2 * MARGIN) / size[1])
+    middle = (low + high) / 2
+
+    def to_page(p) -> tuple[float, float]:
+        x, y = (np.asarray(p, float) - middle) * scale
+        return WIDTH / 2 + x, HEIGHT / 2 - y
+
+    return to_page
+
+
+# ── SVG ──
+
+
+def drawing(label: str, parts: list[str]) -> str:
+    """A whole drawing."""
+    head = HEAD.format(w=WIDTH, h=HEIGHT, label=html.escape(label))
+    return f"<figure>{head}{STYLE.format()}{''.join(parts)}</svg><figcaption>{html.escape(label)}</figcaption></figure>"
+
+
+def line(a: tuple[float, float], b: tuple[float, float], colour: str, text: str = "") -> str:
+    """A line with an arrow head, and a word at its end."""
+    (x0, y0), (x1, y1) = a, b
+    length = max(np.hypot(x1 - x0, y1 - y0), 1e-9)
+    ux, uy = (x1 - x0) / length, (y1 - y0) / length
+    wings = " ".join(f"{x1 - 8 * ux - s * 4 * uy:.1f},{y1 - 8 * uy + s * 4 * ux:.1f}" for s in (1, -1))
+    head = f"<polygon points='{x1:.1f},{y1:.1f} {wings}' fill='{colour}'/>" if length > 12 else ""
+    word = f"<text x='{x1 + 6 * ux + 3:.1f}' y='{y1 + 8 * uy + 4:.1f}'>{html.escape(text)}</text>" if text else ""
+    shaft = f"<line x1='{x0:.1f}' y1='{y0:.1f}' x2='{x1:.1f}' y2='{y1:.1f}' stroke='{colour}' stroke-width='2'/>"
+    return shaft + head + word
+
+
+def polygon(points: list[tuple[float, float]], colour: str) -> str:
+    """A shape that is filled lightly."""
+    text = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
+    return f"<polygon points='{text}' fill='{colour}' fill-opacity='0.25' stroke='{colour}'/>"
+
+
+def dot(p: tuple[float, float], text: str) -> str:
+    """A point with its name."""
+    x, y = p
+    return f"<circle cx='{x:.1f}' cy='{y:.1f}' r='4' fill='{RAY}'/><text x='{x + 6:.1f}' y='{y - 6:.1f}'>{text}</text>"

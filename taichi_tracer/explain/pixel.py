@@ -1,0 +1,151 @@
+"""Explains a pixel: its samples are computed once more, and one of them is noted step by step."""
+
+from typing import Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.explain.explanation import Explanation, Step, steps_of, steps_within
+from taichi_tracer.explain.log import Log
+from taichi_tracer.explain.recorded import (
+    CAMERA,
+    NUMBERS,
+    recorded,
+    recorded_integrator,
+    recorded_scene,
+)
+from taichi_tracer.picture.film import Film
+from taichi_tracer.system import memory
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.seams import in_kernels
+
+LOBE_ANGLES = 181
+
+
+@ti.data_oriented
+class PixelExplainer:
+    """Computes the samples of one pixel at a time, with the parts of a renderer, and notes one of them.
+
+    Args:
+        renderer: whose pixels are explained.
+        scene: the part of its scene that kernels use.
+        eye_rays: what gives the kernel its rays and hits, in the plain form.
+    """
+
+    def __init__(self, renderer: Any, scene: Any, eye_rays: Any) -> None:
+        self.renderer, self.log, self.is_of = renderer, Log(), (scene, renderer.active)
+        film = renderer.film
+        self.film = Film(
+            1, 1, None, film.halves == 2 and not film.doubles, film.keeps_deviation, film.averages, film.doubles
+        )
+        self.scene = recorded_scene(scene, self.log)
+        self.eye_rays = eye_rays
+        self.eye_rays.camera = recorded(renderer.camera, self.log, CAMERA)
+        self.eye_rays.intersector = self.scene.ray_intersector
+        self.integrator = recorded_integrator(renderer.active, self.log)
+        self._memory = memory.Memory()
+        self.value, self.lobe, self.has_lobe = ti.Vector.field(3, float), ti.field(float), ti.field(ti.i32)
+        self._memory.fields.place(self.value, self.has_lobe)
+        self._memory.fields.dense(ti.i, LOBE_ANGLES).place(self.lobe)
+        self._memory.allocate()
+
+    def explain(self, column: int, row: int, sample: int, count: int) -> Explanation:
+        """The explanation of a sample of the pixel in this column from the left and this row from the top."""
+        r = self.renderer
+        x, y = column, r.height - 1 - row
+        self.film.reset()
+        self.log.clear()
+        self._run(self.scene, self.integrator, x, y, r.seed, r.first_sample, count, sample)
+        noted, counts = self.log.read()
+        steps = steps_of(noted)
+        return Explanation(
+            renderer=type(r).__name__,
+            integrator=r.active.name,
+            column=column,
+            row=row,
+            x=x,
+            y=y,
+            sample=r.first_sample + sample,
+            samples=count,
+            value=self.value.to_numpy(),
+            mean=self.film.canvas.to_numpy()[0, 0],
+            error=self.film.standard_error()[0, 0] if r.is_random else np.zeros(3),
+            steps=steps,
+            counts=counts,
+            is_complete=self.log.is_full[None] == 0,
+            triangles=self.hit_triangles(steps),
+            lobe=self.lobe.to_numpy() if self.has_lobe[None] else None,
+        )
+
+    @ti.kernel
+    def _run(
+        self,
+        scene: ti.template(),
+        integrator: ti.template(),
+        x: ti.i32,
+        y: ti.i32,
+        seed: ti.u32,
+        first: ti.u32,
+        count: ti.i32,
+        noted: ti.i32,
+    ):
+        ti.loop_config(serialize=True)
+        for k in range(count):
+            i, is_taken = self.renderer.shares.sample_of(x, y, first + ti.cast(k, ti.u32))
+            if is_taken:
+                self.log.switch(k == noted)
+                value, ray, hit = self.sample(scene, integrator, x, y, seed, i)
+                self.log.switch(False)
+                if k == noted:
+                    self.value[None], self.has_lobe[None] = value, 0
+                    if ti.static(self.renderer.srgb):
+                        if hit.is_hit:
+                            self.draw_lobe(scene, ray, hit)
+                if ti.static(self.renderer.is_random):
+                    self.film.add(0, 0, value, i)
+                else:
+                    self.film.put(0, 0, value, i)
+
+    def hit_triangles(self, steps: list[Step]) -> tuple[np.ndarray, ...]:
+        """The vertices of the triangles on which the path stood."""
+        mesh = self.renderer.scene_data.mesh
+        rows = mesh.primitives()
+        found = []
+        for step in steps_within(steps):
+            if step.name in ("query_segment", "query_ray") and step.values.get("is_hit"):
+                row = rows[int(step.values["triangle_id"])]
+                if row >= 0:
+                    found.append(mesh.vertices[mesh.faces[row]].astype(np.float64))
+        return tuple(found)
+
+    @ti.func
+    def draw_lobe(self, scene: ti.template(), ray, hit):
+        """Keep f_r cos θ of a surface, for directions in the plane of the normal and the viewer."""
+        surface = scene.surface_at(ray, hit)
+        self.has_lobe[None] = ti.cast(not surface.is_delta(), ti.i32)
+        n, w_o = surface.normal, surface.w_o
+        across = w_o - tm.dot(w_o, n) * n
+        if across.norm() < 1e-6:
+            across = tm.cross(n, ti.select(abs(n.x) < 0.9, tm.vec3(1, 0, 0), tm.vec3(0, 1, 0)))
+        tangent = across.normalized()
+        for k in range(LOBE_ANGLES):
+            angle = tm.pi * (k / (LOBE_ANGLES - 1) - 0.5)
+            w_i = ti.sin(angle) * tangent + ti.cos(angle) * n
+            self.lobe[k] = surface.eval_cosine(w_i).sum() / 3
+
+    @in_kernels
+    def sample(self, scene, integrator, x, y, seed, i):
+        """(value, ray, HitData) of one sample, as the renderer's kernel takes it."""
+        rng = recorded(self.renderer.sampler.start(seed, x, y, i), self.log, NUMBERS)
+        ray, hit = self.eye_rays.hit_of(x, y, rng)
+        return self.renderer.radiance(scene, integrator, ray, hit, rng), ray, hit
+
+
+def check_pixel(renderer: Any, column: int, row: int, sample: int, count: int) -> None:
+    """Raise an InputError if a picture has no such pixel or no such sample."""
+    for name, value, size in (("column", column, renderer.width), ("row", row, renderer.height)):
+        if not 0 <= value < size:
+            raise InputError(f"explain: the {name} must be from 0 to {size - 1}, not {value}")
+    if not 0 <= sample < count:
+        raise InputError(f"explain: the sample must be from 0 to {count - 1}, not {sample}")
