@@ -72,7 +72,7 @@ def lobe_drawing(
 
 
 def plane_of(points: np.ndarray, triangles: Sequence[np.ndarray]) -> np.ndarray:
-    """(2, 3) two unit vectors that span the plane that fits the path best; upwards is as far up as it can be."""
+    """(2, 3) two unit vectors that span the plane that fits the path best, the second one upwards."""
     first = unit(points[1] - points[0]) if len(points) > 1 else np.array([1.0, 0, 0])
     spread = points - points[0]
     spread = spread - np.outer(spread @ first, first)
@@ -85,8 +85,17 @@ def plane_of(points: np.ndarray, triangles: Sequence[np.ndarray]) -> np.ndarray:
                 break
         else:
             second = any_tangent(first)
-    second = second if second[1] >= 0 else -second
-    return np.stack([first, unit(second - np.dot(second, first) * first)])
+    return upright(np.stack([first, unit(second - np.dot(second, first) * first)]))
+
+
+def upright(frame: np.ndarray) -> np.ndarray:
+    """The two vectors turned within their plane, so that y points upwards as far as the plane allows."""
+    across, up = frame[:, 1]
+    length = np.hypot(across, up)
+    if length < FLAT:
+        return frame
+    cos, sin = up / length, across / length
+    return np.array([[cos, -sin], [sin, cos]]) @ frame
 
 
 def unit(v: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 from taichi_tracer.explain import drawing
 from taichi_tracer.explain.log import Entry
 
+BRDF = "BRDF"  # what a direction is called that the BRDF gave
 MOST_ALIKE = 12  # steps of one name, one after the other, that the text shows; all are in the JSON
 DIGITS = 7  # of a number in the text; the JSON has all of them
 RAYS = ("query_segment", "query_ray", "is_occluded")
@@ -154,7 +155,9 @@ class Explanation:
             where = max((k for k, s in enumerate(surfaces) if s.order < step.order), default=0)
             for colour, what in sampled(step):
                 arrows.append((surfaces[where].values["origin"], step.values["w_i"], colour, what))
-        found = [drawing.path_drawing(points, self.triangles, arrows)]
+        last = surfaces[-1].values["origin"]  # from the others, the path goes on along the direction of the BRDF
+        shown = [arrow for arrow in arrows if arrow[3] != BRDF or arrow[0] is last]
+        found = [drawing.path_drawing(points, self.triangles, shown)]
         if self.lobe is not None:
             first = surfaces[0].values
             own = [(d, colour, what) for o, d, colour, what in arrows if o is surfaces[0].values["origin"]]
@@ -181,7 +184,7 @@ def steps_within(steps: list[Step]) -> list[Step]:
 def sampled(step: Step) -> list[tuple[str, str]]:
     """(colour, what it is) of the direction that a step sampled; nothing if it sampled none."""
     if step.name == "a direction from the BRDF":
-        return [(drawing.LOBE, "BRDF")]
+        return [(drawing.LOBE, BRDF)]
     if step.name in ("a direction from the light", "a sample of the lights"):
         return [(drawing.LIGHT, "light")]
     return []
