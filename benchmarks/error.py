@@ -1,10 +1,11 @@
 """Is the estimated error of a picture true? Is the predicted number of samples right? What do the estimates cost?
 
-python -m benchmarks.error [calibration | paths | prediction | bookkeeping ...]
+python -m benchmarks.error [calibration | elsewhere | paths | prediction | bookkeeping ...]
 """
 
 import math
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,9 @@ import taichi as ti
 
 import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
+from benchmarks.samplers import SPHERES_VIEW, three_spheres
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import Material
 from taichi_tracer.picture.film import Film, add_to_pair
 from taichi_tracer.studies.metrics import relative_rmse
 
@@ -38,25 +42,96 @@ TARGETS = {"cornell_box": 0.08, "specular_spheres": 0.03, "sphere": 0.02, "torus
 def calibration() -> str:
     """A table: how often the interval contains the true error of direct light, over many short renders.
 
-    Every shipped mesh, with one of three environments, by three estimators. The references are made with MIS, whose
-    mean is the same.
+    Every shipped mesh, with one of three environments, by three estimators.
+    """
+    scenes = [
+        (name, environment, lambda n=name, e=environment: tt.load_scene_data(n, environment=e))
+        for name in MESHES
+        for environment in ENVIRONMENTS
+    ]
+    return table_of_cells(scenes)
+
+
+def elsewhere() -> str:
+    """The same for scenes and environments by which no threshold of the package was chosen."""
+    views = {"three spheres": (three_spheres, SPHERES_VIEW), "pillars": (pillars, PILLARS_VIEW)}
+    scenes = [
+        (name, sky, lambda m=mesh, v=view, s=sky: tt.SceneData(m(), view=v, environment=SKIES[s]()))
+        for name, (mesh, view) in views.items()
+        for sky in SKIES
+    ]
+    return table_of_cells(scenes)
+
+
+def sky_with(*suns: tuple[tuple[float, float, float], float, float], ground: float = 0.2) -> np.ndarray:
+    """(128, 256, 3) radiance: a sky that is brightest at the horizon, and suns (direction, degrees, radiance)."""
+    height, width = 128, 256
+    v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
+    elevation, azimuth = np.pi * (0.5 - v), 2 * np.pi * (u - 0.5)
+    d = np.stack([np.cos(elevation) * np.cos(azimuth), np.sin(elevation), np.cos(elevation) * np.sin(azimuth)], -1)
+    sky = np.where(d[..., 1:2] > 0, 1 - 0.5 * d[..., 1:2], ground) * np.array([0.6, 0.7, 0.9])
+    for direction, degrees, radiance in suns:
+        towards = np.array(direction) / np.linalg.norm(direction)
+        sky[d @ towards > np.cos(np.radians(degrees))] += radiance
+    return sky
+
+
+SKIES = {
+    "overcast": sky_with,
+    "low sun, 3 degrees": lambda: sky_with(((0.7, 0.25, 0.4), 3.0, 400.0)),
+    "two suns, 2 and 1.5 degrees": lambda: sky_with(((0.3, 1.0, 0.5), 2.0, 900.0), ((-1.0, 0.4, 0.6), 1.5, 250.0)),
+    "a sun behind, 1.5 degrees": lambda: sky_with(((-0.2, 0.5, -1.0), 1.5, 3000.0)),
+}
+PILLARS_VIEW = {"eye": (2.5, 2.2, 4.5), "at": (0, 0.6, 0), "up": (0, 1, 0), "fov": 40.0}
+
+
+def pillars() -> Mesh:
+    """Nine boxes of three materials (Ns 1, 60 and a mirror) on a floor, each turned and as high as it happens."""
+    rng = np.random.default_rng(11)
+    materials = [Material("floor", Kd=(0.6, 0.6, 0.55)), Material("matte", Kd=(0.7, 0.3, 0.2))]
+    materials += [Material("glossy", Kd=(0.5, 0.6, 0.7), Ns=60.0), Material("mirror", Kd=(0.9, 0.9, 0.9), Ns=1e8)]
+    vertices = [np.array([[-5, 0, 5], [5, 0, 5], [5, 0, -5], [-5, 0, -5]], float)]
+    faces, ids, first = [[0, 1, 2], [0, 2, 3]], [0, 0], 4
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (0, 1) for z in (-1, 1)], float)
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    for k in range(9):
+        angle, height = rng.uniform(0, np.pi / 2), rng.uniform(0.3, 1.6)
+        turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+        place = np.array([(k % 3 - 1) * 1.2, 0, (k // 3 - 1) * 1.2])
+        vertices.append(corners * (0.25, height, 0.25) @ turn.T + place)
+        for a, b, c, d in quads:
+            faces += [[first + a, first + b, first + c], [first + a, first + c, first + d]]
+            ids += [1 + k % 3] * 2
+        first += 8
+    return Mesh(
+        vertices=np.concatenate(vertices),
+        faces=np.array(faces, np.int32),
+        face_materials=np.array(ids, np.int32),
+        materials=materials,
+    )
+
+
+def table_of_cells(scenes: list[tuple[str, str, Callable[[], tt.SceneData]]]) -> str:
+    """A row for each scene, estimator and number of samples. The references are made with MIS, whose mean is the same.
+
+    Args:
+        scenes: the name of the scene, that of its light, and what makes it.
     """
     lines = [f"\n**the 95 % interval, over {CELL_RENDERS} renders of {CELL_SIZE}² of every cell**\n"]
     columns = "scene", "environment", "estimator", "samples", "inside", "above", "above 2 ×", "told / true"
     lines += [f"| {' | '.join((*columns, 'upper end / true', 'true', 'reference'))} |", "|---|---|---|" + "--:|" * 8]
     cells = []
-    for name in MESHES:
-        for environment in ENVIRONMENTS:
-            scene = tt.load_scene_data(name, environment=environment)
-            truth = tt.A2Renderer(scene, CELL_SIZE, CELL_SIZE, seed=REFERENCE_SEED).use("mis").render(CELL_REFERENCE)
-            for way in ESTIMATORS:
-                renderer = tt.A2Renderer(scene, CELL_SIZE, CELL_SIZE).use(way)
-                for samples, found in zip(CELL_SPP, cell(renderer, truth.image()), strict=True):
-                    cells.append((environment, found))
-                    head = f"| {name} | {environment} | {way} | {samples} | {found.columns()}"
-                    lines.append(f"{head} | {truth.error():.2%} |")
-                    print(lines[-1], file=sys.stderr, flush=True)
-            scene.destroy()
+    for name, environment, make in scenes:
+        scene = make()
+        truth = tt.A2Renderer(scene, CELL_SIZE, CELL_SIZE, seed=REFERENCE_SEED).use("mis").render(CELL_REFERENCE)
+        for way in ESTIMATORS:
+            renderer = tt.A2Renderer(scene, CELL_SIZE, CELL_SIZE).use(way)
+            for samples, found in zip(CELL_SPP, cell(renderer, truth.image()), strict=True):
+                cells.append((environment, found))
+                head = f"| {name} | {environment} | {way} | {samples} | {found.columns()}"
+                lines.append(f"{head} | {truth.error():.2%} |")
+                print(lines[-1], file=sys.stderr, flush=True)
+        scene.destroy()
     return "\n".join([*lines, "", *summary(cells)]) + "\n"
 
 
@@ -206,7 +281,13 @@ def bookkeeping() -> str:
     return report
 
 
-PARTS = {"calibration": calibration, "paths": paths, "prediction": prediction, "bookkeeping": bookkeeping}
+PARTS = {
+    "calibration": calibration,
+    "elsewhere": elsewhere,
+    "paths": paths,
+    "prediction": prediction,
+    "bookkeeping": bookkeeping,
+}
 
 
 if __name__ == "__main__":
