@@ -185,12 +185,12 @@ def summary(cells: list[tuple[str, Cell]]) -> list[str]:
     inside = np.mean([one.is_inside.mean() for _, one in cells])
     worst = min(float(one.is_inside.mean()) for _, one in cells)
     wrong = np.mean([one.told_wrong(2) for _, one in cells])
-    wide = {sunny: [one.width for name, one in cells if (name == "sunny") == sunny] for sunny in (False, True)}
+    wide = {sunny: [one.width for name, one in cells if ("sun" in name) == sunny] for sunny in (False, True)}
     of_even, of_sunny = (f"{np.median(wide[sunny]):.2f} and {max(wide[sunny]):.2f}" for sunny in (False, True))
     return [
         f"Of all renders, the interval holds the truth in {inside:.1%}; of the worst cell, in {worst:.0%}.",
         f"The truth is more than twice the upper end in {wrong:.2%}.",
-        f"Upper end / true, median and largest of the cells: {of_even} under studio and white, {of_sunny} under sunny.",
+        f"Upper end / true, median and largest of the cells: {of_even} without a sun, {of_sunny} with one.",
     ]
 
 
