@@ -69,6 +69,7 @@ _HOME_OF = {
     "Picture": "files.picture",
     "save_image": "files.images",
     "read_image": "files.images",
+    "show": "apps.widget",
 }
 
 _PACKAGES = ("studies", "teaching")
@@ -110,6 +111,7 @@ if not TYPE_CHECKING:
 else:  # Editors and type checkers do not run __getattr__: they read these lines, which never run.
     from taichi_tracer import studies as studies
     from taichi_tracer import teaching as teaching
+    from taichi_tracer.apps.widget import show as show
     from taichi_tracer.background import Background as Background
     from taichi_tracer.brdfs.base import Brdf as Brdf
     from taichi_tracer.camera import Camera as Camera

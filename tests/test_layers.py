@@ -47,7 +47,7 @@ IMPORT_BY_NAME = {
 }
 
 # Who names a part above it in an import that never runs, which only editors read.
-FOR_EDITORS = {"__init__": {"studies", "teaching"}}
+FOR_EDITORS = {"__init__": {"studies", "teaching", "apps"}}
 
 
 @cache

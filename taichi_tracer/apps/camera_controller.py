@@ -156,6 +156,21 @@ def dolly(pose: Pose, factor: float) -> Pose:
     return replace(pose, eye=pose.at + factor * (pose.eye - pose.at))
 
 
+def shift(pose: Pose, drag_right: float, drag_up: float, camera: ProjectiveCamera) -> Pose:
+    """Move ``eye`` and ``at`` parallel to the picture, so that the point looked at follows the pointer.
+
+    Args:
+        drag_right, drag_up: in fractions of the picture.
+        camera: whose window says how much of the scene the picture shows there.
+    """
+    half_width, half_height = camera.compute_half_size()
+    far = 1.0 if pose.window is not None else float(np.linalg.norm(pose.at - pose.eye))
+    frame = pose.frame()[:3]
+    by = -2 * far * (drag_right * half_width * frame[:, 0] + drag_up * half_height * frame[:, 1])
+    moved = replace(pose, eye=pose.eye + by, at=pose.at + by)
+    return moved if is_legal(moved) else pose
+
+
 def zoom_window(pose: Pose, factor: float) -> Pose:
     """Multiply the window of an orthographic camera about its middle."""
     l, r, b, t = pose.window

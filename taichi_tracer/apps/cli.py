@@ -138,6 +138,7 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     add_scene_options(view)
     add_picture_options(view)
     add_display_options(view)
+    view.add_argument("--browser", action="store_true", help="serve the picture to a browser on this machine instead")
     view.lists = ("pictures", "tones", "scenes")
 
     export = add_command(commands, "export", "write a scene and its camera as RT3 XML", "export:run")

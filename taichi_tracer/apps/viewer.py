@@ -12,7 +12,6 @@ import time
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from functools import partial
-from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -23,25 +22,21 @@ from taichi_tracer.apps.camera_controller import Pose
 from taichi_tracer.apps.choices import Choices, after
 from taichi_tracer.apps.display import can_open_window, screen_size
 from taichi_tracer.apps.plot import draw_curves
-from taichi_tracer.apps.requests import options_of, scene_and_pictures_of
+from taichi_tracer.apps.requests import scene_and_pictures_of
+from taichi_tracer.apps.same_again import DISTANCE, as_command, bounce_words, camera_words, position_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Screen, first_size
+from taichi_tracer.apps.server import serve
+from taichi_tracer.apps.session import Session
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
-from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
-from taichi_tracer.integrators.one_sample import OneSampleMis
-from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
 from taichi_tracer.picture.progress import two_digits
-from taichi_tracer.renderer import A1Renderer, A4Renderer, ProgressiveRenderer
-from taichi_tracer.scene_data import SceneData
-from taichi_tracer.scene_data_loader import name_of
-from taichi_tracer.system.digits import digits
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
 TITLE = "Interactive Renderer"
-DISTANCE = "distance"  # the view that has a white of its own
 HELP_WIDTH, HELP_HEIGHT = 316, 260  # pixels; they fit HELP
 FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
 PLOT_HEIGHT = 170  # pixels, of the drawing of errors against time under the settings
@@ -83,6 +78,8 @@ def run(args: Namespace) -> int:
     scene, (picture, *_) = scene_and_pictures_of(args)
     (renderer_class, integrator), *_ = picture.views
     renderer = picture.make_renderer(renderer_class, scene.load()).use(integrator.name)
+    if args.browser:
+        return serve(Session(renderer, scene.words()))
     return show(renderer, scene_options=scene.words())
 
 
@@ -512,78 +509,6 @@ def slide(panel, label: str, value: float, low: float, high: float) -> float:
     shown = min(max(value, low), high)
     chosen = panel.slider_float(label, shown, low, high)
     return value if abs(chosen - shown) <= CHANGED * abs(shown) else min(max(float(chosen), low), high)
-
-
-def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ()) -> str:
-    """The command line that makes the picture that the renderer shows; arguments as for ``show``."""
-    scene = renderer.scene_data
-    words = with_choice(scene_options, "triangle_test", "triangle test", scene.ray_intersector.triangle_test)
-    words = with_choice(words, "lamp_choice", "lamp choice", scene.lamps.choice.name)
-    words = ["taichi-tracer", "render", name_of(scene.source), *words]
-    words += ["--view", renderer.active.name]
-    if renderer.needs_light:
-        environment = scene.environment
-        words += ["--environment", "none" if environment is None else environment.name]
-        words += ["--spp", str(renderer.samples), "--sampler", renderer.sampler.name]
-    words += value_words(renderer)
-    words += ["--seed", str(renderer.seed)] * (renderer.seed != 0)
-    words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
-    words += renderer.display.words() if renderer.srgb else []
-    words += ["--size", f"{renderer.width}x{renderer.height}"]
-    if isinstance(renderer, A1Renderer) and renderer.active.name == DISTANCE:
-        words += ["--max-distance", f"{renderer.max_distance:.9g}"]
-    return shlex.join([*words, *camera_words(renderer.camera)])
-
-
-def value_words(renderer: ProgressiveRenderer) -> list[str]:
-    """The options for the values of the integrator that are not the defaults: lengths of paths, or weights."""
-    if isinstance(renderer.active, OneSampleMis) and renderer.active.weights != OneSampleMis.weights:
-        mis_plight, mis_pbrdf = renderer.active.weights
-        return options_of(mis_plight=mis_plight, mis_pbrdf=mis_pbrdf)
-    if not isinstance(renderer, A4Renderer):
-        return []
-    changed = {name: value for name, value in renderer.path_settings.facts().items() if value != DEFAULTS[name]}
-    return options_of(**changed | {"bounces": ",".join(bounce_words(renderer)) or None})
-
-
-def bounce_words(renderer: ProgressiveRenderer) -> list[str]:
-    """The name of the bounces whose light is shown, as ``--bounces`` takes it; nothing if all of it is shown."""
-    bounces = renderer.bounces if isinstance(renderer, A4Renderer) else None
-    return [] if bounces is None else [name_of_bounces(bounces)]
-
-
-def with_choice(words: Sequence[str], argument: str, kind: str, name: str) -> list[str]:
-    """The options of a scene with this part for an argument; it is not named if it is the default, or not registered.
-
-    Args:
-        argument: of ``SceneData``. kind: of the part, in the registry. name: of the part.
-    """
-    option, changed = f"--{argument.replace('_', '-')}", list(words)
-    if option in changed:
-        changed[changed.index(option) + 1] = name
-    elif name in set(PARTS.names(kind)) - {signature(SceneData).parameters[argument].default}:
-        changed += [option, name]
-    return changed
-
-
-def camera_words(camera: ProjectiveCamera) -> list[str]:
-    """The options that make a camera again: its window at distance 1, or in world units if it is orthographic."""
-    words = []
-    for name in ("eye", "at", "up"):
-        words += [f"--{name}", *(digits(x, ".9g") for x in getattr(camera, name))]
-    words += ["--camera", camera.name]
-    if camera.has_window:
-        scale = 1.0 if isinstance(camera, OrthographicCamera) else camera.focal_distance
-        words += ["--window", *(digits(edge / scale, ".9g") for edge in camera.screen_window)]
-    else:
-        words += ["--fov", f"{camera.fov:.9g}"]
-    return [*words, "--handedness", camera.handedness]
-
-
-def position_of(camera: ProjectiveCamera) -> dict:
-    """The arguments of ``set_camera_parameters`` that bring the camera back to where it is."""
-    position = {name: getattr(camera, name) for name in ("eye", "at", "up", "handedness")}
-    return position | ({"screen_window": camera.screen_window} if camera.has_window else {"fov": camera.fov})
 
 
 def wrap(text: str) -> list[str]:

@@ -1,0 +1,115 @@
+"""What a browser may say to a picture: every value is checked as strictly as an argument of the command line."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from taichi_tracer.apps.camera_controller import KEYS
+from taichi_tracer.system.errors import InputError, one_of
+
+MOST_TEXT = 200  # characters of a name
+MOST_DRAG = 10.0  # pictures: farther than any pointer goes between two events
+
+Check = Callable[[str, Any], Any]
+
+
+def number(low: float, high: float) -> Check:
+    """A check for a finite number between two ends."""
+
+    def check(name: str, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise InputError(f"{name} must be a finite number, not {shown(value)}")
+        if not low <= value <= high:
+            raise InputError(f"{name} must be from {low:g} to {high:g}, not {value:g}")
+        return float(value)
+
+    return check
+
+
+def whole(low: int, high: int) -> Check:
+    """A check for a whole number between two ends."""
+
+    def check(name: str, value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise InputError(f"{name} must be a whole number from {low} to {high}, not {shown(value)}")
+        return value
+
+    return check
+
+
+def text(name: str, value: Any) -> str:
+    """A check for a short text."""
+    if not isinstance(value, str) or len(value) > MOST_TEXT:
+        raise InputError(f"{name} must be a text of at most {MOST_TEXT} characters, not {shown(value)}")
+    return value
+
+
+def key(name: str, value: Any) -> str:
+    """A check for a key that moves the camera."""
+    if value not in KEYS:
+        raise one_of(name, shown(value), KEYS)
+    return value
+
+
+def flag(name: str, value: Any) -> bool:
+    """A check for yes or no."""
+    if not isinstance(value, bool):
+        raise InputError(f"{name} must be true or false, not {shown(value)}")
+    return value
+
+
+def anything(name: str, value: Any) -> Any:
+    """A check for a value that the integrator checks itself: a number, a short text, null or two of them."""
+    if isinstance(value, list) and len(value) == 2:
+        return [anything(name, one) for one in value]
+    if value is None or isinstance(value, bool):
+        return value
+    return text(name, value) if isinstance(value, str) else number(-1e9, 1e9)(name, value)
+
+
+# Type of an event → its members, each with its check.
+EVENTS: dict[str, dict[str, Check]] = {
+    "key": {"key": key, "down": flag},
+    "drag": {"dx": number(-MOST_DRAG, MOST_DRAG), "dy": number(-MOST_DRAG, MOST_DRAG)},
+    "zoom": {"by": number(-MOST_DRAG, MOST_DRAG)},
+    "pan": {"dx": number(-MOST_DRAG, MOST_DRAG), "dy": number(-MOST_DRAG, MOST_DRAG)},
+    "blur": {},
+    "use": {"what": text, "name": text},
+    "environment": {"name": text},
+    "triangle_test": {"name": text},
+    "lamp_choice": {"name": text},
+    "control": {"name": text, "value": anything},
+    "exposure": {"value": number(-20, 20)},
+    "tone": {"name": text},
+    "fov": {"value": number(1, 170)},
+    "white": {"value": number(1e-9, 1e9)},
+    "reset": {},
+    "explain": {"column": whole(0, 1 << 16), "row": whole(0, 1 << 16), "sample": whole(0, 1 << 30)},
+    "same": {},
+    "ack": {"id": whole(0, 1 << 53)},
+}
+
+
+def checked(event: Any) -> tuple[str, dict[str, Any]]:
+    """(type, members) of an event.
+
+    Raises:
+        InputError: it is no event, lacks a member, or a value is not what it must be.
+    """
+    if not isinstance(event, dict):
+        raise InputError(f"an event must be an object, not {shown(event)}")
+    kind = event.get("type")
+    if not isinstance(kind, str) or kind not in EVENTS:
+        raise one_of("event", shown(kind), EVENTS)
+    members = {}
+    for name, check in EVENTS[kind].items():
+        if name not in event:
+            raise InputError(f"the event {kind} lacks {name!r}")
+        members[name] = check(f"{kind}: {name}", event[name])
+    return kind, members
+
+
+def shown(value: Any) -> str:
+    """A value in a message, cut where it is long."""
+    told = repr(value)
+    return told if len(told) <= 60 else told[:57] + "..."

@@ -1,0 +1,113 @@
+"""What makes a picture again that is shown: the words of the command line, and the lines of Python."""
+
+import shlex
+from collections.abc import Sequence
+from inspect import signature
+
+from taichi_tracer.apps.requests import options_of
+from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
+from taichi_tracer.integrators.one_sample import OneSampleMis
+from taichi_tracer.integrators.path_settings import DEFAULTS
+from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
+from taichi_tracer.renderer import A1Renderer, A4Renderer, ProgressiveRenderer
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_data_loader import name_of
+from taichi_tracer.system.digits import digits
+from taichi_tracer.system.registry import PARTS
+
+DISTANCE = "distance"  # the view that has a white of its own
+
+
+def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ()) -> str:
+    """The command line that makes the picture that the renderer shows; arguments as for ``show``."""
+    scene = renderer.scene_data
+    words = with_choice(scene_options, "triangle_test", "triangle test", scene.ray_intersector.triangle_test)
+    words = with_choice(words, "lamp_choice", "lamp choice", scene.lamps.choice.name)
+    words = ["taichi-tracer", "render", name_of(scene.source), *words]
+    words += ["--view", renderer.active.name]
+    if renderer.needs_light:
+        environment = scene.environment
+        words += ["--environment", "none" if environment is None else environment.name]
+        words += ["--spp", str(renderer.samples), "--sampler", renderer.sampler.name]
+    words += value_words(renderer)
+    words += ["--seed", str(renderer.seed)] * (renderer.seed != 0)
+    words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
+    words += renderer.display.words() if renderer.srgb else []
+    words += ["--size", f"{renderer.width}x{renderer.height}"]
+    if isinstance(renderer, A1Renderer) and renderer.active.name == DISTANCE:
+        words += ["--max-distance", f"{renderer.max_distance:.9g}"]
+    return shlex.join([*words, *camera_words(renderer.camera)])
+
+
+def as_python(renderer: ProgressiveRenderer) -> str:
+    """Lines of Python that make the picture that the renderer shows, of a scene that ``load_scene_data`` finds."""
+    scene, camera = renderer.scene_data, position_of(renderer.camera)
+    environment = None if scene.environment is None else scene.environment.name
+    light = f", environment={environment!r}" if environment or renderer.needs_light else ""
+    told = ", ".join(f"{name}={plain(value)}" for name, value in camera.items())
+    lines = [
+        "import taichi_tracer as tt",
+        "",
+        f"scene = tt.load_scene_data({str(name_of(scene.source))!r}{light})",
+        f"renderer = tt.{type(renderer).__name__}(scene, {renderer.width}, {renderer.height}, seed={renderer.seed})",
+        f"renderer.camera.set_camera_parameters({told})",
+        f"renderer.use({renderer.active.name!r}).render({max(1, renderer.samples)})",
+        f"renderer.save({renderer.active.name + '.png'!r})",
+    ]
+    return "\n".join(lines)
+
+
+def plain(value) -> str:
+    """A value as Python writes it, arrays as tuples."""
+    return repr(tuple(float(x) for x in value)) if not isinstance(value, str | float | int) else repr(value)
+
+
+def value_words(renderer: ProgressiveRenderer) -> list[str]:
+    """The options for the values of the integrator that are not the defaults: lengths of paths, or weights."""
+    if isinstance(renderer.active, OneSampleMis) and renderer.active.weights != OneSampleMis.weights:
+        mis_plight, mis_pbrdf = renderer.active.weights
+        return options_of(mis_plight=mis_plight, mis_pbrdf=mis_pbrdf)
+    if not isinstance(renderer, A4Renderer):
+        return []
+    changed = {name: value for name, value in renderer.path_settings.facts().items() if value != DEFAULTS[name]}
+    return options_of(**changed | {"bounces": ",".join(bounce_words(renderer)) or None})
+
+
+def bounce_words(renderer: ProgressiveRenderer) -> list[str]:
+    """The name of the bounces whose light is shown, as ``--bounces`` takes it; nothing if all of it is shown."""
+    bounces = renderer.bounces if isinstance(renderer, A4Renderer) else None
+    return [] if bounces is None else [name_of_bounces(bounces)]
+
+
+def with_choice(words: Sequence[str], argument: str, kind: str, name: str) -> list[str]:
+    """The options of a scene with this part for an argument; it is not named if it is the default, or not registered.
+
+    Args:
+        argument: of ``SceneData``. kind: of the part, in the registry. name: of the part.
+    """
+    option, changed = f"--{argument.replace('_', '-')}", list(words)
+    if option in changed:
+        changed[changed.index(option) + 1] = name
+    elif name in set(PARTS.names(kind)) - {signature(SceneData).parameters[argument].default}:
+        changed += [option, name]
+    return changed
+
+
+def camera_words(camera: ProjectiveCamera) -> list[str]:
+    """The options that make a camera again: its window at distance 1, or in world units if it is orthographic."""
+    words = []
+    for name in ("eye", "at", "up"):
+        words += [f"--{name}", *(digits(x, ".9g") for x in getattr(camera, name))]
+    words += ["--camera", camera.name]
+    if camera.has_window:
+        scale = 1.0 if isinstance(camera, OrthographicCamera) else camera.focal_distance
+        words += ["--window", *(digits(edge / scale, ".9g") for edge in camera.screen_window)]
+    else:
+        words += ["--fov", f"{camera.fov:.9g}"]
+    return [*words, "--handedness", camera.handedness]
+
+
+def position_of(camera: ProjectiveCamera) -> dict:
+    """The arguments of ``set_camera_parameters`` that bring the camera back to where it is."""
+    position = {name: getattr(camera, name) for name in ("eye", "at", "up", "handedness")}
+    return position | ({"screen_window": camera.screen_window} if camera.has_window else {"fov": camera.fov})

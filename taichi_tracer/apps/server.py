@@ -1,0 +1,284 @@
+"""Serves a picture to a browser on this machine: one page, frames by long polling, and events.
+
+docs/browser.md says what is protected from whom. In short: the server answers on the loopback address alone; every
+request must carry the token that the terminal printed; requests that another page makes are refused by their Host and
+Origin; and the sizes and the rate of what is sent are limited.
+"""
+
+import http.server
+import json
+import secrets
+import socket
+import socketserver
+import struct
+import sys
+import threading
+import time
+from collections.abc import Callable
+from http import HTTPStatus
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from taichi_tracer.apps.session import Session
+from taichi_tracer.system.errors import InputError
+
+LOOPBACK = "127.0.0.1"
+FIRST_PORT, LAST_PORT = 8765, 8865  # the first free one is taken
+COOKIE = "taichi_tracer"
+MOST_BODY = 64 * 1024  # bytes of a request
+MOST_EVENTS = 256  # of a request
+RATE = 2000  # events per second, of all pages together
+MOST_CONNECTIONS = 24  # at the same time
+IDLE = 30.0  # seconds after which a silent connection is closed
+PATIENCE = 10.0  # seconds that a request for a frame waits
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+SCRIPT, STYLE = "text/javascript; charset=utf-8", "text/css; charset=utf-8"
+PAGES = {"/": ("live.html", "text/html; charset=utf-8"), "/live.css": ("live.css", STYLE)}
+PAGES |= {f"/{name}": (name, SCRIPT) for name in ("live.js", "host.js")}
+FOLDER = Path(__file__).with_name("live")
+
+
+class Refused(Exception):
+    """A request that is not answered; its status and its reason are."""
+
+    def __init__(self, status: HTTPStatus, why: str) -> None:
+        super().__init__(why)
+        self.status = status
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    """Answers one connection."""
+
+    protocol_version = "HTTP/1.1"
+    server: "Server"
+    timeout = IDLE
+
+    def do_GET(self) -> None:  # noqa: N802 (the name that http.server calls)
+        """The page, its files, frames and pictures."""
+        self.answer(self.get)
+
+    def do_POST(self) -> None:  # noqa: N802
+        """Events."""
+        self.answer(self.post)
+
+    def answer(self, method: Callable[[], None]) -> None:
+        """Call a method; a refusal becomes an answer of its own."""
+        try:
+            method()
+        except Refused as refusal:
+            self.close_connection = True
+            self.send(refusal.status, "text/plain; charset=utf-8", f"{refusal}\n".encode())
+        except (ConnectionError, TimeoutError):
+            self.close_connection = True
+
+    def get(self) -> None:
+        """See ``do_GET``."""
+        url = urlsplit(self.path)
+        given = parse_qs(url.query)
+        self.check_host()
+        if url.path == "/" and "token" in given:
+            self.check_token(given["token"][0])
+            cookie = f"{COOKIE}_{self.server.server_port}={self.server.token}; HttpOnly; SameSite=Strict; Path=/"
+            self.send(HTTPStatus.SEE_OTHER, "text/plain", b"", {"Set-Cookie": cookie, "Location": "/"})
+            return
+        self.check_token(self.cookie())
+        self.check_origin()
+        if url.path in PAGES:
+            name, kind = PAGES[url.path]
+            self.send(HTTPStatus.OK, kind, (FOLDER / name).read_bytes())
+        elif url.path == "/frame":
+            self.send_frame(given)
+        elif url.path == "/picture.png":
+            data = self.server.session.call(lambda: self.server.session.file("png"))
+            self.send(HTTPStatus.OK, "image/png", data, {"Content-Disposition": "attachment; filename=picture.png"})
+        else:
+            raise Refused(HTTPStatus.NOT_FOUND, "there is no such page")
+
+    def post(self) -> None:
+        """See ``do_POST``."""
+        self.check_host()
+        self.check_token(self.cookie())
+        self.check_origin()
+        if urlsplit(self.path).path != "/event":
+            raise Refused(HTTPStatus.NOT_FOUND, "there is no such page")
+        if self.headers.get_content_type() != "application/json":
+            raise Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "events are JSON")
+        size = self.headers.get("Content-Length", "")
+        if not size.isdecimal():
+            raise Refused(HTTPStatus.LENGTH_REQUIRED, "a request must say its length")
+        if int(size) > MOST_BODY:
+            raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a request has at most {MOST_BODY} bytes")
+        try:
+            events = json.loads(self.rfile.read(int(size)))
+        except (ValueError, RecursionError):
+            raise Refused(HTTPStatus.BAD_REQUEST, "this is no JSON") from None
+        if not isinstance(events, list) or len(events) > MOST_EVENTS:
+            raise Refused(HTTPStatus.BAD_REQUEST, f"events are a list of at most {MOST_EVENTS}")
+        if not self.server.takes(len(events)):
+            raise Refused(HTTPStatus.TOO_MANY_REQUESTS, f"at most {RATE} events per second")
+        for event in events:
+            try:
+                self.server.session.post(event)
+            except InputError as error:
+                raise Refused(HTTPStatus.BAD_REQUEST, str(error)) from None
+        self.send(HTTPStatus.NO_CONTENT, "text/plain", b"")
+
+    def send_frame(self, given: dict[str, list[str]]) -> None:
+        """The newest frame: the length of its state, the state as JSON, and the file."""
+        since = given.get("since", ["0"])[0]
+        if not since.isdecimal() or len(since) > 15:
+            raise Refused(HTTPStatus.BAD_REQUEST, "since must be a whole number")
+        frame = self.server.session.wait_for_frame(int(since), PATIENCE)
+        if frame is None:
+            self.send(HTTPStatus.NO_CONTENT, "text/plain", b"")
+            return
+        state = frame.state.encode()
+        head = {"X-Frame": str(frame.number), "X-Kind": frame.kind}
+        self.send(HTTPStatus.OK, "application/octet-stream", struct.pack("<I", len(state)) + state + frame.data, head)
+
+    # ── who may ask ──
+
+    def check_host(self) -> None:
+        """Refuse names that lead here by another machine's name server."""
+        if self.headers.get("Host", "") not in self.server.hosts:
+            raise Refused(HTTPStatus.FORBIDDEN, "this name does not belong to the server")
+
+    def check_origin(self) -> None:
+        """Refuse requests that another page makes."""
+        origin = self.headers.get("Origin")
+        if origin is not None and origin not in {f"http://{host}" for host in self.server.hosts}:
+            raise Refused(HTTPStatus.FORBIDDEN, "the request comes from another page")
+        if self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
+            raise Refused(HTTPStatus.FORBIDDEN, "the request comes from another page")
+
+    def check_token(self, token: str) -> None:
+        """Refuse who does not know the token."""
+        if not secrets.compare_digest(token.encode("utf-8", "replace"), self.server.token.encode()):
+            raise Refused(HTTPStatus.FORBIDDEN, "open the address that the terminal shows: it contains the token")
+
+    def cookie(self) -> str:
+        """The token that the browser sends."""
+        for part in self.headers.get("Cookie", "").split(";"):
+            name, _, value = part.strip().partition("=")
+            if name == f"{COOKIE}_{self.server.server_port}":
+                return value
+        return ""
+
+    # ── answers ──
+
+    def send(self, status: HTTPStatus, kind: str, body: bytes, more: dict[str, str] | None = None) -> None:
+        """A whole answer."""
+        self.send_response(status)
+        for name, value in {**HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), **(more or {})}.items():
+            self.send_header(name, value)
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        self.end_headers()
+        self.wfile.write(body)
+
+    def version_string(self) -> str:
+        """Nothing about the versions of the machine."""
+        return "taichi_tracer"
+
+    def log_message(self, *_arguments: Any) -> None:
+        """Keep quiet."""
+
+
+class Server(socketserver.ThreadingMixIn, http.server.HTTPServer):
+    """The server of one session.
+
+    Attributes:
+        token: what every request must carry. hosts: the values of Host that are answered.
+    """
+
+    daemon_threads = True
+    allow_reuse_address = False
+    request_queue_size = 32
+
+    def __init__(self, session: Session, port: int) -> None:
+        super().__init__((LOOPBACK, port), Handler)
+        self.session, self.token = session, secrets.token_urlsafe(24)
+        self.hosts = {f"{name}:{self.server_port}" for name in (LOOPBACK, "localhost")}
+        self._room = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self._second, self._events, self._counting = 0, 0, threading.Lock()
+
+    @property
+    def address(self) -> str:
+        """What a browser opens."""
+        return f"http://{LOOPBACK}:{self.server_port}/?token={self.token}"
+
+    def takes(self, events: int) -> bool:
+        """Whether so many more events are within the rate."""
+        with self._counting:
+            second = int(time.monotonic())
+            if second != self._second:
+                self._second, self._events = second, 0
+            self._events += events
+            return self._events <= RATE
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer in a thread of its own, unless too many are open."""
+        if not self._room.acquire(blocking=False):
+            self.shutdown_request(request)
+            return
+        super().process_request(request, client_address)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer one connection, and give its room back."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._room.release()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Keep quiet about connections that break."""
+        if not isinstance(sys.exc_info()[1], ConnectionError | TimeoutError):
+            super().handle_error(request, client_address)
+
+
+def open_server(session: Session) -> Server:
+    """A server on the first free port.
+
+    Raises:
+        InputError: none is free.
+    """
+    for port in range(FIRST_PORT, LAST_PORT + 1):
+        try:
+            return Server(session, port)
+        except OSError:
+            continue
+    raise InputError(f"browser: no port from {FIRST_PORT} to {LAST_PORT} is free on {LOOPBACK}")
+
+
+def serve(session: Session, tell: Callable[[str], None] = print) -> int:
+    """Serve until Ctrl-C."""
+    server = open_server(session)
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.2}, daemon=True)
+    thread.start()
+    tell(f"Open {server.address}")
+    tell(
+        f"From another machine, first: ssh -N -L {server.server_port}:{LOOPBACK}:{server.server_port} "
+        f"USER@{socket.gethostname()}"
+    )
+    tell("Ctrl-C ends it.")
+    try:
+        while True:
+            session.step()
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        session.close()
+        server.shutdown()
+        server.server_close()
+        thread.join()

@@ -1,0 +1,189 @@
+"""The server answers who knows the token, on this machine and from its own page; it refuses everything else."""
+
+import http.client
+import json
+import socket
+import struct
+import threading
+
+import pytest
+
+from taichi_tracer.apps import server as module
+from taichi_tracer.apps.events import checked
+from taichi_tracer.apps.server import Server, open_server
+from taichi_tracer.apps.session import Frame
+from taichi_tracer.system.errors import InputError
+
+
+class Watched:
+    """A session without a renderer."""
+
+    def __init__(self):
+        self.events = []
+
+    def post(self, event):
+        self.events.append(checked(event))
+
+    def wait_for_frame(self, since, patience):
+        return Frame(3, "png", b"picture", '{"a": 1}') if since < 3 else None
+
+    def call(self, function, patience=1.0):
+        return function()
+
+    def file(self, kind):
+        return b"file"
+
+
+@pytest.fixture
+def server():
+    found = open_server(Watched())
+    thread = threading.Thread(target=found.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
+    thread.start()
+    yield found
+    found.shutdown()
+    found.server_close()
+    thread.join(5)
+
+
+def ask(server, method="GET", path="/", body=None, **headers):
+    """(status, headers, body); the right Host and cookie unless others are given."""
+    port = server.server_port
+    given = {"Host": f"127.0.0.1:{port}", "Cookie": f"taichi_tracer_{port}={server.token}"}
+    given |= {name.replace("_", "-"): value for name, value in headers.items()}
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
+    connection.putrequest(method, path, skip_host=True)
+    for name, value in {k: v for k, v in given.items() if v is not None}.items():
+        connection.putheader(name, value)
+    if body is not None and "Content-Length" not in given:
+        connection.putheader("Content-Length", str(len(body)))
+    connection.endheaders(body)
+    answer = connection.getresponse()
+    found = answer.status, dict(answer.getheaders()), answer.read()
+    connection.close()
+    return found
+
+
+JSON = {"Content_Type": "application/json"}
+
+
+def test_the_page_and_its_files_need_nothing_from_elsewhere(server):
+    total = 0
+    for path in module.PAGES:
+        status, headers, body = ask(server, path=path)
+        assert status == 200
+        assert b"://" not in body.replace(b"http://127", b"")
+        assert headers["Content-Security-Policy"].startswith("default-src 'none'")
+        assert headers["Cache-Control"] == "no-store"
+        assert "Access-Control-Allow-Origin" not in headers
+        assert headers["Server"] == "taichi_tracer"
+        total += len(body)
+    assert total < 60_000
+
+
+def test_the_address_gives_a_cookie_and_leads_to_the_page(server):
+    status, headers, _ = ask(server, path=f"/?token={server.token}", Cookie=None)
+    assert (status, headers["Location"]) == (303, "/")
+    assert "HttpOnly; SameSite=Strict" in headers["Set-Cookie"]
+
+
+def test_frames_have_their_state_before_the_file(server):
+    status, headers, body = ask(server, path="/frame?since=2")
+    (length,) = struct.unpack("<I", body[:4])
+    assert (status, headers["X-Frame"], headers["X-Kind"]) == (200, "3", "png")
+    assert json.loads(body[4 : 4 + length]) == {"a": 1}
+    assert body[4 + length :] == b"picture"
+    assert ask(server, path="/frame?since=3")[0] == 204
+    assert ask(server, path="/picture.png")[2] == b"file"
+
+
+def test_events_are_taken(server):
+    body = json.dumps([{"type": "drag", "dx": 0.1, "dy": 0}, {"type": "reset"}]).encode()
+    assert ask(server, "POST", "/event", body, **JSON)[0] == 204
+    assert server.session.events == [("drag", {"dx": 0.1, "dy": 0.0}), ("reset", {})]
+
+
+@pytest.mark.parametrize(
+    ("request_of", "status"),
+    [
+        ({"Cookie": None}, 403),
+        ({"Cookie": "taichi_tracer_8765=wrong"}, 403),
+        ({"path": "/?token=wrong", "Cookie": None}, 403),
+        ({"path": "/?token=%C3%A9", "Cookie": None}, 403),
+        ({"Host": "evil.example:8765"}, 403),
+        ({"Host": None}, 403),
+        ({"Origin": "http://evil.example"}, 403),
+        ({"Origin": "null"}, 403),
+        ({"Sec_Fetch_Site": "cross-site"}, 403),
+        ({"path": "/../pyproject.toml"}, 404),
+        ({"path": "/live/../../__init__.py"}, 404),
+        ({"path": "/frame?since=-1"}, 400),
+        ({"path": "/frame?since=" + "9" * 40}, 400),
+        ({"method": "POST", "path": "/event", "body": b"[]"}, 415),
+        ({"method": "POST", "path": "/event", "body": b"[]", "Content_Type": "text/plain"}, 415),
+        ({"method": "POST", "path": "/elsewhere", "body": b"[]", **JSON}, 404),
+        ({"method": "POST", "path": "/event", "body": b"no json", **JSON}, 400),
+        ({"method": "POST", "path": "/event", "body": b"{}", **JSON}, 400),
+        ({"method": "POST", "path": "/event", "body": b"[" * 20_000, **JSON}, 400),
+        ({"method": "POST", "path": "/event", "body": b'[{"type": "fov", "value": 1e999}]', **JSON}, 400),
+        ({"method": "POST", "path": "/event", "body": b"[" + b"{}," * 400 + b"{}]", **JSON}, 400),
+        ({"method": "POST", "path": "/event", "Content_Length": "100000000", **JSON}, 413),
+        ({"method": "POST", "path": "/event", "Content_Length": "x", **JSON}, 411),
+        ({"method": "POST", "path": "/event", "body": b"[]", "Origin": "http://evil.example", **JSON}, 403),
+        ({"method": "PUT", "path": "/event", "body": b"[]"}, 501),
+    ],
+)
+def test_everything_else_is_refused(server, request_of, status):
+    found, _, body = ask(server, **request_of)
+    assert found == status
+    assert server.token.encode() not in body
+    assert server.session.events == []
+
+
+def test_too_many_events_are_refused(server, monkeypatch):
+    monkeypatch.setattr(module, "RATE", 5)
+    monkeypatch.setattr(module.time, "monotonic", lambda: 1000.0)
+    body = json.dumps([{"type": "reset"}] * 4).encode()
+    assert [ask(server, "POST", "/event", body, **JSON)[0] for _ in range(3)] == [204, 429, 429]
+
+
+def test_it_listens_on_this_machine_alone(server):
+    assert server.server_address[0] == "127.0.0.1"
+
+
+def test_the_next_free_port_is_taken(server):
+    other = open_server(Watched())
+    assert other.server_port > server.server_port
+    assert other.token != server.token
+    other.server_close()
+
+
+def test_no_free_port_is_told(monkeypatch):
+    monkeypatch.setattr(module, "FIRST_PORT", module.LAST_PORT)
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", module.LAST_PORT))
+        taken.listen()
+        with pytest.raises(InputError, match="no port from 8865 to 8865 is free"):
+            open_server(Watched())
+
+
+def test_more_connections_than_there_is_room_for_are_closed(server, monkeypatch):
+    opened = [
+        socket.create_connection(("127.0.0.1", server.server_port), 5) for _ in range(module.MOST_CONNECTIONS + 3)
+    ]
+    opened[-1].settimeout(5)
+    assert opened[-1].recv(1) == b""
+    for one in opened:
+        one.close()
+
+
+def test_a_server_that_ends_leaves_no_thread():
+    before = threading.active_count()
+    for _ in range(20):
+        found = Server(Watched(), 0)
+        thread = threading.Thread(target=found.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
+        thread.start()
+        assert ask(found)[0] == 200
+        found.shutdown()
+        found.server_close()
+        thread.join(5)
+    assert threading.active_count() <= before + 1

@@ -1,0 +1,209 @@
+"""A picture that is watched: events move and change it, frames show it, and nothing that is asked for ends it."""
+
+import io
+import json
+import threading
+
+import numpy as np
+import pytest
+from PIL import Image
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.apps.session import MOST_EVENTS, Session
+from taichi_tracer.files.images import to_bytes
+from taichi_tracer.system.errors import InputError
+
+SIZE = (32, 24)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    start("f32")
+    return tt.load_scene_data("cube")
+
+
+@pytest.fixture
+def session(scene):
+    found = Session(tt.A1Renderer(scene, *SIZE).use("normal"))
+    found.watch()
+    yield found
+    found.close()
+
+
+def settle(session, most=200):
+    """Steps until nothing is left to do; the newest frame."""
+    for _ in range(most):
+        session.watch()
+        if not session.step(0.01) and not session.is_moving:
+            break
+    return session.newest(0)
+
+
+def pixels(frame):
+    return np.asarray(Image.open(io.BytesIO(frame.data)))
+
+
+def test_the_picture_at_rest_is_lossless(session):
+    frame = settle(session)
+    assert frame.kind == "png"
+    assert np.array_equal(pixels(frame), to_bytes(session.renderer.image(), session.renderer.srgb))
+    state = json.loads(frame.state)
+    assert (state["view"], state["width"], state["height"]) == ("normal", *SIZE)
+    names = [name for offered in state["offered"] for name, _ in offered["names"]]
+    assert {"hit", "normal", "mis", "path"} <= set(names)
+
+
+def test_a_view_that_is_complete_is_rendered_no_more(session):
+    number = settle(session).number
+    for _ in range(5):
+        session.watch()
+        assert not session.step(0.0)
+    assert session.newest(0).number == number
+
+
+def test_dragging_orbits_and_sends_jpeg(session):
+    settle(session)
+    before = session.renderer.camera.eye
+    session.post({"type": "drag", "dx": 0.1, "dy": 0.05})
+    session.watch()
+    session.step(0.0)
+    frame = session.newest(0)
+    after = session.renderer.camera.eye
+    assert frame.kind == "jpeg"
+    assert not np.allclose(before, after)
+    assert np.linalg.norm(after - session.renderer.camera.at) == pytest.approx(
+        np.linalg.norm(before - session.renderer.camera.at), rel=1e-6
+    )
+    session.post({"type": "zoom", "by": 0.2})
+    session.post({"type": "pan", "dx": 0.1, "dy": 0.0})
+    session.step(0.0)
+    assert not np.allclose(session.renderer.camera.at, session.first_camera["at"])
+    session.post({"type": "reset"})
+    settle(session)
+    assert np.allclose(session.renderer.camera.eye, session.first_camera["eye"])
+
+
+def test_a_held_key_moves_the_camera_until_it_is_released(session):
+    session.post({"type": "key", "key": "d", "down": True})
+    session.step(0.0)
+    session.step(0.0)
+    assert session.keys == {"d"}
+    session.post({"type": "blur"})
+    session.step(0.0)
+    assert session.keys == set()
+    session.post({"type": "reset"})
+    session.step(0.0)
+
+
+def test_choices_and_what_cannot_be_chosen(session):
+    for event in (
+        {"type": "use", "what": "view", "name": "hit"},
+        {"type": "triangle_test", "name": "moller_trumbore"},
+        {"type": "fov", "value": 40},
+    ):
+        session.post(event)
+    settle(session)
+    assert session.renderer.active.name == "hit"
+    assert session.choices.triangle_test == "moller_trumbore"
+    assert session.renderer.camera.fov == 40
+    for event, message in (
+        ({"type": "use", "what": "view", "name": "nonsense"}, "nonsense"),
+        ({"type": "use", "what": "nothing", "name": "hit"}, "nothing"),
+        ({"type": "environment", "name": "/etc/passwd"}, "/etc/passwd"),
+        ({"type": "triangle_test", "name": "x"}, "x"),
+        ({"type": "control", "name": "seed", "value": 3}, "hit has no seed"),
+        ({"type": "tone", "name": "x"}, "x"),
+        ({"type": "explain", "column": 40, "row": 0, "sample": 0}, "the column must be from 0 to 31"),
+    ):
+        session.post(event)
+        session.step(0.0)
+        assert message in session.message, event
+    session.post({"type": "triangle_test", "name": "watertight"})
+    session.post({"type": "reset"})
+    session.step(0.0)
+
+
+def test_what_makes_the_picture_again_is_told(session):
+    session.post({"type": "same"})
+    session.step(0.0)
+    assert "taichi-tracer render cube" in session.explanation
+    assert "renderer = tt.A1Renderer(scene, 32, 24" in session.explanation
+
+
+def test_nothing_is_rendered_while_nobody_watches(session):
+    settle(session)
+    session.post({"type": "reset"})
+    session.renderer.camera.set_camera_parameters(fov=33)
+    session._last_wait = -1e9
+    number = session.newest(0).number
+    session.step(0.0)
+    assert session.newest(0).number == number
+    session.watch()
+    session.step(0.0)
+    assert session.newest(0).number > number
+    session.post({"type": "reset"})
+    session.step(0.0)
+
+
+def test_ten_thousand_events_are_no_queue(session):
+    for k in range(10_000):
+        session.post({"type": "drag", "dx": 1e-5 * (-1) ** k, "dy": 0})
+    assert len(session._events) == MOST_EVENTS
+    session.step(0.0)
+    assert len(session._events) == 0
+
+
+def test_threads_wait_for_frames_and_are_let_go(session):
+    settle(session)
+    number = session.newest(0).number
+    found = []
+    threads = [threading.Thread(target=lambda: found.append(session.wait_for_frame(number, 20))) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    session.close()
+    for thread in threads:
+        thread.join(5)
+    assert found == [None] * 3
+
+
+def test_another_thread_asks_the_session_and_gets_its_errors(session):
+    settle(session)
+    answers = []
+
+    def ask():
+        answers.append(session.call(lambda: session.file("png"))[:4])
+        try:
+            session.call(lambda: session.file("gif"))
+        except InputError as error:
+            answers.append(str(error))
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    while thread.is_alive():
+        session.step(0.01)
+    assert answers[0] == b"\x89PNG"
+    assert "gif" in answers[1]
+
+
+@pytest.mark.long
+def test_light_has_its_error_its_curve_and_explained_pixels(session):
+    session.post({"type": "use", "what": "estimator", "name": "brdf"})
+    session.watch()
+    for _ in range(400):
+        session.watch()
+        session.step(0.0)
+        if len(session.curves.get("brdf", [])) > 1:
+            break
+    state = json.loads(session.state())
+    assert state["samples"] > 2
+    assert state["error"] != ""
+    assert state["environment"] == "studio"
+    session.post({"type": "explain", "column": 16, "row": 12, "sample": 0})
+    session.post({"type": "exposure", "value": 1.5})
+    session.step(0.0)
+    assert "<svg" in session.explanation
+    assert session.renderer.display.exposure == 1.5
+    session.post({"type": "use", "what": "view", "name": "normal"})
+    session.post({"type": "environment", "name": "none"})
+    session.step(0.0)
