@@ -43,6 +43,10 @@ def show(what: SceneData | ProgressiveRenderer, width: int = SIZE, height: int =
     else:
         raise InputError(f"show takes a scene or a renderer, not {what!r}")
     renderer.scene_data.check_alive()
+    try:
+        loop = asyncio.get_running_loop()
+    except RuntimeError:
+        raise InputError("show needs a notebook whose kernel is running") from None
 
     class LivePicture(anywidget.AnyWidget):
         """A view of a ``Session``; it sends frames as long as the page shows them."""
@@ -55,10 +59,7 @@ def show(what: SceneData | ProgressiveRenderer, width: int = SIZE, height: int =
             self.session = Session(renderer)
             self._sent = self._shown = 0
             self.on_msg(self._take)
-            try:
-                self._task = asyncio.get_running_loop().create_task(self._run())
-            except RuntimeError:
-                raise InputError("show needs a notebook whose kernel is running") from None
+            self._task = loop.create_task(self._run())
 
         @property
         def renderer(self) -> ProgressiveRenderer:
