@@ -126,7 +126,7 @@ def table_of_cells(scenes: list[tuple[str, str, Callable[[], tt.SceneData]]]) ->
         truth = tt.A2Renderer(scene, CELL_SIZE, CELL_SIZE, seed=REFERENCE_SEED).use("mis").render(CELL_REFERENCE)
         for way in ESTIMATORS:
             renderer = tt.A2Renderer(scene, CELL_SIZE, CELL_SIZE).use(way)
-            for samples, found in zip(CELL_SPP, cell(renderer, truth.image()), strict=True):
+            for samples, found in zip(CELL_SPP, cell(renderer, truth.image(), float(truth.error())), strict=True):
                 cells.append((environment, found))
                 head = f"| {name} | {environment} | {way} | {samples} | {found.columns()}"
                 lines.append(f"{head} | {truth.error():.2%} |")
@@ -137,26 +137,32 @@ def table_of_cells(scenes: list[tuple[str, str, Callable[[], tt.SceneData]]]) ->
 
 @dataclass
 class Cell:
-    """The errors of many renders of one cell: (n,) arrays of what was told and of the truth."""
+    """The errors of many renders of one cell: (n,) arrays of what was told and of the truth.
+
+    ``reference`` is the error of the reference. What is smaller than twice this error cannot be judged: in a room whose
+    samples are all alike, a picture is more exact than its reference.
+    """
 
     told: np.ndarray
     low: np.ndarray
     high: np.ndarray
     true: np.ndarray
+    reference: float
 
     @property
     def is_inside(self) -> np.ndarray:
         """Whether the interval contains the truth; a render that says "unknown" tells nothing wrong."""
-        return ~(self.true > self.high) & ~(self.true < self.low)
+        return ~(self.true > np.hypot(self.high, 2 * self.reference)) & ~(self.true < self.low - 2 * self.reference)
 
     @property
     def width(self) -> float:
         """The median of the upper end over the truth."""
-        return float(np.nanmedian(self.high / self.true))
+        judged = self.true > 2 * self.reference
+        return float(np.nanmedian(self.high[judged] / self.true[judged])) if judged.any() else math.nan
 
     def told_wrong(self, factor: float = 1.0) -> float:
         """The share of renders in which the truth is above the upper end by more than a factor."""
-        return float((self.true > factor * self.high).mean())
+        return float((self.true > np.hypot(factor * self.high, 2 * self.reference)).mean())
 
     def columns(self) -> str:
         """The columns of the table."""
@@ -165,7 +171,7 @@ class Cell:
         return f"{shares} | {ratio:.2f} | {self.width:.2f} | {np.median(self.true):.1%}"
 
 
-def cell(renderer, truth: np.ndarray) -> list[Cell]:
+def cell(renderer, truth: np.ndarray, reference: float) -> list[Cell]:
     """A ``Cell`` for each of ``CELL_SPP``; the seeds are the same."""
     rows: list[list[tuple]] = [[] for _ in CELL_SPP]
     for seed in range(CELL_RENDERS):
@@ -177,7 +183,7 @@ def cell(renderer, truth: np.ndarray) -> list[Cell]:
             done = samples
             true = relative_rmse(renderer.image(), truth.astype(np.float64))
             rows[k].append((float(error), error.low, error.high, true))
-    return [Cell(*np.array(found).T) for found in rows]
+    return [Cell(*np.array(found).T, reference) for found in rows]
 
 
 def summary(cells: list[tuple[str, Cell]]) -> list[str]:
@@ -186,7 +192,7 @@ def summary(cells: list[tuple[str, Cell]]) -> list[str]:
     worst = min(float(one.is_inside.mean()) for _, one in cells)
     wrong = np.mean([one.told_wrong(2) for _, one in cells])
     wide = {sunny: [one.width for name, one in cells if ("sun" in name) == sunny] for sunny in (False, True)}
-    of_even, of_sunny = (f"{np.median(wide[sunny]):.2f} and {max(wide[sunny]):.2f}" for sunny in (False, True))
+    of_even, of_sunny = (f"{np.nanmedian(wide[sunny]):.2f} and {np.nanmax(wide[sunny]):.2f}" for sunny in (False, True))
     return [
         f"Of all renders, the interval holds the truth in {inside:.1%}; of the worst cell, in {worst:.0%}.",
         f"The truth is more than twice the upper end in {wrong:.2%}.",
