@@ -192,7 +192,8 @@ def mitsuba() -> str:
         scene = load()
         reference = make(scene, "niederreiter", REFERENCE_SEED).render(MORE_REFERENCE)
         truth, is_counted = reference.image().astype(np.float64), ~beside_lamps(reference)
-        theirs = make_theirs("multijitter").render(MORE_REFERENCE, seed=REFERENCE_SEED).astype(np.float64)
+        # The course's camera is left-handed, so that its pictures are mirrored.
+        theirs = make_theirs("multijitter").render(MORE_REFERENCE, seed=REFERENCE_SEED)[:, ::-1].astype(np.float64)
         difference = relative_rmse(theirs[is_counted], truth[is_counted])
         lines = [f"\n**{title}, {SIZE}²; our reference and Mitsuba's differ by {difference:.2%}**\n"]
         lines += [f"| relative RMSE, % | {' | '.join(map(str, MORE_COUNTS))} |", "|---|" + "--:|" * len(MORE_COUNTS)]
@@ -202,7 +203,7 @@ def mitsuba() -> str:
         for name in THEIRS:
             peer, cells = make_theirs(name), []
             for count in MORE_COUNTS:
-                images = [peer.render(count, seed=seed)[is_counted] for seed in range(1, SEEDS + 1)]
+                images = [peer.render(count, seed=seed)[:, ::-1][is_counted] for seed in range(1, SEEDS + 1)]
                 error = math.sqrt(np.mean([relative_rmse(image, theirs[is_counted]) ** 2 for image in images]))
                 real = peer.real_count(count)
                 cells.append(f"{100 * error:.3g}" + (f" ({real})" if real != count else ""))
