@@ -1,6 +1,5 @@
 """What a student runs: each part of an assignment, with the first wrong number beside the right one."""
 
-import html
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -8,26 +7,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from taichi_tracer.studies import page
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Arrays, Assignment, Part, Verdict
+from taichi_tracer.teaching import boxes, catalogue
+from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Arrays, Assignment, Part, Verdict
 from taichi_tracer.teaching.handing_out import RECORD
 from taichi_tracer.teaching.mistakes import Finding, find
 from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, expected, load_submission, solution_of
 
 SECONDS_FOR_MISTAKES = 3.0  # how long a check compares with mistakes that no earlier check has computed
-SHOWN_SIZE = 240  # pixels: the width of a picture on the page
 WIDTH = 78  # columns of the line of a part in a terminal
-COLOURS = {RIGHT: "#1a7f37", NOT_WRITTEN: "#8a6d00", MISSING: "#8a6d00"}
-STYLE = """
-.part { border: 1px solid #d5dbe1; border-radius: 6px; padding: .6em 1em; margin: .8em 0; }
-.part h3 { margin: 0; } .part code { background: #f2f5f8; padding: 0 3px; }
-.numbers td, .numbers th { white-space: normal; font: 13px ui-monospace, monospace; text-align: left; }
-"""
 
 
 @dataclass(frozen=True)
@@ -61,26 +51,14 @@ class Result:
 
     def html(self) -> str:
         """What a page shows."""
-        verdict, colour = self.verdict, COLOURS.get(self.verdict.status, "#b42318")
-        parts = [
-            f"<div class='part'><h3><span style='color: {colour}'>{verdict.status}</span> "
-            f"<code>{html.escape(self.part.name)}</code></h3>",
-            page.paragraph(f"{self.points:.3g} of {self.part.points:g} points, {self.seconds:.1f} s", "note"),
-        ]
-        if verdict.status != RIGHT:
-            parts.append(page.paragraph(verdict.message))
-        if verdict.first_wrong:
-            rows = [
-                f"<tr><th>{whose}</th><td>{html.escape(', '.join(f'{n} = {v}' for n, v in values.items()))}</td></tr>"
-                for whose, values in verdict.first_wrong.items()
-            ]
-            parts.append(f"<table class='numbers'>{''.join(rows)}</table>")
-        parts += [page.paragraph(finding.text) for finding in self.findings]
-        if self.findings and self.findings[0].hint:
-            parts.append(page.paragraph(f"Hint: {self.findings[0].hint}", "note"))
-        if verdict.pictures and verdict.status != RIGHT:
-            parts += [page.picture(np.clip(image, 0, 1), name, SHOWN_SIZE) for name, image in verdict.pictures.items()]
-        return "".join(parts) + "</div>"
+        verdict = self.verdict
+        facts = f"{self.points:.3g} of {self.part.points:g} points, {self.seconds:.1f} s"
+        if verdict.status == RIGHT:
+            return boxes.box(verdict.status, self.part.name, facts)
+        hint = self.findings[0].hint if self.findings else ""
+        found = [finding.text for finding in self.findings]
+        told = verdict.message, verdict.first_wrong, found, hint, verdict.pictures
+        return boxes.box(verdict.status, self.part.name, facts, *told)
 
 
 @dataclass
@@ -112,16 +90,16 @@ class Report:
 
     __repr__ = __str__
 
-    def body(self) -> str:
+    def body(self) -> list[str]:
         """The page without its frame."""
-        return page.paragraph(self.summary()) + "".join(result.html() for result in self.results)
+        return [page.paragraph(self.summary()), *(result.html() for result in self.results)]
 
     def page(self) -> str:
         """A whole document of HTML."""
-        return page.page(self.assignment.title, [self.body()], STYLE)
+        return boxes.whole(self.assignment.title, self.body())
 
     def _repr_html_(self) -> str:
-        return f"<style>{STYLE}</style>{self.body()}"
+        return boxes.in_notebook(self.body())
 
 
 def check_folder(
@@ -177,16 +155,17 @@ def chosen(assignment: Assignment, names: Sequence[str]) -> list[Part]:
     return found
 
 
-def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0) -> Report:
+def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0, parts: Sequence[str] = ()) -> Report:
     """Check classes of a notebook; see ``teaching.check``."""
     assignment = catalogue.load(name)
     runtime.ensure()
     solution = solution_of(assignment)
     student = Loaded({role_of(cls, assignment, solution): cls for cls in classes})
-    parts = [part for part in assignment.parts if part.replaces in student.classes]
-    if set(student.classes) == set(assignment.classes):
-        parts += [part for part in assignment.parts if part.replaces == ""]
-    return check(assignment, student, parts, seed)
+    tested = {part.replaces for part in assignment.parts if part.replaces}
+    found = [part for part in chosen(assignment, parts) if part.replaces in student.classes]
+    if tested <= set(student.classes):
+        found += [part for part in chosen(assignment, parts) if part.replaces == ""]
+    return check(assignment, student, found, seed)
 
 
 def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:

@@ -11,19 +11,18 @@ import hashlib
 import itertools
 import math
 import os
-import tempfile
 import time
 import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import sealed
+from taichi_tracer.teaching import sealed, temporary
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
@@ -210,20 +209,16 @@ def with_mistakes(assignment: Assignment, part: Part, combination: Sequence[Mist
 def load_text(assignment: Assignment, file: str, text: str) -> Loaded:
     """The classes of one file of the solution, with another text. Taichi reads it from a temporary file."""
     key = hashlib.sha256(f"{assignment.folder}/{file}/{text}".encode()).hexdigest()[:16]
-    folder = Path(work_folder()) / key
+    folder = work_folder() / key
     folder.mkdir(exist_ok=True)
     (folder / file).write_text(text, encoding="utf-8")
     return load_classes(folder, [file], assignment.solution_folder)
 
 
-@lru_cache(maxsize=1)
-def _work_folder() -> tempfile.TemporaryDirectory:
-    return tempfile.TemporaryDirectory(prefix="taichi_tracer_mistakes_")
-
-
-def work_folder() -> str:
+@cache
+def work_folder() -> Path:
     """A folder that is removed when the process ends."""
-    return _work_folder().name
+    return temporary.folder("mistakes")
 
 
 def changed_source(assignment: Assignment, part: Part, combination: Sequence[Mistake]) -> str:

@@ -22,6 +22,7 @@ from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
 from taichi_tracer.sampler import IndependentSampler, MeshLightSampler, Sampler
 from taichi_tracer.scene_data import scene_from_mesh
+from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
 
@@ -370,3 +371,33 @@ def light_along(renderer: Any, inputs: Arrays, count: int, seed: int = 5) -> np.
     samples = np.zeros((rays, count, 3), np.float32)
     shade_kernel(renderer, sampler(rays), seed, inputs["origin"], inputs["direction"], samples)
     return samples
+
+
+# ── noisy pictures ──
+
+SIZE, BATCHES, SPP = 32, 8, 8  # pixels along a side; how many pictures; samples of each
+
+
+def any_seed(rng: np.random.Generator) -> Arrays:
+    """The seed of a picture."""
+    return {"seed": np.array(rng.integers(0, 1000))}
+
+
+def noisy_picture(renderer: Any, first_seed: int) -> Arrays:
+    """The mean of several pictures with different seeds, and its standard error."""
+    pictures = []
+    for batch in range(BATCHES):
+        renderer.seed = first_seed + batch
+        renderer.begin_anew()
+        pictures.append(np.asarray(renderer.render(SPP).image()))
+    return {"picture": np.mean(pictures, axis=0), "error": np.std(pictures, axis=0, ddof=1) / BATCHES**0.5}
+
+
+def lit_cornell_box(renderer_class: type, integrator: str, lamp_choice: type, inputs: Arrays) -> Arrays:
+    """A noisy picture of the Cornell box, whose lamps ``lamp_choice`` samples; the inputs are those of ``any_seed``."""
+    scene = load_scene_data("cornell_box", lamp_choice=lamp_choice, fast=False)
+    renderer = renderer_class(scene, SIZE, SIZE, fast=False).use(integrator)
+    scene.lamps.prepare()
+    found = noisy_picture(renderer, int(inputs["seed"]))
+    scene.destroy()
+    return found
