@@ -1,4 +1,4 @@
-"""A real browser without a window, for pages: it is told what to do through a pipe, by the protocol of its own tools."""
+"""A real browser without a window, for pages: it takes orders through a pipe, by the protocol of its own tools."""
 
 import base64
 import contextlib

@@ -1,6 +1,6 @@
 """What the pages of students and teachers share: the box of a part, its colours, and the frame of a page.
 
-A notebook shows boxes, too. There the colours of a page are unknown, so that lines and backgrounds are half transparent.
+A notebook shows boxes, too. There the colours of a page are unknown, so lines and backgrounds are half transparent.
 """
 
 import html

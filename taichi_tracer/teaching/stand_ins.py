@@ -4,7 +4,6 @@ A stand-in is made once, by the package's own class. For every class under test 
 class: the fields are shared, and only the tested methods are compiled.
 """
 
-import copy
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
@@ -35,9 +34,7 @@ def as_class(original: Any, cls: type, *arguments: Any, **named: Any) -> Any:
     """A copy of ``original`` that belongs to ``cls``; a new object if ``cls`` has a constructor of its own."""
     if cls.__init__ is not type(original).__init__:  # type: ignore[misc]
         return cls(*arguments, **named)
-    other = copy.copy(original)
-    other.__class__ = cls
-    return other
+    return of(cls, **vars(original))
 
 
 @lru_cache(maxsize=8)

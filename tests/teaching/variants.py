@@ -663,7 +663,10 @@ A3 = {
         y = ti.Matrix.cols([v0, v1, v2]) @ weights
         return tm.normalize(y - hit_point), triangle_id
 """,
-        "A3Renderer.to_solid_angle": "        return ti.exp(ti.log(pdf_area) + 2 * ti.log(distance) - ti.log(cos_light))\n",
+        "A3Renderer.to_solid_angle": """
+        logarithm = ti.log(pdf_area) + 2 * ti.log(distance) - ti.log(cos_light)
+        return ti.exp(logarithm)
+""",
         "A3Renderer.power_heuristic": """
         weight = 0.0
         if pdf > 0:
