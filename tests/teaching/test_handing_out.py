@@ -136,6 +136,28 @@ def test_a_window_shows_a_checkerboard_with_the_names_of_the_stubs(folders):
     assert np.array_equal(shown.image(), whole.image())
 
 
+class Chosen:
+    """A sampler as a student has it: one function is written, and one is not."""
+
+    @staticmethod
+    def direction():
+        tt.teaching.not_written("Chosen.direction")
+
+    @staticmethod
+    def density():
+        return 1
+
+
+def light():
+    """A method that calls the functions of a class by its name, as renderers call samplers."""
+    return Chosen.direction(), Chosen.density()
+
+
+def test_stubs_that_a_written_method_calls_are_named():
+    assert checkerboard.stubs_behind(light, "Renderer.light") == ["Chosen.direction"]
+    assert checkerboard.stubs_behind(Chosen.density, "Chosen.density") == []
+
+
 def test_long_names_fit_into_small_pictures():
     board = checkerboard.board(64, 48, ("RayIntersector.intersect_triangle",))
     assert board.shape == (64, 48, 3)
