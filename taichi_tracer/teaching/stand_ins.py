@@ -157,6 +157,45 @@ class PlainIntersector(BruteForceRayIntersector):
         return nearest
 
 
+OUTSIDE = -1000.0  # what a read beyond the ends of a table gives
+
+
+class Guarded:
+    """A field [i, j] that can be read anywhere: beyond its ends, every number is ``OUTSIDE``.
+
+    A read of memory that does not belong to a field may end the process, or give another number on every run. Both
+    would say nothing about a method whose index is wrong.
+    """
+
+    def __init__(self, field: Any) -> None:
+        self.field = field
+
+    def __getitem__(self, indices: Any) -> Any:
+        """One element; Taichi asks for it when it compiles a kernel."""
+        if not ti.lang.impl.inside_kernel():
+            return self.field[indices]
+        is_pair = isinstance(indices, (tuple, list))
+        return read_guarded(self.field, *indices) if is_pair else read_at(self.field, indices)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.field, name)
+
+
+@ti.func
+def read_guarded(field: ti.template(), i, j):
+    """Element (i, j) of a field; ``OUTSIDE`` where there is none. An index of NaN is none."""
+    rows, columns = ti.static(field.shape)
+    is_inside = i >= 0 and i < rows and j >= 0 and j < columns
+    value = field[ti.select(is_inside, i, 0), ti.select(is_inside, j, 0)]
+    return ti.select(is_inside, value, 0 * value + OUTSIDE)
+
+
+@ti.func
+def read_at(field: ti.template(), place):
+    """The same, at a vector of two indices."""
+    return read_guarded(field, place[0], place[1])
+
+
 # ── functions for the kernels of parts ──
 
 

@@ -153,6 +153,7 @@ def run_sky(environment_class: type, inputs: Arrays) -> Arrays:
     """The radiance from each direction."""
     radiance = np.zeros(inputs["direction"].shape, np.float32)
     environment = environment_class(inputs["image"])
+    environment.texels = stand_ins.Guarded(environment.texels)
     sky_kernel(environment, inputs["direction"], radiance)
     environment.destroy()
     return {"radiance": radiance}
@@ -366,6 +367,7 @@ def spheres_view(rng: np.random.Generator) -> Arrays:
 def run_picture(classes, inputs: Arrays) -> Arrays:
     """The spheres, with all of the student's classes."""
     environment = classes.Environment(inputs["image"])
+    environment.texels = stand_ins.Guarded(environment.texels)
     scene = tt.load_scene_data("specular_spheres", environment=environment, fast=False)
     size = stand_ins.SIZE
     camera = classes.Camera(size, size, **{name: inputs[name].tolist() for name in ("eye", "at", "up", "fov")})
