@@ -151,6 +151,7 @@ class Browser:
         with contextlib.suppress(OSError):
             os.close(self._out)
         os.close(self._in)
+        self._process.terminate()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=5)
         self._process.kill()

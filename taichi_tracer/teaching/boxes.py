@@ -16,15 +16,17 @@ SHOWN = 200  # pixels: the width of a picture
 KINDS = {RIGHT: "right", NOT_WRITTEN: "open", MISSING: "open"}  # how a status is coloured; "wrong" for the others
 STYLE = """
 .teaching .right { color: var(--right, #2a9147); } .teaching .wrong { color: var(--wrong, #d9463b); }
-.teaching .open { color: var(--open, #a37f00); } .teaching td { white-space: normal; }
+.teaching .open { color: var(--open, #a37f00); } .teaching td, .teaching th { text-align: left; }
+.teaching td { white-space: normal; font-variant-numeric: tabular-nums; }
+.teaching td:first-child { white-space: nowrap; }
 .teaching .part { border: 1px solid rgba(127, 127, 127, 0.4); border-radius: 6px; padding: .5em 1em; margin: .8em 0; }
 .teaching .part h3 { margin: .2em 0; font-size: 1.05em; overflow-wrap: anywhere; } .teaching .part p { margin: .5em 0; }
 .teaching .part code, .teaching pre { background: rgba(127, 127, 127, 0.15); padding: 0 3px; }
 .teaching pre { padding: .6em; overflow-x: auto; }
 .teaching .numbers { font: 13px ui-monospace, monospace; border-collapse: collapse; }
-.teaching .numbers th, .teaching .numbers td { text-align: left; vertical-align: top; padding: 3px 9px;
-  overflow-wrap: anywhere; }
+.teaching .numbers th, .teaching .numbers td { vertical-align: top; padding: 3px 9px; overflow-wrap: anywhere; }
 .teaching figure { display: inline-block; margin: 0 10px 10px 0; }
+.teaching .part figure { max-width: calc(33% - 10px); }
 .teaching figcaption { max-width: 100%; overflow-wrap: anywhere; }
 .teaching img { image-rendering: pixelated; max-width: 100%; }
 """

@@ -24,7 +24,7 @@ MEANING = "right: all points; wrong: points by the share of right inputs; the ot
 STYLE = """
 .bad img { outline: 2px solid var(--wrong); } .tall { vertical-align: bottom; }
 .tall span { writing-mode: vertical-rl; transform: rotate(180deg); }
-svg text { fill: var(--ink); font: 12px system-ui, sans-serif; } svg rect { fill: var(--bar); }
+svg text { fill: var(--ink); font: 15px system-ui, sans-serif; } svg rect { fill: var(--bar); }
 svg line { stroke: var(--grid); }
 """
 
