@@ -7,13 +7,14 @@ described as far as numbers show it, see ``descriptions``.
 """
 
 import ast
+import contextlib
 import hashlib
 import itertools
 import math
 import os
 import time
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -26,9 +27,8 @@ from taichi_tracer.teaching import sealed, temporary
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
-from taichi_tracer.teaching.running import OK, Loaded, answer, load_classes, solution_of
+from taichi_tracer.teaching.running import OK, Loaded, answer, expected, load_classes, solution_of
 
-MOST_PAIRS = 60  # how many pairs of mistakes are tried
 SAME_LIKELIHOOD = 0.02  # pairs that are less likely than a pair that fits, by more than this, are not tried
 VARIABLE = "TAICHI_TRACER_CACHE"  # the environment variable that names another folder for what is kept between runs
 
@@ -57,28 +57,29 @@ def find(
     inputs: Arrays,
     answers: Arrays,
     expected: Arrays,
-    seconds_for_pairs: float = math.inf,
-    seconds_for_singles: float = math.inf,
+    seconds: float = math.inf,
 ) -> list[Finding]:
     """What is wrong with the answers to a part; nothing if they are right.
 
     Args:
-        seconds_for_pairs: how long pairs of mistakes are tried where no single one fits; 0 tries none.
-        seconds_for_singles: how long the answers of mistakes are computed that are not kept from an earlier call.
-            Infinity, for both, makes the result the same on every machine.
+        seconds: how long the answers of mistakes are computed that are not kept from an earlier call. Then the first
+            mistake that fits ends the search. Infinity makes the result the same on every machine.
     """
     right = part.judge.agrees(inputs, answers, expected)
     if right.all():
         return []
-    case = Case(assignment, part, inputs, answers, expected)
-    end = time.monotonic() + seconds_for_singles
+    case, clock = Case(assignment, part, inputs, answers, expected), Clock(seconds)
     single = [(mistake,) for mistake in assignment.mistakes_of(part)]
-    tried = [
-        one for one in single if is_kept(assignment, part, one, inputs) or time.monotonic() < end and case.try_(one)
-    ]
-    fitting = [combination for combination in tried if case.fits(combination)]
-    if not fitting and len(tried) == len(single) and seconds_for_pairs > 0:
-        fitting = case.fitting_pairs(time.monotonic() + seconds_for_pairs)
+    tried = [one for one in single if is_kept(assignment, part, one, inputs)]
+    fitting = [one for one in tried if case.fits(one)]
+    for one in (one for one in single if one not in tried):
+        if (fitting and seconds < math.inf) or not clock.has_time():
+            break
+        tried.append(one)
+        with clock.running():
+            fitting += [one] * case.fits(one)
+    if not fitting and len(tried) == len(single):
+        fitting = case.fitting_pairs(clock)
     if fitting:
         return [told(part, combination, len(right)) for combination in fitting]
     shown = getattr(part.judge, "told", dict)  # means, in place of the statistics of random answers
@@ -86,6 +87,28 @@ def find(
     if len(tried) < len(single):
         told_of.append(f"{len(single) - len(tried)} more known mistakes are compared in the next check")
     return [Finding((), float((~right).mean()), text, "", part.topic) for text in told_of]
+
+
+class Clock:
+    """Says whether there is time for one more attempt, which may take as long as the longest so far.
+
+    Args:
+        seconds: how long all attempts may take together.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self.end, self.longest = time.monotonic() + seconds, 0.0
+
+    def has_time(self) -> bool:
+        """Whether another attempt would end in time."""
+        return time.monotonic() + self.longest < self.end
+
+    @contextlib.contextmanager
+    def running(self) -> Iterator[None]:
+        """Take the time of one attempt."""
+        start = time.monotonic()
+        yield
+        self.longest = max(self.longest, time.monotonic() - start)
 
 
 @dataclass(frozen=True)
@@ -110,23 +133,16 @@ class Case:
             return False
         return bool(judge.agrees(self.inputs, self.answers, wrong).all())
 
-    def try_(self, combination: Sequence[Mistake]) -> bool:
-        """Compute the answers of a combination of mistakes, so that they are kept. Returns True."""
-        self.answers_of(combination)
-        return True
-
-    def fitting_pairs(self, end: float) -> list[tuple[Mistake, Mistake]]:
-        """The pairs of mistakes that explain every answer; the likely ones are tried first, and only these.
-
-        Args:
-            end: when to stop, on the clock of ``time.monotonic``.
-        """
+    def fitting_pairs(self, clock: "Clock") -> list[tuple[Mistake, Mistake]]:
+        """The pairs of mistakes that explain every answer; the likely ones are tried first, and only these."""
         fitting: list[tuple[Mistake, Mistake]] = []
         found_at = -1.0
         for likelihood, pair in self.likely_pairs():
-            if time.monotonic() > end or likelihood < found_at - SAME_LIKELIHOOD:
+            if not clock.has_time() or likelihood < found_at - SAME_LIKELIHOOD:
                 break
-            if self.fits(pair):
+            with clock.running():
+                is_fitting = self.fits(pair)
+            if is_fitting:
                 fitting.append(pair)
                 found_at = max(found_at, likelihood)
         return fitting
@@ -157,7 +173,7 @@ class Case:
                 count += int(neither.sum() + only_1.sum() + only_2.sum())
             pairs.append((agree / count if count else 1.0, (first, second)))
         pairs.sort(key=lambda pair: -pair[0])
-        return pairs[:MOST_PAIRS]
+        return pairs[: self.part.most_pairs]
 
 
 def told(part: Part, combination: Sequence[Mistake], count: int) -> Finding:
@@ -170,7 +186,19 @@ def told(part: Part, combination: Sequence[Mistake], count: int) -> Finding:
     return Finding(names, 1.0, text, hint, ", ".join(topics))
 
 
-# ── the answers of mistakes ──
+# ── the answers of the solution and of mistakes ──
+
+
+def kept_expected(assignment: Assignment, part: Part, inputs: Arrays) -> Arrays:
+    """What the solution answers, kept as the answers of mistakes are; an InputError if it does not run."""
+    if assignment.is_sealed:
+        return expected(assignment, part, inputs)
+    path = kept_at(assignment, part, (), inputs)
+    kept = read(path)
+    if not kept:
+        kept = expected(assignment, part, inputs)
+        keep(path, kept)
+    return kept
 
 
 def answers_of(assignment: Assignment, part: Part, combination: Sequence[Mistake], inputs: Arrays) -> Arrays | None:

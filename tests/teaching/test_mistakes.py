@@ -169,8 +169,22 @@ def test_an_error_that_no_mistake_explains_is_described():
     part = assignment.parts[0]
     inputs = assignment.inputs(part, 0)
     right = expected(assignment, part, inputs)
-    found = find(assignment, part, inputs, {"ndc": right["ndc"] * np.float32(0.7)}, right, seconds_for_pairs=0)
-    assert [(f.names, f.text) for f in found] == [((), "ndc is scaled by 0.7")]
+    found = find(assignment, part, inputs, {"ndc": right["ndc"] * np.float32(0.7)}, right, seconds=0)
+    assert [f.names for f in found] == [(), ()]
+    assert [f.text for f in found] == ["ndc is scaled by 0.7", "6 more known mistakes are compared in the next check"]
+
+
+def test_an_attempt_begins_only_if_it_may_end_in_time(monkeypatch):
+    """An attempt may take as long as the longest one before it."""
+    now = [100.0]
+    monkeypatch.setattr(mistakes.time, "monotonic", lambda: now[0])
+    clock = mistakes.Clock(3.0)
+    told = []
+    while clock.has_time():
+        with clock.running():
+            now[0] += 0.8
+        told.append(round(now[0] - 100, 3))
+    assert told == [0.8, 1.6, 2.4]
 
 
 def test_answers_are_kept_and_a_damaged_file_is_computed_again():
