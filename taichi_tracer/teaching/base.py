@@ -53,8 +53,6 @@ class Part:
             row by row; smaller arrays belong to all of them.
         run: (the class, inputs) → answers.
         judge: (inputs, answers, expected answers) → Verdict. It has the method ``agrees`` too, see ``judges``.
-        most_pairs: how many pairs of known mistakes are compared with an answer that no single one explains. Choose
-            fewer for a method that takes a second.
     """
 
     name: str
@@ -64,7 +62,6 @@ class Part:
     inputs: Callable[[np.random.Generator], Arrays]
     run: Callable[[Any, Arrays], Arrays]
     judge: Any
-    most_pairs: int = 60
 
     @property
     def method(self) -> str:

@@ -29,6 +29,7 @@ from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
 from taichi_tracer.teaching.running import OK, Loaded, answer, expected, load_classes, solution_of
 
+MOST_PAIRS = 60  # how many pairs of mistakes are tried for one answer; a class shares what was computed
 SAME_LIKELIHOOD = 0.02  # pairs that are less likely than a pair that fits, by more than this, are not tried
 VARIABLE = "TAICHI_TRACER_CACHE"  # the environment variable that names another folder for what is kept between runs
 
@@ -173,7 +174,7 @@ class Case:
                 count += int(neither.sum() + only_1.sum() + only_2.sum())
             pairs.append((agree / count if count else 1.0, (first, second)))
         pairs.sort(key=lambda pair: -pair[0])
-        return pairs[: self.part.most_pairs]
+        return pairs[:MOST_PAIRS]
 
 
 def told(part: Part, combination: Sequence[Mistake], count: int) -> Finding:

@@ -427,6 +427,6 @@ PARTS = (
         run_brdf("evaluate_brdf_factor", 3, "factor"),
         Numbers(1e-4, called="directions"),
     ),
-    Part("A2Renderer.shade_ray", 5, LIGHT, "A2Renderer", lit_scene, run_light, samples_of(called="rays"), 12),
+    Part("A2Renderer.shade_ray", 5, LIGHT, "A2Renderer", lit_scene, run_light, samples_of(called="rays")),
     Part("picture: brdf", 2, "the whole pipeline", "", spheres_view, run_picture, Pictures()),
 )

@@ -248,7 +248,7 @@ PARTS = (
     Part(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, LIGHTS, lights, run_points, Samples(called="points")),
     Part(f"{RENDERER}.to_solid_angle", 2, MEASURES, RENDERER, densities, run_conversion, Numbers(1e-4)),
     Part(f"{RENDERER}.power_heuristic", 1, COMBINED, RENDERER, densities, run_heuristic, Numbers(1e-4)),
-    Part(f"{RENDERER}.shade_ray", 6, COMBINED, RENDERER, stand_ins.lamp_room, run_shading, Samples(called="rays"), 12),
+    Part(f"{RENDERER}.shade_ray", 6, COMBINED, RENDERER, stand_ins.lamp_room, run_shading, Samples(called="rays")),
     Part(
         f"{ENVIRONMENT}.compute_probabilities",
         2,

@@ -126,7 +126,7 @@ NAME = "A4Renderer"
 PARTS = (
     Part(f"{NAME}.next_throughput", 2, PATHS, NAME, bounces, run_throughput, Numbers(1e-4, called="bounces")),
     Part(f"{NAME}.play_roulette", 2, ROULETTE, NAME, games, run_roulette, Samples(called="games")),
-    Part(f"{NAME}.sample_light", 4, EVENTS, NAME, stand_ins.lamp_room, run_event, Samples(called="rays"), 12),
-    Part(f"{NAME}.shade_ray", 8, PATHS, NAME, two_rooms, run_paths, Samples(called="rays"), 12),
+    Part(f"{NAME}.sample_light", 4, EVENTS, NAME, stand_ins.lamp_room, run_event, Samples(called="rays")),
+    Part(f"{NAME}.shade_ray", 8, PATHS, NAME, two_rooms, run_paths, Samples(called="rays")),
     Part("picture: explicit", 2, "the whole pipeline", "", stand_ins.any_seed, run_picture, Pictures()),
 )
