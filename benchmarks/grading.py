@@ -103,7 +103,7 @@ def grade(folder: Path, table: Path, jobs: int, *words: str) -> tuple[float, int
     """Grade a folder; (seconds, the grader's largest memory, that of all processes together)."""
     command = [sys.executable, "-m", "taichi_tracer", "grade", ASSIGNMENT, str(folder), "--jobs", str(jobs)]
     start, own, together = time.perf_counter(), 0, 0
-    with subprocess.Popen([*command, "--csv", str(table), *words], stdout=subprocess.DEVNULL) as process:
+    with subprocess.Popen([*command, "--csv", str(table), *words], stdout=sys.stderr) as process:
         while process.poll() is None:
             own = max(own, memory_of(process.pid)[0])
             together = max(together, sum(memory_of(one)[1] for one in descendants(process.pid)))
