@@ -104,6 +104,15 @@ def test_right_solutions_that_are_written_differently_are_right(name, variant, p
         assert find(assignment, part, inputs, found.arrays, right) == []
 
 
+@pytest.mark.parametrize("name", catalogue.names())
+def test_every_part_is_also_written_differently(name):
+    """By five students for an assignment, and by some of them for each method."""
+    tested = [part.name for part in catalogue.load(name).parts if part.replaces]
+    count = {part: sum(part in written for written in VARIANTS[name].values()) for part in tested}
+    assert len(VARIANTS[name]) >= 5
+    assert min(count.values()) >= (1 if name in ("a1", "a2") else 3), count
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("part_name", ["Camera.generate_ndc_coords", "Camera.generate_camera_coords"])
 def test_most_pairs_are_found(part_name):

@@ -72,6 +72,9 @@ A1 = {
         front = tm.vec3(1, 1, 1) * hit_data.is_hit
         return ti.select(hit_data.is_backfacing, tm.vec3(0.5, 0, 0), front)
 """,
+        "A1Renderer.shade_triangle_id": """
+        return ti.select(hit_data.is_hit != 0, id_color(hit_data.triangle_id), tm.vec3(0.0, 0.0, 0.0))
+""",
         "A1Renderer.shade_normal": "        return (0.5 * hit_data.normal + 0.5) * hit_data.is_hit\n",
     },
     "three": {
@@ -156,6 +159,9 @@ A1 = {
             nearest = self.intersect_triangle(ray, triangle)
         return nearest
 """,
+        "A1Renderer.shade_material_id": """
+        return hit_data.is_hit * id_color(ti.max(hit_data.material_id, 0))
+""",
         "A1Renderer.shade_barycentric": """
         uv = hit_data.barycentric_coords
         return ti.select(hit_data.is_hit != 0, 1, 0) * tm.vec3(uv, 1 - uv.x - uv.y)
@@ -165,6 +171,21 @@ A1 = {
 
 A2 = {
     "one": {
+        "BRDF.evaluate_probability": """
+        probability = ti.max(normal.dot(w_i), 0) / tm.pi
+        if material.Ns > 1:
+            mirrored = tm.normalize(2 * normal.dot(w_o) * normal - w_o)
+            probability = (material.Ns + 1) / 2 / tm.pi * ti.exp(material.Ns * ti.log(ti.max(mirrored.dot(w_i), 1e-30)))
+        return probability
+""",
+        "Environment.query_ray": """
+        d = ray.direction
+        u = (ti.atan2(d.z, d.x) / tm.pi + 1.0) * 0.5
+        v = ti.asin(tm.clamp(d.y, -1.0, 1.0)) / tm.pi + 0.5
+        x = tm.clamp(ti.floor(u * self.width), 0, self.width - 1)
+        y = tm.clamp(ti.floor((1.0 - v) * self.height), 0, self.height - 1)
+        return self.texels[ti.cast(y, int), ti.cast(x, int)]
+""",
         "Camera.generate_ndc_coords": """
         x, y = pixel_x + 0.5, pixel_y + 0.5
         if jitter:
@@ -188,6 +209,12 @@ A2 = {
 """,
     },
     "two": {
+        "Camera.generate_ndc_coords": """
+        offset = tm.vec2(0.5)
+        if jitter:
+            offset = tm.vec2(ti.random(), ti.random())
+        return 2.0 * (tm.vec2(pixel_x, pixel_y) + offset) / tm.vec2(self.width, self.height) - 1.0
+""",
         "UniformSampler.sample_direction": """
         p = tm.vec3(2)
         while p.norm() > 1 or p.norm() < 1e-3:
@@ -260,6 +287,39 @@ A2 = {
 """,
     },
     "four": {
+        "A2Renderer.shade_ray": """
+        radiance = tm.vec3(0)
+        hit = self.scene_data.ray_intersector.query_ray(ray)
+        if not hit.is_hit:
+            radiance = self.scene_data.environment.query_ray(ray)
+        else:
+            material = self.scene_data.material_library.materials[hit.material_id]
+            w_o = -ray.direction
+            w_i = tm.vec3(0)
+            weight = tm.vec3(0)
+            if ti.static(self.active.name == "uniform"):
+                w_i = UniformSampler.sample_direction()
+                cosine = ti.max(hit.normal.dot(w_i), 0)
+                weight = 4 * tm.pi * cosine * BRDF.evaluate_brdf(material, w_o, w_i, hit.normal)
+            else:
+                w_i = BRDF.sample_direction(material, w_o, hit.normal)
+                weight = BRDF.evaluate_brdf_factor(material, w_o, w_i, hit.normal)
+            shadow_ray = tt.Ray(offset_origin(hit.position, hit.position_error, hit.normal), w_i)
+            if weight.max() > 0 and not self.scene_data.ray_intersector.query_ray(shadow_ray).is_hit:
+                radiance = weight * self.scene_data.environment.query_ray(shadow_ray)
+        return radiance
+""",
+        "BRDF.evaluate_brdf": """
+        w_r = tm.normalize(2 * tm.dot(w_o, normal) * normal - w_o)
+        lobe = (material.Ns + 1) / (2 * tm.pi) * ti.pow(ti.max(0.0, w_r.dot(w_i)), material.Ns)
+        return material.Kd * ti.select(material.Ns > 1, lobe, 1 / tm.pi)
+""",
+        "BRDF.evaluate_brdf_factor": """
+        factor = material.Kd
+        if material.Ns > 1:
+            factor = material.Kd * tm.clamp(normal.dot(w_i), 0.0, 1.0)
+        return factor
+""",
         "Camera.generate_ray": """
         c = self.generate_camera_coords(self.generate_ndc_coords(pixel_x, pixel_y, jitter))
         return tt.Ray(origin=self.eye, direction=(self.camera_to_world[None] @ c).xyz.normalized())
