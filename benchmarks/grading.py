@@ -99,10 +99,14 @@ def descendants(process: int) -> list[int]:
     return found
 
 
-def grade(folder: Path, table: Path, jobs: int, *words: str) -> tuple[float, int, int]:
-    """Grade a folder; (seconds, the grader's largest memory, that of all processes together)."""
+def grade(folder: Path, table: Path, jobs: int, *words: str) -> tuple[float, float, int, int]:
+    """Grade a folder.
+
+    Returns:
+        (seconds of the clock, of the processor in all processes, the grader's largest memory, that of all processes).
+    """
     command = [sys.executable, "-m", "taichi_tracer", "grade", ASSIGNMENT, str(folder), "--jobs", str(jobs)]
-    start, own, together = time.perf_counter(), 0, 0
+    start, before, own, together = time.perf_counter(), os.times(), 0, 0
     with subprocess.Popen([*command, "--csv", str(table), *words], stdout=sys.stderr) as process:
         while process.poll() is None:
             own = max(own, memory_of(process.pid)[0])
@@ -110,7 +114,9 @@ def grade(folder: Path, table: Path, jobs: int, *words: str) -> tuple[float, int
             time.sleep(LOOK_EVERY)
     if process.returncode != 0:
         raise SystemExit(f"grade ended with {process.returncode}")
-    return time.perf_counter() - start, own, together
+    after = os.times()
+    work = sum(getattr(after, name) - getattr(before, name) for name in ("children_user", "children_system"))
+    return time.perf_counter() - start, work, own, together
 
 
 def marks(table: Path) -> dict[str, list[str]]:
@@ -127,7 +133,9 @@ def main(count: int) -> None:
         os.environ["TAICHI_TRACER_CACHE"] = str(folder / "cache")
         paths = write_class(folder / "class", count)
         before = os.getloadavg()[0]
-        seconds, own, together = grade(folder / "class", folder / "two.csv", JOBS, "--report", str(folder / "pages"))
+        seconds, work, own, together = grade(
+            folder / "class", folder / "two.csv", JOBS, "--report", str(folder / "pages")
+        )
         after = os.getloadavg()[0]
         again = folder / "again"
         again.mkdir()
@@ -143,6 +151,7 @@ def main(count: int) -> None:
     print("| | |\n|---|--:|")
     print(f"| {count} submissions of {ASSIGNMENT}, nothing kept from before | {seconds / 60:.1f} min |")
     print(f"| each | {seconds / count:.1f} s |")
+    print(f"| of the processor, in all processes | {work / 60:.1f} min |")
     print(f"| memory of the grader, at most | {own / 2**20:.0f} MB |")
     print(f"| memory of all its processes together, at most | {together / 2**20:.0f} MB |")
     print(f"| the same points by one job, in another order | {same} of {len(names)} |")
