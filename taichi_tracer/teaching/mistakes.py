@@ -29,7 +29,7 @@ from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
 from taichi_tracer.teaching.running import OK, Loaded, answer, expected, load_classes, solution_of
 
-MOST_PAIRS = 60  # how many pairs of mistakes are tried for one answer; a class shares what was computed
+MOST_PAIRS = 16  # how many pairs of mistakes are tried for one answer: the right one is nearly always among the first
 SAME_LIKELIHOOD = 0.02  # pairs that are less likely than a pair that fits, by more than this, are not tried
 VARIABLE = "TAICHI_TRACER_CACHE"  # the environment variable that names another folder for what is kept between runs
 
@@ -152,7 +152,8 @@ class Case:
         """Pairs with their likelihood, the most likely first.
 
         If one mistake of a pair leaves a number as it should be, the pair usually gives the number of the other one.
-        The likelihood is the share of such numbers at which the student's number is the one that is expected then.
+        The likelihood is the share of such numbers at which the student's number is the one that is expected then. Of
+        pairs with the same likelihood, that one comes first whose changes, added or multiplied, come nearest.
         """
         judge, singles = self.part.judge, {}
         for mistake in self.assignment.mistakes_of(self.part):
@@ -161,6 +162,8 @@ class Case:
                 right = judge.members(wrong, self.expected)
                 singles[mistake] = right, judge.members(self.answers, wrong)
         plain = judge.members(self.answers, self.expected)
+        yours, expected = numbers_of(self.answers, self.expected), numbers_of(self.expected, self.expected)
+        changed = {mistake: numbers_of(self.answers_of((mistake,)) or {}, self.expected) for mistake in singles}
         pairs = []
         for first, second in itertools.combinations(singles, 2):
             (right_1, like_1), (right_2, like_2) = singles[first], singles[second]
@@ -172,9 +175,34 @@ class Case:
                     (plain[name] & neither).sum() + (like_1[name] & only_1).sum() + (like_2[name] & only_2).sum()
                 )
                 count += int(neither.sum() + only_1.sum() + only_2.sum())
-            pairs.append((agree / count if count else 1.0, (first, second)))
-        pairs.sort(key=lambda pair: -pair[0])
-        return pairs[:MOST_PAIRS]
+            far = distance(yours, expected, changed[first], changed[second])
+            pairs.append((agree / count if count else 1.0, far, (first, second)))
+        pairs.sort(key=lambda pair: (-pair[0], pair[1]))
+        return [(likelihood, pair) for likelihood, _, pair in pairs[:MOST_PAIRS]]
+
+
+def numbers_of(answers: Arrays, expected: Arrays) -> np.ndarray:
+    """All numbers of an answer in a row: of random ones, the means. NaN for what has another shape than expected."""
+    rows = []
+    for name, right in expected.items():
+        is_random = np.ndim(right) == 3 and np.shape(right)[1] == 2
+        found = np.asarray(answers.get(name, np.nan), np.float64)
+        found = found if found.shape == np.shape(right) else np.full(np.shape(right), np.nan)
+        rows.append((found[:, 0] if is_random else found).ravel())
+    return np.concatenate(rows)
+
+
+def distance(yours: np.ndarray, expected: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
+    """How far numbers are from what two changes together may give, between 0 and 1.
+
+    Args:
+        expected: the right numbers. first, second: the numbers with one change alone.
+    """
+    with np.errstate(all="ignore"):
+        added, multiplied = first + second - expected, first * second / expected
+        off = np.fmin(abs(yours - added), abs(yours - multiplied))
+        relative = off / (abs(yours) + abs(expected) + abs(first) + abs(second))
+    return float(np.clip(np.where(np.isfinite(relative), relative, off != 0), 0, 1).mean())
 
 
 def told(part: Part, combination: Sequence[Mistake], count: int) -> Finding:

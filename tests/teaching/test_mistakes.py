@@ -183,6 +183,16 @@ def test_an_error_that_no_mistake_explains_is_described():
     assert [f.text for f in found] == ["ndc is scaled by 0.7", "6 more known mistakes are compared in the next check"]
 
 
+def test_two_changes_add_or_multiply():
+    """The pair whose changes together give the student's numbers is the nearest."""
+    right = np.array([1.0, 2, 3, 4])
+    twice, moved, third = 2 * right, right + 1, right / 3
+    assert mistakes.distance(2 * right + 1, right, twice, moved) == pytest.approx(0)
+    assert mistakes.distance(2 * right / 3, right, twice, third) == pytest.approx(0)
+    assert mistakes.distance(2 * right / 3, right, twice, moved) > 0.2
+    assert mistakes.distance(right, right, np.full(4, np.nan), moved) == 1
+
+
 def test_an_attempt_begins_only_if_it_may_end_in_time(monkeypatch):
     """An attempt may take as long as the longest one before it."""
     now = [100.0]
