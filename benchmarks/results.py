@@ -20,6 +20,7 @@ BENCHMARKS = {
     "samplers": ["errors"],
     "paths": ["sample", "compile"],
     "obj_reader": [],
+    "grading": [],
 }
 HEAD = """# Results
 

@@ -17,7 +17,9 @@ def run(args: Namespace) -> int:
     assignment, _ = assignment_of(folder)
     check_place(target)
     print(assignment.title)
-    report = check_folder(folder, args.names, args.seed, lambda result: print("\n".join(result.lines()), flush=True))
+    report = check_folder(
+        folder, args.names, args.seed, lambda lines: print(*lines, sep="\n", end="\n" * bool(lines), flush=True)
+    )
     replace_file(target, report.page().encode())
     print(f"{report.summary()}\n{target}")
     return 0 if report.is_right else NOT_RIGHT

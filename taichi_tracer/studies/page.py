@@ -68,12 +68,16 @@ def paragraph(text: str, kind: str = "") -> str:
 
 def table(rows: list[dict], columns: list[str]) -> str:
     """Rows of text under named columns, which a click on a name sorts."""
-    head = "".join(f"<th>{html.escape(c)}</th>" for c in columns)
     body = "".join(
         "<tr>" + "".join(f"<td>{html.escape(str(r.get(c, '')))}</td>" for c in columns) + "</tr>" for r in rows
     )
-    rows_of = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
-    return f"<div class='wide'><table class='sortable'>{rows_of}</table></div>"
+    return sortable("".join(f"<th>{html.escape(c)}</th>" for c in columns), body)
+
+
+def sortable(head: str, body: str) -> str:
+    """A table of cells and rows that are HTML already; it scrolls by itself on narrow screens."""
+    rows = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
+    return f"<div class='wide'><table class='sortable'>{rows}</table></div>"
 
 
 def picture(image: np.ndarray, caption: str, width: int, srgb: bool = False) -> str:

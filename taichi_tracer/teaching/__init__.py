@@ -4,6 +4,7 @@
 yet, and ``marked`` lets a window show such methods. docs/teaching.md shows how to make an assignment.
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -19,20 +20,21 @@ def __getattr__(name: str):
     return not_written
 
 
-def check(assignment: str, *classes: type, seed: int = 0) -> Any:
+def check(assignment: str, *classes: type, seed: int = 0, parts: Sequence[str] = ()) -> Any:
     """Check the classes that a student wrote in a notebook, such as ``check("a1", MyCamera)``.
 
     Args:
         assignment: the name of an assignment that comes with the package, or the path of a folder with one.
         classes: subclasses of the classes that the assignment asks for. Their names do not matter.
         seed: decides the inputs.
+        parts: only parts whose name, method or class is one of these; by default, all parts of these classes.
 
     Returns:
         A report, which a notebook shows as a page, and ``print`` as text.
     """
     from taichi_tracer.teaching.checking import check_classes
 
-    return check_classes(assignment, classes, seed)
+    return check_classes(assignment, classes, seed, parts)
 
 
 def marked(renderer: Any) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.fonts import font_of
-from taichi_tracer.teaching.stubs import is_stub
+from taichi_tracer.teaching.stubs import is_stub, plain
 
 DARK, LIGHT = 70, 100  # the two greys, of 255
 SQUARES = 8  # along the shorter side
@@ -40,15 +40,27 @@ def missing(renderer: Any) -> list[str]:
     objects = [renderer.camera, scene.ray_intersector, renderer, renderer.active, scene.environment]
     objects += [getattr(renderer.active, "sampler", None), *getattr(scene, "lights", ())]
     objects += list(getattr(scene.material_library, "brdfs", ()))
-    found = {}
+    objects.append(getattr(scene.lamps, "choice", None))
+    found: dict[str, None] = {}
     for one in (one for one in objects if one is not None):
         for cls in type(one).__mro__:
             if cls.__module__.startswith("taichi_tracer.") or cls is object:
                 break
             for name, value in vars(cls).items():
-                if is_stub(value) and is_shown(name, renderer):
-                    found[f"{cls.__name__}.{name}"] = None
+                if is_shown(name, renderer):
+                    found |= dict.fromkeys(stubs_behind(value, f"{cls.__name__}.{name}"))
     return list(found)
+
+
+def stubs_behind(method: object, name: str) -> list[str]:
+    """The name of a method if it is a stub; otherwise the stubs that it calls by the name of a class, as "BRDF.f"."""
+    if is_stub(method):
+        return [name]
+    code, known = getattr(plain(method), "__code__", None), getattr(plain(method), "__globals__", {})
+    names = code.co_names if code is not None else ()
+    classes = [known[word] for word in names if isinstance(known.get(word), type)]
+    called = [(cls, word) for cls in classes if not cls.__module__.startswith("taichi_tracer.") for word in names]
+    return [f"{cls.__name__}.{word}" for cls, word in called if is_stub(vars(cls).get(word))]
 
 
 def is_shown(method: str, renderer: Any) -> bool:

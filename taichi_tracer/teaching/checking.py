@@ -1,33 +1,25 @@
 """What a student runs: each part of an assignment, with the first wrong number beside the right one."""
 
-import html
 import json
-import math
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from taichi_tracer.studies import page
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Arrays, Assignment, Part, Verdict
+from taichi_tracer.teaching import boxes, catalogue
+from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, Verdict
 from taichi_tracer.teaching.handing_out import RECORD
-from taichi_tracer.teaching.mistakes import Finding, find
-from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, expected, load_submission, solution_of
+from taichi_tracer.teaching.mistakes import Finding, find, kept_expected
+from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, load_submission, solution_of
 
-SECONDS_FOR_MISTAKES = 3.0  # how long a check compares with mistakes that no earlier check has computed
-SHOWN_SIZE = 240  # pixels: the width of a picture on the page
+SECONDS_OF_A_PART = 3.5  # after these, a check looks for no further mistakes; about one more goes by before the part
+LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took
+Watch = Callable[[list[str]], Any]
 WIDTH = 78  # columns of the line of a part in a terminal
-COLOURS = {RIGHT: "#1a7f37", NOT_WRITTEN: "#8a6d00", MISSING: "#8a6d00"}
-STYLE = """
-.part { border: 1px solid #d5dbe1; border-radius: 6px; padding: .6em 1em; margin: .8em 0; }
-.part h3 { margin: 0; } .part code { background: #f2f5f8; padding: 0 3px; }
-.numbers td, .numbers th { white-space: normal; font: 13px ui-monospace, monospace; text-align: left; }
-"""
 
 
 @dataclass(frozen=True)
@@ -46,6 +38,10 @@ class Result:
 
     def lines(self) -> list[str]:
         """What a terminal shows."""
+        return [*self.lines_of_verdict(), *self.lines_of_findings()]
+
+    def lines_of_verdict(self) -> list[str]:
+        """The verdict, with the first wrong numbers."""
         head = f"  {self.verdict.status:<12}{self.part.name:<36}{self.points:>5.3g} of {self.part.points:<4g}"
         lines = [f"{head:<{WIDTH - 8}}{self.seconds:>6.1f} s"]
         if self.verdict.status == RIGHT:
@@ -53,34 +49,24 @@ class Result:
         lines.append(f"      {self.verdict.message}")
         for whose, values in self.verdict.first_wrong.items():
             lines.append(f"      {whose:<6}" + "  ".join(f"{name} = {value}" for name, value in values.items()))
-        for finding in self.findings:
-            lines.append(f"      {finding.text}")
-        if self.findings and self.findings[0].hint:
-            lines.append(f"      hint: {self.findings[0].hint}")
         return lines
+
+    def lines_of_findings(self) -> list[str]:
+        """What is probably wrong."""
+        lines = [f"      {finding.text}" for finding in self.findings]
+        hint = self.findings[0].hint if self.findings else ""
+        return [*lines, f"      hint: {hint}"] if hint else lines
 
     def html(self) -> str:
         """What a page shows."""
-        verdict, colour = self.verdict, COLOURS.get(self.verdict.status, "#b42318")
-        parts = [
-            f"<div class='part'><h3><span style='color: {colour}'>{verdict.status}</span> "
-            f"<code>{html.escape(self.part.name)}</code></h3>",
-            page.paragraph(f"{self.points:.3g} of {self.part.points:g} points, {self.seconds:.1f} s", "note"),
-        ]
-        if verdict.status != RIGHT:
-            parts.append(page.paragraph(verdict.message))
-        if verdict.first_wrong:
-            rows = [
-                f"<tr><th>{whose}</th><td>{html.escape(', '.join(f'{n} = {v}' for n, v in values.items()))}</td></tr>"
-                for whose, values in verdict.first_wrong.items()
-            ]
-            parts.append(f"<table class='numbers'>{''.join(rows)}</table>")
-        parts += [page.paragraph(finding.text) for finding in self.findings]
-        if self.findings and self.findings[0].hint:
-            parts.append(page.paragraph(f"Hint: {self.findings[0].hint}", "note"))
-        if verdict.pictures and verdict.status != RIGHT:
-            parts += [page.picture(np.clip(image, 0, 1), name, SHOWN_SIZE) for name, image in verdict.pictures.items()]
-        return "".join(parts) + "</div>"
+        verdict = self.verdict
+        facts = f"{self.points:.3g} of {self.part.points:g} points, {self.seconds:.1f} s"
+        if verdict.status == RIGHT:
+            return boxes.box(verdict.status, self.part.name, facts)
+        hint = self.findings[0].hint if self.findings else ""
+        found = [finding.text for finding in self.findings]
+        told = verdict.message, verdict.first_wrong, found, hint, verdict.pictures
+        return boxes.box(verdict.status, self.part.name, facts, *told)
 
 
 @dataclass
@@ -112,20 +98,20 @@ class Report:
 
     __repr__ = __str__
 
-    def body(self) -> str:
+    def body(self) -> list[str]:
         """The page without its frame."""
-        return page.paragraph(self.summary()) + "".join(result.html() for result in self.results)
+        return [page.paragraph(self.summary()), *(result.html() for result in self.results)]
 
     def page(self) -> str:
         """A whole document of HTML."""
-        return page.page(self.assignment.title, [self.body()], STYLE)
+        return boxes.whole(self.assignment.title, self.body())
 
     def _repr_html_(self) -> str:
-        return f"<style>{STYLE}</style>{self.body()}"
+        return boxes.in_notebook(self.body())
 
 
 def check_folder(
-    folder: str | Path, names: Sequence[str] = (), seed: int | None = None, watch: Callable[[Result], Any] | None = None
+    folder: str | Path, names: Sequence[str] = (), seed: int | None = None, watch: Watch | None = None
 ) -> Report:
     """Check a student's folder.
 
@@ -133,7 +119,7 @@ def check_folder(
         folder: a folder that ``taichi-tracer assignment new`` wrote.
         names: only parts whose name, or class, is one of these; all parts if there is none.
         seed: decides the inputs; None takes the seed of the folder.
-        watch: a function that is called with each result.
+        watch: a function that is called with the lines of each result, as soon as they are known.
 
     Raises:
         InputError: the folder belongs to no assignment, or a name is unknown.
@@ -177,16 +163,17 @@ def chosen(assignment: Assignment, names: Sequence[str]) -> list[Part]:
     return found
 
 
-def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0) -> Report:
+def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0, parts: Sequence[str] = ()) -> Report:
     """Check classes of a notebook; see ``teaching.check``."""
     assignment = catalogue.load(name)
     runtime.ensure()
     solution = solution_of(assignment)
     student = Loaded({role_of(cls, assignment, solution): cls for cls in classes})
-    parts = [part for part in assignment.parts if part.replaces in student.classes]
-    if set(student.classes) == set(assignment.classes):
-        parts += [part for part in assignment.parts if part.replaces == ""]
-    return check(assignment, student, parts, seed)
+    tested = {part.replaces for part in assignment.parts if part.replaces}
+    found = [part for part in chosen(assignment, parts) if part.replaces in student.classes]
+    if tested <= set(student.classes):
+        found += [part for part in chosen(assignment, parts) if part.replaces == ""]
+    return check(assignment, student, found, seed)
 
 
 def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
@@ -207,46 +194,36 @@ def check(
     student: Loaded,
     parts: Sequence[Part],
     seed: int,
-    watch: Callable[[Result], Any] | None = None,
+    watch: Watch | None = None,
 ) -> Report:
     """Run and judge some parts, one after the other."""
     report = Report(assignment)
     for part in parts:
-        result = check_part(assignment, student, part, seed)
-        report.results.append(result)
-        if watch is not None:
-            watch(result)
+        report.results.append(check_part(assignment, student, part, seed, watch or (lambda lines: None)))
     return report
 
 
-def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int) -> Result:
-    """Run one part in this process, and judge it."""
+def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, watch: Watch) -> Result:
+    """Run one part in this process, and judge it; then look for what is wrong."""
+    start = time.monotonic()
     inputs = assignment.inputs(part, seed)
     found = answer(part, student, solution_of(assignment), inputs, dict(assignment.classes))
     if found.status != OK:
-        return Result(part, verdict_without_answer(found), (), found.seconds)
-    right = expected(assignment, part, inputs)
-    return judged(assignment, part, inputs, found.arrays, right, found.seconds, SECONDS_FOR_MISTAKES)
+        result = Result(part, verdict_without_answer(found), (), found.seconds)
+        watch(result.lines())
+        return result
+    right = kept_expected(assignment, part, inputs)
+    result = Result(part, part.judge(inputs, found.arrays, right), (), found.seconds)
+    watch(result.lines_of_verdict())
+    if result.verdict.status == RIGHT or not part.replaces:
+        return result
+    left = max(LEAST_FOR_MISTAKES, SECONDS_OF_A_PART - (time.monotonic() - start))
+    result = replace(result, findings=tuple(find(assignment, part, inputs, found.arrays, right, left)))
+    watch(result.lines_of_findings())
+    return result
 
 
 def verdict_without_answer(found: Answer) -> Verdict:
     """The verdict on a part that gave no numbers."""
     where = f" (line {found.line} still calls not_written)" if found.line else ""
     return Verdict(found.status, 0.0, found.message + (where if found.status == NOT_WRITTEN else ""))
-
-
-def judged(
-    assignment: Assignment,
-    part: Part,
-    inputs: Arrays,
-    answers: Arrays,
-    right: Arrays,
-    seconds: float = 0.0,
-    seconds_for_mistakes: float = math.inf,
-) -> Result:
-    """The verdict on the numbers of a part, and what is wrong with them."""
-    verdict = part.judge(inputs, answers, right)
-    findings: list[Finding] = []
-    if verdict.status != RIGHT and part.replaces:
-        findings = find(assignment, part, inputs, answers, right, seconds_for_mistakes, seconds_for_mistakes)
-    return Result(part, verdict, tuple(findings), seconds)

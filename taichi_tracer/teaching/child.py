@@ -10,7 +10,7 @@ The grader starts the process (``sandbox.Child``), sends requests as frames, and
 A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
 wrong answer, too:
 
-    {"do": "find", "part", "seed", "seconds"} and arrays → {"findings": [{"names", "share", "text", "hint" …}]}
+    {"do": "find", "part", "seed"} and arrays → {"findings": [{"names", "share", "text", "hint" …}]}
 
 The arrays of this request are called "inputs/NAME", "answers/NAME" and "expected/NAME". Every answer has the "ticket"
 of its request.
@@ -94,7 +94,7 @@ class Work:
             groups[group][key] = values
         part = self.assignment.part(message["part"])
         mistakes.prepare(self.assignment, message["seed"], [part])
-        found = mistakes.find(self.assignment, part, *groups.values(), message["seconds"])
+        found = mistakes.find(self.assignment, part, *groups.values())
         facts = [
             {"names": list(f.names), "share": float(f.share), "text": f.text, "hint": f.hint, "topic": f.topic}
             for f in found

@@ -10,35 +10,22 @@ import numpy as np
 
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.studies import page
+from taichi_tracer.teaching import boxes
 from taichi_tracer.teaching.base import RIGHT, STATUSES, Assignment
 from taichi_tracer.teaching.grade import Settings, pictures_of
 from taichi_tracer.teaching.marks import Mark, PartMark
 from taichi_tracer.teaching.submissions import Submission
 
-SHOWN = 200  # pixels: the width of a picture on a student's page
 SMALL = 96  # pixels: of a picture on the page of the class
 MOST_SMALL = 60  # pictures of one part on the page of the class
 MOST_SLOWEST = 10
 BINS = 10  # of the distribution
-COLOURS = {RIGHT: "right", "wrong": "wrong", "not written": "open", "missing": "open"}
 MEANING = "right: all points; wrong: points by the share of right inputs; the others: none"
 STYLE = """
-:root { color-scheme: light dark; --text: #1c2733; --back: #ffffff; --line: #d5dbe1; --head: #f2f5f8; --quiet: #5b6875;
-  --right: #1a7f37; --wrong: #b42318; --open: #8a6d00; --bar: #3f6fb5; --link: #1a56a8; }
-@media (prefers-color-scheme: dark) { :root { --text: #dbe2ea; --back: #14191f; --line: #37424e; --head: #212a33;
-  --quiet: #9aa7b4; --right: #57c278; --wrong: #ff8a7a; --open: #e0b84d; --bar: #6f9fe0; --link: #8ab8f5; } }
-body { color: var(--text); background: var(--back); } a { color: var(--link); }
-th { background: var(--head); } th, td { border-bottom: 1px solid var(--line); } .note { color: var(--quiet); }
-table { font-size: 13px; } td { white-space: normal; } .scroll { overflow-x: auto; }
-.right { color: var(--right); } .wrong { color: var(--wrong); } .open { color: var(--open); }
-.part { border: 1px solid var(--line); border-radius: 6px; padding: .5em 1em; margin: .8em 0; }
-.part h3 { margin: .2em 0; font-size: 16px; } .numbers th, .numbers td { text-align: left; }
-.numbers { font: 13px ui-monospace, monospace; } pre { background: var(--head); padding: .6em; overflow-x: auto; }
-figcaption { max-width: 100%; overflow-wrap: anywhere; } img { max-width: 100%; border: 2px solid transparent; }
-.bad img { border-color: var(--wrong); } .legend span { margin-right: 1.2em; }
-.tall { vertical-align: bottom; } .tall span { writing-mode: vertical-rl; transform: rotate(180deg); }
-svg text { fill: var(--text); font: 12px system-ui, sans-serif; } svg rect { fill: var(--bar); }
-svg line { stroke: var(--line); } h1, h2 { overflow-wrap: anywhere; }
+.bad img { outline: 2px solid var(--wrong); } .tall { vertical-align: bottom; }
+.tall span { writing-mode: vertical-rl; transform: rotate(180deg); }
+svg text { fill: var(--ink); font: 15px system-ui, sans-serif; } svg rect { fill: var(--bar); }
+svg line { stroke: var(--grid); }
 """
 
 
@@ -96,7 +83,7 @@ def student_page(assignment: Assignment, mark: Mark, pictures: dict[str, dict[st
     if mark.printed.strip():
         parts.append(f"<h2>What it printed</h2><pre>{html.escape(mark.printed)}</pre>")
     parts.append(page.paragraph(f"Walls around the submission: {mark.level}.", "note"))
-    return page.page(f"{assignment.title}: {mark.student}", parts, STYLE)
+    return boxes.whole(f"{assignment.title}: {mark.student}", parts)
 
 
 def summary_of(mark: Mark) -> str:
@@ -109,7 +96,7 @@ def summary_of(mark: Mark) -> str:
 def overview(mark: Mark) -> str:
     """A row for each part."""
     rows = "".join(
-        f"<tr><td>{html.escape(part.name)}</td><td class='{COLOURS.get(part.status, 'wrong')}'>"
+        f"<tr><td>{html.escape(part.name)}</td><td class='{boxes.kind_of(part.status)}'>"
         f"{html.escape(part.status)}</td><td>{part.earned:g} of {part.points:g}</td><td>{html.escape(part.topic)}</td>"
         f"<td>{part.seconds:.1f}</td></tr>"
         for part in mark.parts
@@ -119,20 +106,10 @@ def overview(mark: Mark) -> str:
 
 def part_box(part: PartMark, pictures: dict[str, np.ndarray]) -> str:
     """One part that is not right."""
-    kind = COLOURS.get(part.status, "wrong")
-    head = f"<span class='{kind}'>{html.escape(part.status)}</span> <code>{html.escape(part.name)}</code>"
     facts = f"{part.earned:g} of {part.points:g} points, {part.topic}"
-    lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note"), page.paragraph(part.message)]
-    if part.first_wrong:
-        lines.append("<div class='scroll'><table class='numbers'>")
-        for whose, values in part.first_wrong.items():
-            numbers = ", ".join(f"{name} = {value}" for name, value in values.items())
-            lines.append(f"<tr><th>{html.escape(whose)}</th><td>{html.escape(numbers)}</td></tr>")
-        lines.append("</table></div>")
-    lines += [page.paragraph(finding["text"]) for finding in part.findings]
-    lines += [page.paragraph(f"Hint: {finding['hint']}", "note") for finding in part.findings[:1] if finding["hint"]]
-    lines += [page.picture(image, name, SHOWN) for name, image in pictures.items()]
-    return "".join(lines) + "</div>"
+    hint = part.findings[0]["hint"] if part.findings else ""
+    found = [finding["text"] for finding in part.findings]
+    return boxes.box(part.status, part.name, facts, part.message, part.first_wrong, found, hint, pictures)
 
 
 # ── the class ──
@@ -164,7 +141,7 @@ def class_page(
         *(row_of_pictures(name, entries) for name, entries in small.items()),
         page.paragraph(f"Walls around each submission: {settings.level}. Seed of the inputs: {settings.seed}.", "note"),
     ]
-    return page.page(f"{assignment.title}: the class", parts, STYLE)
+    return boxes.whole(f"{assignment.title}: the class", parts, STYLE)
 
 
 def histogram(scores: np.ndarray, points: float) -> str:
@@ -196,7 +173,7 @@ def parts_table(marks: Sequence[Mark]) -> str:
         mean = np.mean([mark.parts[i].share for mark in marks])
         row = {"part": first.name, "topic": first.topic, "points": f"{first.points:g}", "mean": f"{mean:.0%}"}
         rows.append(row | {status: statuses.get(status, "") for status in STATUSES})
-    return scrolled(page.table(rows, ["part", "topic", "points", "mean", *STATUSES]))
+    return page.table(rows, ["part", "topic", "points", "mean", *STATUSES])
 
 
 def mistakes_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
@@ -225,7 +202,7 @@ def students_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
     rows = []
     for mark in marks:
         cells = "".join(
-            f"<td class='{COLOURS.get(part.status, 'wrong')}' title='{html.escape(f'{part.name}: {part.status}')}'>"
+            f"<td class='{boxes.kind_of(part.status)}' title='{html.escape(f'{part.name}: {part.status}')}'>"
             f"{part.earned:g}</td>"
             for part in mark.parts
         )
@@ -240,7 +217,7 @@ def students_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
     short = [name.rpartition(".")[2] for name in names]
     head = "".join(f"<th class='tall'><span>{html.escape(name)}</span></th>" for name in short)
     head = f"<th>student</th><th>score</th>{head}<th>remarks</th>"
-    return scrolled(f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>")
+    return page.sortable(head, "".join(rows))
 
 
 def slowest_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
@@ -271,10 +248,4 @@ def link(mark: Mark, files: dict[str, str]) -> str:
 
 def headed(columns: Sequence[str], rows: str) -> str:
     """A table of rows that are HTML already."""
-    head = "".join(f"<th>{html.escape(column)}</th>" for column in columns)
-    return scrolled(f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>")
-
-
-def scrolled(table: str) -> str:
-    """A table that scrolls by itself on narrow screens."""
-    return f"<div class='scroll'>{table}</div>"
+    return page.sortable("".join(f"<th>{html.escape(column)}</th>" for column in columns), rows)

@@ -19,7 +19,7 @@ END = re.compile(r"^\s*#+\s*END SOLUTION\s*$")
 BEGIN_PROMPT = re.compile(r'^\s*"""\s*#+\s*BEGIN PROMPT\s*$')
 END_PROMPT = re.compile(r'^\s*"""\s*;?\s*#+\s*END PROMPT\s*$')
 
-PLACE = "# YOUR CODE HERE"
+PLACE, CALL = "# YOUR CODE HERE", "tt.teaching.not_written("
 REMINDER = "# delete this line when the method is written"
 
 
@@ -32,7 +32,22 @@ def stub_of(source: str, name: str) -> str:
     Raises:
         InputError: a tag has no partner; the message has the line.
     """
-    return "\n".join(_lines(source, name, is_stub=True)) + "\n"
+    text = "\n".join(_lines(source, name, is_stub=True)) + "\n"
+    return with_package(text) if CALL in text else text
+
+
+def with_package(text: str) -> str:
+    """A file that knows ``tt``: the import is added after its other imports, unless it is there."""
+    tree = ast.parse(text)
+    imports = [node for node in tree.body if isinstance(node, (ast.Import, ast.ImportFrom))]
+    if "tt" in {alias.asname for node in imports for alias in node.names}:
+        return text
+    docstring = tree.body[:1] if ast.get_docstring(tree) is not None else []
+    before = imports[-1:] or docstring
+    lines = text.splitlines(keepends=True)
+    at = (before[0].end_lineno or 0) if before else 0
+    gap = "" if imports else "\n"
+    return "".join([*lines[:at], gap * bool(before), "import taichi_tracer as tt\n", *lines[at:]])
 
 
 def solved(source: str, name: str) -> str:
@@ -62,7 +77,7 @@ def _lines(source: str, name: str, is_stub: bool) -> list[str]:
             method = owners.get(i + 1, "")
             kept += prompt or [f"{indent}{PLACE}"]
             if method:
-                kept.append(f'{indent}tt.teaching.not_written("{method}")  {REMINDER}')
+                kept.append(f'{indent}{CALL}"{method}")  {REMINDER}')
         i = after
     return kept
 

@@ -9,8 +9,6 @@ import contextlib
 import hashlib
 import json
 import os
-import shutil
-import tempfile
 import threading
 import time
 import zipfile
@@ -22,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.teaching import mistakes, submissions
+from taichi_tracer.teaching import mistakes, submissions, temporary
 from taichi_tracer.teaching.base import (
     CRASHED,
     MISSING,
@@ -160,11 +158,11 @@ def grade(
 ) -> tuple[Mark, dict[str, np.ndarray]]:
     """The mark of one submission without the rules of a course, and the pictures "PART/yours" and so on."""
     assignment = reference.assignment
-    work = tempfile.mkdtemp(prefix="taichi_tracer_submission_")
+    work = temporary.folder("submission")
     blank = Mark(submitted.key, submitted.student, (), level=str(settings.level))
     pictures: dict[str, np.ndarray] = {}
     try:
-        unpacked = submissions.unpack(submitted, Path(work) / "files", assignment.files)
+        unpacked = submissions.unpack(submitted, work / "files", assignment.files)
         methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
         imports = submissions.check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
         with Runner(reference, unpacked.folder, settings, Stop() if stop is None else stop) as runner:
@@ -181,7 +179,7 @@ def grade(
         )
         return replace(blank, parts=parts, refused=reason), pictures
     finally:
-        shutil.rmtree(work, ignore_errors=True)
+        temporary.remove(work)
 
 
 class Runner:

@@ -9,6 +9,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.catalogue import SHIPPED
 from taichi_tracer.teaching.cutting import solved, stub_of
+from taichi_tracer.teaching.notebooks import notebook
 from taichi_tracer.teaching.sealing import seal
 
 RECORD = "assignment.json"  # which assignment a folder belongs to, for ``taichi-tracer check``
@@ -60,7 +61,10 @@ def write_folder(assignment: Assignment, folder: str | Path, is_solved: bool = F
 def write_notebook(assignment: Assignment, folder: str | Path, is_solved: bool = False, seed: int = 0) -> list[Path]:
     """Write an assignment as one notebook, into a folder that does not exist yet, or is empty. Returns its path."""
     folder = Path(folder).expanduser()
-    content = json.dumps(notebook(assignment, is_solved, seed), indent=1, ensure_ascii=False) + "\n"
+    word = record(assignment, seed)["assignment"]
+    text = (assignment.folder / "README.md").read_text(encoding="utf-8")
+    made = notebook(assignment, word, sources(assignment, is_solved), text, seed)
+    content = json.dumps(made, indent=1, ensure_ascii=False) + "\n"
     return write_all(assignment, folder, {f"{assignment.name}.ipynb": content}, seed)
 
 
@@ -115,64 +119,3 @@ def readme(assignment: Assignment) -> str:
 def pictures(assignment: Assignment) -> list[Path]:
     """The pictures that the text shows."""
     return sorted(path for ending in ("*.png", "*.svg", "*.jpg") for path in assignment.folder.glob(ending))
-
-
-# ── the notebook ──
-
-
-def notebook(assignment: Assignment, is_solved: bool, seed: int) -> dict:
-    """An assignment as the JSON of a notebook of format 4.5; nbgrader knows the cells to be written by a student."""
-    text = (assignment.folder / "README.md").read_text(encoding="utf-8")
-    cells = [markdown("text", text)]
-    for name, source in sources(assignment, is_solved).items():
-        if name not in assignment.files:
-            continue
-        classes = [cls for cls, file in assignment.classes.items() if file == name]
-        stem = name.removesuffix(".py")
-        cells.append(code(stem, source, is_written_by_student=True))
-        seed_word = f", seed={seed}" if seed else ""
-        cells.append(
-            code(
-                f"check-{stem}", f'tt.teaching.check("{assignment_word(assignment)}", {", ".join(classes)}{seed_word})'
-            )
-        )
-    metadata = {
-        "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
-        "language_info": {"name": "python"},
-    }
-    return {"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}
-
-
-def assignment_word(assignment: Assignment) -> str:
-    """What ``load`` takes to find the assignment again."""
-    return record(assignment, 0)["assignment"]
-
-
-def markdown(name: str, text: str) -> dict:
-    """A cell of text."""
-    return {"cell_type": "markdown", "id": name, "metadata": {}, "source": text.splitlines(keepends=True)}
-
-
-def code(name: str, source: str, is_written_by_student: bool = False) -> dict:
-    """A cell of code."""
-    metadata = {}
-    if is_written_by_student:
-        metadata = {
-            "nbgrader": {
-                "grade": False,
-                "grade_id": name,
-                "locked": False,
-                "schema_version": 3,
-                "solution": True,
-                "task": False,
-            }
-        }
-    lines = source.rstrip().splitlines(keepends=True)
-    return {
-        "cell_type": "code",
-        "execution_count": None,
-        "id": name,
-        "metadata": metadata,
-        "outputs": [],
-        "source": lines,
-    }

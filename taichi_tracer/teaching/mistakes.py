@@ -7,29 +7,29 @@ described as far as numbers show it, see ``descriptions``.
 """
 
 import ast
+import contextlib
 import hashlib
 import itertools
 import math
 import os
-import tempfile
 import time
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import sealed
+from taichi_tracer.teaching import sealed, temporary
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
-from taichi_tracer.teaching.running import OK, Loaded, answer, load_classes, solution_of
+from taichi_tracer.teaching.running import OK, Loaded, answer, expected, load_classes, solution_of
 
-MOST_PAIRS = 60  # how many pairs of mistakes are tried
+MOST_PAIRS = 16  # how many pairs of mistakes are tried for one answer: the right one is nearly always among the first
 SAME_LIKELIHOOD = 0.02  # pairs that are less likely than a pair that fits, by more than this, are not tried
 VARIABLE = "TAICHI_TRACER_CACHE"  # the environment variable that names another folder for what is kept between runs
 
@@ -58,28 +58,29 @@ def find(
     inputs: Arrays,
     answers: Arrays,
     expected: Arrays,
-    seconds_for_pairs: float = math.inf,
-    seconds_for_singles: float = math.inf,
+    seconds: float = math.inf,
 ) -> list[Finding]:
     """What is wrong with the answers to a part; nothing if they are right.
 
     Args:
-        seconds_for_pairs: how long pairs of mistakes are tried where no single one fits; 0 tries none.
-        seconds_for_singles: how long the answers of mistakes are computed that are not kept from an earlier call.
-            Infinity, for both, makes the result the same on every machine.
+        seconds: how long the answers of mistakes are computed that are not kept from an earlier call. Then the first
+            mistake that fits ends the search. Infinity makes the result the same on every machine.
     """
     right = part.judge.agrees(inputs, answers, expected)
     if right.all():
         return []
-    case = Case(assignment, part, inputs, answers, expected)
-    end = time.monotonic() + seconds_for_singles
+    case, clock = Case(assignment, part, inputs, answers, expected), Clock(seconds)
     single = [(mistake,) for mistake in assignment.mistakes_of(part)]
-    tried = [
-        one for one in single if is_kept(assignment, part, one, inputs) or time.monotonic() < end and case.try_(one)
-    ]
-    fitting = [combination for combination in tried if case.fits(combination)]
-    if not fitting and len(tried) == len(single) and seconds_for_pairs > 0:
-        fitting = case.fitting_pairs(time.monotonic() + seconds_for_pairs)
+    tried = [one for one in single if is_kept(assignment, part, one, inputs)]
+    fitting = [one for one in tried if case.fits(one)]
+    for one in (one for one in single if one not in tried):
+        if (fitting and seconds < math.inf) or not clock.has_time():
+            break
+        tried.append(one)
+        with clock.running():
+            fitting += [one] * case.fits(one)
+    if not fitting and len(tried) == len(single):
+        fitting = case.fitting_pairs(clock)
     if fitting:
         return [told(part, combination, len(right)) for combination in fitting]
     shown = getattr(part.judge, "told", dict)  # means, in place of the statistics of random answers
@@ -87,6 +88,28 @@ def find(
     if len(tried) < len(single):
         told_of.append(f"{len(single) - len(tried)} more known mistakes are compared in the next check")
     return [Finding((), float((~right).mean()), text, "", part.topic) for text in told_of]
+
+
+class Clock:
+    """Says whether there is time for one more attempt, which may take as long as the longest so far.
+
+    Args:
+        seconds: how long all attempts may take together.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self.end, self.longest = time.monotonic() + seconds, 0.0
+
+    def has_time(self) -> bool:
+        """Whether another attempt would end in time."""
+        return time.monotonic() + self.longest < self.end
+
+    @contextlib.contextmanager
+    def running(self) -> Iterator[None]:
+        """Take the time of one attempt."""
+        start = time.monotonic()
+        yield
+        self.longest = max(self.longest, time.monotonic() - start)
 
 
 @dataclass(frozen=True)
@@ -111,23 +134,16 @@ class Case:
             return False
         return bool(judge.agrees(self.inputs, self.answers, wrong).all())
 
-    def try_(self, combination: Sequence[Mistake]) -> bool:
-        """Compute the answers of a combination of mistakes, so that they are kept. Returns True."""
-        self.answers_of(combination)
-        return True
-
-    def fitting_pairs(self, end: float) -> list[tuple[Mistake, Mistake]]:
-        """The pairs of mistakes that explain every answer; the likely ones are tried first, and only these.
-
-        Args:
-            end: when to stop, on the clock of ``time.monotonic``.
-        """
+    def fitting_pairs(self, clock: "Clock") -> list[tuple[Mistake, Mistake]]:
+        """The pairs of mistakes that explain every answer; the likely ones are tried first, and only these."""
         fitting: list[tuple[Mistake, Mistake]] = []
         found_at = -1.0
         for likelihood, pair in self.likely_pairs():
-            if time.monotonic() > end or likelihood < found_at - SAME_LIKELIHOOD:
+            if not clock.has_time() or likelihood < found_at - SAME_LIKELIHOOD:
                 break
-            if self.fits(pair):
+            with clock.running():
+                is_fitting = self.fits(pair)
+            if is_fitting:
                 fitting.append(pair)
                 found_at = max(found_at, likelihood)
         return fitting
@@ -136,7 +152,8 @@ class Case:
         """Pairs with their likelihood, the most likely first.
 
         If one mistake of a pair leaves a number as it should be, the pair usually gives the number of the other one.
-        The likelihood is the share of such numbers at which the student's number is the one that is expected then.
+        The likelihood is the share of such numbers at which the student's number is the one that is expected then. Of
+        pairs with the same likelihood, that one comes first whose changes, added or multiplied, come nearest.
         """
         judge, singles = self.part.judge, {}
         for mistake in self.assignment.mistakes_of(self.part):
@@ -145,6 +162,8 @@ class Case:
                 right = judge.members(wrong, self.expected)
                 singles[mistake] = right, judge.members(self.answers, wrong)
         plain = judge.members(self.answers, self.expected)
+        yours, expected = numbers_of(self.answers, self.expected), numbers_of(self.expected, self.expected)
+        changed = {mistake: numbers_of(self.answers_of((mistake,)) or {}, self.expected) for mistake in singles}
         pairs = []
         for first, second in itertools.combinations(singles, 2):
             (right_1, like_1), (right_2, like_2) = singles[first], singles[second]
@@ -156,9 +175,34 @@ class Case:
                     (plain[name] & neither).sum() + (like_1[name] & only_1).sum() + (like_2[name] & only_2).sum()
                 )
                 count += int(neither.sum() + only_1.sum() + only_2.sum())
-            pairs.append((agree / count if count else 1.0, (first, second)))
-        pairs.sort(key=lambda pair: -pair[0])
-        return pairs[:MOST_PAIRS]
+            far = distance(yours, expected, changed[first], changed[second])
+            pairs.append((agree / count if count else 1.0, far, (first, second)))
+        pairs.sort(key=lambda pair: (-pair[0], pair[1]))
+        return [(likelihood, pair) for likelihood, _, pair in pairs[:MOST_PAIRS]]
+
+
+def numbers_of(answers: Arrays, expected: Arrays) -> np.ndarray:
+    """All numbers of an answer in a row: of random ones, the means. NaN for what has another shape than expected."""
+    rows = []
+    for name, right in expected.items():
+        is_random = np.ndim(right) == 3 and np.shape(right)[1] == 2
+        found = np.asarray(answers.get(name, np.nan), np.float64)
+        found = found if found.shape == np.shape(right) else np.full(np.shape(right), np.nan)
+        rows.append((found[:, 0] if is_random else found).ravel())
+    return np.concatenate(rows)
+
+
+def distance(yours: np.ndarray, expected: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
+    """How far numbers are from what two changes together may give, between 0 and 1.
+
+    Args:
+        expected: the right numbers. first, second: the numbers with one change alone.
+    """
+    with np.errstate(all="ignore"):
+        added, multiplied = first + second - expected, first * second / expected
+        off = np.fmin(abs(yours - added), abs(yours - multiplied))
+        relative = off / (abs(yours) + abs(expected) + abs(first) + abs(second))
+    return float(np.clip(np.where(np.isfinite(relative), relative, off != 0), 0, 1).mean())
 
 
 def told(part: Part, combination: Sequence[Mistake], count: int) -> Finding:
@@ -171,7 +215,19 @@ def told(part: Part, combination: Sequence[Mistake], count: int) -> Finding:
     return Finding(names, 1.0, text, hint, ", ".join(topics))
 
 
-# ── the answers of mistakes ──
+# ── the answers of the solution and of mistakes ──
+
+
+def kept_expected(assignment: Assignment, part: Part, inputs: Arrays) -> Arrays:
+    """What the solution answers, kept as the answers of mistakes are; an InputError if it does not run."""
+    if assignment.is_sealed:
+        return expected(assignment, part, inputs)
+    path = kept_at(assignment, part, (), inputs)
+    kept = read(path)
+    if not kept:
+        kept = expected(assignment, part, inputs)
+        keep(path, kept)
+    return kept
 
 
 def answers_of(assignment: Assignment, part: Part, combination: Sequence[Mistake], inputs: Arrays) -> Arrays | None:
@@ -210,20 +266,16 @@ def with_mistakes(assignment: Assignment, part: Part, combination: Sequence[Mist
 def load_text(assignment: Assignment, file: str, text: str) -> Loaded:
     """The classes of one file of the solution, with another text. Taichi reads it from a temporary file."""
     key = hashlib.sha256(f"{assignment.folder}/{file}/{text}".encode()).hexdigest()[:16]
-    folder = Path(work_folder()) / key
+    folder = work_folder() / key
     folder.mkdir(exist_ok=True)
     (folder / file).write_text(text, encoding="utf-8")
     return load_classes(folder, [file], assignment.solution_folder)
 
 
-@lru_cache(maxsize=1)
-def _work_folder() -> tempfile.TemporaryDirectory:
-    return tempfile.TemporaryDirectory(prefix="taichi_tracer_mistakes_")
-
-
-def work_folder() -> str:
+@cache
+def work_folder() -> Path:
     """A folder that is removed when the process ends."""
-    return _work_folder().name
+    return temporary.folder("mistakes")
 
 
 def changed_source(assignment: Assignment, part: Part, combination: Sequence[Mistake]) -> str:

@@ -20,7 +20,6 @@ from taichi_tracer.teaching.base import Arrays, Assignment, Part
 from taichi_tracer.teaching.running import OK
 from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, Child, ChildEnded, Level
 
-SECONDS_FOR_PAIRS = 3.0  # how long pairs of mistakes are tried for one wrong answer; what was tried is kept
 SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
 TRUSTED = Level("limits")
 
@@ -71,7 +70,7 @@ class Reference:
         """What is probably wrong with the answers to a part; the fields of each ``mistakes.Finding``."""
         groups = {"inputs": self.inputs[part.name], "answers": answers, "expected": self.expected[part.name]}
         arrays = {f"{group}/{name}": values for group, of in groups.items() for name, values in of.items()}
-        request = {"do": "find", "part": part.name, "seed": self.seed, "seconds": SECONDS_FOR_PAIRS}
+        request = {"do": "find", "part": part.name, "seed": self.seed}
         with self._lock:
             try:
                 reply, _ = self._trusted().ask(request, arrays, SECONDS_TO_FIND)

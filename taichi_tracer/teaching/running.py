@@ -212,7 +212,11 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             if is_stub(method):
                 return Answer(NOT_WRITTEN, message="it is not written yet", line=line_of_mark(method))
             subject = class_under_test(cls, solution.classes.get(part.replaces), part.method)
-        with reproducible_random(), without_the_packages(subject, part):
+        with (
+            reproducible_random(),
+            without_the_packages(subject, part),
+            beside_the_solution(part, student, solution, files),
+        ):
             arrays = part.run(subject, inputs)
         return Answer(OK, {name: np.ascontiguousarray(array) for name, array in arrays.items()})
     except KeyboardInterrupt:
@@ -235,7 +239,8 @@ def one_line(error: BaseException) -> str:
     if isinstance(error, SyntaxError):
         return error.msg
     lines = [line.strip() for line in str(error).splitlines() if line.strip(" ^~")]
-    return lines[-1].removeprefix("[").strip() if lines else ""
+    last = lines[-1] if lines else ""
+    return last.removeprefix("[").strip() if last.count("[") > last.count("]") else last
 
 
 def place_of(error: BaseException, folder: Path | None) -> tuple[str, int]:
@@ -282,6 +287,33 @@ def without_the_packages(subject: Any, part: Part) -> Iterator[None]:
     finally:
         for cls, method in zip(homes, former, strict=True):
             setattr(cls, part.method, method)
+
+
+@contextlib.contextmanager
+def beside_the_solution(part: Part, student: Loaded, solution: Loaded, files: dict[str, str]) -> Iterator[None]:
+    """While a part runs, the solution's classes stand in a notebook in place of those that other cells define.
+
+    So a wrong sampler does not cost the points of a renderer. In folders, ``load_submission`` sees to this.
+
+    Args:
+        files: class → file; a class of the same file as the class under test stays.
+    """
+    cls = student.classes.get(part.replaces)
+    if cls is None or student.folder is not None:
+        yield
+        return
+    cells = vars(sys.modules[cls.__module__])
+    roles = {role: role for role in files} | {own.__name__: role for role, own in student.classes.items()}
+    others = {name: role for name, role in roles.items() if files.get(role) != files.get(part.replaces)}
+    replaced = {name: solution.classes[role] for name, role in others.items() if role in solution.classes}
+    former = {name: cells[name] for name in replaced if name in cells}
+    cells.update(replaced)
+    try:
+        yield
+    finally:
+        for name in replaced:
+            del cells[name]
+        cells.update(former)
 
 
 # ── random numbers ──

@@ -15,7 +15,6 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -24,7 +23,7 @@ from pathlib import Path
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import frames, keeper, walls
+from taichi_tracer.teaching import frames, keeper, temporary, walls
 from taichi_tracer.teaching.mistakes import VARIABLE, cache_folder
 from taichi_tracer.teaching.walls import Limits, World
 
@@ -87,7 +86,7 @@ class Child:
             raise InputError("submissions can be run on Linux and macOS only: on Windows, use its subsystem for Linux")
         self.limits, self.printed, self.is_cut = limits, b"", False
         self._room = limits.output if limits else 1 << 20  # bytes of prints that are kept
-        self._temporary = None if keep else tempfile.mkdtemp(prefix="taichi_tracer_")
+        self._temporary = None if keep else temporary.folder("process")
         self.given = Path(keep or self._temporary)
         if files is not None:
             shutil.copytree(files, self.given / "submission", symlinks=True)
@@ -248,7 +247,7 @@ class Child:
         self._prints = None
         self._line.close()
         if self._temporary is not None:
-            remove(self._temporary)
+            temporary.remove(self._temporary)
 
     def hurry(self) -> None:
         """Let the keeper end the process; ``ask`` raises ChildEnded then. Any thread may call this."""
@@ -281,17 +280,6 @@ def ended(facts: dict, limits: Limits | None) -> ChildEnded:
         name = signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
         return ChildEnded(f"the process crashed ({name})")
     return ChildEnded(f"the process ended itself with the exit code {facts.get('exit')}")
-
-
-def remove(folder: str) -> None:
-    """Remove a folder, even if its folders were made unreadable."""
-    for place, folders, _ in os.walk(folder):
-        for name in folders:
-            path = os.path.join(place, name)
-            if not os.path.islink(path):
-                with contextlib.suppress(OSError):
-                    os.chmod(path, 0o700)
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 # ── what a process sees ──

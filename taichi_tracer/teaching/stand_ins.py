@@ -4,7 +4,6 @@ A stand-in is made once, by the package's own class. For every class under test 
 class: the fields are shared, and only the tested methods are compiled.
 """
 
-import copy
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
@@ -22,6 +21,7 @@ from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
 from taichi_tracer.sampler import IndependentSampler, MeshLightSampler, Sampler
 from taichi_tracer.scene_data import scene_from_mesh
+from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
 
@@ -34,9 +34,7 @@ def as_class(original: Any, cls: type, *arguments: Any, **named: Any) -> Any:
     """A copy of ``original`` that belongs to ``cls``; a new object if ``cls`` has a constructor of its own."""
     if cls.__init__ is not type(original).__init__:  # type: ignore[misc]
         return cls(*arguments, **named)
-    other = copy.copy(original)
-    other.__class__ = cls
-    return other
+    return of(cls, **vars(original))
 
 
 @lru_cache(maxsize=8)
@@ -157,6 +155,45 @@ class PlainIntersector(BruteForceRayIntersector):
             if hit.is_hit and hit.distance < nearest.distance:
                 nearest = hit
         return nearest
+
+
+OUTSIDE = -1000.0  # what a read beyond the ends of a table gives
+
+
+class Guarded:
+    """A field [i, j] that can be read anywhere: beyond its ends, every number is ``OUTSIDE``.
+
+    A read of memory that does not belong to a field may end the process, or give another number on every run. Both
+    would say nothing about a method whose index is wrong.
+    """
+
+    def __init__(self, field: Any) -> None:
+        self.field = field
+
+    def __getitem__(self, indices: Any) -> Any:
+        """One element; Taichi asks for it when it compiles a kernel."""
+        if not ti.lang.impl.inside_kernel():
+            return self.field[indices]
+        is_pair = isinstance(indices, (tuple, list))
+        return read_guarded(self.field, *indices) if is_pair else read_at(self.field, indices)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.field, name)
+
+
+@ti.func
+def read_guarded(field: ti.template(), i, j):
+    """Element (i, j) of a field; ``OUTSIDE`` where there is none. An index of NaN is none."""
+    rows, columns = ti.static(field.shape)
+    is_inside = i >= 0 and i < rows and j >= 0 and j < columns
+    value = field[ti.select(is_inside, i, 0), ti.select(is_inside, j, 0)]
+    return ti.select(is_inside, value, 0 * value + OUTSIDE)
+
+
+@ti.func
+def read_at(field: ti.template(), place):
+    """The same, at a vector of two indices."""
+    return read_guarded(field, place[0], place[1])
 
 
 # ── functions for the kernels of parts ──
@@ -370,3 +407,33 @@ def light_along(renderer: Any, inputs: Arrays, count: int, seed: int = 5) -> np.
     samples = np.zeros((rays, count, 3), np.float32)
     shade_kernel(renderer, sampler(rays), seed, inputs["origin"], inputs["direction"], samples)
     return samples
+
+
+# ── noisy pictures ──
+
+SIZE, BATCHES, SPP = 32, 8, 8  # pixels along a side; how many pictures; samples of each
+
+
+def any_seed(rng: np.random.Generator) -> Arrays:
+    """The seed of a picture."""
+    return {"seed": np.array(rng.integers(0, 1000))}
+
+
+def noisy_picture(renderer: Any, first_seed: int) -> Arrays:
+    """The mean of several pictures with different seeds, and its standard error."""
+    pictures = []
+    for batch in range(BATCHES):
+        renderer.seed = first_seed + batch
+        renderer.begin_anew()
+        pictures.append(np.asarray(renderer.render(SPP).image()))
+    return {"picture": np.mean(pictures, axis=0), "error": np.std(pictures, axis=0, ddof=1) / BATCHES**0.5}
+
+
+def lit_cornell_box(renderer_class: type, integrator: str, lamp_choice: type, inputs: Arrays) -> Arrays:
+    """A noisy picture of the Cornell box, whose lamps ``lamp_choice`` samples; the inputs are those of ``any_seed``."""
+    scene = load_scene_data("cornell_box", lamp_choice=lamp_choice, fast=False)
+    renderer = renderer_class(scene, SIZE, SIZE, fast=False).use(integrator)
+    scene.lamps.prepare()
+    found = noisy_picture(renderer, int(inputs["seed"]))
+    scene.destroy()
+    return found

@@ -1,19 +1,14 @@
 """The window: its parts without one, and the whole under a virtual display, with real keys and a real mouse."""
 
 import contextlib
-import os
-import re
 import shlex
-import shutil
-import subprocess
-import sys
 import time
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from PIL import Image, ImageGrab, features
+from desktop import TIME_OUT, Desktop, opened, poll
+from PIL import Image
 
 import taichi_tracer as tt
 from taichi_tracer.apps import camera_controller, viewer
@@ -23,7 +18,6 @@ from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Layout
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
-from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.display import Display
 
@@ -438,59 +432,17 @@ def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkey
 
 # ── the real window ──
 
-TIME_OUT = 180.0  # seconds; on a busy machine the window takes long to compile its kernels
 SIZE = 384
 BUTTON_TOP, BUTTON_STEP = 71, 23  # pixels from the window's top to the first button's middle, and to the next
 
 
-def why_no_window() -> str:
-    """What is missing for a window under a virtual display; empty where nothing is."""
-    if not sys.platform.startswith("linux"):
-        return "virtual displays are an X11 thing"
-    missing = [program for program in ("Xvfb", "xdotool") if shutil.which(program) is None]
-    if not runtime.vulkan_devices():
-        missing.append("a Vulkan driver (mesa-vulkan-drivers)")
-    if not features.check("xcb"):
-        missing.append("Pillow with xcb")
-    return f"missing: {', '.join(missing)}" if missing else ""
-
-
-class Desktop:
-    """A virtual display with the viewer on it."""
-
-    def __init__(self, name, process, log):
-        self.name, self.process, self.log = name, process, log
-        self.id = poll(self.found, "the window")[0]
-        self.measure()
-
-    def found(self):
-        """The ids of windows with the viewer's title; it fails if the viewer has ended."""
-        if self.process.poll() is not None:
-            pytest.fail(f"the viewer ended with {self.process.returncode}: {self.log.read_text()}")
-        return self.xdotool("search", "--name", f"^{viewer.TITLE}$").split()
-
-    def measure(self):
-        """Ask where the window is, and how large."""
-        where = self.xdotool("getwindowgeometry", "--shell", self.id)
-        self.x, self.y, self.width, self.height = (int(re.search(rf"{n}=(\d+)", where)[1]) for n in GEOMETRY)
-
-    def xdotool(self, *words):
-        environment = {**os.environ, "DISPLAY": self.name}
-        return subprocess.run(["xdotool", *words], env=environment, capture_output=True, text=True, timeout=20).stdout
-
-    def window(self):
-        """(h, w, 3) pixels of the window."""
-        box = (self.x, self.y, self.x + self.width, self.y + self.height)
-        return np.asarray(ImageGrab.grab(bbox=box, xdisplay=self.name).convert("RGB")).astype(int)
+class Viewer(Desktop):
+    """The viewer in its window."""
 
     def picture(self):
         """(h, w, 3) pixels of the picture between the panels."""
         bottom = self.height - (self.height - SIZE) // 2
         return self.window()[bottom - SIZE : bottom, PANEL_WIDTH : PANEL_WIDTH + SIZE]
-
-    def point(self, x, y):
-        """Move the mouse to a point of the window."""
-        self.xdotool("mousemove", str(self.x + x), str(self.y + y))
 
     def saved(self):
         """Press p; returns the arguments of the command that the viewer says makes the same picture."""
@@ -502,56 +454,12 @@ class Desktop:
         return make_parser().parse_args([as_value(word) for word in words])
 
 
-GEOMETRY = ("X", "Y", "WIDTH", "HEIGHT")
-
-
-def poll(question, what):
-    """The first true answer; fails when none comes in time."""
-    deadline = time.monotonic() + TIME_OUT
-    while time.monotonic() < deadline:
-        answer = question()
-        if answer:
-            return answer
-        time.sleep(0.05)
-    pytest.fail(f"{what} did not appear within {TIME_OUT:g} s")
-
-
 @pytest.fixture(scope="module")
 def desktop(tmp_path_factory):
-    if why_no_window() != "":
-        pytest.skip(why_no_window())
-    folder = tmp_path_factory.mktemp("desktop")
-    log = folder / "log"
-    display = subprocess.Popen(
-        [
-            "Xvfb",
-            "-displayfd",
-            "1",
-            "-noreset",
-            "-screen",
-            "0",
-            "1024x768x24",
-        ],  # it stays as one client follows another
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    name = f":{display.stdout.readline().strip()}"
-    package = Path(tt.__file__).parents[1]
-    environment = {**os.environ, "DISPLAY": name, "PYTHONPATH": f"{package}{os.pathsep}{os.environ.get('PYTHONPATH')}"}
     options = ["--size", str(SIZE), "--intersector", QUICK["intersector"], "--triangle-test", QUICK["triangle_test"]]
     words = ["-m", "taichi_tracer", "view", "cornell_box", *options]
-    with log.open("w") as output:
-        process = subprocess.Popen(
-            [sys.executable, *words], cwd=folder, env=environment, stdout=output, stderr=subprocess.STDOUT
-        )
-    try:
-        yield Desktop(name, process, log)
-    finally:
-        process.kill()
-        process.wait()
-        display.terminate()
-        display.wait()
+    with opened(words, tmp_path_factory.mktemp("desktop"), Viewer) as shown:
+        yield shown
 
 
 @pytest.fixture(scope="module")

@@ -38,8 +38,10 @@ def change(folder, file, old, new):
 
 def test_a_wrong_number_stands_beside_the_right_one(solved):
     change(solved, "camera.py", "2 * (pixel_y + 0.5) / self.height - 1", "1 - 2 * (pixel_y + 0.5) / self.height")
-    report = check_folder(solved, ["generate_ndc_coords", "generate_ray"])
+    told = []
+    report = check_folder(solved, ["generate_ndc_coords", "generate_ray"], watch=told.append)
     wrong, ray = report.results
+    assert told == [wrong.lines_of_verdict(), wrong.lines_of_findings(), ray.lines()]  # the verdict comes first
     assert (wrong.verdict.status, ray.verdict.status) == ("wrong", "right")  # the ray is tested with the right NDC
     first = wrong.verdict.first_wrong
     assert first["yours"]["ndc"][1] == pytest.approx(-first["right"]["ndc"][1], rel=1e-5)

@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.cutting import solution_blocks, solved, stub_of
+from taichi_tracer.teaching.cutting import solution_blocks, solved, stub_of, with_package
 
 SOURCE = '''"""A file."""
 
@@ -45,6 +45,25 @@ def test_the_stub_has_the_task_and_a_mark_and_nothing_of_the_solution():
     assert "SOLUTION" not in stub
     assert "PROMPT" not in stub
     compile(stub, "f.py", "exec")
+
+
+@pytest.mark.parametrize(
+    ("head", "expected"),
+    [
+        ("", "import taichi_tracer as tt\n"),
+        ('"""A file."""\n', '"""A file."""\n\nimport taichi_tracer as tt\n'),
+        (
+            "import a\nfrom b import (\n    c,\n)\n",
+            "import a\nfrom b import (\n    c,\n)\nimport taichi_tracer as tt\n",
+        ),
+        ("import taichi_tracer as tt\n", "import taichi_tracer as tt\n"),
+    ],
+)
+def test_a_stub_knows_the_package_that_its_mark_calls(head, expected):
+    body = "def f():\n    # BEGIN SOLUTION\n    x = 1\n    # END SOLUTION\n"
+    stub = stub_of(head + body, "f.py")
+    assert stub.startswith(f"{expected}def f():")
+    assert with_package(stub) == stub
 
 
 def test_the_solved_file_has_the_solution_and_no_tags():

@@ -104,6 +104,15 @@ def test_right_solutions_that_are_written_differently_are_right(name, variant, p
         assert find(assignment, part, inputs, found.arrays, right) == []
 
 
+@pytest.mark.parametrize("name", catalogue.names())
+def test_every_part_is_also_written_differently(name):
+    """By five students for an assignment, and by some of them for each method."""
+    tested = [part.name for part in catalogue.load(name).parts if part.replaces]
+    count = {part: sum(part in written for written in VARIANTS[name].values()) for part in tested}
+    assert len(VARIANTS[name]) >= 5
+    assert min(count.values()) >= (1 if name in ("a1", "a2") else 3), count
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("part_name", ["Camera.generate_ndc_coords", "Camera.generate_camera_coords"])
 def test_most_pairs_are_found(part_name):
@@ -169,8 +178,32 @@ def test_an_error_that_no_mistake_explains_is_described():
     part = assignment.parts[0]
     inputs = assignment.inputs(part, 0)
     right = expected(assignment, part, inputs)
-    found = find(assignment, part, inputs, {"ndc": right["ndc"] * np.float32(0.7)}, right, seconds_for_pairs=0)
-    assert [(f.names, f.text) for f in found] == [((), "ndc is scaled by 0.7")]
+    found = find(assignment, part, inputs, {"ndc": right["ndc"] * np.float32(0.7)}, right, seconds=0)
+    assert [f.names for f in found] == [(), ()]
+    assert [f.text for f in found] == ["ndc is scaled by 0.7", "6 more known mistakes are compared in the next check"]
+
+
+def test_two_changes_add_or_multiply():
+    """The pair whose changes together give the student's numbers is the nearest."""
+    right = np.array([1.0, 2, 3, 4])
+    twice, moved, third = 2 * right, right + 1, right / 3
+    assert mistakes.distance(2 * right + 1, right, twice, moved) == pytest.approx(0)
+    assert mistakes.distance(2 * right / 3, right, twice, third) == pytest.approx(0)
+    assert mistakes.distance(2 * right / 3, right, twice, moved) > 0.2
+    assert mistakes.distance(right, right, np.full(4, np.nan), moved) == 1
+
+
+def test_an_attempt_begins_only_if_it_may_end_in_time(monkeypatch):
+    """An attempt may take as long as the longest one before it."""
+    now = [100.0]
+    monkeypatch.setattr(mistakes.time, "monotonic", lambda: now[0])
+    clock = mistakes.Clock(3.0)
+    told = []
+    while clock.has_time():
+        with clock.running():
+            now[0] += 0.8
+        told.append(round(now[0] - 100, 3))
+    assert told == [0.8, 1.6, 2.4]
 
 
 def test_answers_are_kept_and_a_damaged_file_is_computed_again():

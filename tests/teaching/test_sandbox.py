@@ -14,7 +14,7 @@ import pytest
 from teaching import sums
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import sandbox, walls
+from taichi_tracer.teaching import sandbox, temporary, walls
 from taichi_tracer.teaching.sandbox import Child, ChildEnded, Level, best_level, ended
 from taichi_tracer.teaching.walls import Limits
 
@@ -182,7 +182,7 @@ def test_everything_ends_with_the_grader_at_every_level(assignment, tmp_path, le
     while processes_with(given) and time.monotonic() < deadline:
         time.sleep(0.1)
     assert processes_with(given) == []
-    sandbox.remove(given)
+    temporary.remove(given)
 
 
 def processes_with(word: str) -> list[int]:

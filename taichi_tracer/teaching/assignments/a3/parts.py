@@ -3,7 +3,6 @@
 import numpy as np
 import taichi as ti
 
-import taichi_tracer as tt
 from taichi_tracer.system import memory
 from taichi_tracer.teaching import stand_ins
 from taichi_tracer.teaching.base import Arrays, Part
@@ -234,25 +233,10 @@ def run_sky_density(sampler_class: type, inputs: Arrays) -> Arrays:
 
 # ── a picture ──
 
-SIZE, BATCHES, SPP = 32, 8, 8
-
-
-def no_choice(rng: np.random.Generator) -> Arrays:
-    """The seed of the picture."""
-    return {"seed": np.array(rng.integers(0, 1000))}
-
 
 def run_picture(classes, inputs: Arrays) -> Arrays:
-    """The Cornell box with all of the student's classes: the mean of several pictures, and its standard error."""
-    scene = tt.load_scene_data("cornell_box", lamp_choice=classes.MeshLightSampler, fast=False)
-    renderer = classes.A3Renderer(scene, SIZE, SIZE, fast=False).use("mis")
-    pictures = []
-    for batch in range(BATCHES):
-        renderer.seed = int(inputs["seed"]) + batch
-        renderer.begin_anew()
-        pictures.append(np.asarray(renderer.render(SPP).image()))
-    scene.destroy()
-    return {"picture": np.mean(pictures, axis=0), "error": np.std(pictures, axis=0, ddof=1) / BATCHES**0.5}
+    """The Cornell box with all of the student's classes."""
+    return stand_ins.lit_cornell_box(classes.A3Renderer, "mis", classes.MeshLightSampler, inputs)
 
 
 LIGHTS, RENDERER, ENVIRONMENT = "MeshLightSampler", "A3Renderer", "EnvironmentSampler"
@@ -283,5 +267,5 @@ PARTS = (
         run_sky_density,
         Numbers(1e-5, called="texels"),
     ),
-    Part("picture: mis", 2, "the whole pipeline", "", no_choice, run_picture, Pictures()),
+    Part("picture: mis", 2, "the whole pipeline", "", stand_ins.any_seed, run_picture, Pictures()),
 )

@@ -9,8 +9,8 @@ from taichi_tracer.apps.viewer import show
 
 def main() -> int:
     """Run it: python A3.py"""
-    scene_data = tt.load_scene_data("cornell_box", lamp_choice=MeshLightSampler)
-    renderer = A3Renderer(scene_data, 512, 512).use("mis")
+    scene_data = tt.load_scene_data("veach_plates", lamp_choice=MeshLightSampler)
+    renderer = A3Renderer(scene_data, 768, 384).use("mis")
     return show(tt.teaching.marked(renderer))
 
 

@@ -12,24 +12,29 @@ import taichi_tracer as tt
 
 
 @ti.data_oriented
-class PerspectiveCamera(tt.Camera):
-    """Rays from the eye through every pixel of a window at the distance 1."""
+class Window:
+    """Given: what both cameras ask for in kernels."""
 
     @ti.func
     def edges(self):
-        """Given: l, r, b and t of the screen window."""
+        """l, r, b and t of the screen window."""
         half, centre = self.half_size[None], self.centre[None]
         return centre.x - half.x, centre.x + half.x, centre.y - half.y, centre.y + half.y
 
     @ti.func
     def frame(self):
-        """Given: e, û, v̂ and ŵ, the columns of the matrix in another order."""
+        """e, û, v̂ and ŵ, the columns of the matrix in another order."""
         m = self.camera_to_world[None]
         e = tm.vec3(m[0, 3], m[1, 3], m[2, 3])
         u = tm.vec3(m[0, 0], m[1, 0], m[2, 0])
         v = tm.vec3(m[0, 1], m[1, 1], m[2, 1])
         w = tm.vec3(m[0, 2], m[1, 2], m[2, 2])
         return e, u, v, w
+
+
+@ti.data_oriented
+class PerspectiveCamera(Window, tt.Camera):
+    """Rays from the eye through every pixel of a window at the distance 1."""
 
     def compute_matrix(self):
         """The frame of the camera (left-handed), as a numpy array of shape (4, 4) with the columns û, v̂, ŵ and e.
@@ -84,24 +89,8 @@ class PerspectiveCamera(tt.Camera):
 
 
 @ti.data_oriented
-class OrthographicCamera(tt.OrthographicCamera):
+class OrthographicCamera(Window, tt.OrthographicCamera):
     """Parallel rays from every pixel of the window."""
-
-    @ti.func
-    def edges(self):
-        """Given: l, r, b and t of the screen window."""
-        half, centre = self.half_size[None], self.centre[None]
-        return centre.x - half.x, centre.x + half.x, centre.y - half.y, centre.y + half.y
-
-    @ti.func
-    def frame(self):
-        """Given: e, û, v̂ and ŵ."""
-        m = self.camera_to_world[None]
-        e = tm.vec3(m[0, 3], m[1, 3], m[2, 3])
-        u = tm.vec3(m[0, 0], m[1, 0], m[2, 0])
-        v = tm.vec3(m[0, 1], m[1, 1], m[2, 1])
-        w = tm.vec3(m[0, 2], m[1, 2], m[2, 2])
-        return e, u, v, w
 
     @ti.func
     def generate_ray(self, i, j):

@@ -1,0 +1,85 @@
+"""What the pages of students and teachers share: the box of a part, its colours, and the frame of a page.
+
+A notebook shows boxes, too. There the colours of a page are unknown, so lines and backgrounds are half transparent.
+"""
+
+import html
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.studies import page
+from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT
+
+SHOWN = 200  # pixels: the width of a picture
+KINDS = {RIGHT: "right", NOT_WRITTEN: "open", MISSING: "open"}  # how a status is coloured; "wrong" for the others
+STYLE = """
+.teaching .right { color: var(--right, #2a9147); } .teaching .wrong { color: var(--wrong, #d9463b); }
+.teaching .open { color: var(--open, #a37f00); } .teaching td, .teaching th { text-align: left; }
+.teaching td { white-space: normal; font-variant-numeric: tabular-nums; }
+.teaching td:first-child { white-space: nowrap; }
+.teaching .part { border: 1px solid rgba(127, 127, 127, 0.4); border-radius: 6px; padding: .5em 1em; margin: .8em 0; }
+.teaching .part h3 { margin: .2em 0; font-size: 1.05em; overflow-wrap: anywhere; } .teaching .part p { margin: .5em 0; }
+.teaching .part code, .teaching pre { background: rgba(127, 127, 127, 0.15); padding: 0 3px; }
+.teaching pre { padding: .6em; overflow-x: auto; }
+.teaching .numbers { font: 13px ui-monospace, monospace; border-collapse: collapse; }
+.teaching .numbers th, .teaching .numbers td { vertical-align: top; padding: 3px 9px; overflow-wrap: anywhere; }
+.teaching figure { display: inline-block; margin: 0 10px 10px 0; }
+.teaching .part figure { max-width: calc(33% - 10px); }
+.teaching figcaption { max-width: 100%; overflow-wrap: anywhere; }
+.teaching img { image-rendering: pixelated; max-width: 100%; }
+"""
+PAGE_STYLE = f"""
+:root {{ --right: #1a7f37; --wrong: #b42318; --open: #8a6d00; --bar: #3f6fb5; --link: #1a56a8; }}
+@media (prefers-color-scheme: dark) {{
+  :root {{ --right: #57c278; --wrong: #ff8a7a; --open: #e0b84d; --bar: #6f9fe0; --link: #8ab8f5; }}
+}}
+a {{ color: var(--link); }} h1, h2 {{ overflow-wrap: anywhere; }}
+{STYLE}"""
+
+
+def whole(title: str, parts: Sequence[str], style: str = "") -> str:
+    """A document of HTML; ``style`` is added to that of the boxes."""
+    return page.page(title, ["<div class='teaching'>", *parts, "</div>"], PAGE_STYLE + style)
+
+
+def in_notebook(parts: Sequence[str]) -> str:
+    """Boxes within a page that is not ours."""
+    return f"<style>{STYLE}</style><div class='teaching'>{''.join(parts)}</div>"
+
+
+def kind_of(status: str) -> str:
+    """The class of CSS that colours a status."""
+    return KINDS.get(status, "wrong")
+
+
+def box(
+    status: str,
+    name: str,
+    facts: str,
+    message: str = "",
+    first_wrong: Mapping[str, Mapping[str, Any]] | None = None,
+    found: Sequence[str] = (),
+    hint: str = "",
+    pictures: Mapping[str, np.ndarray] | None = None,
+) -> str:
+    """One part.
+
+    Args:
+        facts: a line about points and time. message, first_wrong, pictures: as in ``base.Verdict``.
+        found: what is probably wrong, a sentence each.
+    """
+    head = f"<span class='{kind_of(status)}'>{html.escape(status)}</span> <code>{html.escape(name)}</code>"
+    lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
+    if message:
+        lines.append(page.paragraph(message))
+    if first_wrong:
+        rows = ((whose, ", ".join(f"{n} = {v}" for n, v in values.items())) for whose, values in first_wrong.items())
+        cells = (f"<tr><th>{html.escape(whose)}</th><td>{html.escape(values)}</td></tr>" for whose, values in rows)
+        lines.append(f"<div class='wide'><table class='numbers'>{''.join(cells)}</table></div>")
+    lines += [page.paragraph(text) for text in found]
+    if hint:
+        lines.append(page.paragraph(f"Hint: {hint}", "note"))
+    lines += [page.picture(np.clip(image, 0, 1), called, SHOWN) for called, image in (pictures or {}).items()]
+    return "".join(lines) + "</div>"
