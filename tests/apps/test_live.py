@@ -1,30 +1,25 @@
-"""The page in a real browser: Chromium opens it, drags, presses keys, and sees the picture's own pixels."""
+"""The page in a real browser: it is dragged, keys are pressed, and its canvas has the picture's own pixels."""
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
 import time
 
+import browser
 import pytest
 
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser: pip install playwright")
-NAMES = "chromium", "chromium-browser", "google-chrome"
-CHROMIUM = next((path for name in NAMES if (path := shutil.which(name))), None)
-pytestmark = [
-    pytest.mark.long,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium was found: apt-get install chromium"),
-]
-PATIENCE = 60_000  # milliseconds for what has to be compiled first
-PIXELS = """() => { const c = document.querySelector("canvas");
-  return Array.from(c.getContext("2d").getImageData(0, 0, c.width, c.height).data); }"""
-PICTURE = """async () => {
+pytestmark = pytest.mark.exhaustive
+PATIENCE = 60.0  # seconds for what has to be compiled first
+CANVAS = "document.querySelector('canvas')"
+PIXELS = f"""(() => {{ const c = {CANVAS};
+  return Array.from(c.getContext("2d").getImageData(0, 0, c.width, c.height).data).join(); }})()"""
+PICTURE = """(async () => {
   const bitmap = await createImageBitmap(await (await fetch("picture.png")).blob());
   const c = new OffscreenCanvas(bitmap.width, bitmap.height), context = c.getContext("2d");
   context.drawImage(bitmap, 0, 0);
-  return Array.from(context.getImageData(0, 0, c.width, c.height).data); }"""
+  return Array.from(context.getImageData(0, 0, c.width, c.height).data).join(); })()"""
 
 
 @pytest.fixture(scope="module")
@@ -43,130 +38,128 @@ def address():
         pytest.fail(told)
     yield found[0]
     program.send_signal(signal.SIGINT)
-    assert program.wait(20) in (0, 130)
-    assert "Traceback" not in program.stdout.read()
+    rest = program.communicate(timeout=30)[0]
+    assert program.returncode in (0, 130)
+    assert "Traceback" not in rest
 
 
 @pytest.fixture(scope="module")
-def browser():
-    with playwright.sync_playwright() as driver:
-        found = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+def shown(tmp_path_factory):
+    with browser.started(tmp_path_factory.mktemp("browser")) as found:
         yield found
-        found.close()
 
 
 @pytest.fixture
-def page(browser, address):
-    """The open page, which has shown a picture; what its console says must be nothing."""
-    context = browser.new_context(viewport={"width": 1100, "height": 800})
-    found = context.new_page()
-    told, asked = [], []
-    found.on("console", lambda message: told.append(message.text) if message.type == "error" else None)
-    found.on("pageerror", lambda error: told.append(str(error)))
-    found.on("request", lambda request: asked.append(request.url))
-    found.goto(address)
-    found.wait_for_selector("canvas[data-frame]", timeout=PATIENCE)
-    yield found
-    context.close()
-    assert told == []
-    own = address.partition("?")[0]
-    assert [url for url in asked if not url.startswith((own, "data:", "blob:"))] == []
+def page(shown, address):
+    """The open page, which has shown a picture; it complains about nothing, and asks nobody else."""
+    shown.open(address, 1100, 900)
+    until(lambda: shown.evaluate(f"{CANVAS} && {CANVAS}.dataset.frame"))
+    yield shown
+    asked = [url for url in shown.requests if not url.startswith((address.partition("?")[0], "blob:"))]
+    assert asked == []
+    complaints = [text for text in shown.complaints if "willReadFrequently" not in text]  # of this test's own reading
+    assert complaints == []
 
 
-def frame(page):
-    return int(page.evaluate("document.querySelector('canvas').dataset.frame"))
-
-
-def wait_for(page, view):
-    """Wait until the page says that it shows a view."""
-    for _ in range(PATIENCE // 100):
-        if page.locator(".tt-status").inner_text().startswith(f"{view}:"):
-            return
+def until(condition, what="it did not happen"):
+    """Wait until a condition holds."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, what
         time.sleep(0.1)
-    pytest.fail(f"{view} was not shown")
 
 
 def at_rest(page):
-    """Wait until the picture is lossless and has not changed for a moment."""
-    number = -1
-    for _ in range(100):
+    """Wait until the picture is lossless and has not changed for a moment; its pixels."""
+    seen = [None]
+
+    def is_quiet():
         time.sleep(0.4)
-        if page.evaluate("document.querySelector('canvas').dataset.kind") == "png" and frame(page) == number:
-            return
-        number = frame(page)
-    pytest.fail("the picture did not come to rest")
+        seen.append((page.evaluate(f"{CANVAS}.dataset.kind"), page.evaluate(f"{CANVAS}.dataset.frame")))
+        return seen[-1] == seen[-2] and seen[-1][0] == "png"
+
+    until(is_quiet, "the picture did not come to rest")
+    return page.evaluate(PIXELS)
+
+
+def mouse(page, kind, x, y, **more):
+    """Move or press the pointer at a point of the canvas."""
+    left, top = (page.evaluate(f"{CANVAS}.getBoundingClientRect().{side}") for side in ("left", "top"))
+    page.ask("Input.dispatchMouseEvent", type=kind, x=left + x, y=top + y, **more)
+
+
+def click(page, text):
+    """Press the button with this text."""
+    found = page.evaluate(
+        f"(() => {{ const b = [...document.querySelectorAll('button')].find(b => b.textContent === {text!r});"
+        " if (b) b.click(); return Boolean(b); })()"
+    )
+    assert found, text
 
 
 def test_the_canvas_has_the_pixels_of_the_picture(page):
-    at_rest(page)
-    assert page.evaluate(PIXELS) == page.evaluate(PICTURE)
+    pixels = at_rest(page)
+    told = page.ask("Runtime.evaluate", expression=PICTURE, awaitPromise=True, returnByValue=True)
+    assert pixels == told["result"]["value"]
 
 
 def test_pointer_keys_and_wheel_move_the_camera(page):
-    at_rest(page)
-    before = page.evaluate(PIXELS)
-    box = page.locator("canvas").bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    seen = [before]
-
-    def changes(act):
-        act()
-        at_rest(page)
-        now = page.evaluate(PIXELS)
-        assert now != seen[-1]
-        seen.append(now)
+    seen = [at_rest(page)]
 
     def drag():
-        page.mouse.move(x, y)
-        page.mouse.down()
-        page.mouse.move(x + 20, y + 6, steps=4)
-        page.mouse.up()
+        mouse(page, "mousePressed", 40, 30, button="left", buttons=1, clickCount=1)
+        for k in range(5):
+            mouse(page, "mouseMoved", 40 + 4 * k, 30 + k, button="left", buttons=1)
+        mouse(page, "mouseReleased", 60, 36, button="left", clickCount=1)
 
     def press():
-        page.keyboard.down("d")
-        time.sleep(0.2)
-        page.keyboard.up("d")
+        page.ask("Input.dispatchKeyEvent", type="keyDown", code="KeyD", key="d", text="d")
+        time.sleep(0.3)
+        page.ask("Input.dispatchKeyEvent", type="keyUp", code="KeyD", key="d")
 
-    changes(drag)
-    changes(press)
-    changes(lambda: page.mouse.wheel(0, -300))
-    page.get_by_role("button", name="Reset camera").click()
-    at_rest(page)
-    assert page.evaluate(PIXELS) == before
+    for act in (drag, press, lambda: mouse(page, "mouseWheel", 40, 30, deltaX=0, deltaY=-300)):
+        act()
+        now = at_rest(page)
+        assert now != seen[-1]
+        seen.append(now)
+    click(page, "Reset camera")
+    assert at_rest(page) == seen[0]
 
 
 def test_buttons_switch_and_tell_which_is_pressed(page):
-    page.get_by_role("button", name="Hit", exact=True).click()
-    wait_for(page, "hit")
-    assert page.get_by_role("button", name="Hit", exact=True).get_attribute("aria-pressed") == "true"
-    page.get_by_role("button", name="Normal", exact=True).click()
-    wait_for(page, "normal")
-    page.get_by_label("Triangle test").select_option("moller_trumbore")
+    status = "document.querySelector('.tt-status').textContent"
+    for label, name in (("Hit", "hit"), ("Normal", "normal")):
+        click(page, label)
+        until(lambda name=name: page.evaluate(status).startswith(f"{name}:"))
+        pressed = page.evaluate("[...document.querySelectorAll('[aria-pressed=true]')].map(b => b.textContent).join()")
+        assert pressed == label
+    choose = "(() => { const s = document.querySelector('[data-name=triangle_test]'); s.value = %r;"
+    choose += " s.dispatchEvent(new Event('change')); })()"
+    page.evaluate(choose % "moller_trumbore")
+    until(lambda: page.evaluate("document.querySelector('[data-name=triangle_test]').value") == "moller_trumbore")
     at_rest(page)
-    page.get_by_label("Triangle test").select_option("watertight")
+    page.evaluate(choose % "watertight")
+    at_rest(page)
 
 
 def test_a_pixel_is_explained(page):
-    page.get_by_role("button", name="Explain a pixel").click()
-    page.locator("canvas").click(position={"x": 48, "y": 32})
-    page.wait_for_selector(".tt-told details", timeout=PATIENCE)
-    assert "generate_ndc_coords" in page.locator(".tt-told").inner_text()
+    at_rest(page)
+    click(page, "Explain a pixel")
+    for kind in ("mousePressed", "mouseReleased"):
+        mouse(page, kind, 48, 32, button="left", buttons=1, clickCount=1)
+    told = "document.querySelector('.tt-told').textContent"
+    until(lambda: "generate_ndc_coords" in page.evaluate(told))
+    assert page.evaluate("document.querySelectorAll('.tt-told svg').length") in (0, 2)
 
 
-def test_a_reload_and_a_second_page_show_the_picture(page, browser, address):
-    page.reload()
-    page.wait_for_selector("canvas[data-frame]", timeout=PATIENCE)
-    context = browser.new_context(viewport={"width": 390, "height": 800})
-    other = context.new_page()
-    other.goto(address)
-    other.wait_for_selector("canvas[data-frame]", timeout=PATIENCE)
-    width = other.evaluate("document.documentElement.scrollWidth")
-    assert width <= 390
-    context.close()
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_reload_and_a_narrow_page_show_the_picture(page, address, scheme):
+    page.open(address, 390, 800, scheme)
+    until(lambda: page.evaluate(f"{CANVAS} && {CANVAS}.dataset.frame"))
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
-def test_a_page_without_the_token_is_refused(browser, address):
-    context = browser.new_context()
-    answer = context.new_page().goto(address.partition("?")[0])
-    assert answer.status == 403
-    context.close()
+def test_a_page_without_the_token_is_refused(shown, address):
+    shown.ask("Network.clearBrowserCookies")
+    shown.open(address.partition("?")[0])
+    assert "it contains the token" in shown.evaluate("document.body.textContent")
