@@ -12,7 +12,7 @@ import taichi as ti
 
 import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
-from taichi_tracer.picture.film import Film, add_to_pair
+from taichi_tracer.picture.film import Film, two_sum
 from taichi_tracer.studies.metrics import relative_rmse
 
 RENDERS, SIZE = 200, 64  # of paths
@@ -181,7 +181,8 @@ class PlainFilm(Film):
     @ti.func
     def add(self, x, y, value, sample):
         """Add one sample to a pixel."""
-        total, rest = add_to_pair(self.total[x, y, 0], self.rest[x, y, 0], value, ti.math.vec3(0))
+        total, lost = two_sum(self.total[x, y, 0], value)
+        total, rest = two_sum(total, self.rest[x, y, 0] + lost)
         self.total[x, y, 0], self.rest[x, y, 0] = total, rest
         n = self.count[x, y] + 1
         self.count[x, y] = n
