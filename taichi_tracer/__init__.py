@@ -71,7 +71,7 @@ _HOME_OF = {
     "read_image": "files.images",
 }
 
-_PACKAGES = ("studies", "teaching")
+_PACKAGES = ("cluster", "studies", "teaching")
 
 
 def _import_taichi() -> None:
@@ -108,6 +108,7 @@ if not TYPE_CHECKING:
         return sorted([*__all__, *_PACKAGES])
 
 else:  # Editors and type checkers do not run __getattr__: they read these lines, which never run.
+    from taichi_tracer import cluster as cluster
     from taichi_tracer import studies as studies
     from taichi_tracer import teaching as teaching
     from taichi_tracer.background import Background as Background

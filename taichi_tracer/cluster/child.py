@@ -71,7 +71,10 @@ class Desk:
             self.folder = Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=folder))
         except OSError as error:
             raise InputError(f"{folder}: no folder for the scene can be made there ({error.strerror})") from None
-        self.scenes: dict[str, tuple[SceneData, tuple[PictureRequest, ...]]] = {}
+        self.scenes: dict[tuple, SceneData] = {}
+        # Parcel → the key of its scene, its pictures, and its options but for where the camera stands.
+        self.parcels: dict[str, tuple[tuple, tuple[PictureRequest, ...], str]] = {}
+        self.shown: dict[tuple, str] = {}  # the parcel whose camera a renderer has
         self.renderers: dict[tuple, ProgressiveRenderer] = {}
         self.spare: dict[tuple, Film] = {}
 
@@ -89,27 +92,31 @@ class Desk:
 
     def receive(self, message: dict, pieces: dict[str, bytes]) -> None:
         """Write the files of a parcel, and load its scene."""
-        if message["id"] in self.scenes:
+        if message["id"] in self.parcels:
             return
         from taichi_tracer.apps.cli import load_parts
         from taichi_tracer.apps.requests import scene_and_pictures_of
-        from taichi_tracer.cluster.parcel import unpack
+        from taichi_tracer.cluster.parcel import CAMERA, PICTURE, name_of_files, unpack, without
 
-        place = Path(tempfile.mkdtemp(dir=self.folder))
-        args = unpack(message, pieces, place)
+        files = name_of_files(message)
+        args = unpack(message, pieces, self.folder / files)
         load_parts(args.parts)
         scene, pictures = scene_and_pictures_of(args)
-        while len(self.scenes) >= MOST_SCENES:
-            self.forget(next(iter(self.scenes)))
-        self.scenes[message["id"]] = scene.load(), pictures
-        shutil.rmtree(place, ignore_errors=True)  # everything is in memory
+        key = files, without(message, PICTURE), any(picture.needs_light for picture in pictures)
+        if key not in self.scenes:
+            while len(self.scenes) >= MOST_SCENES:
+                self.forget(next(iter(self.scenes)))
+            self.scenes[key] = scene.load()
+        self.parcels[message["id"]] = key, pictures, without(message, CAMERA)
 
-    def forget(self, parcel: str) -> None:
-        """Free a scene and its renderers."""
+    def forget(self, scene: tuple) -> None:
+        """Free a scene, its parcels and its renderers."""
         for kept in (self.renderers, self.spare):
-            for key in [key for key in kept if key[0] == parcel]:
+            for key in [key for key in kept if key[0] == scene]:
                 del kept[key]
-        self.scenes.pop(parcel)[0].destroy()
+        for parcel in [parcel for parcel, (key, *_) in self.parcels.items() if key == scene]:
+            del self.parcels[parcel]
+        self.scenes.pop(scene).destroy()
 
     def warm(self, parcel: str, which: tuple) -> dict:
         """Compile what a picture needs. Says everything that its bits depend on, and the seconds of one sample."""
@@ -123,11 +130,19 @@ class Desk:
         return {"facts": facts_of(renderer), "seconds": seconds, "pid": os.getpid(), "memory": most_memory()}
 
     def renderer_of(self, parcel: str, which: tuple) -> "ProgressiveRenderer":
-        """The renderer of one picture of a parcel: (number of the picture, number of its view, bounces or None)."""
-        key = parcel, *which
+        """The renderer of one picture of a parcel: (number of the picture, number of its view, bounces or None).
+
+        Pictures that differ only in where the camera stands share one, whose kernels are compiled once.
+        """
+        scene, pictures, others = self.parcels[parcel]
+        key = scene, others, which
         if key not in self.renderers:
-            scene, pictures = self.scenes[parcel]
-            self.renderers[key] = renderer_of(scene, pictures, which)
+            self.renderers[key] = renderer_of(self.scenes[scene], pictures, which)
+        elif self.shown[key] != parcel:
+            place = pictures[which[0]].make_camera(self.scenes[scene]).parameters()
+            del place["projection"]
+            self.renderers[key].camera.set_camera_parameters(**place)
+        self.shown[key] = parcel
         return self.renderers[key]
 
     def render(self, parcel: str, which: tuple, first: int, count: int) -> dict:
@@ -145,7 +160,8 @@ class Desk:
         from taichi_tracer.files.checkpoint import joined
 
         renderer = self.renderer_of(parcel, which)
-        key = parcel, *which
+        scene, _, others = self.parcels[parcel]
+        key = scene, others, which
         if key not in self.spare:
             self.spare[key] = film_like(renderer)
         ranges = parts[0]["ranges"]
@@ -160,6 +176,12 @@ class Desk:
             "arrays": renderer.film.to_arrays(),
             "seconds": sum(part["seconds"] for part in parts),
         }
+
+    def grade(self, assignment: str, name: str, content: bytes, seed: int, level: str | None) -> list[dict]:
+        """The marks of a submission, a zip file, of an assignment that comes with the package."""
+        from taichi_tracer.cluster.grading import marks_of
+
+        return marks_of(assignment, name, content, seed, level, self.folder)
 
     def picture(self, parcel: str, which: tuple, spp: int | None, seconds: float | None, error: float | None) -> dict:
         """A whole picture, which is rendered here alone; as ``ProgressiveRenderer.render`` does."""

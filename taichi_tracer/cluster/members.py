@@ -54,6 +54,7 @@ class Member:
         waiting: the future of what it was asked for last, while it is not a range.
         asked: the parcel and picture that it is loading. has: those that it has loaded.
         seconds_per_sample: as measured; None while unknown. last: the samples of its last range.
+        pieces: the hashes of the pieces of files that were sent to it.
         given: range → what is known of it, in the order in which they were given.
         free_since: when it ended its last range.
     """
@@ -70,6 +71,7 @@ class Member:
     failures: int = 0
     done: int = 0
     facts: dict[str, Any] = field(default_factory=dict)
+    pieces: set[str] = field(default_factory=set)
 
 
 class Cluster:
@@ -263,12 +265,19 @@ class Cluster:
                 found.append(member)
             elif member.waiting is None and not member.given:
                 member.asked = parcel, which, facts
-                pieces = [self.piece(parcel, one, member.address) for one in parcel.hashes]
-                self.bytes_sent += sum(size for _, size in pieces)
                 words = self.session, parcel.message(), list(which), list(parcel.hashes)
-                futures = [future for future, _ in pieces]
-                member.waiting = self.submit(worker.receive, *words, *futures, at=[member.address], priority=20)
+                pieces = self.pieces_for(member, parcel)
+                member.waiting = self.submit(worker.receive, *words, *pieces, at=[member.address], priority=20)
         return found
+
+    def pieces_for(self, member: Member, parcel: Parcel) -> list[Any]:
+        """The futures of all pieces of a parcel. Those that this worker does not have yet travel to it."""
+        found = [self.piece(parcel, one, member.address) for one in parcel.hashes]
+        for one, (_, size) in zip(parcel.hashes, found, strict=True):
+            if one not in member.pieces:
+                member.pieces.add(one)
+                self.bytes_sent += size
+        return [future for future, _ in found]
 
     def piece(self, parcel: Parcel, wanted: str, address: str) -> tuple[Any, int]:
         """The future of a piece of a file, and its size. It is sent to one worker, and goes on from there."""

@@ -21,6 +21,11 @@ from taichi_tracer.system.errors import InputError
 # What only the sender needs: where things are written, when the picture is good enough, and the command itself.
 STAYS = {"command", "started", "helper", "begin", "debug", "cluster", "output", "checkpoint", "checkpoint_every", "aov"}
 STAYS |= {"spp", "time", "error", "bounces"}
+# The options of a picture, beside those of its scene: pictures that differ only in these share a scene on a worker.
+CAMERA = {"eye", "at", "up", "fov"}
+PICTURE = CAMERA | {"camera", "window", "handedness", "view", "view_option", "size", "quick", "crop", "max_distance"}
+PICTURE |= {"sampler", "seed", "jitter", "first_sample", "adaptive", "exposure", "tone", "max_bounces", "roulette"}
+PICTURE |= {"rr_start_bounce", "rr_termination_probability", "mis_plight", "mis_pbrdf"}
 CHUNK = 32 << 20  # bytes: a large file travels in pieces, between which a worker can say that it is alive
 
 
@@ -65,6 +70,17 @@ class Parcel:
         if hash_of(piece) != wanted:
             raise InputError(f"{path}: has changed since the rendering began: start again")
         return piece
+
+
+def name_of_files(message: dict) -> str:
+    """The same for the same files in the same places."""
+    return hashlib.sha256(json.dumps(message["files"]).encode()).hexdigest()[:32]
+
+
+def without(message: dict, names: set[str]) -> str:
+    """The options of a parcel, as JSON, without some of them."""
+    options = json.loads(message["options"])
+    return json.dumps({name: value for name, value in options.items() if name not in names}, sort_keys=True)
 
 
 def hash_of(content: bytes) -> str:

@@ -119,9 +119,16 @@ def merged(session: str, parcel: str, which: Sequence[Any], *parts: dict) -> dic
     return seat_of(session).ask("merge", parcel, tuple(which), list(parts))
 
 
-def picture(session: str, parcel: str, which: Sequence[Any], *targets: Any) -> dict:
-    """A whole picture."""
-    return seat_of(session).ask("picture", parcel, tuple(which), *targets)
+def picture(session: str, message: dict, targets: Sequence[Any], hashes: Sequence[str], *pieces: bytes) -> dict:
+    """A whole picture, the first one of a parcel."""
+    seat = seat_of(session)
+    seat.ask("receive", message, dict(zip(hashes, pieces, strict=True)))
+    return seat.ask("picture", message["id"], (0, 0, None), *targets)
+
+
+def grade(session: str, *words: Any) -> list[dict]:
+    """The marks of a submission."""
+    return seat_of(session).ask("grade", *words)
 
 
 def leave(session: str, dask_worker: Any = None) -> None:
