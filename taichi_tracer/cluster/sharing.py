@@ -24,6 +24,7 @@ SOON = 1.0  # seconds between two collections of what is done, at least
 COST_OF_COLLECTING = 0.05  # the fraction of the time that collecting may take
 WAIT = 0.1  # seconds between two looks at the workers, unless one of them ends something
 TRIES = 5  # how often the same thing may fail before the rendering ends
+PATIENCE = 10.0  # seconds in which sums have to come, before somebody is suspected to hang
 FAREWELL = 20.0  # seconds in which what is done may come after an interruption
 BEGIN = 0.25  # seconds that the first range of a worker takes, about: its time was measured on one sample
 
@@ -89,6 +90,7 @@ class Sharing:
         self.book = Ledger(first, end, renderer.first_sample, renderer.film.doubles)
         self.spare: Any = None
         self.collection: list[tuple[list[Range], Any]] = []
+        self.asked_at = 0.0  # when the collection began
         self.coming: Any = None  # the first sum of the collection, on its way to this machine
         self.began_at = time.perf_counter()
         self.started_at: float | None = None
@@ -255,6 +257,7 @@ class Sharing:
         """Let the workers add up what is done, and take the sums that are there."""
         self.take_sums()
         if self.collection:
+            self.give_up_if_late()
             return
         ready = self.book.ready()
         is_last = self.book.is_given and not self.book.given
@@ -262,9 +265,31 @@ class Sharing:
         members = self.cluster.ready(self.parcel, self.which, self.facts)
         if ready and members and (is_last or time.perf_counter() - self.collected_at > due):
             groups = [[one] for one in ready] if self.book.doubles else [ready]
-            at = [member.address for member in members]
+            at = [member.address for member in members if not self.is_stuck(member)]
+            at = at or [member.address for member in members]
+            self.asked_at = time.perf_counter()
             self.collection = [(group, self.tree(group, at)) for group in groups]
             self.take_sums()
+
+    def give_up_if_late(self) -> None:
+        """A worker that hangs keeps what it has done to itself: then others do it again.
+
+        If nobody seems to hang, all that was to be added up is done again, after a longer time.
+        """
+        passed = time.perf_counter() - self.asked_at
+        patience = max(PATIENCE, LATE * FAN_IN * self.cost)
+        if passed < patience:
+            return
+        stuck = {member.address for member in self.cluster.members.values() if self.is_stuck(member)}
+        wanted = [one for group, _ in self.collection for one in group]
+        lost = [one for one in wanted if self.book.done[one][1] in stuck]
+        if not lost and passed > LATE * patience:
+            lost = wanted
+        if lost:
+            self.collection, self.coming = [], None
+            self.statistics.repeated += len(lost)
+            for one in lost:
+                self.book.undo(one)
 
     def tree(self, ranges: list[Range], at: list[str]) -> Any:
         """The future of the sum of ranges that follow each other; the workers at these addresses add up."""

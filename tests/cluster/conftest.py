@@ -36,6 +36,7 @@ class Machines:
             [*command, *words, *self.options],
             stdout=log,
             stderr=log,
+            cwd=self.folder,
             env=os.environ | paths | variables,
             start_new_session=True,
         )

@@ -15,7 +15,7 @@ from taichi_tracer.system.errors import IncompleteError
 
 pytestmark = pytest.mark.exhaustive
 OPTIONS = {"estimator": "mis", "environment": "studio", "intersector": "brute_force", "size": (48, 48), "arch": "cpu"}
-SPP = 600
+SPP = 3000
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def _short(monkeypatch):
     """Short ranges, so that a small picture has many."""
     start("f32")
     monkeypatch.setattr(ranges, "SECONDS", 0.05)
-    monkeypatch.setattr(sharing, "SOON", 0.3)
+    monkeypatch.setattr(sharing, "SOON", 0.1)
 
 
 class Watch:
@@ -106,14 +106,14 @@ def is_child_of(process: Path, machines) -> bool:
 def test_a_late_worker_takes_its_share(machines, alone, statistics):
     machines.add()
     watch = Watch(statistics, 3, machines.add)
-    result = rendered(machines, spp=6 * SPP, watch=watch)
+    result = rendered(machines, spp=3 * SPP, watch=watch)
     assert len(result.statistics.workers) == 2
     assert min(worker["ranges"] for worker in result.statistics.workers.values()) > 0
-    assert result.samples == 6 * SPP
+    assert result.samples == 3 * SPP
     again = (
         tt.A2Renderer(tt.load_scene_data("cube", environment="studio", intersector="brute_force"), 48, 48)
         .use("mis")
-        .render(6 * SPP)
+        .render(3 * SPP)
     )
     np.testing.assert_array_equal(result.image, again.image())
 
@@ -121,6 +121,7 @@ def test_a_late_worker_takes_its_share(machines, alone, statistics):
 def test_a_slow_worker_does_not_hold_up_the_picture(machines, alone, statistics, monkeypatch):
     """It is stopped in the middle of a range, which another one takes; when it goes on, its result does not count."""
     monkeypatch.setattr(sharing, "LEAST", 0.3)
+    monkeypatch.setattr(sharing, "PATIENCE", 1.0)
     machines.add(), machines.add()
     stopped = []
 
@@ -132,7 +133,7 @@ def test_a_slow_worker_does_not_hold_up_the_picture(machines, alone, statistics,
             os.kill(pid, signal.SIGSTOP)
             stopped.append(pid)
 
-    result = rendered(machines, watch=Watch(statistics, 4, stop))
+    result = rendered(machines, watch=Watch(statistics, 3, stop))
     import os
 
     for pid in stopped:
