@@ -89,8 +89,9 @@ class Cluster:
             raise InputError(f"--cluster {where}: give tcp://host:8786, tls://host:8786, local or local:4")
         self.where, self.tell, self.is_local = where, tell, local is not None
         package = distributed()
-        for name in ("distributed", "distributed.worker", "distributed.scheduler", "tornado.application"):
-            logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is told in the words of this package
+        for name in ["distributed", "tornado.application", *logging.root.manager.loggerDict]:
+            if name.startswith(("distributed", "tornado")):
+                logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is told in the words of this package
         self.session, self.members, self.pieces = uuid.uuid4().hex, {}, {}
         self.settings: tuple | None = None
         self.wanted: dict[str, str] = {}

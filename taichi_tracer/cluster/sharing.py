@@ -49,6 +49,8 @@ class Statistics:
     Attributes:
         start: seconds until the first worker could render. seconds: after that, until the end.
         ranges, repeated, twice: that were done, that were given again, and results that came twice and did not count.
+        collections: sums that came to this machine.
+        sizes: samples of each range.
         rendering: seconds that the workers spent on the ranges that count, added up.
         bytes_sent: of files, to all workers. bytes_received: of results, by this machine.
         workers: address → what is known of it.
@@ -62,6 +64,7 @@ class Statistics:
     rendering: float = 0.0
     bytes_sent: int = 0
     bytes_received: int = 0
+    collections: int = 0
     sizes: list[int] = field(default_factory=list)
     workers: dict[str, dict] = field(default_factory=dict)
 
@@ -121,7 +124,9 @@ class Sharing:
                     self.cluster.wake.clear()
         except (IncompleteError, InputError):
             raise
-        except BaseException:
+        except BaseException as error:
+            if isinstance(error, Exception) and self.cluster.is_lost:  # Dask raises many kinds of errors then
+                self.cluster.check()
             self.fetch_what_is_done()
             raise
         finally:
@@ -334,13 +339,15 @@ class Sharing:
         self.renderer.film.merge(self.spare)
         self.book.collect(ranges)
         self.failures = 0
+        self.statistics.collections += 1
         self.statistics.rendering += part["seconds"]
-        self.statistics.bytes_received += sum(array.nbytes for array in part["arrays"].values())
         now = time.perf_counter()
         self.progress.took(now - self.collected_at, samples_of(part))
         self.progress.look(self.renderer.error)
         self.collected_at = time.perf_counter()
-        self.cost = self.collected_at - start
+        if self.statistics.bytes_received > 0:  # the first sum compiles kernels, which later ones do not
+            self.cost = self.collected_at - start
+        self.statistics.bytes_received += sum(array.nbytes for array in part["arrays"].values())
 
     def fetch_what_is_done(self) -> None:
         """After an interruption: take what is done and follows without a gap, as far as it comes in time."""
