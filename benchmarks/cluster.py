@@ -65,7 +65,7 @@ def measure(seconds: float) -> str:
             f"| {told.bytes_received / 1e6:.1f} | {memory / 1e6:.0f} | {load:.1f} |"
         )
     head = (
-        "| workers | ideal, samples/s (before, after) | cluster, samples/s | of ideal | workers busy | start, s | ranges "
+        "| workers | ideal, samples/s (before, after) | cluster | of ideal | workers busy | start, s | ranges "
         "| overhead per range, ms | sent, MB | received, MB | memory of a worker, MB | load |"
     )
     return "\n".join([head, "|" + "--:|" * 12, *rows])
@@ -196,7 +196,7 @@ def main() -> None:
     for name, default in vars(Model()).items():
         parser.add_argument(f"--{name.replace('_', '-')}", type=type(default), default=default, help="%(default)s")
     args = parser.parse_args()
-    print(f"{time.strftime('%Y-%m-%d')}; {describe_machine()}\n")
+    print(describe_machine(), end="\n\n")
     if args.simulate:
         model = Model(**{name: getattr(args, name) for name in vars(Model())})
         print(", ".join(f"{name} {value:g}" for name, value in vars(model).items()), end="\n\n")

@@ -431,6 +431,8 @@ class Bar:
         left, texts = progress.seconds_left, [f"{self.renderer.samples} spp", f"{progress.seconds:.1f} s"]
         if not math.isnan(progress.error):
             texts.append(f"error {two_digits(progress.error)}")
+        if progress.place:
+            texts.append(progress.place)
         texts.append("? left" if math.isnan(left) else f"{left:.1f} s left")
         self.bar.set_postfix_str(", ".join(texts), refresh=False)
         done = 0.0 if math.isnan(left) else progress.seconds / max(progress.seconds + left, SHORTEST)

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from taichi_tracer.apps import render
+from taichi_tracer.apps.requests import MachineRequest
 from taichi_tracer.apps.words import note
 from taichi_tracer.cluster.members import Cluster
 from taichi_tracer.cluster.parcel import Parcel, pack
@@ -37,13 +38,15 @@ class Elsewhere:
 
     def __init__(self, cluster: Cluster, args: Namespace, paths: dict) -> None:
         self.cluster, self.args, self.paths = cluster, args, paths
+        MachineRequest(args.arch, args.precision, args.fast_math).start()
+        settings = runtime.current()
+        cluster.prepare(settings.arch, settings.precision, settings.fast_math)
+        cluster.begin()
         self.parcel: Parcel | None = None
         self.statistics: list[Statistics] = []
 
     def loaded(self, scene: SceneData) -> None:
-        """The scene was loaded here: its files are known, and how Taichi runs."""
-        settings = runtime.current()
-        self.cluster.prepare(settings.arch, settings.precision, settings.fast_math)
+        """The scene was loaded here: its files are known."""
         self.parcel = pack(self.args, self.paths)
 
     def renders(self, renderer: Any, which: tuple) -> Callable:

@@ -23,6 +23,7 @@ LOCAL = "local"
 INSTALL = "--cluster needs the package distributed: pip install 'taichi_tracer[cluster]'"
 CONNECT = 10.0  # seconds in which a scheduler has to answer
 LOOK = 0.5  # seconds between two looks for workers that came or went
+FIRST_LOOK = 0.5  # seconds that workers get to say who they are, before the scene is loaded here
 TRIES = 3  # how often a worker may fail before it is left out
 PATIENT = 5.0  # seconds after which the user is told that there is no worker yet
 
@@ -142,6 +143,16 @@ class Cluster:
         """From now on, workers start Taichi with these settings; one where it runs otherwise is refused."""
         self.settings = arch, precision, fast_math
         self.wanted = {"backend": arch, "precision": precision, "fast math": str(fast_math)}
+
+    def begin(self) -> None:
+        """Let the workers that are there start Taichi, while this machine loads the scene."""
+        until = time.perf_counter() + FIRST_LOOK
+        self.look()
+        while time.perf_counter() < until and any(member.state == "new" for member in self.members.values()):
+            self.wake.wait(FIRST_LOOK / 10)
+            self.wake.clear()
+            for member in list(self.members.values()):
+                self.advance(member)
 
     # ── who is there ──
 

@@ -19,6 +19,7 @@ from taichi_tracer.picture.progress import RECENT, Progress, Target
 from taichi_tracer.system.errors import IncompleteError, InputError
 
 DEPTH = 2  # ranges that a worker has: one that it renders, and one that waits, so that it never does
+DIRECT = 4  # parts that come here one by one: for so few, the workers need not add up
 FAN_IN = 8  # parts that one step of the tree adds up
 SOON = 1.0  # seconds between two collections of what is done, at least
 COST_OF_COLLECTING = 0.05  # the fraction of the time that collecting may take
@@ -117,6 +118,7 @@ class Sharing:
                 self.take_answers()
                 self.give()
                 self.collect()
+                self.get_ready()
                 if watch is not None:
                     watch(self.progress)
                 if not self.is_over:
@@ -132,6 +134,15 @@ class Sharing:
         finally:
             self.end()
         return self.statistics
+
+    def get_ready(self) -> None:
+        """Compile what this machine needs for sums, once, while the workers load the scene."""
+        self.progress.place = f"{sum(bool(m.has) for m in self.cluster.members.values())} workers"
+        if self.spare is None and any(member.asked for member in self.cluster.members.values()):
+            self.spare = film_like(self.renderer)
+            self.spare.from_arrays(self.spare.to_arrays(), 0)
+            self.renderer.film.merge(self.spare)
+            self.renderer.film.error()
 
     @property
     def is_over(self) -> bool:
@@ -269,7 +280,8 @@ class Sharing:
         due = max(SOON, self.cost / COST_OF_COLLECTING)
         members = self.cluster.ready(self.parcel, self.which, self.facts)
         if ready and members and (is_last or time.perf_counter() - self.collected_at > due):
-            groups = [[one] for one in ready] if self.book.doubles else [ready]
+            is_direct = self.book.doubles or len(ready) <= DIRECT
+            groups = [[one] for one in ready] if is_direct else [ready]
             at = [member.address for member in members if not self.is_stuck(member)]
             at = at or [member.address for member in members]
             self.asked_at = time.perf_counter()

@@ -3,15 +3,19 @@
 These functions are sent by their names. Only dictionaries, texts, numbers and arrays travel beside them.
 """
 
+import contextlib
 import os
+import subprocess
 import threading
 from collections.abc import Sequence
 from typing import Any
 
 from taichi_tracer.cluster.child import Child
 from taichi_tracer.cluster.versions import installation
+from taichi_tracer.studies.crew import WorkerDied
 
 IDLE = 900.0  # seconds after which a process that nobody asks for anything ends: its sender may be gone
+ENDING = 5.0  # seconds that a process may take to end
 SEATS = "taichi_tracer_seats"  # the attribute of Dask's worker that has them
 
 
@@ -46,11 +50,11 @@ class Seat:
                 self.is_open = True
             try:
                 return self.child.ask(method, *words).result()
-            except RuntimeError as error:
-                if self.child.process.poll() is not None:
-                    code = self.child.process.returncode
-                    raise GoneError(f"the process that renders has ended (exit code {code})") from None
-                raise error
+            except WorkerDied:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self.child.process.wait(ENDING)
+                code = self.child.process.returncode
+                raise GoneError(f"the process that renders has ended (exit code {code})") from None
             finally:
                 self.timer = threading.Timer(IDLE, self.child.close)
                 self.timer.daemon = True

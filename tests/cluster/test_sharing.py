@@ -1,4 +1,4 @@
-"""Sums come back in a tree: the same bits for any division of the samples, any order and any tree; without processes."""
+"""Sums in a tree: the same bits for any division of the samples, any order and any tree; without processes."""
 
 import numpy as np
 import pytest
@@ -23,6 +23,7 @@ def desk(tmp_path):
     made.close()
 
 
+@pytest.mark.long
 def test_any_tree_of_any_ranges_gives_the_bits_of_one_process(desk):
     """Ranges of several lengths, one of them done twice; sums of sums, as workers make them."""
     (parcel,), _ = parcels_of([OPTIONS])
