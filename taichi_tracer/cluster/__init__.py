@@ -142,7 +142,7 @@ def sweep(
         The results, in the order of ``pictures``. Pictures that share a scene get it only once per worker.
     """
     from taichi_tracer.cluster import worker
-    from taichi_tracer.cluster.sweep import Sweep, in_order
+    from taichi_tracer.cluster.jobs import Sweep, in_order
     from taichi_tracer.system import runtime
 
     parcels, (arch, precision, fast_math) = parcels_of([{**common, **one} for one in in_order(pictures)])
@@ -207,7 +207,7 @@ def grade(
         watch: called with the number and the mark of each submission as soon as it is known.
     """
     from taichi_tracer.cluster import worker
-    from taichi_tracer.cluster.sweep import Sweep, in_order
+    from taichi_tracer.cluster.jobs import Sweep, in_order
     from taichi_tracer.files.disk import read_bytes
     from taichi_tracer.system.errors import one_of
     from taichi_tracer.teaching import catalogue, submissions

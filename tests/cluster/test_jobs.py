@@ -5,7 +5,7 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.cluster.sweep import in_order
+from taichi_tracer.cluster.jobs import in_order
 
 
 def test_a_turntable_goes_round_its_point():
