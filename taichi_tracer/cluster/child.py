@@ -148,14 +148,15 @@ class Desk:
         return self.renderers[key]
 
     def render(self, parcel: str, which: tuple, first: int, count: int) -> dict:
-        """The samples of a range, as a film's arrays; and the seconds that they took."""
+        """The samples of a range, as a film's arrays; and the seconds that they took, also of all processors."""
         renderer = self.renderer_of(parcel, which)
-        start = time.perf_counter()
+        start, cpu = time.perf_counter(), time.process_time()
         renderer.first_sample = first
         renderer.begin()
         renderer.render(count)
         arrays = renderer.film.to_arrays()
-        return {"ranges": [[first, first + count]], "arrays": arrays, "seconds": time.perf_counter() - start}
+        took = {"seconds": time.perf_counter() - start, "cpu": time.process_time() - cpu}
+        return {"ranges": [[first, first + count]], "arrays": arrays, **took}
 
     def merge(self, parcel: str, which: tuple, parts: list[dict]) -> dict:
         """The sum of several parts, which must follow each other without gaps."""
@@ -173,11 +174,8 @@ class Desk:
             ranges = joined(ranges, part["ranges"])
             self.spare[key].from_arrays(part["arrays"], samples_of(part))
             renderer.film.merge(self.spare[key])
-        return {
-            "ranges": ranges,
-            "arrays": renderer.film.to_arrays(),
-            "seconds": sum(part["seconds"] for part in parts),
-        }
+        took = {name: sum(part[name] for part in parts) for name in ("seconds", "cpu")}
+        return {"ranges": ranges, "arrays": renderer.film.to_arrays(), **took}
 
     def grade(self, assignment: str, name: str, content: bytes, seed: int, level: str | None) -> list[dict]:
         """The marks of a submission, a zip file, of an assignment that comes with the package."""

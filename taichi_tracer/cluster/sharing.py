@@ -52,7 +52,8 @@ class Statistics:
         ranges, repeated, twice: that were done, that were given again, and results that came twice and did not count.
         collections: sums that came to this machine.
         sizes: samples of each range.
-        rendering: seconds that the workers spent on the ranges that count, added up.
+        rendering: seconds that the workers spent on the ranges that count, added up. processors: the same, as seconds
+            of processors, which other programs on the machine do not change.
         bytes_sent: of files, to all workers. bytes_received: of results, by this machine.
         workers: address → what is known of it.
     """
@@ -63,6 +64,7 @@ class Statistics:
     repeated: int = 0
     twice: int = 0
     rendering: float = 0.0
+    processors: float = 0.0
     bytes_sent: int = 0
     bytes_received: int = 0
     collections: int = 0
@@ -168,11 +170,13 @@ class Sharing:
         if members and self.started_at is None:
             self.started_at = self.collected_at = time.perf_counter()
             self.progress.took(self.started_at - self.began_at, 0, compiles=True)
+        late = self.late_ranges()
         for member in members:
-            for late in self.late_ranges(member):
-                self.book.take_also(member.address, late)
+            if late and late[0][1] != member.address and len(member.given) < DEPTH:
+                one, _ = late.pop(0)
+                self.book.take_also(member.address, one)
                 self.statistics.repeated += 1
-                self.send(member, late)
+                self.send(member, one)
             while len(member.given) < DEPTH and not self.is_stuck(member):
                 taken = self.book.take(member.address, self.size_for(member, len(members)))
                 if taken is None:
@@ -197,16 +201,10 @@ class Sharing:
         member.given[taken] = given
         member.last = end - first
 
-    def late_ranges(self, member: Member) -> list[Range]:
-        """Ranges of others that take too long, one at most, if this worker has time for it."""
-        if len(member.given) >= DEPTH:
-            return []
-        for other in self.cluster.members.values():
-            if other is not member and self.is_stuck(other):
-                for one in other.given:
-                    if self.book.given.get(one) == {other.address}:
-                        return [one]
-        return []
+    def late_ranges(self) -> list[tuple[Range, str]]:
+        """(range, worker) of what takes too long and nobody else has yet."""
+        stuck = [member for member in self.cluster.members.values() if self.is_stuck(member)]
+        return [(one, m.address) for m in stuck for one in m.given if self.book.given.get(one) == {m.address}]
 
     def is_stuck(self, member: Member) -> bool:
         """Whether a worker takes much longer for its range than its samples took before."""
@@ -353,6 +351,7 @@ class Sharing:
         self.failures = 0
         self.statistics.collections += 1
         self.statistics.rendering += part["seconds"]
+        self.statistics.processors += part["cpu"]
         now = time.perf_counter()
         self.progress.took(now - self.collected_at, samples_of(part))
         self.progress.look(self.renderer.error)

@@ -103,19 +103,30 @@ def is_child_of(process: Path, machines) -> bool:
         return False
 
 
-def test_a_late_worker_takes_its_share(machines, alone, statistics):
+class EnoughError(Exception):
+    """What was to be seen has happened."""
+
+
+def test_a_late_worker_takes_its_share(machines, tmp_path):
+    """It comes when the first one has done something; the rendering goes on until it has done something, too."""
     machines.add()
-    watch = Watch(statistics, 3, machines.add)
-    result = rendered(machines, spp=3 * SPP, watch=watch)
-    assert len(result.statistics.workers) == 2
-    assert min(worker["ranges"] for worker in result.statistics.workers.values()) > 0
-    assert result.samples == 3 * SPP
-    again = (
-        tt.A2Renderer(tt.load_scene_data("cube", environment="studio", intersector="brute_force"), 48, 48)
-        .use("mis")
-        .render(3 * SPP)
-    )
-    np.testing.assert_array_equal(result.image, again.image())
+    options = {"spp": 10**8, "checkpoint": tmp_path / "a.checkpoint", **OPTIONS}
+    with tt.cluster.connect(machines.address, lambda _: None) as connection:
+
+        def watch(_):
+            done = [member.done for member in connection.members.values()]
+            if len(machines.workers) == 1 and done[0] > 0:
+                machines.add()
+            if len(done) == 2 and min(done) > 0:
+                raise EnoughError
+
+        with pytest.raises(EnoughError):
+            tt.cluster.render("cube", cluster=connection, watch=watch, **options)
+    scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
+    shared, alone = (tt.A2Renderer(scene, 48, 48).use("mis") for _ in range(2))
+    shared.load_checkpoint(tmp_path / "a.checkpoint")
+    assert shared.samples > 0
+    np.testing.assert_array_equal(shared.image(), alone.render(shared.samples).image())
 
 
 def test_a_slow_worker_does_not_hold_up_the_picture(machines, alone, statistics, monkeypatch):
