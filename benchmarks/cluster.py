@@ -11,6 +11,7 @@ import math
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,14 +38,15 @@ def alone(processes: int, threads: int, seconds: float) -> tuple[float, float]:
     Returns:
         Samples per second, and seconds of processors per sample.
     """
-    program = Path(__file__).parent / "_alone.py"
-    program.write_text(ALONE, encoding="utf-8")  # kernels need their source in a file
-    try:
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "alone.py"  # kernels need their source in a file
+        program.write_text(ALONE, encoding="utf-8")
         command = [sys.executable, str(program), str(threads), str(seconds)]
-        running = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(processes)]
+        variables = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+        running = [
+            subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=variables) for _ in range(processes)
+        ]
         found = [json.loads(process.communicate()[0].splitlines()[-1]) for process in running]
-    finally:
-        program.unlink()
     return sum(n / taken for n, taken, _ in found), sum(cpu for *_, cpu in found) / sum(n for n, *_ in found)
 
 
@@ -156,8 +158,8 @@ class Simulated:
 def simulate(workers: int, model: Model, seconds: float = 600.0) -> Simulated:
     """Ranges event by event: handed out one after the other, of equal length, with one more waiting at each.
 
-    What the tree takes of the workers' time is spread over them evenly: a worker sends and adds up what it has, and does
-    its part of the inner nodes. A scene goes from each worker that has it to another one.
+    What the tree takes of the workers' time is spread over them evenly: a worker sends and adds up what it has, and
+    does its part of the inner nodes. A scene goes from each worker that has it to another one.
     """
     depth, width = 0, workers
     while width > 1:

@@ -104,7 +104,8 @@ class Sweep:
         if self.failures[one[0]] >= TRIES:
             reason = "it was lost" if error is None else last_line(error)
             raise IncompleteError(f"job {one[0]} failed {TRIES} times: {reason}")
-        self.cluster.failed(member, future)
+        if member.state == "ready":
+            self.cluster.failed(member, future)
 
 
 def in_order(jobs: Sequence[Any]) -> list[Any]:

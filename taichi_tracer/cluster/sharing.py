@@ -230,14 +230,15 @@ class Sharing:
                 else:
                     self.book.lose(taken, member.address)
                     self.statistics.repeated += 1
-                    self.cluster.failed(member, given.future)
+                    if member.state == "ready":  # else it is being started again, because of the range before
+                        self.cluster.failed(member, given.future)
                     self.fail(given.future)
 
     def take_answer(self, member: Member, taken: Range, given: Given) -> None:
         """A range is done: it counts, unless it came before."""
         done_at = given.done_at or time.perf_counter()
         seconds = done_at - max(given.given_at, member.free_since)
-        member.free_since, member.done = done_at, member.done + 1
+        member.free_since, member.done, member.failures = done_at, member.done + 1, 0
         member.seconds_per_sample = max(seconds, 1e-9) / (taken[1] - taken[0])
         if self.book.finish(taken, (given.future, member.address)):
             self.statistics.ranges += 1

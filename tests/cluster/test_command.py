@@ -211,6 +211,20 @@ def test_tls_as_the_page_shows_it(tmp_path, monkeypatch, capsys):
     np.testing.assert_array_equal(np.load("a.npy"), np.load("alone.npy"))
 
 
+@pytest.mark.exhaustive
+def test_the_python_of_the_page_runs(capsys):
+    import re
+    from pathlib import Path
+
+    pytest.importorskip("distributed")
+    page = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text(encoding="utf-8")
+    names: dict = {}
+    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(compile(code, "cluster.md", "exec"), names)
+    assert capsys.readouterr().out.startswith("(128, 128, 3) 16 ")
+    assert len(names["frames"]) == len(names["study"]) == 4
+
+
 def test_the_simulation_runs_and_ends_at_a_wall():
     from benchmarks.cluster import Model, simulate
 
