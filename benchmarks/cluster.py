@@ -1,7 +1,7 @@
 """What a cluster gains and costs: efficiency with local workers, bytes, memory, overhead; and a simulation of many.
 
 python -m benchmarks.cluster                 measure with 1 and 2 workers on this machine
-python -m benchmarks.cluster --simulate      1, 10, 100 and 1,000 workers, from measured times and sizes
+python -m benchmarks.cluster --simulate      1, 10, 100 and 1,000 workers, with times and sizes that were measured
 """
 
 import argparse
@@ -82,8 +82,8 @@ def measure(seconds: float) -> str:
     return "\n".join([head, "|" + "--:|" * 13, *rows])
 
 
-def costs() -> str:
-    """What the simulation needs to know, measured here, as its options."""
+def costs() -> "Model":
+    """What the simulation needs to know, measured here."""
     import taichi_tracer as tt
     from taichi_tracer.cluster import parcels_of, worker
     from taichi_tracer.cluster.child import Desk
@@ -113,7 +113,7 @@ def costs() -> str:
     put = merge + time.perf_counter() - start
     desk.close()
     size = sum(array.nbytes for array in parts[0]["arrays"].values())
-    return f"--overhead {overhead:.2g} --merge {merge:.2g} --put {put:.2g} --part {size}"
+    return Model(overhead=overhead, merge=merge, put=put, part=size)
 
 
 # ── the simulation ──
@@ -132,10 +132,10 @@ class Model:
     """
 
     range_seconds: float = 5.0
-    overhead: float = 0.002
-    part: float = 15e6
-    merge: float = 0.06
-    put: float = 0.15
+    overhead: float = 0.0055
+    part: float = 14680268
+    merge: float = 0.072
+    put: float = 0.14
     network: float = 118e6
     fan_in: int = 8
     share: float = 0.05
@@ -218,11 +218,13 @@ def main() -> None:
     print(describe_machine(), end="\n\n")
     if args.simulate:
         model = Model(**{name: getattr(args, name) for name in vars(Model())})
-        print(", ".join(f"{name} {value:g}" for name, value in vars(model).items()), end="\n\n")
-        print(simulation(model))
     else:
+        print("**1 and 2 local workers, paths in the Cornell box at 512²**\n")
         print(measure(args.seconds), end="\n\n")
-        print("measured for --simulate:", costs())
+        model = costs()
+    told = " ".join(f"--{name.replace('_', '-')} {value:.3g}" for name, value in vars(model).items())
+    print(f"**many workers, simulated: {told}**\n")
+    print(simulation(model))
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ BENCHMARKS = {
     "samplers": ["errors"],
     "paths": ["sample", "compile"],
     "obj_reader": [],
+    "cluster": [],
 }
 HEAD = """# Results
 
