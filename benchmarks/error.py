@@ -16,7 +16,7 @@ from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.samplers import SPHERES_VIEW, three_spheres
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.picture.film import Film, add_to_pair
+from taichi_tracer.picture.film import Film, two_sum
 from taichi_tracer.studies.metrics import relative_rmse
 
 RENDERS, SIZE = 200, 64  # of paths
@@ -262,7 +262,8 @@ class PlainFilm(Film):
     @ti.func
     def add(self, x, y, value, sample):
         """Add one sample to a pixel."""
-        total, rest = add_to_pair(self.total[x, y, 0], self.rest[x, y, 0], value, ti.math.vec3(0))
+        total, lost = two_sum(self.total[x, y, 0], value)
+        total, rest = two_sum(total, self.rest[x, y, 0] + lost)
         self.total[x, y, 0], self.rest[x, y, 0] = total, rest
         n = self.count[x, y] + 1
         self.count[x, y] = n

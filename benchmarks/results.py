@@ -21,6 +21,7 @@ BENCHMARKS = {
     "paths": ["sample", "compile"],
     "obj_reader": [],
     "grading": [],
+    "cluster": [],
 }
 HEAD = """# Results
 

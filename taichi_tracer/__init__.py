@@ -72,7 +72,7 @@ _HOME_OF = {
     "show": "apps.widget",
 }
 
-_PACKAGES = ("studies", "teaching")
+_PACKAGES = ("cluster", "studies", "teaching")
 
 
 def _import_taichi() -> None:
@@ -109,6 +109,7 @@ if not TYPE_CHECKING:
         return sorted([*__all__, *_PACKAGES])
 
 else:  # Editors and type checkers do not run __getattr__: they read these lines, which never run.
+    from taichi_tracer import cluster as cluster
     from taichi_tracer import studies as studies
     from taichi_tracer import teaching as teaching
     from taichi_tracer.apps.widget import show as show

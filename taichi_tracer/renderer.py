@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from taichi_tracer.explain.explanation import Explanation
 
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
-NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 23, 52
+NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 29, 52
 
 SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]
 IntegratorChoice = str | Integrator | type[Integrator] | Enum

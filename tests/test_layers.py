@@ -35,6 +35,7 @@ LAYERS = (
     "studies",
     "teaching",
     "apps",
+    "cluster",
     "__main__",
 )
 ORDER = " ".join(LAYERS).split()
@@ -47,7 +48,7 @@ IMPORT_BY_NAME = {
 }
 
 # Who names a part above it in an import that never runs, which only editors read.
-FOR_EDITORS = {"__init__": {"studies", "teaching", "apps"}}
+FOR_EDITORS = {"__init__": {"cluster", "studies", "teaching", "apps"}}
 
 
 @cache

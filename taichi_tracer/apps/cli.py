@@ -38,6 +38,8 @@ from taichi_tracer.apps.words import (
 from taichi_tracer.system import clock, leftovers
 from taichi_tracer.system.errors import InputError, StaleSceneError
 
+CLUSTER = "taichi_tracer.cluster.command:run"  # what renders where --cluster is given
+
 
 def main(argv: list[str] | None = None) -> int:
     """Run one command; returns the exit code: 0, 2 when the input cannot be used, 130 when Ctrl-C was pressed.
@@ -124,7 +126,9 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=Parser)
 
-    add_render(add_command(commands, "render", "write pictures of a scene", "render:run"))
+    render = add_command(commands, "render", "write pictures of a scene", "render:run")
+    add_render(render)
+    render.set_defaults(command=lambda args: load("render:run" if args.cluster is None else CLUSTER)(args))
 
     merge = add_command(commands, "merge", "add the samples of two checkpoints of one picture", "merge:run")
     merge.add_argument("first", metavar="A", help="checkpoint")
@@ -292,6 +296,12 @@ def add_render(parser: Parser) -> None:
         help="index of the first sample, to render parts elsewhere (default: %(default)s)",
     )
     parser.add_argument(
+        "--cluster",
+        metavar="ADDRESS",
+        help="take the samples on the workers of a Dask cluster that runs, tcp://host:8786 or tls://host:8786, or on "
+        "local:N processes of this machine; see docs/cluster.md",
+    )
+    parser.add_argument(
         "-o",
         "--output",
         metavar="FILE",
@@ -414,11 +424,11 @@ def add_command(commands: argparse._SubParsersAction, name: str, what: str, targ
 
 
 def load(target: str) -> Callable:
-    """The function that "module:function" names, its module imported only now."""
+    """The function that "module:function" names, its module imported only now; one without dots is in this folder."""
     import importlib
 
     module, function = target.split(":")
-    return getattr(importlib.import_module(f"taichi_tracer.apps.{module}"), function)
+    return getattr(importlib.import_module(module if "." in module else f"taichi_tracer.apps.{module}"), function)
 
 
 def add_scene_argument(parser: Parser) -> None:

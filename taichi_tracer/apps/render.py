@@ -5,9 +5,10 @@ import signal
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
 from taichi_tracer.apps.rescue import written, written_bytes, written_picture
 from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR, note
+from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, to_bytes
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words, name_of
@@ -25,7 +27,7 @@ from taichi_tracer.picture.progress import Progress, two_digits
 from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import compiling
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import IncompleteError, InputError
 from taichi_tracer.tones.display import Display
 
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
@@ -117,8 +119,11 @@ class Places:
     sheet: Path | None = None
 
 
-def run(args: Namespace) -> int:
+def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
     """Render and write every view that was asked for.
+
+    Args:
+        elsewhere: who takes the samples on other machines; None takes them here.
 
     Returns:
         0; 2 when a file had to be written elsewhere; or, when a signal ended it with what was done by then, 128 and the
@@ -135,10 +140,12 @@ def run(args: Namespace) -> int:
         check_place(request.checkpoint)
     clock = Clock(args.started)
     scene = clock.load(request.scene)
+    if elsewhere is not None:
+        elsewhere.loaded(scene)
     is_in_place = True
-    for picture, views in zip(request.pictures, paths, strict=True):
+    for i, (picture, views) in enumerate(zip(request.pictures, paths, strict=True)):
         made = {}
-        for (renderer_class, integrator), places in zip(picture.views, views, strict=True):
+        for j, ((renderer_class, integrator), places) in enumerate(zip(picture.views, views, strict=True)):
             if renderer_class not in made:
                 made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
@@ -146,8 +153,9 @@ def run(args: Namespace) -> int:
             for path, bounces in zip(places.pictures, request.bounces or (None,), strict=True):
                 if bounces is not None:
                     renderer.bounces = bounces
+                render = renderer.render if elsewhere is None else elsewhere.renders(renderer, (i, j, bounces))
                 with Interruption() as interruption:
-                    is_in_place &= make_picture(renderer, picture, request, path, clock, interruption)
+                    is_in_place &= make_picture(renderer, picture, request, path, clock, interruption, render)
                 if interruption.number is not None:
                     of = "" if request.spp is None else f" of {request.spp}"
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
@@ -174,16 +182,25 @@ def make_picture(
     path: Path,
     clock: "Clock",
     interruption: Interruption,
+    render: Callable[..., object],
 ) -> bool:
     """Render and write a picture, as far as it came; False where something had to be written elsewhere.
 
     Args:
         clock: knows how long everything before took, to be told.
+        render: ``renderer.render``, or what takes its place.
+
+    Raises:
+        InputError: the rendering ended before its targets; what came is written, and the message says how to go on.
     """
     renderer.reset()
     channels = renderer.channels([aov.name for aov in request.aovs])  # first, because the picture may take hours
     keeper = Keeper(renderer, request.checkpoint, request.checkpoint_every)
-    add_samples(renderer, keeper, request.samples_of(picture), request, interruption)
+    incomplete = None
+    try:
+        add_samples(renderer, keeper, request.samples_of(picture), request, interruption, render)
+    except IncompleteError as error:
+        incomplete = InputError(f"{error} after {renderer.samples} samples: {keeper.kept_at_end(path)}")
     is_in_place = keeper.is_in_place
     if renderer.samples > 0:
         image = renderer.film.own_pixels(renderer.image())
@@ -196,7 +213,23 @@ def make_picture(
         for text in renderer.notes():
             note(text)
         is_in_place &= place == path
+    if incomplete is not None:
+        raise incomplete
     return is_in_place
+
+
+class Elsewhere(Protocol):
+    """Who takes samples on other machines."""
+
+    def loaded(self, scene: SceneData) -> None:
+        """The scene was loaded here."""
+
+    def renders(self, renderer: ProgressiveRenderer, which: tuple) -> Callable[..., object]:
+        """What takes the place of ``renderer.render``.
+
+        Args:
+            which: (number of the picture, number of its view, bounces or None).
+        """
 
 
 class Clock:
@@ -296,7 +329,12 @@ def distinct(paths: list[Path]) -> list[Path]:
 
 
 def add_samples(
-    renderer: ProgressiveRenderer, keeper: "Keeper", spp: int | None, request: RenderRequest, interruption: Interruption
+    renderer: ProgressiveRenderer,
+    keeper: "Keeper",
+    spp: int | None,
+    request: RenderRequest,
+    interruption: Interruption,
+    render: Callable[..., object],
 ) -> None:
     """Render until a target is reached or a signal came, and keep a checkpoint if one is wanted."""
     kept = keeper.resume()
@@ -315,7 +353,7 @@ def add_samples(
 
         interruption.is_rendering = True
         try:
-            renderer.render(spp=spp, time=request.time, error=request.error, watch=watch)
+            render(spp=spp, time=request.time, error=request.error, watch=watch)
         except Stopped:
             pass
         except KeyboardInterrupt:  # within a sample: some pixels may have it, so that nothing can go on from there
@@ -347,7 +385,7 @@ class Keeper:
 
     def keep_sometimes(self) -> None:
         """Write, unless that was just done."""
-        if self.path is not None and time.perf_counter() - self.kept_at > self.every:
+        if self.path is not None and self.renderer.samples > 0 and time.perf_counter() - self.kept_at > self.every:
             self.kept_at = time.perf_counter()
             try:
                 self.renderer.save_checkpoint(self.path)
@@ -355,6 +393,16 @@ class Keeper:
                 if not self.failed:
                     print(f"taichi-tracer: note: {error}: rendering goes on", file=sys.stderr)
                 self.failed = True
+
+    def kept_at_end(self, picture: Path) -> str:
+        """Write now, beside the picture if nobody named a place; says how to go on."""
+        if self.renderer.samples == 0:
+            return "nothing has come yet: run the same command again"
+        if self.path is None:
+            self.path = str(picture.with_suffix(checkpoint.EXTENSION))
+        self.keep()
+        again = f"run the same command again, with --checkpoint {self.path}"
+        return f"they are kept in {self.path}: to go on, {again}" if self.is_in_place else "they are kept as told above"
 
     def keep(self) -> None:
         """Write now, if there is where to and what."""
@@ -383,6 +431,8 @@ class Bar:
         left, texts = progress.seconds_left, [f"{self.renderer.samples} spp", f"{progress.seconds:.1f} s"]
         if not math.isnan(progress.error):
             texts.append(f"error {two_digits(progress.error)}")
+        if progress.place:
+            texts.append(progress.place)
         texts.append("? left" if math.isnan(left) else f"{left:.1f} s left")
         self.bar.set_postfix_str(", ".join(texts), refresh=False)
         done = 0.0 if math.isnan(left) else progress.seconds / max(progress.seconds + left, SHORTEST)

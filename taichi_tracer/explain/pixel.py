@@ -69,7 +69,7 @@ class PixelExplainer:
             sample=r.first_sample + sample,
             samples=count,
             value=self.value.to_numpy(),
-            mean=self.film.canvas.to_numpy()[0, 0],
+            mean=self.film.image()[0, 0],
             error=self.film.standard_error()[0, 0] if r.is_random else np.zeros(3),
             steps=steps,
             counts=counts,

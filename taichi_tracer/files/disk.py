@@ -1,8 +1,10 @@
 """Reading and writing of whole files, with clear errors; a file is replaced only by a complete new file."""
 
+import contextlib
 import os
 import stat
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from taichi_tracer.system import leftovers
@@ -14,6 +16,8 @@ KINDS = (
     (stat.S_ISCHR, "a device"),
     (stat.S_ISBLK, "a device"),
 )
+
+_noting: list[dict[Path, None]] = []  # for those who want to know which files are read
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -27,6 +31,17 @@ def read_bytes(path: str | Path) -> bytes:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
 
 
+@contextlib.contextmanager
+def noting_reads() -> Iterator[dict[Path, None]]:
+    """The files that are read from now on, each once, in the order in which they are read."""
+    paths: dict[Path, None] = {}
+    _noting.append(paths)
+    try:
+        yield paths
+    finally:
+        _noting[:] = [one for one in _noting if one is not paths]
+
+
 def check_is_file(path: str | Path) -> None:
     """Raise an InputError for a folder, a pipe or a device: reading a pipe may wait for ever, and a device never ends.
 
@@ -34,6 +49,8 @@ def check_is_file(path: str | Path) -> None:
         InputError: it is no file. OSError: it does not exist or cannot be looked at.
     """
     mode = os.stat(path).st_mode
+    for paths in _noting:
+        paths[Path(path).absolute()] = None
     if stat.S_ISDIR(mode):
         raise InputError(f"{path}: this is a folder: give a file in it")
     if not stat.S_ISREG(mode):

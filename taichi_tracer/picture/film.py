@@ -44,8 +44,9 @@ class Film:
         canvas: [x, y] the mean of the samples, which is the picture.
         count: [x, y] the number of samples.
         half_count: [x, y, half] the number of samples of each half.
-        total, rest: [x, y, half] the sum of the samples of each half is total + rest, which together are exact to twice
-            the precision.
+        total, rest, residue: [x, y, half] the sum of the samples of each half is total + rest + residue, which together
+            are exact to three times the precision: see ``exact_total``. The residue is what total and rest cannot hold;
+            mostly, it is 0.
         deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
         scale: [x, y] what deviations are multiplied by before they are squared: 1, or for very dim or very bright light
             another power of two, because the squares would be 0 or infinite in f32.
@@ -92,8 +93,9 @@ class Film:
         # In memory, the numbers of a half lie side by side, but the two halves of the picture lie apart. A pass over
         # all pixels writes to only one half; then the memory of the other half need not be written back.
         self.half_count = ti.field(ti.i32)
-        self.total, self.rest = ti.Vector.field(3, float), ti.Vector.field(3, float)
+        self.total, self.rest, self.residue = (ti.Vector.field(3, float) for _ in range(3))
         fields.dense(ti.k, self.halves).dense(ti.ij, shape).place(self.half_count, self.total, self.rest)
+        fields.dense(ti.k, self.halves).dense(ti.ij, shape).place(self.residue)  # apart, because it is seldom read
         self.non_finite_count, self.non_finite_at = ti.field(ti.i32), ti.Vector.field(3, ti.i32)
         fields.place(self.non_finite_count)
         fields.dense(ti.i, MAX_LOCATED).place(self.non_finite_at)
@@ -125,7 +127,7 @@ class Film:
                 self.deviation[x, y], self.scale[x, y] = tm.vec3(0), 1.0
             for half in ti.static(range(self.halves)):
                 self.half_count[x, y, half] = 0
-                self.total[x, y, half], self.rest[x, y, half] = tm.vec3(0), tm.vec3(0)
+                self.clear_half(x, y, half)
         self.non_finite_count[None] = 0
 
     @ti.func
@@ -150,7 +152,8 @@ class Film:
         if is_finite(value):
             half = self.half_of(x, y, sample)
             mean_before = self.canvas[x, y]
-            self.add_to_half(x, y, half, value, tm.vec3(0), 1)
+            self.add_to_half(x, y, half, value)
+            self.count_in_half(x, y, half, 1)
             mean = self.mean(x, y)
             self.canvas[x, y] = mean
             if ti.static(self.keeps_deviation):
@@ -161,18 +164,21 @@ class Film:
 
     @ti.func
     def half_of(self, x, y, sample):
-        """The half to which a sample is added. Where a new doubling begins, half 1 becomes a part of half 0 first."""
+        """The half to which a sample is added."""
         half = ti.cast(sample, ti.i32) & ti.static(self.halves - 1)
         if ti.static(self.doubles):
-            n = self.count[x, y]
-            half = ti.select(n > 0, 1, 0)
-            if n & (n - 1) == 0 and self.half_count[x, y, 1] > 0:
-                total, rest = self.total[x, y, 1], self.rest[x, y, 1]
-                self.count[x, y] = 0
-                self.add_to_half(x, y, 0, total, rest, self.half_count[x, y, 1])
-                self.count[x, y] = n
-                self.total[x, y, 1], self.rest[x, y, 1], self.half_count[x, y, 1] = tm.vec3(0), tm.vec3(0), 0
+            self.begin_doubling(x, y)
+            half = ti.select(self.count[x, y] > 0, 1, 0)
         return half
+
+    @ti.func
+    def begin_doubling(self, x, y):
+        """Where the number of samples is a power of two, half 1 becomes a part of half 0, for the samples to come."""
+        n = self.count[x, y]
+        if n & (n - 1) == 0 and self.half_count[x, y, 1] > 0:
+            self.move_half(self, x, y, 1, 0)
+            self.clear_half(x, y, 1)
+            self.count[x, y] = n
 
     @ti.func
     def add_deviation(self, x, y, a, b):
@@ -193,13 +199,32 @@ class Film:
             self.non_finite_at[place] = ti.Vector([x, y, ti.cast(sample, ti.i32)])
 
     @ti.func
-    def add_to_half(self, x, y, half, total, rest, count):
-        """Add ``count`` samples, whose sum is total + rest, to one half of a pixel."""
-        self.total[x, y, half], self.rest[x, y, half] = add_to_pair(
-            self.total[x, y, half], self.rest[x, y, half], total, rest
-        )
+    def add_to_half(self, x, y, half, value):
+        """Add a number to the sum of one half of a pixel."""
+        total, rest, lost = add_to_pair(self.total[x, y, half], self.rest[x, y, half], value)
+        self.total[x, y, half], self.rest[x, y, half] = total, rest
+        if abs(lost).sum() > 0:  # seldom, so that this memory is mostly left alone
+            self.residue[x, y, half] = self.residue[x, y, half] + lost
+
+    @ti.func
+    def count_in_half(self, x, y, half, count):
+        """Count samples that were added to one half of a pixel."""
         self.half_count[x, y, half] = self.half_count[x, y, half] + count
         self.count[x, y] = self.count[x, y] + count
+
+    @ti.func
+    def move_half(self, other: ti.template(), x, y, source, half):
+        """Add all samples that one half of a pixel has on another film, or on this one, to a half of this film."""
+        for part in ti.static((other.total, other.rest, other.residue)):
+            self.add_to_half(x, y, half, part[x, y, source])
+        self.count_in_half(x, y, half, other.half_count[x, y, source])
+
+    @ti.func
+    def clear_half(self, x, y, half):
+        """Forget the samples of one half of a pixel."""
+        self.half_count[x, y, half] = 0
+        for part in ti.static((self.total, self.rest, self.residue)):
+            part[x, y, half] = tm.vec3(0)
 
     @ti.func
     def mean(self, x, y):
@@ -207,6 +232,14 @@ class Film:
         total = self.total[x, y, 0]
         for half in ti.static(range(1, self.halves)):
             total += self.total[x, y, half]
+        return total / ti.max(self.count[x, y], 1)
+
+    @ti.func
+    def exact_mean(self, x, y):
+        """The same, rounded once from the exact sum of each half: it does not depend on the order of the samples."""
+        total = exact_total(self.total[x, y, 0], self.rest[x, y, 0], self.residue[x, y, 0])
+        for half in ti.static(range(1, self.halves)):
+            total += exact_total(self.total[x, y, half], self.rest[x, y, half], self.residue[x, y, half])
         return total / ti.max(self.count[x, y], 1)
 
     def merge(self, other: "Film") -> None:
@@ -240,11 +273,23 @@ class Film:
                     self.add_deviation(x, y, root, root)
                     difference = (other.mean(x, y) - self.mean(x, y)) * tm.sqrt(ti.cast(n, float) * m / (n + m))
                     self.add_deviation(x, y, difference, difference)  # Chan et al. 1979
+                if ti.static(self.doubles):
+                    self.begin_doubling(x, y)
                 for half in ti.static(range(self.halves)):
-                    total, rest = other.total[x, y, half], other.rest[x, y, half]
-                    self.add_to_half(x, y, half, total, rest, other.half_count[x, y, half])
+                    self.move_half(other, x, y, half, self.half_of_others(half, n))
                 self.canvas[x, y] = self.mean(x, y)
         self.non_finite_count[None] += other.non_finite_count[None]
+
+    @ti.func
+    def half_of_others(self, half, n):
+        """The half to which samples are added that are half ``half`` of another film; this one had n samples before.
+
+        If all samples are one sequence, those of the other film continue it: they are the others of this doubling.
+        """
+        into = half
+        if ti.static(self.doubles):
+            into = 1 if n > 0 else half
+        return into
 
     @property
     def non_finite(self) -> int:
@@ -267,8 +312,13 @@ class Film:
     @ti.kernel
     def _write_image(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):
         for row, column in ti.ndrange(self.height, self.width):
+            x, y = column, self.height - 1 - row
+            value = self.canvas[x, y]
+            if ti.static(self.averages):
+                if self.count[x, y] > 0:
+                    value = self.exact_mean(x, y)
             for k in ti.static(range(3)):
-                image[row, column, k] = self.canvas[column, self.height - 1 - row][k]
+                image[row, column, k] = value[k]
 
     def own_pixels(self, image: np.ndarray) -> np.ndarray:
         """The part of a (height, width, ...) image, top row first, that takes samples: files show only this part."""
@@ -347,6 +397,7 @@ class Film:
             counts: [x, y, 0] the number of all samples, [x, y, 1] that of half 1, 0 if there is none; int32.
             non_finite: (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of each.
             scale: [x, y] of the deviation; only if it is not 1 everywhere.
+            residues: [x, y, half] RGB vectors in the running precision; only if they are not 0 everywhere.
             near_misses: (levels, 8) float64 and near_per_pixel: [x, y] int32, see ``NearMisses``: for each level its
                 radiance and its share, the near look-ups of each kind, and those that met it; only if they are counted.
         """
@@ -360,6 +411,9 @@ class Film:
         counts[..., 1 : self.halves] = self.half_count.to_numpy()[..., 1:]
         non_finite = np.concatenate([[[self.non_finite, 0, 0]], self.non_finite_at.to_numpy()]).astype(np.int32)
         arrays = {"values": values, "counts": counts, "non_finite": non_finite}
+        residues = self.residue.to_numpy()
+        if residues.any():
+            arrays["residues"] = residues
         if self.keeps_deviation and (self.scale.to_numpy() != 1).any():
             arrays["scale"] = self.scale.to_numpy()
         counted = self.counted()
@@ -376,6 +430,7 @@ class Film:
         parts = [
             (self.total, pairs[:, :, :, 0]),
             (self.rest, pairs[:, :, :, 1]),
+            (self.residue, arrays.get("residues", np.zeros_like(pairs[:, :, :, 0]))),
             (self.count, counts[..., 0]),
             (self.half_count, half_counts[..., : self.halves]),
             (self.non_finite_at, non_finite[1:]),
@@ -404,14 +459,39 @@ def _sum(first: NearMisses | None, second: NearMisses | None) -> NearMisses | No
 
 
 @ti.func
-def add_to_pair(total, rest, value, value_rest):
-    """The sum (total + rest) + (value + value_rest), as the nearest number and its rounding error (Dekker 1971)."""
-    rounded = total + value
-    part = rounded - total
-    lost = (total - (rounded - part)) + (value - part)  # exact (Knuth, TAOCP vol. 2, section 4.2.2, theorem B)
-    lost += rest + value_rest
-    new_total = rounded + lost
-    return new_total, lost - (new_total - rounded)
+def two_sum(a, b):
+    """a + b as the nearest number and its rounding error, which is exact (Knuth, TAOCP vol. 2, 4.2.2, theorem B)."""
+    rounded = a + b
+    part = rounded - a
+    return rounded, (a - (rounded - part)) + (b - part)
+
+
+@ti.func
+def add_to_pair(total, rest, value):
+    """The sum (total + rest) + value, as the nearest number, its rounding error, and what these two cannot hold."""
+    rounded, lost = two_sum(total, value)
+    rest, lost = two_sum(rest, lost)
+    total, rest = two_sum(rounded, rest)
+    return total, rest, lost
+
+
+@ti.func
+def exact_total(total, rest, residue):
+    """The number that is nearest to total + rest + residue.
+
+    Whatever the order in which numbers were added, and however they were divided into films that were merged: the sum
+    of the three is the same, and therefore this number, as long as the last digit of every sample is within three times
+    the precision of the sum, which is 72 binary digits in f32. A sample of less than 1e-14 of the sum may go beyond;
+    then the residue is rounded, which changes about one of 10^14 such numbers.
+    """
+    rest, residue = two_sum(rest, residue)
+    total, rest = two_sum(total, rest)
+    rest, residue = two_sum(rest, residue)
+    # If the rest is just half of the last digit of the total, the nearest number is on the side of the residue.
+    other = total + 2 * rest
+    is_halfway = other - total == 2 * rest
+    has_more = ((rest > 0) & (residue > 0)) | ((rest < 0) & (residue < 0))
+    return ti.select(is_halfway & has_more, other, total)
 
 
 @ti.func

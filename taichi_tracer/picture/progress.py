@@ -59,6 +59,7 @@ class Progress:
         pilot: the progress of the pilot, whose samples are not in the picture.
         error: the last estimate of the error; NaN before the first estimate.
         looks: (samples, relative error) of each estimate.
+        place: where it is rendered, in words; "" for this process.
     """
 
     target: Target
@@ -66,6 +67,7 @@ class Progress:
     pilot: "Progress | None" = None
     error: RelativeError = field(default_factory=lambda: RelativeError(math.nan, math.nan, math.nan))
     looks: list[tuple[float, float]] = field(default_factory=list)
+    place: str = ""
     _compiling: list[float] = field(default_factory=list)
     _later: float = 0.0
     _recent: list[float] = field(default_factory=list)

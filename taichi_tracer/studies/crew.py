@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import traceback
+from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
 from queue import SimpleQueue
@@ -40,10 +41,12 @@ class Worker:
     """
 
     is_apart = True
+    program = "from taichi_tracer.studies.crew import work; work()"  # what the process runs
+    task = "the study"  # what it belongs to, for messages
 
     def __init__(self, is_heard: bool = True) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-c", "from taichi_tracer.studies.crew import work; work()"],
+            [sys.executable, "-c", self.program],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=None if is_heard else subprocess.DEVNULL,
@@ -75,7 +78,7 @@ class Worker:
                 self.process.stdin.flush()
                 is_good, answer = pickle.load(self.process.stdout)
             except (OSError, EOFError, ValueError) as error:
-                is_good, answer = False, WorkerDied(f"a process of the study ended in {content[0]}: {error}")
+                is_good, answer = False, WorkerDied(f"a process of {self.task} ended in {content[0]}: {error}")
             if is_good:
                 future.set_result(answer)
             else:
@@ -120,13 +123,18 @@ class Here:
 
 
 def work() -> None:
-    """What a worker does until its input ends."""
+    """What a worker of a study does until its input ends."""
+    from taichi_tracer.studies.bench import Bench  # while the parent still reads its own modules
+
+    serve(Bench)
+
+
+def serve(make: Callable[..., Any]) -> None:
+    """Answer calls until the input ends: "open" calls ``make``, and every other name a method of what it made."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     calls, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever else prints, Taichi or a part of the user, must not come between the answers
-    bench: Any = None
-    from taichi_tracer.studies.bench import Bench  # while the parent still reads its own modules
-
+    made: Any = None
     while True:
         try:
             method, words, options = pickle.load(calls)
@@ -134,9 +142,9 @@ def work() -> None:
             return
         try:
             if method == "open":
-                bench, answer = Bench(*words, **options), None
+                made, answer = make(*words, **options), None
             else:
-                answer = getattr(bench, method)(*words, **options)
+                answer = getattr(made, method)(*words, **options)
             content = True, answer
         except InputError as error:
             content = False, error

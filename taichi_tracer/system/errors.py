@@ -25,3 +25,7 @@ def one_of(what: str, value: object, known: Iterable[str]) -> InputError:
     near = difflib.get_close_matches(str(value), known, n=1)
     guess = f"did you mean {near[0]!r}? " if near else ""
     return InputError(f"unknown {what} {value!r}: {guess}known are {', '.join(known)}")
+
+
+class IncompleteError(RuntimeError):
+    """A rendering ended before it reached its target. What came until then is on the film."""

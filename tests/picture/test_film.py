@@ -228,3 +228,40 @@ def test_a_film_of_an_earlier_start_says_so():
             use()
     with pytest.raises(tt.StaleSceneError):
         Film(2, 2).merge(film)
+
+
+# Whose nearest sum in f32 is 1 + 2^-23. Two numbers alone, as a pair of f32, lose 2^-49 beside 1 + 2^-24.
+HARD_TO_ADD = np.array([1, 2**-24, 2**-49, 2**-49, 2**-49, 2**-49], np.float64)
+
+
+@pytest.mark.parametrize("replicated", [True, pytest.param(False, marks=pytest.mark.long)])
+def test_a_picture_does_not_depend_on_the_order_nor_on_the_division_of_its_samples(f32, rng, replicated):
+    """In one film, in two that are merged, and through the arrays of a checkpoint."""
+    values = np.repeat(HARD_TO_ADD, 3).reshape(-1, 3)
+    for order in ([0, 1, 2, 3, 4, 5], [2, 3, 4, 5, 1, 0], [4, 1, 0, 2, 5, 3]):
+        whole, first, second, again = (Film(1, 1, replicated=replicated) for _ in range(4))
+        samples = values[order].astype(np.float32)
+        samples = np.repeat(samples, 2, axis=0) if replicated else samples  # so that both halves have all of them
+        _add(whole, samples)
+        _add(first, samples[:6])
+        _add(second, samples[6:])
+        again.from_arrays(second.to_arrays(), 6)
+        again.merge(first)
+        expected = np.float32((1 + 2**-23) / np.float32(6))
+        for film in (whole, again):
+            np.testing.assert_array_equal(film.image(), expected)
+
+
+@pytest.mark.long
+def test_merged_parts_of_one_sequence_know_the_same_doublings(f32, rng):
+    """Parts that end at powers of two, or between: half 0 has the first half of the samples, as in one film."""
+    values = rng.lognormal(size=(13, 3)).astype(np.float32)
+    whole, merged = Film(1, 1, doubles=True), Film(1, 1, doubles=True)
+    _add(whole, values)
+    for first, end in ((0, 1), (1, 2), (2, 4), (4, 7), (7, 8), (8, 13)):
+        part = Film(1, 1, doubles=True)
+        _add(part, values[first:end])
+        merged.merge(part)
+    np.testing.assert_array_equal(merged.half_count.to_numpy(), whole.half_count.to_numpy())
+    np.testing.assert_array_equal(merged.image(), whole.image())
+    np.testing.assert_array_equal(merged.variance_of_mean(), whole.variance_of_mean())

@@ -1,0 +1,77 @@
+"""``taichi-tracer render --cluster``: the command ``render``, whose samples come from the workers of a cluster."""
+
+import dataclasses
+from argparse import Namespace
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from taichi_tracer.apps import render
+from taichi_tracer.apps.requests import MachineRequest
+from taichi_tracer.apps.words import note
+from taichi_tracer.cluster.members import Cluster
+from taichi_tracer.cluster.parcel import Parcel, pack
+from taichi_tracer.cluster.sharing import Sharing, Statistics
+from taichi_tracer.files.disk import noting_reads
+from taichi_tracer.picture.progress import Target
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
+
+
+def run(args: Namespace) -> int:
+    """Render and write every view that was asked for, on a cluster."""
+    if args.adaptive:
+        raise InputError("--adaptive needs all samples in one place to decide where the next ones go: not --cluster")
+    if args.parts:
+        note(f"the files of --parts go to every worker, and run there with its rights: {', '.join(args.parts)}")
+    with noting_reads() as paths, Cluster(args.cluster, note) as cluster:
+        return render.run(args, Elsewhere(cluster, args, paths))
+
+
+class Elsewhere:
+    """Where ``render.run`` lets samples be taken.
+
+    Args:
+        args: the command line. paths: the files that were read since it was looked at.
+    """
+
+    def __init__(self, cluster: Cluster, args: Namespace, paths: dict) -> None:
+        self.cluster, self.args, self.paths = cluster, args, paths
+        MachineRequest(args.arch, args.precision, args.fast_math).start()
+        settings = runtime.current()
+        cluster.prepare(settings.arch, settings.precision, settings.fast_math)
+        cluster.begin()
+        self.parcel: Parcel | None = None
+        self.statistics: list[Statistics] = []
+
+    def loaded(self, scene: SceneData) -> None:
+        """The scene was loaded here: its files are known."""
+        self.parcel = pack(self.args, self.paths)
+
+    def renders(self, renderer: Any, which: tuple) -> Callable:
+        """What takes the place of ``renderer.render``."""
+        if not renderer.is_random:
+            note(f"{renderer.active.name} needs one sample: it is rendered here")
+            return renderer.render
+        return partial(self.render, renderer, which)
+
+    def render(
+        self,
+        renderer: Any,
+        which: tuple,
+        spp: int | None = None,
+        time: float | None = None,
+        error: float | None = None,
+        watch: Callable | None = None,
+    ) -> None:
+        """Add samples to the renderer's film until the first of the targets is reached."""
+        if self.parcel is None:
+            raise RuntimeError("the scene must be loaded first")
+        target = Target(1 if spp is None and time is None and error is None else spp, time, error)
+        self.statistics.append(Sharing(self.cluster, renderer, self.parcel, which, target).run(watch))
+
+
+def described(statistics: Statistics) -> dict:
+    """What a picture cost, as plain values."""
+    return dataclasses.asdict(statistics)
