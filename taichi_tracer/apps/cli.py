@@ -175,26 +175,10 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
 
     add_samples(add_command(commands, "samples", "where samples of the light go", "samples:run"))
 
-    compare = add_command(commands, "compare", "how different two pictures are", "compare:run")
-    compare.add_argument("first", metavar="A", help="picture: .exr .hdr .pfm .npy .png .jpg")
-    compare.add_argument("second", metavar="B", help="picture of the same size, by which A is measured")
-    compare.add_argument("--report", metavar="FILE", help="page to write, .html, with both and where they differ")
-    compare.add_argument("--tolerance", type=positive, metavar="PERCENT", help="exit with 1 if they differ by more")
-    compare.add_argument("--data", action="store_true", help="PNG and JPEG hold data, such as normals: not sRGB")
+    add_compare(add_command(commands, "compare", "how different two pictures are", "compare:run"))
 
-    hard = add_command(
-        commands, "hardcases", "do hard cases stay numerically stable, and what does that cost", "hardcases:run"
-    )
-    size_of = hard.add_mutually_exclusive_group()
-    hard.set_defaults(level="default")
-    for name, what in (("quick", "within a minute"), ("full", "for an hour, with 1e8 rays at edges for every mode")):
-        size_of.add_argument(f"--{name}", dest="level", action="store_const", const=name, help=what)
-    hard.add_argument("--json", metavar="FILE", help="write what was found as JSON, too")
-    hard.add_argument(
-        "--report", metavar="DIR", help="write a page with tables, charts and leak maps into a folder, too"
-    )
-    add_parts_option(hard)
-    hard.lists = ("rays", "surfaces")
+    what = "do hard cases stay numerically stable, and what does that cost"
+    add_hardcases(add_command(commands, "hardcases", what, "hardcases:run"))
 
     add_assignment(
         add_command(commands, "assignment", "hand out an assignment of the teaching kit", "assignment:list_all")
@@ -206,6 +190,29 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
     for command in commands.choices.values():
         command.parts = parts
     return parser
+
+
+def add_compare(parser: Parser) -> None:
+    """What ``compare`` takes."""
+    parser.add_argument("first", metavar="A", help="picture: .exr .hdr .pfm .npy .png .jpg")
+    parser.add_argument("second", metavar="B", help="picture of the same size, by which A is measured")
+    parser.add_argument("--report", metavar="FILE", help="page to write, .html, with both and where they differ")
+    parser.add_argument("--tolerance", type=positive, metavar="PERCENT", help="exit with 1 if they differ by more")
+    parser.add_argument("--data", action="store_true", help="PNG and JPEG hold data, such as normals: not sRGB")
+
+
+def add_hardcases(parser: Parser) -> None:
+    """What ``hardcases`` takes."""
+    size_of = parser.add_mutually_exclusive_group()
+    parser.set_defaults(level="default")
+    for name, what in (("quick", "within a minute"), ("full", "for an hour, with 1e8 rays at edges for every mode")):
+        size_of.add_argument(f"--{name}", dest="level", action="store_const", const=name, help=what)
+    parser.add_argument("--json", metavar="FILE", help="write what was found as JSON, too")
+    parser.add_argument(
+        "--report", metavar="DIR", help="write a page with tables, charts and leak maps into a folder, too"
+    )
+    add_parts_option(parser)
+    parser.lists = ("rays", "surfaces")
 
 
 def add_assignment(parser: Parser) -> None:

@@ -23,12 +23,19 @@ def scene():
     return tt.load_scene_data("cube")
 
 
+@pytest.fixture(scope="module")
+def shared(scene):
+    return Session(tt.A1Renderer(scene, *SIZE).use("normal"))
+
+
 @pytest.fixture
-def session(scene):
-    found = Session(tt.A1Renderer(scene, *SIZE).use("normal"))
-    found.watch()
-    yield found
-    found.close()
+def session(shared):
+    """The session, as it was in the beginning."""
+    for event in ({"type": "use", "what": "view", "name": "normal"}, {"type": "reset"}, {"type": "blur"}):
+        shared.post(event)
+    shared.step(0.0)
+    shared.watch()
+    return shared
 
 
 def settle(session, most=200):
@@ -120,7 +127,6 @@ def test_choices_and_what_cannot_be_chosen(session):
         session.step(0.0)
         assert message in session.message, event
     session.post({"type": "triangle_test", "name": "watertight"})
-    session.post({"type": "reset"})
     session.step(0.0)
 
 
@@ -132,18 +138,13 @@ def test_what_makes_the_picture_again_is_told(session):
 
 
 def test_nothing_is_rendered_while_nobody_watches(session):
-    settle(session)
-    session.post({"type": "reset"})
+    number = settle(session).number
     session.renderer.camera.set_camera_parameters(fov=33)
     session._last_wait = -1e9
-    number = session.newest(0).number
-    session.step(0.0)
+    for _ in range(5):
+        session.step(0.01)
     assert session.newest(0).number == number
-    session.watch()
-    session.step(0.0)
-    assert session.newest(0).number > number
-    session.post({"type": "reset"})
-    session.step(0.0)
+    assert settle(session).number > number
 
 
 def test_ten_thousand_events_are_no_queue(session):
@@ -154,7 +155,8 @@ def test_ten_thousand_events_are_no_queue(session):
     assert len(session._events) == 0
 
 
-def test_threads_wait_for_frames_and_are_let_go(session):
+def test_threads_wait_for_frames_and_are_let_go(scene):
+    session = Session(tt.A1Renderer(scene, *SIZE).use("normal"))
     settle(session)
     number = session.newest(0).number
     found = []

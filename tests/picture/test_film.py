@@ -234,7 +234,8 @@ def test_a_film_of_an_earlier_start_says_so():
 HARD_TO_ADD = np.array([1, 2**-24, 2**-49, 2**-49, 2**-49, 2**-49], np.float64)
 
 
-@pytest.mark.parametrize("replicated", [True, pytest.param(False, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("replicated", [True, False])
 def test_a_picture_does_not_depend_on_the_order_nor_on_the_division_of_its_samples(f32, rng, replicated):
     """In one film, in two that are merged, and through the arrays of a checkpoint."""
     values = np.repeat(HARD_TO_ADD, 3).reshape(-1, 3)
