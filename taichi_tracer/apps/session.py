@@ -65,9 +65,16 @@ class Session:
     Args:
         renderer: what is shown first.
         scene_options: words of the command line that make the scene, for the command that makes the picture again.
+        now: the clock, in seconds.
     """
 
-    def __init__(self, renderer: ProgressiveRenderer, scene_options: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        renderer: ProgressiveRenderer,
+        scene_options: Sequence[str] = (),
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.now = now
         self.choices, self.scene_options = Choices(renderer), tuple(scene_options)
         geometry = renderer.scene_data.geometry
         self.speed = camera_controller.speed_for(geometry.low, geometry.high)
@@ -80,10 +87,10 @@ class Session:
         self._lock = threading.Condition()
         self._frame: Frame | None = None
         self._frames, self._waiting = 0, 0
-        self._last_wait = time.monotonic()
-        self._last_step = self._moved_at = time.monotonic()
+        self._last_wait = self.now()
+        self._last_step = self._moved_at = self.now()
         self._framed_at, self._framed_samples, self._framed_kind = 0.0, -1, ""
-        self._error, self._error_at, self._begun = None, 0.0, time.monotonic()
+        self._error, self._error_at, self._begun = None, 0.0, self.now()
         self._sent_state = ""
         self._has_moved, self._is_over = False, False
         self.renderer.eye_rays.use_packets = False  # until the picture turns out to be slow
@@ -124,7 +131,7 @@ class Session:
             self._lock.notify_all()
             try:
                 while not self._is_over:
-                    self._last_wait = time.monotonic()
+                    self._last_wait = self.now()
                     if self._frame is not None and self._frame.number > since:
                         return self._frame
                     left = end - time.monotonic()
@@ -134,7 +141,7 @@ class Session:
                 return None
             finally:
                 self._waiting -= 1
-                self._last_wait = time.monotonic()
+                self._last_wait = self.now()
 
     def newest(self, since: int) -> Frame | None:
         """The newest frame if it is newer than ``since``."""
@@ -143,7 +150,7 @@ class Session:
 
     def watch(self) -> None:
         """Note that somebody watches, who does not wait for frames in a thread."""
-        self._last_wait = time.monotonic()
+        self._last_wait = self.now()
 
     def send_again(self) -> None:
         """Make a frame for somebody who has none yet."""
@@ -178,7 +185,7 @@ class Session:
         for function, future in tasks:
             answer(function, future)
         orbit, zoom, pan = self.take(events)
-        now = time.monotonic()
+        now = self.now()
         self.move(min(now - self._last_step, LONGEST_STEP), orbit, zoom, pan)
         self._last_step = now
         is_busy = self.is_watched and self._wants_work()
@@ -190,12 +197,12 @@ class Session:
     @property
     def is_watched(self) -> bool:
         """Whether anybody has waited for a frame lately."""
-        return self._waiting > 0 or time.monotonic() - self._last_wait < FORGOTTEN
+        return self._waiting > 0 or self.now() - self._last_wait < FORGOTTEN
 
     @property
     def is_moving(self) -> bool:
         """Whether the picture has changed since the last frame, or a moment ago."""
-        return self._has_moved or time.monotonic() - self._moved_at < MOVING
+        return self._has_moved or self.now() - self._moved_at < MOVING
 
     def _wants_work(self) -> bool:
         """Whether samples or frames are missing."""
@@ -214,14 +221,14 @@ class Session:
         if self.is_final:
             return
         if not self.renderer.is_current():
-            self._begun, self._error, self._error_at = time.monotonic(), None, 0.0
-        begun = time.monotonic()
+            self._begun, self._error, self._error_at = self.now(), None, 0.0
+        begun = self.now()
         end = begun + WORK
         while True:
             self.renderer.render()
-            if time.monotonic() - begun > SLOW_FRAME and self.renderer.eye_rays.can_use_packets:
+            if self.now() - begun > SLOW_FRAME and self.renderer.eye_rays.can_use_packets:
                 self.renderer.eye_rays.use_packets = None  # it is worth compiling the fast form: the renderer decides
-            if time.monotonic() >= end or not self.renderer.is_random or self.is_moving:
+            if self.now() >= end or not self.renderer.is_random or self.is_moving:
                 break
 
     def take(self, events: Sequence[tuple[str, dict[str, Any]]]) -> tuple[tuple[float, float], float, tuple]:
@@ -246,7 +253,7 @@ class Session:
                     self.message = " ".join(str(error).split())
                     if not isinstance(error, InputError):
                         traceback.print_exc()
-                self._moved_at, self._has_moved = time.monotonic(), True
+                self._moved_at, self._has_moved = self.now(), True
         return (orbit[0], orbit[1]), zoom, (pan[0], pan[1])
 
     def move(self, seconds: float, orbit: tuple[float, float], zoom: float, pan: tuple[float, float]) -> None:
@@ -260,7 +267,7 @@ class Session:
         if any(pan):
             pose = camera_controller.shift(pose, *pan, camera)
         camera.set_camera_parameters(**pose.parameters())
-        self._moved_at, self._has_moved = time.monotonic(), True
+        self._moved_at, self._has_moved = self.now(), True
 
     # ── what can be chosen ──
 
@@ -340,7 +347,7 @@ class Session:
 
     def make_frame(self) -> None:
         """Make a frame if somebody waits for one and the picture, or what is said about it, is new."""
-        now, samples = time.monotonic(), self.renderer.film.samples
+        now, samples = self.now(), self.renderer.film.samples
         if now - self._framed_at < FRAME_EVERY or not self.is_watched:
             return
         kind = "jpeg" if self.is_moving else "png"

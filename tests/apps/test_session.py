@@ -23,9 +23,20 @@ def scene():
     return tt.load_scene_data("cube")
 
 
+class Ticking:
+    """A clock that goes on by 20 ms whenever somebody looks at it, so that no test depends on how fast it runs."""
+
+    def __init__(self):
+        self.seconds = 100.0
+
+    def __call__(self):
+        self.seconds += 0.02
+        return self.seconds
+
+
 @pytest.fixture(scope="module")
 def shared(scene):
-    return Session(tt.A1Renderer(scene, *SIZE).use("normal"))
+    return Session(tt.A1Renderer(scene, *SIZE).use("normal"), now=Ticking())
 
 
 @pytest.fixture
@@ -156,7 +167,7 @@ def test_ten_thousand_events_are_no_queue(session):
 
 
 def test_threads_wait_for_frames_and_are_let_go(scene):
-    session = Session(tt.A1Renderer(scene, *SIZE).use("normal"))
+    session = Session(tt.A1Renderer(scene, *SIZE).use("normal"), now=Ticking())
     settle(session)
     number = session.newest(0).number
     found = []
