@@ -29,7 +29,7 @@ def is_quick(path):
     return path.name == "first_picture.ipynb"
 
 
-ONE_QUICK = [path if is_quick(path) else pytest.param(path, marks=pytest.mark.long) for path in NOTEBOOKS]
+ONE_QUICK = [path if is_quick(path) else pytest.param(path, marks=pytest.mark.exhaustive) for path in NOTEBOOKS]
 
 
 @pytest.mark.parametrize("path", ONE_QUICK, ids=lambda p: p.name)

@@ -28,7 +28,7 @@ def test_a_pixel_as_text_json_and_page(tmp_path, capsys):
     assert "http" not in html.replace("http-equiv", "")
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_the_worst_pixel_is_found(capsys):
     words = ["explain", "cube", "--environment", "studio", "--estimator", "uniform", "--size", "24x16", "--spp", "8"]
     assert main([*words, "--worst"]) == 0
@@ -56,7 +56,7 @@ def test_what_cannot_be_explained_is_told_in_one_line(words, message, capsys):
     assert sum(line.startswith("taichi-tracer: error") for line in err) == 1
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_sample_that_is_not_a_number_is_found(tmp_path, capsys):
     parts = tmp_path / "odd.py"
     parts.write_text(

@@ -199,7 +199,7 @@ def test_another_thread_asks_the_session_and_gets_its_errors(session):
     assert "gif" in answers[1]
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_light_has_its_error_its_curve_and_explained_pixels(session):
     session.post({"type": "use", "what": "estimator", "name": "brdf"})
     session.watch()

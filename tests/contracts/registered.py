@@ -12,10 +12,10 @@ def every(kind, only=lambda part: True, alike=()):
 
     Args:
         only: which parts of the kind.
-        alike: names of parts that share most of their code with another: they are tested with what takes long.
+        alike: names of parts that share most of their code with another: only the exhaustive tests have them.
     """
     parts = [part for part in PARTS.all(kind) if only(part)]
-    marks = {True: pytest.mark.long, False: ()}
+    marks = {True: pytest.mark.exhaustive, False: ()}
     return pytest.mark.parametrize("part", [pytest.param(p, id=p.name, marks=marks[p.name in alike]) for p in parts])
 
 

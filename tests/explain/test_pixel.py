@@ -63,7 +63,7 @@ def test_the_steps_have_the_handouts_names_and_order(picture):
     assert len(found.drawings()) == 2
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_view_is_explained_too(cube):
     renderer = tt.A1Renderer(cube, *SIZE).use("normal").render()
     found = one_that_hits(renderer)
@@ -86,7 +86,7 @@ def test_what_a_student_replaced_is_what_is_explained(cube):
     assert np.array_equal(found.mean, renderer.image()[3, 2])
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_samples_that_were_not_rendered_can_be_explained(cube):
     renderer = tt.A2Renderer(cube, *SIZE, seed=3).use("brdf")
     before = renderer.explain(10, 8, sample=3, samples=4)
@@ -136,7 +136,7 @@ def test_every_way_has_the_bits_of_its_picture(renderer_class, name, fast, preci
     start("f32")
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_paths_under_a_sky_with_spheres():
     start("f32")
     scene = tt.load_scene_data("rt3/three_spheres", environment="studio")

@@ -95,7 +95,7 @@ def test_eye_rays_that_look_beside_the_sun_are_counted_exactly():
     assert not counted.near[0, [MIRROR, LOBE]].any()
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_only_look_ups_that_decide_are_counted():
     """Those of a mirror always, those of a lobe only if no sample of the lights is taken."""
     mirror, matte = plane(Kd=(1,) * 3, Ns=1e14), plane(Kd=(0.5,) * 3)

@@ -318,7 +318,7 @@ def steps(monkeypatch):
     monkeypatch.setattr(schedule, "CHUNK", 0.01)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_small_study_of_bounces_finds_what_is_missing(tmp_path, steps):
     """In the white room, k bounces miss (3/4)^(k+1) of the light; the reference with 8 bounces misses (3/4)^9."""
     start("f32")
