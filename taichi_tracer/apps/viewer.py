@@ -8,6 +8,7 @@ is the key h, or a button.
 
 import math
 import shlex
+import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable, Sequence
@@ -80,15 +81,21 @@ def run(args: Namespace) -> int:
     renderer = picture.make_renderer(renderer_class, scene.load()).use(integrator.name)
     if args.browser:
         return serve(Session(renderer, scene.words()))
-    return show(renderer, scene_options=scene.words())
+    return show(renderer, scene_options=scene.words(), offers_browser=sys.stdout.isatty())
 
 
-def show(renderer: ProgressiveRenderer, folder: str | Path = PICTURE_FOLDER, scene_options: Sequence[str] = ()) -> int:
+def show(
+    renderer: ProgressiveRenderer,
+    folder: str | Path = PICTURE_FOLDER,
+    scene_options: Sequence[str] = (),
+    offers_browser: bool = False,
+) -> int:
     """Open the window, until it is closed; where none can open, write every view into ``folder`` instead.
 
     Args:
         scene_options: words of the command line that make the scene, to be repeated in the command that makes a saved
             picture again.
+        offers_browser: whether the picture is served to a browser where no window can open.
 
     Returns:
         0, in both cases: the exit code of a program that shows pictures.
@@ -98,8 +105,10 @@ def show(renderer: ProgressiveRenderer, folder: str | Path = PICTURE_FOLDER, sce
     if verdict.can_open:
         Viewer(renderer, Path(folder), scene_options).run()
         return 0
-    paths = write_all(renderer, Path(folder))
     print(f"No window can open here: {verdict.reason}.")
+    if offers_browser:
+        return serve(Session(renderer, scene_options))
+    paths = write_all(renderer, Path(folder))
     print(f"What {type(renderer).__name__} shows is in {paths[0].parent.resolve()}:")
     for path in paths:
         print(f"  {path}")

@@ -416,6 +416,16 @@ def test_data_has_no_exposure(renderer, tmp_path):
 
 
 @pytest.mark.long
+def test_on_a_terminal_a_browser_takes_the_place_of_a_window(small_renderer, tmp_path, monkeypatch, capsys):
+    served = []
+    monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(False, "no screen", "plug one in"))
+    monkeypatch.setattr(viewer, "serve", lambda session: served.append(session.renderer) or 0)
+    assert viewer.show(small_renderer, tmp_path, offers_browser=True) == 0
+    assert served == [small_renderer]
+    assert list(tmp_path.iterdir()) == []
+    assert "No window can open here: no screen." in capsys.readouterr().out
+
+
 def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(False, "no screen", "plug one in"))
     assert viewer.show(small_renderer, tmp_path / "renders") == 0
