@@ -624,7 +624,7 @@ def test_darkness_is_told_and_still_a_picture(tmp_path, capsys):
     assert (tmp_path / "x.png").exists()
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_effects_prints_what_each_would_cost(capsys, monkeypatch):
     monkeypatch.setattr(effects_study, "with_one_more", lambda effects: {})  # the study itself is tested elsewhere
     assert main(["effects", *QUICK, "cube", "--environment", "white", "--size", "24x24"]) == 0

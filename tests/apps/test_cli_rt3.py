@@ -110,7 +110,7 @@ def test_another_projection_shows_the_same_where_the_camera_looks(scene):
     assert middle.sum() * 2 * half * 32 / 24 / 32 == pytest.approx(2, abs=0.4)  # the sphere's width
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_an_exported_scene_is_the_same_picture(scene):
     """Of a document, and of a mesh with a camera of one's own."""
     folder = scene()

@@ -31,7 +31,7 @@ def test_an_image_is_an_environment(tmp_path, capsys):
     assert (tmp_path / "samples_own_uniform.png").exists()
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_scene_gets_tables_a_map_for_each_choice_and_a_chart(tmp_path, capsys):
     words = ["--count", "1000", "--size", "16x8", "-o", str(tmp_path)]
     assert main(["samples", "cornell_box", "--point", "0", "0", "0", *words]) == 0

@@ -35,6 +35,7 @@ def test_outside_a_notebook_it_says_so(scene):
         tt.show(scene)
 
 
+@pytest.mark.long
 def test_frames_are_sent_while_they_are_shown(scene):
     pytest.importorskip("anywidget")
 

@@ -55,6 +55,7 @@ def test_a_closed_room_has_the_radiance_of_its_sum(room, way):
         assert (np.abs(mean - expected) <= limit * error + 2e-5 * expected).all(), (bounces, mean, expected, error)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "settings",
     [

@@ -112,7 +112,7 @@ def test_only_look_ups_that_decide_are_counted():
     np.testing.assert_array_equal(of_paths.near, tt.A2Renderer(mirror, 32, 32).use("mis").render(4).film.counted().near)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_counts_are_added_and_kept_with_the_samples():
     scene = plane(Kd=(1,) * 3, Ns=1e14)
     renderers = [tt.A2Renderer(scene, 24, 24, first_sample=first).use("brdf") for first in (0, 0, 4)]

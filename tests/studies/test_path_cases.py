@@ -70,7 +70,7 @@ def fill(camera: ti.template(), origins: ti.types.ndarray(ndim=3), directions: t
             directions[x, y, k] = ray.direction[k]
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("precision", ["f32", pytest.param("f64", marks=pytest.mark.exhaustive)])
 @pytest.mark.parametrize("case", path_cases.USUAL, ids=lambda case: case.__name__)
 def test_a_case_passes(case, precision):
