@@ -101,7 +101,7 @@ def test_an_integrator_belongs_to_one_renderer():
     assert a.use("flat").use("depth_map").active is a.use("depth_map").active
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_the_plain_forms_give_the_same_bits():
     """Views and light, with jitter and without; the receipt says which forms ran."""
     for one, options in ((tt.A1Renderer, {}), (tt.A1Renderer, {"jitter": True}), (tt.A2Renderer, {})):

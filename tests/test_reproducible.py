@@ -70,7 +70,7 @@ def test_threads_and_processes_do_not_matter(tmp_path):
         assert here in result.stdout, result.stderr
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     "sampler", [pytest.param(s, marks=pytest.mark.long) if s == "independent" else s for s in PARTS.names("sampler")]
 )

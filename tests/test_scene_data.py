@@ -195,7 +195,7 @@ def test_a_change_of_the_scene_makes_its_kernels_anew_and_is_counted():
     assert scene.in_kernels().background is scene.background
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_the_fingerprint_tells_scenes_apart_by_all_that_a_picture_depends_on():
     mesh = Mesh(*SQUARE)
     usual = tt.SceneData(mesh, environment="studio").fingerprint()

@@ -37,7 +37,7 @@ def every_form():
         is_long = part is TRUTH  # whose fast form is the same loop
         forms.append(pytest.param(part, True, id=part.name, marks=pytest.mark.long if is_long else ()))
         if has_fast_form and part is not TRUTH:
-            forms.append(pytest.param(part, False, id=f"{part.name}, plain", marks=pytest.mark.long))
+            forms.append(pytest.param(part, False, id=f"{part.name}, plain", marks=pytest.mark.exhaustive))
     return pytest.mark.parametrize(("part", "fast"), forms)
 
 

@@ -140,7 +140,7 @@ def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
     assert len(np.unique(assert_same_bits(single, packets))) > 1
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("sampler", ["sobol", "niederreiter", "independent"])
 def test_packets_pass_through_the_same_random_points(precision, sampler, rng):
     """With jitter: the points of a sample, as the sampler has them for each pixel alone."""

@@ -72,7 +72,7 @@ def test_two_replicas_tell_the_variance_by_their_difference(precision, rng):
     assert np.isnan(one.error())
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("replicated", [False, pytest.param(True, marks=pytest.mark.long)])
 @pytest.mark.parametrize("ke", [1e-30, *(pytest.param(ke, marks=pytest.mark.exhaustive) for ke in (1e-22, 1e22, 1e30))])
 def test_the_error_of_dim_and_bright_light_is_that_of_light_of_one(f32, rng, ke, replicated):
