@@ -91,7 +91,7 @@ class Session:
         self._last_step = self._moved_at = self.now()
         self._framed_at, self._framed_samples, self._framed_kind = 0.0, -1, ""
         self._error, self._error_at, self._begun = None, 0.0, self.now()
-        self._sent_state = ""
+        self._sent_settings: dict[str, Any] = {}
         self._has_moved, self._is_over = False, False
         self.renderer.eye_rays.use_packets = False  # until the picture turns out to be slow
 
@@ -154,7 +154,7 @@ class Session:
 
     def send_again(self) -> None:
         """Make a frame for somebody who has none yet."""
-        self._framed_kind, self._sent_state = "", ""
+        self._framed_kind, self._sent_settings = "", {}
 
     def close(self) -> None:
         """Let every thread that waits go on."""
@@ -209,7 +209,7 @@ class Session:
         if not self.is_watched:
             return False
         is_final = self.is_final and self._framed_kind == "png" and self._framed_samples == self.renderer.film.samples
-        return not is_final or not self.renderer.is_current() or self.state() != self._sent_state
+        return not is_final or not self.renderer.is_current() or self.settings() != self._sent_settings
 
     @property
     def is_final(self) -> bool:
@@ -354,9 +354,10 @@ class Session:
         is_new = samples != self._framed_samples or kind != self._framed_kind
         is_due = self.is_moving or self._framed_kind != "png" or now - self._framed_at >= REST_EVERY or self.is_final
         self.look_at_error(now)
-        state = self.state()
-        if not (is_new and is_due) and state == self._sent_state:
+        settings = self.settings()
+        if not (is_new and is_due) and settings == self._sent_settings:
             return
+        state = self.state()
         image = self.renderer.image()
         display = self.renderer.display if self.renderer.srgb else Display()
         if kind == "jpeg":
@@ -368,7 +369,7 @@ class Session:
             shown = Image.fromarray(to_bytes(image, self.renderer.srgb, display))
             shown.save(pixels, "PNG", compress_level=1)
             data = pixels.getvalue()
-        self._framed_at, self._framed_samples, self._framed_kind, self._sent_state = now, samples, kind, state
+        self._framed_at, self._framed_samples, self._framed_kind, self._sent_settings = now, samples, kind, settings
         self._has_moved = False
         with self._lock:
             self._frames += 1
@@ -387,17 +388,21 @@ class Session:
         self.curves = {name: curve[:: 1 + len(curve) // MOST_POINTS] for name, curve in curves.items()}
 
     def state(self) -> str:
-        """What the page shows beside the picture, as JSON."""
+        """What the page shows beside the picture, as JSON: the settings, and what changes with every sample."""
+        r = self.renderer
+        told = "" if self._error is None or not r.is_random else str(self._error)
+        samples = r.samples if r.is_random else 1
+        return json.dumps(self.settings() | {"samples": samples, "error": told, "curves": self.curves})
+
+    def settings(self) -> dict[str, Any]:
+        """What is shown and what can be chosen; a change of it is sent at once."""
         r, choices = self.renderer, self.choices
         camera = r.camera
-        told = "" if self._error is None else str(self._error)
-        state: dict[str, Any] = {
+        return {
             "width": r.width,
             "height": r.height,
             "what": r.what,
             "view": r.active.name,
-            "samples": r.samples if r.is_random else 1,
-            "error": told if r.is_random else "",
             "offered": [
                 {"what": cls.what, "names": [[one.name, one.label or one.name] for one in offers]}
                 for cls, offers in choices.offered
@@ -418,9 +423,7 @@ class Session:
             "at": [float(x) for x in camera.at],
             "message": self.message,
             "explanation": self.explanation,
-            "curves": self.curves,
         }
-        return json.dumps(state)
 
     def file(self, kind: str) -> bytes:
         """The picture as a file: "png" or "exr"."""
