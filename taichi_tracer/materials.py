@@ -114,6 +114,11 @@ class MaterialLibrary:
         fields.dense(ti.i, rows).place(self.brdf_ids)
         fields.dense(ti.ij, (rows, self.as_table([Material()]).shape[1])).place(self.table)
 
+    def has_narrow_lobes(self, used: np.ndarray) -> bool:
+        """Whether one of the materials with the ids ``used`` may have a narrow lobe that is no mirror's."""
+        of_used = ((self.brdfs[self.brdf_of[i]], self.materials[i]) for i in map(int, used))
+        return any(not brdf.is_delta and brdf.may_be_narrow(material) for brdf, material in of_used)
+
     def _brdf_of(self, material: Material) -> int:
         dtype = runtime.dtype()
         for i, brdf in reversed(list(enumerate(self.brdfs))):

@@ -23,6 +23,7 @@ from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.direct_light import UniformSphere
+from taichi_tracer.integrators.other_technique import OtherTechnique, other_techniques
 from taichi_tracer.integrators.path_settings import Bounces, PathSettings, check_bounces, check_terms
 from taichi_tracer.lights.near_misses import begin_counting, counter_for
 from taichi_tracer.picture import checkpoint
@@ -179,6 +180,7 @@ class ProgressiveRenderer:
         self.progress = Progress(Target())
         self._seconds_before, self.error_curves = 0.0, ErrorCurves()
         self._explainer: Any = None
+        self._other: OtherTechnique | None = None
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
@@ -397,10 +399,22 @@ class ProgressiveRenderer:
 
     def error(self) -> RelativeError:
         """Relative RMSE of the picture, estimated from its samples, with its 95 % interval; see ``error_estimate``."""
-        error = self.film.error()
+        error = self.film.error(self._missed_light())
         if error > 0:
             self.error_curves.add(self.active.name, ErrorPoint(self.samples, self.rendered_seconds, error))
         return error
+
+    def _missed_light(self) -> float:
+        """What only a technique finds that the integrator in use has not, see ``integrators.other_technique``."""
+        scene = self.kernel_scene()
+        techniques = () if self.replaced else other_techniques(scene, self.active, self.width * self.height)
+        if not techniques or self.samples == 0:
+            return 0.0
+        if self._other is None or self._other.is_of != (scene, self.active, self.film.crop):
+            eyes = EyeRays(self.scene_data, self.camera, self.jitter)
+            self._other = OtherTechnique(scene, self.active, self.sampler, eyes, self.film.crop, techniques)
+        self._other.look((self._shown, self.seed), self.seed)
+        return self._other.missed(self.samples)
 
     @property
     def rendered_seconds(self) -> float:

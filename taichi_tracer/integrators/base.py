@@ -34,12 +34,13 @@ class Integrator:
         srgb: whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14).
         needs_light: whether it shows nothing in a scene without light.
         samples_lights: whether it draws directions from the lights, as ``lights.sample`` and ``lights.sample_far`` do.
+        samples_brdf: whether light counts that it finds along directions drawn from the BRDF.
         version: counts changes of its own values, so that a renderer knows when samples belong to an older picture.
     """
 
     kind, name, label = "integrator", "", ""
     aliases: tuple[str, ...] = ()
-    what, srgb, needs_light, samples_lights = "estimator", True, True, True
+    what, srgb, needs_light, samples_lights, samples_brdf = "estimator", True, True, True, True
     version = 0
 
     def prepare(self, scene_data: SceneData, camera: ProjectiveCamera) -> None:

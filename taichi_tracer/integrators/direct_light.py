@@ -101,7 +101,8 @@ class UniformSphere(DirectLight):
         directions: the source of the directions: the handout's ``UniformSampler``, or a class that replaces it.
     """
 
-    name, label, aliases, samples_lights = "uniform", "Uniform sphere", ("uniform_sphere",), False
+    name, label, aliases = "uniform", "Uniform sphere", ("uniform_sphere",)
+    samples_lights, samples_brdf = False, False
 
     def __init__(self, directions: UniformSampler | None = None) -> None:
         self.directions = UniformSampler() if directions is None else directions
@@ -121,7 +122,8 @@ class UniformSphere(DirectLight):
 class UniformHemisphere(DirectLight):
     """ω_i uniform on the hemisphere around n."""
 
-    name, label, aliases, samples_lights = "hemisphere", "Uniform hemisphere", ("uniform_hemisphere",), False
+    name, label, aliases = "hemisphere", "Uniform hemisphere", ("uniform_hemisphere",)
+    samples_lights, samples_brdf = False, False
 
     @ti.func
     def sample(self, scene, surface, technique, xi_brdf, xi_light):
@@ -149,7 +151,7 @@ class BrdfSampling(DirectLight):
 class EnvironmentSampling(DirectLight):
     """ω_i in proportion to the light of the environment, or to a lamp: best if the surface is matte."""
 
-    name, label, aliases = "environment", "Lights", ("light",)
+    name, label, aliases, samples_brdf = "environment", "Lights", ("light",), False
 
     @ti.func
     def sample(self, scene, surface, technique, xi_brdf, xi_light):

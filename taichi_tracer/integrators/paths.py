@@ -136,7 +136,7 @@ class Implicit(Paths):
 class Explicit(Paths):
     """Every surface takes a sample of the lights (A4-1). What a ray hits counts only if a mirror sent it."""
 
-    name, label = "explicit", "Paths, explicit"
+    name, label, samples_brdf = "explicit", "Paths, explicit", False
 
     @ti.func
     def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):

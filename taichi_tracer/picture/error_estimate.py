@@ -27,8 +27,9 @@ freedom. Therefore the error lies between e / F and e F with 95 % probability, w
 quantile of this distribution. Because every v is rough, ν comes out too small rather than too large, and the interval a
 little wide.
 
-**What no sample met.** Samples cannot tell of a small sun that no sample has met. ``unseen_light`` bounds it by near
-misses. The upper end of the interval is √((e F)² + unseen²).
+**What no sample met.** Samples cannot tell of a small sun that no sample has met, nor of what a narrow lobe reflects if
+directions are drawn from the lights alone. ``unseen_light`` bounds the first by near misses, and ``other_technique``
+the second by samples of the other technique. The upper end of the interval is √((e F)² + unseen²).
 """
 
 import math

@@ -1,5 +1,7 @@
 """The film: it adds up the samples of every pixel, shows their mean, and keeps what is needed to estimate its error."""
 
+import math
+
 import numpy as np
 import taichi as ti
 import taichi.math as tm
@@ -325,15 +327,20 @@ class Film:
         x0, x1, y0, y1 = self.crop
         return image[self.height - y1 : self.height - y0, x0:x1]
 
-    def error(self) -> RelativeError:
+    def error(self, missed: float = 0.0) -> RelativeError:
         """Relative RMSE of the picture, with its 95 % interval, over the pixels that have two samples or more.
 
         The upper end contains the light that no sample met, see ``unseen_light``. The error is NaN if there is no such
         pixel, or if the picture is black.
+
+        Args:
+            missed: the RMSE, in the unit of the picture, by what only another technique finds: ``other_technique``.
         """
         image = self.image()
-        counted = self.counted()
-        unseen = 0.0 if counted is None else unseen_light(counted, self.samples, float(self.own_pixels(image).mean()))
+        mean = float(self.own_pixels(image).mean())
+        unseen = unseen_light(self.counted(), self.samples, mean)
+        if missed > 0 and mean > 0:
+            unseen = math.hypot(unseen, missed / mean)
         return relative_error(*self.spread(), image, unseen, self.doubles)
 
     def variance_of_mean(self) -> np.ndarray:
