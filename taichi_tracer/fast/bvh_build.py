@@ -2,6 +2,8 @@
 
 The tree has two levels, as in HLBVH (Pantaleoni & Luebke 2010). The triangles are grouped by the cells of a coarse
 grid. One kernel builds a tree for each group, in parallel, and then a tree over the groups.
+
+A mesh of few triangles is done in numpy before this kernel is even compiled; see ``build_small``.
 """
 
 from collections.abc import Iterator
@@ -17,6 +19,7 @@ BIN_SCALE = NUM_BINS * (1 - 1e-6)
 MAX_LEAF = 8  # the largest number of triangles in a leaf; the heuristic usually makes smaller leaves
 COST_OF_BOX = 1.2  # the cost of visiting a node, in units of the cost of one triangle test
 GROUP_FROM = 8192  # from this number of triangles on, the grouping saves time
+SMALL = 256  # up to this number of triangles, numpy is done (in 30 ms) before the kernel is loaded
 BATCH = 1 << 18  # triangles between two updates of the progress bar of a long build
 SHOW_PROGRESS_AFTER = 2.0  # seconds
 BITS_PER_AXIS = 5  # of a grid cell: three axes need 15 bits, and numpy sorts 16-bit codes fast, by radix sort
@@ -47,6 +50,8 @@ class BinaryTree:
 def build(box: np.ndarray) -> BinaryTree:
     """The tree over (F, 6) boxes, F ≥ 1."""
     n = len(box)
+    if n <= SMALL:
+        return build_small(box)
     if n < GROUP_FROM:
         starts = np.array([0], np.int32)
         order = np.arange(n, dtype=np.int32)
@@ -60,6 +65,48 @@ def build(box: np.ndarray) -> BinaryTree:
     if len(starts) == 1:
         return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
     return _join(nodes, starts, order)
+
+
+def build_small(box: np.ndarray) -> BinaryTree:
+    """The tree over a few boxes; every plane between two neighbouring centres is a candidate for a split."""
+    n = len(box)
+    order, nodes, stack = np.arange(n, dtype=np.int32), Nodes(2 * n, box.dtype), [(0, 0, n)]
+    while stack:
+        node, begin, end = stack.pop()
+        own = box[order[begin:end]]
+        nodes.box[node] = np.concatenate([own[:, :3].min(axis=0), own[:, 3:].max(axis=0)])
+        nodes.links[node, 1:] = begin, end
+        split, count = split_small(own.astype(np.float64))
+        if count > 0:
+            order[begin:end] = order[begin:end][split]
+            left = 2 * (begin + count)
+            nodes.links[node, 0] = left
+            stack += [(left, begin, begin + count), (left + 1, begin + count, end)]
+    return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
+
+
+def split_small(box: np.ndarray) -> tuple[np.ndarray, int]:
+    """The order of (k, 6) boxes in which the first ``count`` go to the left, and ``count``; it is 0 in a leaf."""
+    k = len(box)
+    if k == 1:
+        return np.zeros(1, np.intp), 0
+    orders = np.argsort(box[:, :3] / 2 + box[:, 3:] / 2, axis=0, kind="stable").T  # one for each axis
+    area = np.zeros((2, 3, k - 1))  # [left or right of a plane, axis, plane]
+    with np.errstate(over="ignore", invalid="ignore"):
+        for side, sorted_boxes in enumerate((box[orders], box[orders[:, ::-1]])):
+            size = np.maximum.accumulate(sorted_boxes[..., 3:], axis=1) - np.minimum.accumulate(
+                sorted_boxes[..., :3], axis=1
+            )
+            half_areas = (size * np.roll(size, 1, axis=2)).sum(axis=2)
+            area[side], whole = half_areas[:, :-1], half_areas[0, -1]
+        left = np.arange(1, k)
+        cost = area[0] * left + area[1, :, ::-1] * (k - left)
+        axis, best = divmod(int(np.argmin(np.where(np.isnan(cost), np.inf, cost))), k - 1)
+        if k <= MAX_LEAF and not cost[axis, best] + COST_OF_BOX * whole < k * whole:
+            return orders[axis], 0
+    # If all costs are alike, because the areas overflow or because all boxes are the same, both halves are equal.
+    count = best + 1 if np.nanmin(cost) < np.nanmax(cost) else k // 2
+    return orders[axis], count
 
 
 def _batches(starts: np.ndarray, n: int) -> Iterator[slice]:

@@ -4,9 +4,15 @@ Wherever a kernel calls a function, Taichi 1.7 finds and reads that function's s
 writes out the source lines that an error message would show. Together they take almost half of the time until the
 first picture, if the kernels are in the cache: 1.2 s instead of 2.1 s for a scene with direct light, on two cores. What
 is read and written is the same each time, so that it is kept here. Messages and kernels do not change.
+
+For each function with ``@ti.func``, Taichi looks for the line of its class, and searches all modules for the file that
+it already knows. ``frame_info`` reads the line from this file, which makes the imports of this package shorter by a
+third.
 """
 
 import functools
+import inspect
+import linecache
 import textwrap
 import types
 import weakref
@@ -29,6 +35,13 @@ class LineWrapper(textwrap.TextWrapper):
 def fill(line: str, width: int = 70, **options) -> str:
     """``textwrap.fill``."""
     return LineWrapper(width=width, **options).fill(line)
+
+
+def frame_info(frame: types.FrameType) -> inspect.Traceback:
+    """``inspect.getframeinfo`` of a frame, without the search for its module."""
+    name, number = frame.f_code.co_filename, frame.f_lineno
+    line = linecache.getline(name, number, frame.f_globals)
+    return inspect.Traceback(name, number, frame.f_code.co_name, [line], 0)
 
 
 def kept_per_function(find):
@@ -57,6 +70,12 @@ def kept_per_place(describe):
         return places[place]
 
     return described
+
+
+@functools.lru_cache(maxsize=1)
+def find_classes_quickly() -> None:
+    """Let Taichi find the class of a function by ``frame_info``, from now on."""
+    kernel_impl.inspect = types.SimpleNamespace(**vars(inspect) | {"getframeinfo": frame_info})
 
 
 @functools.lru_cache(maxsize=1)

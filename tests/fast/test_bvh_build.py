@@ -13,11 +13,22 @@ def _taichi():
     start("f32")
 
 
+@pytest.mark.parametrize("name", BOXES)
+def test_a_small_tree_is_one(name, rng):
+    box = np.ascontiguousarray(BOXES[name](rng)[: bvh_build.SMALL], np.float32)
+    check(box, bvh_build.build(box))
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("name", BOXES)
-def test_the_tree_is_one(name, rng):
+def test_the_tree_is_one(name, rng, monkeypatch):
+    monkeypatch.setattr(bvh_build, "SMALL", 0)
     box = np.ascontiguousarray(BOXES[name](rng), np.float32)
-    tree = bvh_build.build(box)
+    check(box, bvh_build.build(box))
+
+
+def check(box, tree):
+    """Every item is in one leaf, and every box is as large as what is below it."""
     np.testing.assert_array_equal(np.sort(tree.order), np.arange(len(box)))
     seen = np.zeros(len(box), int)
     waiting = [0]
@@ -56,13 +67,30 @@ def test_the_heuristic_separates_two_clusters(rng):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", BOXES)
-def test_with_fast_math_the_tree_is_one(name, rng):
+def test_with_fast_math_the_tree_is_one(name, rng, monkeypatch):
     """The compiler then knows no infinity, and so not that a plane beside all items costs too much."""
     start("f32", fast_math=True)
     try:
-        test_the_tree_is_one(name, rng)
+        test_the_tree_is_one(name, rng, monkeypatch)
     finally:
         start("f32")
+
+
+@pytest.mark.parametrize("count", [2, 36, bvh_build.SMALL])
+def test_a_small_tree_is_as_good_as_the_kernels(count, rng, monkeypatch):
+    box = random_boxes(rng, count).astype(np.float32)
+    small = expected_cost(bvh_build.build(box))
+    monkeypatch.setattr(bvh_build, "SMALL", 0)
+    assert small <= 1.02 * expected_cost(bvh_build.build(box))
+
+
+def expected_cost(tree):
+    """Of a ray that meets the root, in triangle tests."""
+    size = tree.box[:, 3:].astype(float) - tree.box[:, :3]
+    area = (size * np.roll(size, 1, axis=1)).sum(axis=1)
+    is_leaf, is_inner = (tree.child < 0) & (tree.end > tree.begin), tree.child >= 0
+    tests = (area * (tree.end - tree.begin))[is_leaf].sum() + bvh_build.COST_OF_BOX * area[is_inner].sum()
+    return tests / area[0]
 
 
 def test_batches_hold_every_group_once(monkeypatch):

@@ -1,6 +1,8 @@
 """What Taichi keeps of sources is what it would read again: lines, messages, and functions that share a name."""
 
+import inspect
 import linecache
+import sys
 import textwrap
 
 import pytest
@@ -21,6 +23,30 @@ SHORT_AND_LONG = st.text(alphabet=st.sampled_from("ab_(-. \t\n\r\x0b\x0c\u3000")
 def test_lines_are_wrapped_as_by_the_standard_library(line, width, tabsize):
     assert front_end.LineWrapper(width, tabsize=tabsize).wrap(line) == textwrap.wrap(line, width, tabsize=tabsize)
     assert front_end.fill(line, width=width, tabsize=tabsize) == textwrap.fill(line, width=width, tabsize=tabsize)
+
+
+def test_the_class_of_a_function_is_found_as_by_the_standard_library(f32):
+    """Taichi asks for the line at which the frame of the class's module stands: it must be the same line."""
+    front_end.find_classes_quickly()
+    assert kernel_impl.inspect.getframeinfo is front_end.frame_info
+    frame = sys._getframe()
+    assert front_end.frame_info(frame)[:2] == inspect.getframeinfo(frame)[:2]  # two calls on one line
+    code = "class Example:\n    frame = sys._getframe(1)\n"  # no file: Taichi then takes it for no class
+    names = {"sys": sys}
+    exec(compile(code, "<nowhere>", "exec"), names)
+    assert front_end.frame_info(names["Example"].frame).code_context == [""]
+
+    @ti.data_oriented
+    class Doubling:
+        @ti.func
+        def of(self, x):
+            return 2 * x
+
+        @ti.kernel
+        def run(self) -> int:
+            return self.of(21)
+
+    assert Doubling().run() == 42
 
 
 def test_a_source_is_read_once(f32, monkeypatch):
