@@ -140,6 +140,36 @@ def probability_by_texel(light):
     )[0]
 
 
+def test_the_search_finds_the_interval_of_each_number(rng):
+    """At and beside every edge of the distributions, of which some intervals have the width 0, and in between."""
+    image = random_image(rng)
+    image[3:6] = 0
+    image[:, 4:9] = 0
+    image[7, 11] = 1e7
+    light = light_of(Environment(image))
+    rows, columns = light.row_cdf.to_numpy(), light.column_cdf.to_numpy()
+    for row, cdf in ((-1, rows), (0, columns[0]), (7, columns[7])):
+        edges = np.concatenate(
+            [cdf, np.nextafter(cdf, 0), np.nextafter(cdf, 1), np.arange(len(cdf) - 1) / (len(cdf) - 1)]
+        )
+        xi = np.concatenate([edges, rng.random(2000)]).astype(np.float32)
+        xi = xi[(xi >= 0) & (xi < 1)]
+        found = np.zeros(len(xi), np.int32)
+        _find(light, row, xi, found)
+        np.testing.assert_array_equal(found, np.searchsorted(cdf, xi, side="right") - 1)
+
+
+@ti.kernel
+def _find(light: ti.template(), row: int, xi: ti.types.ndarray(), found: ti.types.ndarray()):
+    for i in range(xi.shape[0]):
+        index = 0
+        if row < 0:
+            index, _ = light.find_row(xi[i])
+        else:
+            index, _ = light.find_column(row, xi[i])
+        found[i] = index
+
+
 def test_one_bright_pixel_takes_all_samples_evenly():
     """A sun of 10⁶ in an otherwise black sky: uniform in azimuth and in y over its texel; p > 1e-4."""
     image = np.zeros((32, 64, 3))
