@@ -59,7 +59,7 @@ class Shape:
 
 
 SHAPES = (
-    Shape("broad", 12, 6.6, (0.075, 0.72), (0.25, 0.72), (0.12, 0.82)),
+    Shape("broad", 12, 6.6, (0.075, 0.69), (0.25, 0.72), (0.12, 0.82)),
     Shape("narrow", 6.4, 7, (0.13, 0.6), (0.33, 0.68), (0.2, 0.72)),
 )
 
@@ -114,10 +114,17 @@ def draw_curves(study: Study, axes) -> dict[str, list[str]]:
             for s, e, n in zip(seconds, errors, curve.samples[known], strict=True)
         ]
         text = curve.variant.label if len(samplers) > 1 else without_sampler(curve)
+        if is_narrow(axes):  # the colour says which estimator it is, and its first label names it
+            text = without_sampler(curve) if is_first else curve.variant.sampler
         ends.append((seconds[-1], errors[-1], f"{text}: {percent(errors[-1] / 100)}", colour, is_first))
     prepare_curves(study, axes, ends)
     label_ends(axes, ends)
     return titles
+
+
+def is_narrow(axes) -> bool:
+    """Whether the chart is one for a narrow screen, which has no room for long labels."""
+    return axes.figure.get_figwidth() <= SHAPES[-1].width
 
 
 def without_sampler(curve: Curve) -> str:

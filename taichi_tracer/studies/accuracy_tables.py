@@ -195,7 +195,9 @@ def who_wins(study: Study, target: float) -> list[str]:
 
 
 def who_missed(missed: list[Curve], study: Study, words: str) -> list[str]:
-    """A sentence on those that did not reach an error: how near those with the first sampler came, and the others."""
+    """A sentence on those that did not reach an error: how near those with the first sampler came, and the best of
+    each other sampler.
+    """
     sampler = study.curves[0].variant.sampler
     named = [c for c in missed if c.variant.sampler == sampler]
     others = list(dict.fromkeys(c.variant.sampler for c in missed if c.variant.sampler != sampler))
@@ -204,7 +206,7 @@ def who_missed(missed: list[Curve], study: Study, words: str) -> list[str]:
     near = [f"{c.variant.label} came to {percent(c.last[1])} in {c.last[0]:.2g} s" for c in named]
     for other in others:
         best = min((c for c in missed if c.variant.sampler == other), key=lambda c: c.last[1])
-        near.append(f"with {other} numbers, the best came to {percent(best.last[1])} in {best.last[0]:.2g} s")
+        near.append(f"{best.variant.label} came to {percent(best.last[1])} in {best.last[0]:.2g} s")
     return [f"Others did not reach {words} in the time that they had: {'; '.join(near)}."]
 
 

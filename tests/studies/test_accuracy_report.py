@@ -50,6 +50,16 @@ def test_the_page_needs_no_other_file_and_runs_on_a_phone_and_in_the_dark(html):
     assert html.count("class='sortable'") == 2
 
 
+def test_labels_on_a_narrow_screen_are_short(study):
+    """The first label of a colour names the estimator, the others their sampler; a broad screen has room for both."""
+    broad, narrow = (
+        re.findall(r">([^<>]+: [\d.]+ %)</text>", accuracy_chart.chart(study, "curves", shape))
+        for shape in accuracy_chart.SHAPES
+    )
+    assert {text.partition(":")[0] for text in narrow} == {"mis", "brdf", "environment", "independent"}
+    assert {text.partition(":")[0] for text in broad} >= {"mis, niederreiter", "mis, independent"}
+
+
 def test_identifiers_in_the_drawings_differ(html):
     clips = re.findall(r'<clipPath id="([^"]+)"', html)
     assert len(clips) == len(set(clips)) > 0
