@@ -92,10 +92,13 @@ def render(
     """
     from taichi_tracer.cluster.command import Elsewhere
     from taichi_tracer.files.disk import check_place, noting_reads
+    from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
     from taichi_tracer.system.errors import InputError
 
     args = namespace(scene, options)
     if checkpoint is not None:
+        if args.adaptive:
+            raise InputError(f"cluster.render: {NOT_ADAPTIVE}: leave out checkpoint")
         check_place(checkpoint)
     with opened(cluster) as connection, noting_reads() as paths:
         scene_request, picture = requests(args)
@@ -196,6 +199,8 @@ def grade(
     cluster: "str | Cluster" = "local",
     seed: int = 1,
     level: str | None = None,
+    weights: str | Path | None = None,
+    anew: bool = False,
     watch: Callable[[int, Any], Any] | None = None,
 ) -> "list[Mark]":
     """The marks of a class, each submission graded by one worker, between the walls that its machine has.
@@ -203,34 +208,29 @@ def grade(
     Args:
         assignment: the name of one that comes with the package.
         path: one zip file, or a folder of them.
-        seed, level: as for ``taichi-tracer grade``.
+        seed, level, weights, anew: as for ``taichi-tracer grade``.
         watch: called with the number and the mark of each submission as soon as it is known.
+
+    Raises:
+        InputError: the assignment does not come with the package, a submission is a folder, the file of weights cannot
+            be used, or a worker does not have the walls that are asked for.
     """
-    from taichi_tracer.cluster import worker
-    from taichi_tracer.cluster.jobs import Sweep, in_order
-    from taichi_tracer.files.disk import read_bytes
-    from taichi_tracer.system.errors import one_of
+    from taichi_tracer.cluster import grading
+    from taichi_tracer.cluster.jobs import in_order
     from taichi_tracer.teaching import catalogue, submissions
-    from taichi_tracer.teaching.grade import with_rules
-    from taichi_tracer.teaching.marks import Rules, mark_of
+    from taichi_tracer.teaching.grade import Settings
+    from taichi_tracer.teaching.marks import Rules, read_rules
 
-    if assignment not in catalogue.names():
-        raise one_of("assignment", assignment, catalogue.names())
+    grading.check(assignment, [])
     graded = catalogue.load(assignment)
+    rules = Rules() if weights is None else read_rules(Path(weights), graded)
     found = in_order(submissions.find(Path(path).expanduser(), graded.files))
+    grading.check(assignment, found)
+    settings = Settings(grading.level_of(level), seed=seed, anew=anew)
+    numbers = {one.key: i for i, one in enumerate(found)}
+    report = None if watch is None else lambda mark: watch(numbers[mark.key], mark)
     with opened(cluster) as connection:
-        connection.prepare("cpu", "f32", False)
-
-        def submit(i: int, member: Any) -> Any:
-            words = connection.session, assignment, found[i].path.name, read_bytes(found[i].path), seed, level
-            return connection.submit(worker.grade, *words, at=[member.address])
-
-        def marked(i: int, facts: list[dict]) -> "Mark":
-            return with_rules(mark_of(facts[0]), found[i], Rules(), graded)
-
-        report = None if watch is None else lambda i, facts: watch(i, marked(i, facts))
-        answers = Sweep(connection, submit, len(found)).run(report)
-    return [marked(i, facts) for i, facts in enumerate(answers)]
+        return grading.grade_class(connection, graded, found, rules, settings, report)
 
 
 # ── from options to requests ──

@@ -4,6 +4,7 @@ It is a process of its own, because kernels must not be launched from several th
 process that a scene or the system has ended can be replaced. It owns the folder of the files, and removes it.
 """
 
+import hashlib
 import json
 import math
 import os
@@ -76,6 +77,7 @@ class Desk:
         self.parcels: dict[str, tuple[tuple, tuple[PictureRequest, ...], str]] = {}
         self.shown: dict[tuple, str] = {}  # the parcel whose camera a renderer has
         self.renderers: dict[tuple, ProgressiveRenderer] = {}
+        self.piloted: dict[tuple, str] = {}  # the parcel for which an adaptive renderer has its shares
         self.spare: dict[tuple, Film] = {}
 
     def close(self) -> None:
@@ -111,7 +113,7 @@ class Desk:
 
     def forget(self, scene: tuple) -> None:
         """Free a scene, its parcels and its renderers."""
-        for kept in (self.renderers, self.spare):
+        for kept in (self.renderers, self.spare, self.piloted):
             for key in [key for key in kept if key[0] == scene]:
                 del kept[key]
         for parcel in [parcel for parcel, (key, *_) in self.parcels.items() if key == scene]:
@@ -147,13 +149,33 @@ class Desk:
         self.shown[key] = parcel
         return self.renderers[key]
 
-    def render(self, parcel: str, which: tuple, first: int, count: int) -> dict:
-        """The samples of a range, as a film's arrays; and the seconds that they took, also of all processors."""
+    def take_pilot(self, parcel: str, which: tuple) -> None:
+        """Give an adaptive renderer the shares of its pixels, unless it has them.
+
+        Every process takes the pilot itself. It has random numbers of its own, and is the same everywhere.
+        """
+        from taichi_tracer.picture.adaptive import adapt
+
         renderer = self.renderer_of(parcel, which)
+        key = *self.parcels[parcel][::2], which
+        if renderer.adaptive and self.piloted.get(key) != parcel:
+            renderer.begin()
+            adapt(renderer)
+            self.piloted[key] = parcel
+
+    def render(self, parcel: str, which: tuple, first: int, count: int) -> dict:
+        """The samples of a range, as a film's arrays; and the seconds that they took, also of all processors.
+
+        A range counts passes over all pixels. In an adaptive picture, not every pixel takes a sample in every pass.
+        """
+        renderer = self.renderer_of(parcel, which)
+        self.take_pilot(parcel, which)
         start, cpu = time.perf_counter(), time.process_time()
         renderer.first_sample = first
         renderer.begin()
-        renderer.render(count)
+        for index in range(first, first + count):
+            renderer.add_sample(index)
+        renderer.film.samples = count
         arrays = renderer.film.to_arrays()
         took = {"seconds": time.perf_counter() - start, "cpu": time.process_time() - cpu}
         return {"ranges": [[first, first + count]], "arrays": arrays, **took}
@@ -177,11 +199,11 @@ class Desk:
         took = {name: sum(part[name] for part in parts) for name in ("seconds", "cpu")}
         return {"ranges": ranges, "arrays": renderer.film.to_arrays(), **took}
 
-    def grade(self, assignment: str, name: str, content: bytes, seed: int, level: str | None) -> list[dict]:
-        """The marks of a submission, a zip file, of an assignment that comes with the package."""
-        from taichi_tracer.cluster.grading import marks_of
+    def grade(self, assignment: str, name: str, content: bytes, seed: int, level: str | None) -> dict:
+        """The mark of a submission, a zip file, of an assignment that comes with the package; and its pictures."""
+        from taichi_tracer.cluster.grading import mark_there
 
-        return marks_of(assignment, name, content, seed, level, self.folder)
+        return mark_there(assignment, name, content, seed, level, self.folder)
 
     def picture(self, parcel: str, which: tuple, spp: int | None, seconds: float | None, error: float | None) -> dict:
         """A whole picture, which is rendered here alone; as ``ProgressiveRenderer.render`` does."""
@@ -222,8 +244,11 @@ def renderer_of(scene: "SceneData", pictures: tuple, which: tuple) -> "Progressi
 
 
 def facts_of(renderer: "ProgressiveRenderer") -> str:
-    """Everything that the bits of a picture depend on, as JSON."""
-    return json.dumps(renderer.facts(), sort_keys=True)
+    """Everything that the bits of a picture depend on, as JSON; with the shares of its pixels if it is adaptive."""
+    facts = renderer.facts()
+    if renderer.adaptive:
+        facts["adaptive pilot"] = hashlib.sha256(renderer.shares.share.to_numpy().tobytes()).hexdigest()
+    return json.dumps(facts, sort_keys=True)
 
 
 def film_like(renderer: "ProgressiveRenderer") -> "Film":

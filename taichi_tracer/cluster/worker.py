@@ -130,8 +130,8 @@ def picture(session: str, message: dict, targets: Sequence[Any], hashes: Sequenc
     return seat.ask("picture", message["id"], (0, 0, None), *targets)
 
 
-def grade(session: str, *words: Any) -> list[dict]:
-    """The marks of a submission."""
+def grade(session: str, *words: Any) -> dict:
+    """The mark of a submission."""
     return seat_of(session).ask("grade", *words)
 
 
