@@ -13,6 +13,7 @@ import signal
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,20 +43,73 @@ class Child(Worker):
             self.process.terminate()
 
 
+class StudyChild(Child):
+    """A process of a study of accuracy: the methods of a ``studies.bench.Bench`` are called by name."""
+
+    program = "from taichi_tracer.cluster.child import study; study()"
+    task = "the study"
+
+
 def work() -> None:
     """What the process does until its parent lets go of it."""
-    desk: list[Desk] = []
+    serve_and_close(Desk)
 
-    def open_desk(*words: Any, **options: Any) -> "Desk":
-        desk.append(Desk(*words, **options))
-        return desk[0]
+
+def study() -> None:
+    """What a process of a study does until its parent lets go of it."""
+    serve_and_close(Stand)
+
+
+def serve_and_close(make: Callable[..., Any]) -> None:
+    """Answer calls, and close what was made in the end."""
+    made: list[Any] = []
+
+    def open_one(*words: Any, **options: Any) -> Any:
+        made.append(make(*words, **options))
+        return made[0]
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # by which the parent ends a range that nobody needs
     try:
-        serve(open_desk)
+        serve(open_one)
     finally:
-        for one in desk:
+        for one in made:
             one.close()
+
+
+def new_folder(parent: str | None) -> Path:
+    """A folder for files of a scene, which its process removes in the end."""
+    try:
+        return Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=parent))
+    except OSError as error:
+        raise InputError(f"{parent}: no folder for the scene can be made there ({error.strerror})") from None
+
+
+class Stand:
+    """A ``Bench``, with a folder for the files of its scene.
+
+    Args:
+        folder, threads: as for ``Desk``.
+        message, pieces: a parcel whose options are those of ``taichi-tracer accuracy``.
+    """
+
+    def __init__(self, folder: str | None, threads: int | None, message: dict, pieces: dict[str, bytes]) -> None:
+        from taichi_tracer.apps.accuracy import source_of
+        from taichi_tracer.cluster.parcel import unpack
+        from taichi_tracer.studies.bench import Bench
+
+        self.folder = new_folder(folder)
+        args = unpack(message, pieces, self.folder / "files")
+        self.bench = Bench(source_of(args), args.arch or "auto", tuple(args.parts), threads)
+
+    def get_ready(self) -> None:
+        """It is open now."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.bench, name)
+
+    def close(self) -> None:
+        """Remove the files."""
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 class Desk:
@@ -68,10 +122,7 @@ class Desk:
 
     def __init__(self, folder: str | None, threads: int | None) -> None:
         self.threads = threads
-        try:
-            self.folder = Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=folder))
-        except OSError as error:
-            raise InputError(f"{folder}: no folder for the scene can be made there ({error.strerror})") from None
+        self.folder = new_folder(folder)
         self.scenes: dict[tuple, SceneData] = {}
         # Parcel → the key of its scene, its pictures, and its options but for where the camera stands.
         self.parcels: dict[str, tuple[tuple, tuple[PictureRequest, ...], str]] = {}
@@ -188,7 +239,7 @@ class Desk:
         scene, _, others = self.parcels[parcel]
         key = scene, others, which
         if key not in self.spare:
-            self.spare[key] = film_like(renderer)
+            self.spare[key] = renderer.film.alike()
         ranges = parts[0]["ranges"]
         renderer.begin()
         renderer.film.from_arrays(parts[0]["arrays"], samples_of(parts[0]))
@@ -249,15 +300,6 @@ def facts_of(renderer: "ProgressiveRenderer") -> str:
     if renderer.adaptive:
         facts["adaptive pilot"] = hashlib.sha256(renderer.shares.share.to_numpy().tobytes()).hexdigest()
     return json.dumps(facts, sort_keys=True)
-
-
-def film_like(renderer: "ProgressiveRenderer") -> "Film":
-    """An empty film of the same kind as a renderer's."""
-    from taichi_tracer.picture.film import Film
-
-    film = renderer.film
-    options = film.keeps_deviation, film.averages, film.doubles
-    return Film(film.width, film.height, film.crop, renderer.sampler.replicated, *options)
 
 
 def samples_of(part: dict) -> int:

@@ -141,7 +141,10 @@ class Cluster:
 
     def prepare(self, arch: str, precision: str, fast_math: bool) -> None:
         """From now on, workers start Taichi with these settings; one where it runs otherwise is refused."""
-        self.settings = arch, precision, fast_math
+        is_first, self.settings = self.settings is None, (arch, precision, fast_math)
+        for member in self.members.values() if is_first else ():
+            if member.state == "ready":
+                self.settle(member)
         self.wanted = {"backend": arch, "precision": precision, "fast math": str(fast_math)}
 
     def begin(self) -> None:
@@ -213,6 +216,8 @@ class Cluster:
             unlike = difference(future.result(), installation())
             if unlike:
                 self.refuse(member, unlike)
+            elif self.settings is None:
+                member.state = "ready"  # for what needs no process of this session, such as a study
             else:
                 self.settle(member)
         elif member.state == "settling":

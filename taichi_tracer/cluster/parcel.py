@@ -20,7 +20,7 @@ from taichi_tracer.system.errors import InputError
 
 # What only the sender needs: where things are written, when the picture is good enough, and the command itself.
 STAYS = {"command", "started", "helper", "begin", "debug", "cluster", "output", "checkpoint", "checkpoint_every", "aov"}
-STAYS |= {"spp", "time", "error", "bounces"}
+STAYS |= {"spp", "time", "error", "bounces", "report", "budget", "seeds"}
 # The options of a picture, beside those of its scene: pictures that differ only in these share a scene on a worker.
 CAMERA = {"eye", "at", "up", "fov"}
 PICTURE = CAMERA | {"camera", "window", "handedness", "view", "view_option", "size", "quick", "crop", "max_distance"}

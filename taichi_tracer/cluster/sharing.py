@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from taichi_tracer.cluster import worker
-from taichi_tracer.cluster.child import facts_of, film_like, samples_of
+from taichi_tracer.cluster.child import facts_of, samples_of
 from taichi_tracer.cluster.members import Cluster, Given, Member, last_line, later
 from taichi_tracer.cluster.parcel import Parcel
 from taichi_tracer.cluster.ranges import FIRST, LATE, LEAST, Ledger, Range, size_of
@@ -162,7 +162,7 @@ class Sharing:
         """Compile what this machine needs for sums, once, while the workers load the scene."""
         self.progress.place = f"{sum(bool(m.has) for m in self.cluster.members.values())} workers"
         if self.spare is None and any(member.asked for member in self.cluster.members.values()):
-            self.spare = film_like(self.renderer)
+            self.spare = self.renderer.film.alike()
             self.spare.from_arrays(self.spare.to_arrays(), 0)
             self.renderer.film.merge(self.spare)
             self.renderer.film.error()
@@ -366,7 +366,7 @@ class Sharing:
         if part["ranges"] != [[ranges[0][0], ranges[-1][1]]]:
             raise RuntimeError(f"the samples {part['ranges']} came in place of {ranges}")
         if self.spare is None:
-            self.spare = film_like(self.renderer)
+            self.spare = self.renderer.film.alike()
         self.spare.from_arrays(part["arrays"], samples_of(part))
         self.renderer.film.merge(self.spare)
         self.book.collect(ranges)

@@ -6,7 +6,7 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.cluster import parcels_of
-from taichi_tracer.cluster.child import Desk, film_like, samples_of
+from taichi_tracer.cluster.child import Desk, samples_of
 from taichi_tracer.cluster.sharing import SharedProgress
 from taichi_tracer.picture.progress import Target
 
@@ -37,7 +37,7 @@ def test_any_tree_of_any_ranges_gives_the_bits_of_one_process(desk):
     merge = lambda *parts: desk.merge(parcel.id, WHICH, list(parts))  # noqa: E731
     trees = [merge(merge(*done[:2]), merge(*done[2:])), merge(done[0], merge(merge(done[1], again), merge(*done[3:])))]
     renderer = desk.renderer_of(parcel.id, WHICH)
-    film = film_like(renderer)
+    film = renderer.film.alike()
     renderer.first_sample = 0
     renderer.begin()
     alone = renderer.render(12).image()
