@@ -252,9 +252,9 @@ class Desk:
 
     def grade(self, assignment: str, name: str, content: bytes, seed: int, level: str | None) -> dict:
         """The mark of a submission, a zip file, of an assignment that comes with the package; and its pictures."""
-        from taichi_tracer.cluster.grading import mark_there
+        from taichi_tracer.cluster.marking import mark_of_zip
 
-        return mark_there(assignment, name, content, seed, level, self.folder)
+        return mark_of_zip(assignment, name, content, seed, level, self.folder)
 
     def picture(self, parcel: str, which: tuple, spp: int | None, seconds: float | None, error: float | None) -> dict:
         """A whole picture, which is rendered here alone; as ``ProgressiveRenderer.render`` does."""

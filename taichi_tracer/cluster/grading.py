@@ -1,25 +1,22 @@
-"""Submissions of a class that workers grade: each is sent as its zip file, and runs between the walls of its worker."""
+"""A class that workers grade: each submission is sent as its zip file, and what comes back is kept on this machine."""
 
 import io
-import tempfile
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from taichi_tracer.files.disk import read_bytes, replace_file
+from taichi_tracer.cluster import worker
+from taichi_tracer.cluster.jobs import Sweep
+from taichi_tracer.cluster.members import Cluster
+from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.teaching import catalogue, submissions
+from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import Assignment
-from taichi_tracer.teaching.grade import Settings, grade, keep, kept_at, read, with_rules
+from taichi_tracer.teaching.grade import Settings, keep, kept_at, read, with_rules
 from taichi_tracer.teaching.marks import Mark, Rules, mark_of
-from taichi_tracer.teaching.reference import Reference
-from taichi_tracer.teaching.sandbox import Level, best_level
+from taichi_tracer.teaching.sandbox import Level
 from taichi_tracer.teaching.submissions import Submission
-
-if TYPE_CHECKING:
-    from taichi_tracer.cluster.members import Cluster
 
 OF_WORKERS = "the strongest of its worker"  # walls, where no level is asked for
 
@@ -27,9 +24,6 @@ OF_WORKERS = "the strongest of its worker"  # walls, where no level is asked for
 def level_of(wanted: str | None) -> Level:
     """The walls that are asked for; which of them a worker has is known there alone."""
     return Level(OF_WORKERS if wanted is None else wanted)
-
-
-# ── at the sender ──
 
 
 def check(assignment: str, found: Sequence[Submission]) -> None:
@@ -43,7 +37,7 @@ def check(assignment: str, found: Sequence[Submission]) -> None:
 
 
 def grade_class(
-    cluster: "Cluster",
+    cluster: Cluster,
     assignment: Assignment,
     found: Sequence[Submission],
     rules: Rules,
@@ -57,9 +51,6 @@ def grade_class(
     Args:
         settings: its level is that of ``level_of``; how many are graded at the same time, the cluster decides.
     """
-    from taichi_tracer.cluster import worker
-    from taichi_tracer.cluster.jobs import Sweep
-
     check(assignment.name, found)
     places = [kept_at(assignment, one, settings.seed) for one in found]
     kept = [None if settings.anew else read(place) for place in places]
@@ -87,28 +78,3 @@ def grade_class(
         cluster.prepare("cpu", "f32", False)
         Sweep(cluster, submit, len(to_do)).run(came)
     return [marks[i] for i in range(len(found))]
-
-
-# ── at a worker ──
-
-
-def mark_there(assignment: str, name: str, content: bytes, seed: int, level: str | None, folder: Path) -> dict:
-    """The mark of one submission without the rules of a course, as ``Mark.facts``; and its pictures, as an npz file.
-
-    Args:
-        assignment: the name of one that comes with the package.
-        name, content: of the zip file.
-        level: the walls; None takes the strongest that this machine has.
-        folder: where the file is written, for as long as it is graded.
-    """
-    if Path(name).name != name:
-        raise InputError(f"{name!r} is no file name")
-    graded = catalogue.load(assignment)
-    with tempfile.TemporaryDirectory(dir=folder) as place, Reference(graded, seed) as reference:
-        path = Path(place) / name
-        replace_file(path, content)
-        (one,) = submissions.find(path, graded.files)
-        mark, pictures = grade(reference, one, Settings(best_level(level), seed=seed))
-    buffer = io.BytesIO()
-    np.savez(buffer, **pictures)
-    return {"facts": mark.facts(), "pictures": buffer.getvalue()}
