@@ -4,6 +4,7 @@ It is a process of its own, because kernels must not be launched from several th
 process that a scene or the system has ended can be replaced. It owns the folder of the files, and removes it.
 """
 
+import dataclasses
 import hashlib
 import json
 import math
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from taichi_tracer.picture.film import Film
     from taichi_tracer.renderer import ProgressiveRenderer
     from taichi_tracer.scene_data import SceneData
+    from taichi_tracer.studies.bench import SceneFacts
+    from taichi_tracer.studies.variants import Variant
 
 SLOW = 10.0  # seconds of a first sample, after which no second one is taken to learn its time
 MOST_SCENES = 2  # that are kept: the pictures of a sweep that need one scene mostly come one after the other
@@ -101,8 +104,15 @@ class Stand:
         args = unpack(message, pieces, self.folder / "files")
         self.bench = Bench(source_of(args), args.arch or "auto", tuple(args.parts), threads)
 
+        self.environment = str(args.environment)
+
     def get_ready(self) -> None:
         """It is open now."""
+
+    def facts(self, variant: "Variant") -> "SceneFacts":
+        """What the bench says, with the name of the environment's file in place of where it is on this machine."""
+        found = self.bench.facts(variant)
+        return dataclasses.replace(found, title=found.title.replace(self.environment, Path(self.environment).name))
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.bench, name)

@@ -87,7 +87,8 @@ class WorkerCrew:
         return 1 if self.measures is None else self.threads.get(self.measures.address, 1)
 
     def hire(self) -> Distant:
-        """A process on the worker that measures."""
+        """A process on the worker that measures; the first one is hired by the thread in which Taichi may run here."""
+        self.parcel  # noqa: B018 (loaded before other threads ask for it)
         return Distant(self, next(self.numbers), self.measures)
 
     def assistants(self) -> list[Clerk]:
