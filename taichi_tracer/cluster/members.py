@@ -148,7 +148,11 @@ class Cluster:
             else:
                 share = max(1, (os.cpu_count() or 1) // count)
                 self.own = package.LocalCluster(
-                    n_workers=count, threads_per_worker=share, processes=False, dashboard_address=None, memory_limit=0
+                    n_workers=count,
+                    threads_per_worker=share,
+                    processes=False,
+                    dashboard_address="127.0.0.1:0",
+                    memory_limit=0,
                 )
             make = partial(client_class(package), self.own or where, timeout=CONNECT, set_as_default=False)
             self.client = later(make).result(2 * CONNECT)  # who listens there, but is no scheduler, may never answer

@@ -5,6 +5,8 @@ variants are rendered by one worker, one at a time, as a study without a cluster
 like any other: its samples come from all workers, and add up exactly.
 """
 
+import contextlib
+import math
 import threading
 import time
 from argparse import Namespace
@@ -24,6 +26,7 @@ from taichi_tracer.studies.variants import Variant
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import IncompleteError, InputError
 
+SOON = 2.0  # seconds in which a worker may come before the study waits for it beside other things
 FETCH = 60.0  # seconds in which an answer has to come after it is there
 
 
@@ -66,6 +69,7 @@ class WorkerCrew:
         self.cluster, self.args = cluster, args
         self.lock, self.numbers = threading.Lock(), count()
         self.measures: Member | None = None
+        self.assisting: set[str] = set()
         self.threads: dict[str, int] = {}
 
     @cached_property
@@ -89,12 +93,16 @@ class WorkerCrew:
     def hire(self) -> Distant:
         """A process on the worker that measures; the first one is hired by the thread in which Taichi may run here."""
         self.parcel  # noqa: B018 (loaded before other threads ask for it)
+        with contextlib.suppress(IncompleteError):  # the first call tells it
+            self.first_member(SOON)
         return Distant(self, next(self.numbers), self.measures)
 
     def assistants(self) -> list[Clerk]:
-        """A process on each of the other workers that are there."""
+        """A process on each of the other workers that are there and have none yet."""
         with self.lock:
-            others = [m for m in self.cluster.members.values() if m.state == "ready" and m is not self.measures]
+            there = [m for m in self.cluster.members.values() if m.state == "ready" and m.address not in self.assisting]
+            others = [m for m in there if m is not self.measures] if self.measures is not None else []
+            self.assisting |= {member.address for member in others}
         return [Distant(self, next(self.numbers), member) for member in others]
 
     def told(self) -> str:
@@ -108,8 +116,11 @@ class WorkerCrew:
 
     # ── Dask ──
 
-    def first_member(self) -> Member:
-        """The worker that measures: of those that fit, the one with the most threads; waits for one.
+    def first_member(self, patience: float = math.inf) -> Member | None:
+        """The worker that measures: of those that fit, the one with the most threads.
+
+        Args:
+            patience: seconds in which one has to come; else the answer is None.
 
         Raises:
             IncompleteError: the scheduler has gone, or no worker fits.
@@ -117,13 +128,16 @@ class WorkerCrew:
         with self.lock:
             if self.measures is not None:
                 return self.measures
-            until = time.perf_counter() + FIRST_LOOK
+            began = time.perf_counter()
             while True:
+                passed = time.perf_counter() - began
                 self.cluster.look()
                 ready = [m for m in self.cluster.members.values() if m.state == "ready"]
                 is_settled = all(m.state in ("ready", "refused") for m in self.cluster.members.values())
-                if ready and (is_settled or time.perf_counter() > until):
+                if ready and (is_settled or passed > FIRST_LOOK):
                     break
+                if passed > patience:
+                    return None
                 self.cluster.wake.wait(FIRST_LOOK / 10)
                 self.cluster.wake.clear()
                 for member in list(self.cluster.members.values()):

@@ -4,13 +4,13 @@ Nothing is measured on them. A range that does not come is rendered by the first
 samples of the reference are always a range without gaps.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
 from taichi_tracer.studies.bench import Prepared
-from taichi_tracer.studies.crew import Clerk
+from taichi_tracer.studies.crew import Clerk, Crew
 from taichi_tracer.studies.variants import Source, Variant
 
 LEAST = 8  # samples of a range
@@ -41,15 +41,19 @@ class Assistant:
 class Assistants:
     """All of them; there may be none."""
 
-    def __init__(self, workers: Sequence[Clerk]) -> None:
-        self.workers, self.known = list(workers), []
-        self.known: list[Assistant]
+    def __init__(self) -> None:
+        self.workers: list[Clerk] = []
+        self.known: list[Assistant] = []
 
-    def get_ready(self, source: Source, arch: str, parts: tuple[str, ...], variant: Variant, size: tuple) -> None:
-        """Let them load the scene and compile, while the first machine does that too."""
-        for worker in self.workers:
+    def hire(self, crew: Crew | None, source: Source, arch: str, parts: tuple[str, ...]) -> None:
+        """Let the machines start a process that are there and have none yet; without a crew, there are none."""
+        for worker in [] if crew is None else crew.assistants():
+            self.workers.append(worker)
             worker.ask("open", source, arch, parts)
-            self.known.append(Assistant(worker, worker.ask("prepare", variant, size)))
+
+    def get_ready(self, variant: Variant, size: tuple[int, int]) -> None:
+        """Let them load the scene and compile, while the first machine does that too."""
+        self.known = [Assistant(worker, worker.ask("prepare", variant, size)) for worker in self.workers]
 
     def begin(self, variant: Variant, size: tuple[int, int], seed: int, first: int, seconds: float) -> None:
         """Give everybody who is ready a range of about so many seconds; they follow each other from ``first`` on."""

@@ -129,7 +129,7 @@ class Crew(Protocol):
         """One more process on the machine that measures."""
 
     def assistants(self) -> list[Clerk]:
-        """A process on each other machine, for a part of the reference; asked for after the first process is open."""
+        """A process on each other machine that has none yet, for a part of the reference."""
 
     def told(self) -> str:
         """A sentence on whose seconds the study tells."""

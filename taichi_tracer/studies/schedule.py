@@ -261,7 +261,7 @@ class Schedule:
         self.equal_seconds = 0.0
         self.kernels_made = 0
         self.first, self.crew = first, crew
-        self.assistants = Assistants([])
+        self.assistants = Assistants()
         self.is_apart = not source.here
         self.start_seconds = math.nan
 
@@ -343,7 +343,10 @@ class Schedule:
         """Start the first process, read the scene, and leave out what cannot be compared."""
         worker = self.hire(self.base)
         self.tell("starting", self.elapsed / self.budget)
-        self.wait_for(worker.ask("open", self.source, self.arch, self.parts), "starting")
+        opening = worker.ask("open", self.source, self.arch, self.parts)
+        self.assistants.hire(self.crew, self.source, self.arch, self.parts)
+        self.wait_for(opening, "starting")
+        self.assistants.hire(self.crew, self.source, self.arch, self.parts)  # those that have come since
         self.start_seconds = self.elapsed
         self.end -= self.reserve
         facts = self.wait_for(worker.ask("facts", self.base), "reading the scene")
@@ -357,9 +360,7 @@ class Schedule:
                 self.variants = kept
         self.variants, notes = comparable(self.variants, facts.lamps, facts.has_environment, facts.source)
         self.notes += notes
-        if self.crew is not None:
-            self.assistants = Assistants(self.crew.assistants())
-            self.assistants.get_ready(self.source, self.arch, self.parts, self.reference, self.size)
+        self.assistants.get_ready(self.reference, self.size)
         return facts
 
     @property

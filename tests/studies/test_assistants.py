@@ -1,6 +1,7 @@
 """Other machines render a part of the reference: what they add is a range without gaps, whoever fails."""
 
 from concurrent.futures import Future
+from types import SimpleNamespace
 
 import pytest
 
@@ -32,8 +33,13 @@ class Machine:
 
 
 def assisted(*machines):
-    assistants = Assistants(machines)
-    assistants.get_ready(Source("cube"), "cpu", (), Variant(), (16, 16))
+    coming = [list(machines), []]
+    crew = SimpleNamespace(assistants=lambda: coming.pop(0))
+    assistants = Assistants()
+    for _ in range(2):
+        assistants.hire(crew, Source("cube"), "cpu", ())
+    assistants.hire(None, Source("cube"), "cpu", ())
+    assistants.get_ready(Variant(), (16, 16))
     return assistants
 
 
