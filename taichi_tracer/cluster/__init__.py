@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from taichi_tracer.cluster.sharing import Statistics
     from taichi_tracer.files.picture import Picture
     from taichi_tracer.picture.error_estimate import RelativeError
+    from taichi_tracer.studies import Accuracy
     from taichi_tracer.teaching.marks import Mark
 
 
@@ -192,6 +193,47 @@ def variants(**knobs: Sequence[Any]) -> list[dict[str, Any]]:
     return [dict(zip(knobs, values, strict=True)) for values in product(*knobs.values())]
 
 
+def accuracy(scene: str | Path, *, cluster: "str | Cluster" = "local", **options: Any) -> "Accuracy":
+    """What does accuracy cost in time? ``tt.studies.accuracy`` on a cluster.
+
+    One worker measures every variant, because seconds of different machines cannot be compared. All workers render the
+    reference.
+
+    Args:
+        scene: a name or a path.
+        options: of ``taichi-tracer accuracy``, such as environment="studio", estimators=["brdf", "mis"], budget=60,
+            report="folder".
+
+    Raises:
+        InputError: an option is wrong, no scheduler answers, or the worker ended before anything was measured.
+    """
+    import time
+
+    from taichi_tracer.apps.accuracy import study_of
+    from taichi_tracer.cluster.study import WorkerCrew
+    from taichi_tracer.studies import accuracy_report, found, schedule
+
+    start = time.perf_counter()
+    args = namespace(scene, options, "accuracy")
+    request = study_of(args)
+    accuracy_report.get_ready()
+    keep = accuracy_report.DRAWING + (0.0 if request.report is None else accuracy_report.WRITING)
+    with opened(cluster) as connection:
+        study = schedule.measure(
+            request.source,
+            list(request.variants),
+            request.size,
+            request.budget,
+            request.seeds,
+            crew=WorkerCrew(connection, args),
+            spent=time.perf_counter() - start,
+            keep=keep,
+        )
+    if request.report is not None:
+        accuracy_report.write(study, request.report)
+    return found(study)
+
+
 def grade(
     assignment: str,
     path: str | Path,
@@ -241,11 +283,11 @@ def opened(cluster: "str | Cluster") -> Any:
     return connect(cluster) if isinstance(cluster, str) else nullcontext(cluster)
 
 
-def namespace(scene: str | Path, options: Mapping[str, Any]) -> Namespace:
-    """The namespace of the command line ``taichi-tracer render SCENE …`` with these options."""
+def namespace(scene: str | Path, options: Mapping[str, Any], command: str = "render") -> Namespace:
+    """The namespace of the command line ``taichi-tracer COMMAND SCENE …`` with these options."""
     from taichi_tracer.apps.cli import as_value, load_parts, make_parser
 
-    words = ["render", str(scene)]
+    words = [command, str(scene)]
     for name, value in options.items():
         words += words_of(f"--{name.replace('_', '-')}", value)
     args = make_parser().parse_args([as_value(word) for word in words])
