@@ -231,10 +231,9 @@ def test_the_python_of_the_page_runs(capsys):
 
 
 def test_the_simulation_runs_and_ends_at_a_wall():
-    from benchmarks.cluster import Model, simulate
+    from benchmarks.cluster import MEASURED, simulate
 
-    model = Model()
-    small, large = simulate(10, model), simulate(10_000, model)
+    small, large = simulate(10, MEASURED), simulate(10_000, MEASURED)
     assert small.efficiency > 0.9
     assert large.efficiency < small.efficiency
     assert json.dumps(vars(small))
