@@ -55,6 +55,30 @@ def test_what_cannot_be_is_told_before_anything_starts(words, told, capsys):
     assert told in told_by([*WORDS, *words], capsys, code=2)
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["mine", "submissions"], "to which no assignment of your own is sent"),
+        (["rt3", "missing"], "missing: no such file or folder"),
+        (["rt3", "folders"], "a cluster grades zip files, and this is a folder"),
+        (["rt3", "OUT.zip", "--gradescope-upload"], "--gradescope-upload grades nothing"),
+    ],
+)
+def test_what_a_cluster_cannot_grade_is_told(words, told, tmp_path, capsys):
+    pytest.importorskip("distributed")
+    (tmp_path / "folders" / "123456789").mkdir(parents=True)
+    assert told in told_by(["grade", *words, "--cluster", "local:1"], capsys, code=2)
+
+
+@pytest.mark.exhaustive
+def test_an_adaptive_picture_has_the_bits_of_one_process(capsys):
+    pytest.importorskip("distributed")
+    told_by([*WORDS, "--adaptive", "--spp", 37, "-o", "alone.npy"], capsys)
+    told = told_by([*WORDS, "--adaptive", "--spp", 37, "--cluster", "local:2", "-o", "shared.npy"], capsys)
+    assert "40x24, 37 spp, error" in told
+    np.testing.assert_array_equal(np.load("shared.npy"), np.load("alone.npy"))
+
+
 @pytest.mark.long
 def test_two_local_workers_make_the_picture_of_one_process_and_go_on_from_its_checkpoint(capsys):
     pytest.importorskip("distributed")
