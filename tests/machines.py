@@ -11,6 +11,7 @@ from pathlib import Path
 import taichi_tracer
 
 PACKAGES = str(Path(taichi_tracer.__file__).parent.parent)
+APART = "unshare", "--map-root-user", "--mount", "sh", "-c"  # a program that sees mounts of its own
 SECONDS = 60  # in which a process has to be there
 
 
@@ -24,9 +25,9 @@ class Machines:
         self.scheduler = self.start("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
         self.workers: list[subprocess.Popen] = []
 
-    def start(self, program: str, *words: str, **variables: str) -> subprocess.Popen:
-        """A process of Dask, in a group of its own."""
-        command = [sys.executable, "-m", f"distributed.cli.{program}", "--scheduler-file", str(self.file)]
+    def start(self, program: str, *words: str, before: tuple[str, ...] = (), **variables: str) -> subprocess.Popen:
+        """A process of Dask, in a group of its own; ``before`` is a program that runs it."""
+        command = [*before, sys.executable, "-m", f"distributed.cli.{program}", "--scheduler-file", str(self.file)]
         log = open(self.folder / f"{program}_{len(self.processes)}.log", "w")  # noqa: SIM115 (the process has it)
         found = os.environ.get("PYTHONPATH")
         paths = {"PYTHONPATH": os.pathsep.join([*filter(None, [variables.pop("FIRST", None)]), PACKAGES, found or ""])}
@@ -53,13 +54,15 @@ class Machines:
             time.sleep(0.05)
         raise AssertionError("the scheduler did not start")
 
-    def add(self, **variables: str) -> subprocess.Popen:
-        """One more worker."""
+    def add(self, room: str | None = None, **variables: str) -> subprocess.Popen:
+        """One more worker; ``room`` is the size of its disk, such as "1m", where the system lets a user mount one."""
         assert self.address
         name = f"w{len(self.workers)}"
         words = ["--nthreads", "1", "--no-nanny", "--no-dashboard", "--name", name, "--host", "127.0.0.1"]
         local = self.folder / name
-        worker = self.start("dask_worker", *words, "--local-directory", str(local), **variables)
+        local.mkdir()
+        before = () if room is None else (*APART, f'mount -t tmpfs -o size={room} none "$0" && exec "$@"', str(local))
+        worker = self.start("dask_worker", *words, "--local-directory", str(local), before=before, **variables)
         self.workers.append(worker)
         return worker
 

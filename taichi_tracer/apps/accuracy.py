@@ -13,6 +13,7 @@ from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
+from taichi_tracer.studies.crew import Crew
 from taichi_tracer.system.digits import digits
 
 EFFICIENCIES = ("roulette", "lamp_choice")
@@ -54,8 +55,11 @@ class View:
         return self.camera.applied_to(view, self.aspect)
 
 
-def run(args: Namespace) -> int:
+def run(args: Namespace, crew: Crew | None = None) -> int:
     """Measure, print, and write the report if one is wanted; after a signal, what was measured until then.
+
+    Args:
+        crew: who renders on other machines; None renders here.
 
     Returns:
         0, or 128 and the number of the signal.
@@ -79,6 +83,7 @@ def run(args: Namespace) -> int:
             parts=tuple(args.parts),
             spent=time.perf_counter() - args.started,
             first=args.helper,
+            crew=crew,
             keep=0.0 if request.report is None else accuracy_report.WRITING,
             should_stop=lambda: interruption.number is not None,
             **given(arch=request.arch),
@@ -100,8 +105,14 @@ def study_of(args: Namespace) -> StudyRequest:
     knobs |= {"max_bounces": args.max_bounces, "roulettes": roulettes_of(args.roulettes)}
     knobs |= {"rr_start_bounce": args.rr_start_bounce, "fast_math": FAST_MATH.get(args.fast_math)}
     plan = variants.plan(every=args.every, **given(**knobs))
+    report = None if args.report is None else prepared(args.report)
+    return StudyRequest(source_of(args), tuple(plan), args.size, args.budget, args.seeds, args.arch, report)
+
+
+def source_of(args: Namespace) -> variants.Source:
+    """Where the scenes of the study come from."""
     camera, (width, height) = taken(CameraRequest, args), args.size
-    source = variants.Source(
+    return variants.Source(
         args.scene,
         args.environment,
         args.brdfs,
@@ -111,8 +122,6 @@ def study_of(args: Namespace) -> StudyRequest:
         two_sided_lamps=args.two_sided_lamps,
         **given(intensity=args.intensity, rotation=args.rotation),
     )
-    report = None if args.report is None else prepared(args.report)
-    return StudyRequest(source, tuple(plan), args.size, args.budget, args.seeds, args.arch, report)
 
 
 def estimators_of(args: Namespace) -> tuple[str, ...] | None:

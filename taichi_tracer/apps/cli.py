@@ -38,7 +38,7 @@ from taichi_tracer.apps.words import (
 from taichi_tracer.system import clock, leftovers
 from taichi_tracer.system.errors import InputError, StaleSceneError
 
-CLUSTER = "taichi_tracer.cluster.command:run"  # what renders where --cluster is given
+CLUSTER = "taichi_tracer.cluster.command"  # what runs a command where --cluster is given
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -56,7 +56,8 @@ def main(argv: list[str] | None = None) -> int:
     try:
         args = make_parser(parts).parse_args(words)
         args.started = started
-        args.helper = args.begin() if argv is None and "begin" in args else None
+        is_here = getattr(args, "cluster", None) is None
+        args.helper = args.begin() if argv is None and is_here and "begin" in args else None
         load_parts(args.parts)
         return args.command(args)
     except BrokenPipeError:  # the reader of our output has gone, as in "... | head"
@@ -128,7 +129,7 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
 
     render = add_command(commands, "render", "write pictures of a scene", "render:run")
     add_render(render)
-    render.set_defaults(command=lambda args: load("render:run" if args.cluster is None else CLUSTER)(args))
+    runs_on_clusters(render, "render")
 
     merge = add_command(commands, "merge", "add the samples of two checkpoints of one picture", "merge:run")
     merge.add_argument("first", metavar="A", help="checkpoint")
@@ -171,7 +172,9 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
 
     add_explain(add_command(commands, "explain", "every number on the way from one pixel to its colour", "explain:run"))
 
-    add_accuracy(add_command(commands, "accuracy", "what accuracy costs in time", "accuracy:run"))
+    accuracy = add_command(commands, "accuracy", "what accuracy costs in time", "accuracy:run")
+    add_accuracy(accuracy)
+    runs_on_clusters(accuracy, "accuracy")
 
     add_samples(add_command(commands, "samples", "where samples of the light go", "samples:run"))
 
@@ -184,7 +187,9 @@ def make_parser(parts: Sequence[str] = ()) -> Parser:
         add_command(commands, "assignment", "hand out an assignment of the teaching kit", "assignment:list_all")
     )
     add_check(add_command(commands, "check", "check your own solution of an assignment", "check:run"))
-    add_grade(add_command(commands, "grade", "grade the submissions of an assignment", "grade:run"))
+    grade = add_command(commands, "grade", "grade the submissions of an assignment", "grade:run")
+    add_grade(grade)
+    runs_on_clusters(grade, "grade")
 
     add_command(commands, "doctor", "what works on this machine, and what would mend the rest", "doctor:run")
     for command in commands.choices.values():
@@ -248,6 +253,7 @@ def add_grade(parser: Parser) -> None:
         help="walls around each submission (default: the strongest that this machine has, see doctor)",
     )
     parser.add_argument("--anew", action="store_true", help="grade again what was graded before")
+    add_cluster_option(parser, "grade the zip files of an assignment that comes with the package")
     written = parser.add_argument_group("what is written")
     written.add_argument("--json", action="store_true", help="print everything as JSON")
     written.add_argument("--csv", metavar="FILE", help="a table with a row for each student")
@@ -269,6 +275,21 @@ def add_check(parser: Parser) -> None:
     parser.add_argument("names", metavar="PART", nargs="*", help="only these: a method, a class or a picture")
     parser.add_argument("--seed", type=whole, metavar="N", help="of the inputs (default: that of the folder)")
     parser.add_argument("--report", metavar="FILE", help="page to write (default: DIR/check.html)")
+
+
+def add_cluster_option(parser: Parser, what: str) -> None:
+    """Where the work is done, instead of here."""
+    parser.add_argument(
+        "--cluster",
+        metavar="ADDRESS",
+        help=f"{what} on the workers of a Dask cluster that runs, tcp://host:8786 or tls://host:8786, or on local:N "
+        "processes of this machine; see docs/cluster.md",
+    )
+
+
+def runs_on_clusters(parser: Parser, name: str) -> None:
+    """Let a command that has the option run on a cluster where it is given."""
+    parser.set_defaults(command=lambda args: load(f"{name}:run" if args.cluster is None else f"{CLUSTER}:{name}")(args))
 
 
 def add_render(parser: Parser) -> None:
@@ -302,12 +323,7 @@ def add_render(parser: Parser) -> None:
         metavar="K",
         help="index of the first sample, to render parts elsewhere (default: %(default)s)",
     )
-    parser.add_argument(
-        "--cluster",
-        metavar="ADDRESS",
-        help="take the samples on the workers of a Dask cluster that runs, tcp://host:8786 or tls://host:8786, or on "
-        "local:N processes of this machine; see docs/cluster.md",
-    )
+    add_cluster_option(parser, "take the samples")
     parser.add_argument(
         "-o",
         "--output",
@@ -390,6 +406,7 @@ def add_accuracy(parser: Parser) -> None:
     parser.add_argument("--budget", type=positive, default=60, metavar="SECONDS", help="in all (default: %(default)s)")
     parser.add_argument("--report", metavar="DIR", help="folder for a page, a chart, CSV and JSON")
     parser.add_argument("--arch", metavar="NAME", help="which backend runs the kernels")
+    add_cluster_option(parser, "take the measurements")
     add_camera_options(parser)
     parser.lists = ("knobs", "cameras", "surfaces", "files", "archs")
 

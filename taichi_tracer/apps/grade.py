@@ -4,9 +4,10 @@ import csv
 import io
 import json
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Protocol
 
 from taichi_tracer.apps.words import note, taken
 from taichi_tracer.files.disk import check_place, replace_file
@@ -36,8 +37,12 @@ class GradeRequest:
     upload: bool
 
 
-def run(args: Namespace) -> int:
-    """Grade, print a line for each submission, and write what was asked for."""
+def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
+    """Grade, print a line for each submission, and write what was asked for.
+
+    Args:
+        elsewhere: who grades on other machines; None grades here.
+    """
     request = taken(GradeRequest, args)
     assignment = catalogue.load(request.assignment)
     if assignment.is_sealed:
@@ -49,15 +54,33 @@ def run(args: Namespace) -> int:
     rules = Rules() if request.weights is None else read_rules(Path(request.weights), assignment)
     found = submissions.find(Path(request.path).expanduser(), assignment.files)
     check_targets(request, found)
-    level = best_level(request.level)
+    level = best_level(request.level) if elsewhere is None else elsewhere.walls(request.level, found)
     if level.name == "limits":
-        note("this machine has no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
+        note("there are no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
     settings = Settings(level, seed=request.seed, jobs=request.jobs, anew=request.anew)
     watch = None if request.json else lambda mark: print(line_of(mark), flush=True)
-    marks = grade_class(assignment, found, rules, settings, watch)
+    grades = grade_class if elsewhere is None else elsewhere.grade_class
+    marks = grades(assignment, found, rules, settings, watch)
     write(request, assignment, found, marks, settings)
     print(as_json(assignment, marks, settings) if request.json else summary(marks, level))
     return 0
+
+
+class Elsewhere(Protocol):
+    """Who grades on other machines."""
+
+    def walls(self, level: str | None, found: Sequence[submissions.Submission]) -> Level:
+        """The walls in words; an InputError for submissions that cannot be sent."""
+
+    def grade_class(
+        self,
+        assignment: Assignment,
+        found: Sequence[submissions.Submission],
+        rules: Rules,
+        settings: Settings,
+        watch: Callable[[Mark], Any] | None,
+    ) -> list[Mark]:
+        """As ``teaching.grade.grade_class``."""
 
 
 def check_targets(request: GradeRequest, found: Sequence[submissions.Submission]) -> None:

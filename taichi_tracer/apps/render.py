@@ -22,6 +22,7 @@ from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, to_bytes
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words, name_of
 from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
+from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.picture.progress import Progress, two_digits
 from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
@@ -137,6 +138,8 @@ def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
         count = sum(len(places.pictures) for views in paths for places in views)
         if count > 1:
             raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
+        if args.adaptive:
+            raise InputError(f"--checkpoint {request.checkpoint}: {NOT_ADAPTIVE}: leave out one of the two")
         check_place(request.checkpoint)
     clock = Clock(args.started)
     scene = clock.load(request.scene)
@@ -398,6 +401,8 @@ class Keeper:
         """Write now, beside the picture if nobody named a place; says how to go on."""
         if self.renderer.samples == 0:
             return "nothing has come yet: run the same command again"
+        if self.renderer.adaptive:
+            return f"they are in the picture, because {NOT_ADAPTIVE}"
         if self.path is None:
             self.path = str(picture.with_suffix(checkpoint.EXTENSION))
         self.keep()

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from taichi_tracer.cluster.sharing import Statistics
     from taichi_tracer.files.picture import Picture
     from taichi_tracer.picture.error_estimate import RelativeError
+    from taichi_tracer.studies import Accuracy
     from taichi_tracer.teaching.marks import Mark
 
 
@@ -92,10 +93,13 @@ def render(
     """
     from taichi_tracer.cluster.command import Elsewhere
     from taichi_tracer.files.disk import check_place, noting_reads
+    from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
     from taichi_tracer.system.errors import InputError
 
     args = namespace(scene, options)
     if checkpoint is not None:
+        if args.adaptive:
+            raise InputError(f"cluster.render: {NOT_ADAPTIVE}: leave out checkpoint")
         check_place(checkpoint)
     with opened(cluster) as connection, noting_reads() as paths:
         scene_request, picture = requests(args)
@@ -189,6 +193,47 @@ def variants(**knobs: Sequence[Any]) -> list[dict[str, Any]]:
     return [dict(zip(knobs, values, strict=True)) for values in product(*knobs.values())]
 
 
+def accuracy(scene: str | Path, *, cluster: "str | Cluster" = "local", **options: Any) -> "Accuracy":
+    """What does accuracy cost in time? ``tt.studies.accuracy`` on a cluster.
+
+    One worker measures every variant, because seconds of different machines cannot be compared. All workers render the
+    reference.
+
+    Args:
+        scene: a name or a path.
+        options: of ``taichi-tracer accuracy``, such as environment="studio", estimators=["brdf", "mis"], budget=60,
+            report="folder".
+
+    Raises:
+        InputError: an option is wrong, no scheduler answers, or the worker ended before anything was measured.
+    """
+    import time
+
+    from taichi_tracer.apps.accuracy import study_of
+    from taichi_tracer.cluster.study import WorkerCrew
+    from taichi_tracer.studies import accuracy_report, found, schedule
+
+    start = time.perf_counter()
+    args = namespace(scene, options, "accuracy")
+    request = study_of(args)
+    accuracy_report.get_ready()
+    keep = accuracy_report.DRAWING + (0.0 if request.report is None else accuracy_report.WRITING)
+    with opened(cluster) as connection:
+        study = schedule.measure(
+            request.source,
+            list(request.variants),
+            request.size,
+            request.budget,
+            request.seeds,
+            crew=WorkerCrew(connection, args),
+            spent=time.perf_counter() - start,
+            keep=keep,
+        )
+    if request.report is not None:
+        accuracy_report.write(study, request.report)
+    return found(study)
+
+
 def grade(
     assignment: str,
     path: str | Path,
@@ -196,6 +241,8 @@ def grade(
     cluster: "str | Cluster" = "local",
     seed: int = 1,
     level: str | None = None,
+    weights: str | Path | None = None,
+    anew: bool = False,
     watch: Callable[[int, Any], Any] | None = None,
 ) -> "list[Mark]":
     """The marks of a class, each submission graded by one worker, between the walls that its machine has.
@@ -203,34 +250,29 @@ def grade(
     Args:
         assignment: the name of one that comes with the package.
         path: one zip file, or a folder of them.
-        seed, level: as for ``taichi-tracer grade``.
+        seed, level, weights, anew: as for ``taichi-tracer grade``.
         watch: called with the number and the mark of each submission as soon as it is known.
+
+    Raises:
+        InputError: the assignment does not come with the package, a submission is a folder, the file of weights cannot
+            be used, or a worker does not have the walls that are asked for.
     """
-    from taichi_tracer.cluster import worker
-    from taichi_tracer.cluster.jobs import Sweep, in_order
-    from taichi_tracer.files.disk import read_bytes
-    from taichi_tracer.system.errors import one_of
+    from taichi_tracer.cluster import grading
+    from taichi_tracer.cluster.jobs import in_order
     from taichi_tracer.teaching import catalogue, submissions
-    from taichi_tracer.teaching.grade import with_rules
-    from taichi_tracer.teaching.marks import Rules, mark_of
+    from taichi_tracer.teaching.grade import Settings
+    from taichi_tracer.teaching.marks import Rules, read_rules
 
-    if assignment not in catalogue.names():
-        raise one_of("assignment", assignment, catalogue.names())
+    grading.check(assignment, [])
     graded = catalogue.load(assignment)
+    rules = Rules() if weights is None else read_rules(Path(weights), graded)
     found = in_order(submissions.find(Path(path).expanduser(), graded.files))
+    grading.check(assignment, found)
+    settings = Settings(grading.level_of(level), seed=seed, anew=anew)
+    numbers = {one.key: i for i, one in enumerate(found)}
+    report = None if watch is None else lambda mark: watch(numbers[mark.key], mark)
     with opened(cluster) as connection:
-        connection.prepare("cpu", "f32", False)
-
-        def submit(i: int, member: Any) -> Any:
-            words = connection.session, assignment, found[i].path.name, read_bytes(found[i].path), seed, level
-            return connection.submit(worker.grade, *words, at=[member.address])
-
-        def marked(i: int, facts: list[dict]) -> "Mark":
-            return with_rules(mark_of(facts[0]), found[i], Rules(), graded)
-
-        report = None if watch is None else lambda i, facts: watch(i, marked(i, facts))
-        answers = Sweep(connection, submit, len(found)).run(report)
-    return [marked(i, facts) for i, facts in enumerate(answers)]
+        return grading.grade_class(connection, graded, found, rules, settings, report)
 
 
 # ── from options to requests ──
@@ -241,11 +283,11 @@ def opened(cluster: "str | Cluster") -> Any:
     return connect(cluster) if isinstance(cluster, str) else nullcontext(cluster)
 
 
-def namespace(scene: str | Path, options: Mapping[str, Any]) -> Namespace:
-    """The namespace of the command line ``taichi-tracer render SCENE …`` with these options."""
+def namespace(scene: str | Path, options: Mapping[str, Any], command: str = "render") -> Namespace:
+    """The namespace of the command line ``taichi-tracer COMMAND SCENE …`` with these options."""
     from taichi_tracer.apps.cli import as_value, load_parts, make_parser
 
-    words = ["render", str(scene)]
+    words = [command, str(scene)]
     for name, value in options.items():
         words += words_of(f"--{name.replace('_', '-')}", value)
     args = make_parser().parse_args([as_value(word) for word in words])

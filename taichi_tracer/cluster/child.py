@@ -4,6 +4,8 @@ It is a process of its own, because kernels must not be launched from several th
 process that a scene or the system has ended can be replaced. It owns the folder of the files, and removes it.
 """
 
+import dataclasses
+import hashlib
 import json
 import math
 import os
@@ -12,6 +14,7 @@ import signal
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
     from taichi_tracer.picture.film import Film
     from taichi_tracer.renderer import ProgressiveRenderer
     from taichi_tracer.scene_data import SceneData
+    from taichi_tracer.studies.bench import SceneFacts
+    from taichi_tracer.studies.variants import Variant
 
 SLOW = 10.0  # seconds of a first sample, after which no second one is taken to learn its time
 MOST_SCENES = 2  # that are kept: the pictures of a sweep that need one scene mostly come one after the other
@@ -41,20 +46,80 @@ class Child(Worker):
             self.process.terminate()
 
 
+class StudyChild(Child):
+    """A process of a study of accuracy: the methods of a ``studies.bench.Bench`` are called by name."""
+
+    program = "from taichi_tracer.cluster.child import study; study()"
+    task = "the study"
+
+
 def work() -> None:
     """What the process does until its parent lets go of it."""
-    desk: list[Desk] = []
+    serve_and_close(Desk)
 
-    def open_desk(*words: Any, **options: Any) -> "Desk":
-        desk.append(Desk(*words, **options))
-        return desk[0]
+
+def study() -> None:
+    """What a process of a study does until its parent lets go of it."""
+    serve_and_close(Stand)
+
+
+def serve_and_close(make: Callable[..., Any]) -> None:
+    """Answer calls, and close what was made in the end."""
+    made: list[Any] = []
+
+    def open_one(*words: Any, **options: Any) -> Any:
+        made.append(make(*words, **options))
+        return made[0]
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # by which the parent ends a range that nobody needs
     try:
-        serve(open_desk)
+        serve(open_one)
     finally:
-        for one in desk:
+        for one in made:
             one.close()
+
+
+def new_folder(parent: str | None) -> Path:
+    """A folder for files of a scene, which its process removes in the end."""
+    try:
+        return Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=parent))
+    except OSError as error:
+        raise InputError(f"{parent}: no folder for the scene can be made there ({error.strerror})") from None
+
+
+class Stand:
+    """A ``Bench``, with a folder for the files of its scene.
+
+    Args:
+        folder, threads: as for ``Desk``.
+        message, pieces: a parcel whose options are those of ``taichi-tracer accuracy``.
+    """
+
+    def __init__(self, folder: str | None, threads: int | None, message: dict, pieces: dict[str, bytes]) -> None:
+        from taichi_tracer.apps.accuracy import source_of
+        from taichi_tracer.cluster.parcel import unpack
+        from taichi_tracer.studies.bench import Bench
+
+        self.folder = new_folder(folder)
+        args = unpack(message, pieces, self.folder / "files")
+        self.bench = Bench(source_of(args), args.arch or "auto", tuple(args.parts), threads)
+
+        self.environment = str(args.environment)
+
+    def get_ready(self) -> None:
+        """It is open now."""
+
+    def facts(self, variant: "Variant") -> "SceneFacts":
+        """What the bench says, with the name of the environment's file in place of where it is on this machine."""
+        found = self.bench.facts(variant)
+        return dataclasses.replace(found, title=found.title.replace(self.environment, Path(self.environment).name))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.bench, name)
+
+    def close(self) -> None:
+        """Remove the files."""
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 class Desk:
@@ -67,15 +132,13 @@ class Desk:
 
     def __init__(self, folder: str | None, threads: int | None) -> None:
         self.threads = threads
-        try:
-            self.folder = Path(tempfile.mkdtemp(prefix="taichi_tracer_", dir=folder))
-        except OSError as error:
-            raise InputError(f"{folder}: no folder for the scene can be made there ({error.strerror})") from None
+        self.folder = new_folder(folder)
         self.scenes: dict[tuple, SceneData] = {}
         # Parcel → the key of its scene, its pictures, and its options but for where the camera stands.
         self.parcels: dict[str, tuple[tuple, tuple[PictureRequest, ...], str]] = {}
         self.shown: dict[tuple, str] = {}  # the parcel whose camera a renderer has
         self.renderers: dict[tuple, ProgressiveRenderer] = {}
+        self.piloted: dict[tuple, str] = {}  # the parcel for which an adaptive renderer has its shares
         self.spare: dict[tuple, Film] = {}
 
     def close(self) -> None:
@@ -111,7 +174,7 @@ class Desk:
 
     def forget(self, scene: tuple) -> None:
         """Free a scene, its parcels and its renderers."""
-        for kept in (self.renderers, self.spare):
+        for kept in (self.renderers, self.spare, self.piloted):
             for key in [key for key in kept if key[0] == scene]:
                 del kept[key]
         for parcel in [parcel for parcel, (key, *_) in self.parcels.items() if key == scene]:
@@ -147,13 +210,33 @@ class Desk:
         self.shown[key] = parcel
         return self.renderers[key]
 
-    def render(self, parcel: str, which: tuple, first: int, count: int) -> dict:
-        """The samples of a range, as a film's arrays; and the seconds that they took, also of all processors."""
+    def take_pilot(self, parcel: str, which: tuple) -> None:
+        """Give an adaptive renderer the shares of its pixels, unless it has them.
+
+        Every process takes the pilot itself. It has random numbers of its own, and is the same everywhere.
+        """
+        from taichi_tracer.picture.adaptive import adapt
+
         renderer = self.renderer_of(parcel, which)
+        key = *self.parcels[parcel][::2], which
+        if renderer.adaptive and self.piloted.get(key) != parcel:
+            renderer.begin()
+            adapt(renderer)
+            self.piloted[key] = parcel
+
+    def render(self, parcel: str, which: tuple, first: int, count: int) -> dict:
+        """The samples of a range, as a film's arrays; and the seconds that they took, also of all processors.
+
+        A range counts passes over all pixels. In an adaptive picture, not every pixel takes a sample in every pass.
+        """
+        renderer = self.renderer_of(parcel, which)
+        self.take_pilot(parcel, which)
         start, cpu = time.perf_counter(), time.process_time()
         renderer.first_sample = first
         renderer.begin()
-        renderer.render(count)
+        for index in range(first, first + count):
+            renderer.add_sample(index)
+        renderer.film.samples = count
         arrays = renderer.film.to_arrays()
         took = {"seconds": time.perf_counter() - start, "cpu": time.process_time() - cpu}
         return {"ranges": [[first, first + count]], "arrays": arrays, **took}
@@ -166,7 +249,7 @@ class Desk:
         scene, _, others = self.parcels[parcel]
         key = scene, others, which
         if key not in self.spare:
-            self.spare[key] = film_like(renderer)
+            self.spare[key] = renderer.film.alike()
         ranges = parts[0]["ranges"]
         renderer.begin()
         renderer.film.from_arrays(parts[0]["arrays"], samples_of(parts[0]))
@@ -177,11 +260,11 @@ class Desk:
         took = {name: sum(part[name] for part in parts) for name in ("seconds", "cpu")}
         return {"ranges": ranges, "arrays": renderer.film.to_arrays(), **took}
 
-    def grade(self, assignment: str, name: str, content: bytes, seed: int, level: str | None) -> list[dict]:
-        """The marks of a submission, a zip file, of an assignment that comes with the package."""
-        from taichi_tracer.cluster.grading import marks_of
+    def grade(self, assignment: str, name: str, content: bytes, seed: int, level: str | None) -> dict:
+        """The mark of a submission, a zip file, of an assignment that comes with the package; and its pictures."""
+        from taichi_tracer.cluster.marking import mark_of_zip
 
-        return marks_of(assignment, name, content, seed, level, self.folder)
+        return mark_of_zip(assignment, name, content, seed, level, self.folder)
 
     def picture(self, parcel: str, which: tuple, spp: int | None, seconds: float | None, error: float | None) -> dict:
         """A whole picture, which is rendered here alone; as ``ProgressiveRenderer.render`` does."""
@@ -222,17 +305,11 @@ def renderer_of(scene: "SceneData", pictures: tuple, which: tuple) -> "Progressi
 
 
 def facts_of(renderer: "ProgressiveRenderer") -> str:
-    """Everything that the bits of a picture depend on, as JSON."""
-    return json.dumps(renderer.facts(), sort_keys=True)
-
-
-def film_like(renderer: "ProgressiveRenderer") -> "Film":
-    """An empty film of the same kind as a renderer's."""
-    from taichi_tracer.picture.film import Film
-
-    film = renderer.film
-    options = film.keeps_deviation, film.averages, film.doubles
-    return Film(film.width, film.height, film.crop, renderer.sampler.replicated, *options)
+    """Everything that the bits of a picture depend on, as JSON; with the shares of its pixels if it is adaptive."""
+    facts = renderer.facts()
+    if renderer.adaptive:
+        facts["adaptive pilot"] = hashlib.sha256(renderer.shares.share.to_numpy().tobytes()).hexdigest()
+    return json.dumps(facts, sort_keys=True)
 
 
 def samples_of(part: dict) -> int:

@@ -1,32 +1,74 @@
-"""``taichi-tracer render --cluster``: the command ``render``, whose samples come from the workers of a cluster."""
+"""The commands ``render``, ``grade`` and ``accuracy`` with ``--cluster``: workers of a cluster do what they ask for."""
 
 import dataclasses
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from taichi_tracer.apps import render
+from taichi_tracer.apps import accuracy as accuracy_command
+from taichi_tracer.apps import grade as grade_command
+from taichi_tracer.apps import render as render_command
 from taichi_tracer.apps.requests import MachineRequest
 from taichi_tracer.apps.words import note
+from taichi_tracer.cluster import grading
 from taichi_tracer.cluster.members import Cluster
 from taichi_tracer.cluster.parcel import Parcel, pack
 from taichi_tracer.cluster.sharing import Sharing, Statistics
+from taichi_tracer.cluster.study import WorkerCrew
 from taichi_tracer.files.disk import noting_reads
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import runtime
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import IncompleteError, InputError
+from taichi_tracer.teaching.sandbox import Level
+from taichi_tracer.teaching.submissions import Submission
 
 
-def run(args: Namespace) -> int:
+def render(args: Namespace) -> int:
     """Render and write every view that was asked for, on a cluster."""
-    if args.adaptive:
-        raise InputError("--adaptive needs all samples in one place to decide where the next ones go: not --cluster")
+    tell_of_parts(args)
+    with noting_reads() as paths, Cluster(args.cluster, note) as cluster:
+        return render_command.run(args, Elsewhere(cluster, args, paths))
+
+
+def accuracy(args: Namespace) -> int:
+    """Measure what accuracy costs, on one worker of a cluster; all workers render the reference."""
+    tell_of_parts(args)
+    with Cluster(args.cluster, note) as cluster:
+        return accuracy_command.run(args, WorkerCrew(cluster, args))
+
+
+def tell_of_parts(args: Namespace) -> None:
+    """Say that code of the user goes to the workers."""
     if args.parts:
         note(f"the files of --parts go to every worker, and run there with its rights: {', '.join(args.parts)}")
-    with noting_reads() as paths, Cluster(args.cluster, note) as cluster:
-        return render.run(args, Elsewhere(cluster, args, paths))
+
+
+def grade(args: Namespace) -> int:
+    """Grade a class on a cluster."""
+    grading.check(args.assignment, [])
+    if args.upload:
+        raise InputError("--gradescope-upload grades nothing: leave out --cluster")
+    with Cluster(args.cluster, note) as cluster:
+        try:
+            return grade_command.run(args, Graders(cluster, args.assignment))
+        except IncompleteError as error:
+            raise InputError(f"{error}: what was graded is kept: to go on, run the same command again") from None
+
+
+class Graders:
+    """Where ``grade.run`` lets submissions be graded."""
+
+    def __init__(self, cluster: Cluster, assignment: str) -> None:
+        self.assignment, self.grade_class = assignment, partial(grading.grade_class, cluster)
+
+    def walls(self, level: str | None, found: Sequence[Submission]) -> Level:
+        """Those that each worker has; which ones that are, the report of each student says."""
+        grading.check(self.assignment, found)
+        if level is None:
+            note("each worker has walls of its own around submissions: --level NAME refuses workers without these")
+        return grading.level_of(level)
 
 
 class Elsewhere:

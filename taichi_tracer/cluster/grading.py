@@ -1,31 +1,80 @@
-"""Submissions of a class that workers grade: each is sent as its zip file, and runs between the walls of its worker."""
+"""A class that workers grade: each submission is sent as its zip file, and what comes back is kept on this machine."""
 
-import tempfile
-from pathlib import Path
+import io
+from collections.abc import Callable, Sequence
+from typing import Any
 
-from taichi_tracer.files.disk import replace_file
-from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, submissions
-from taichi_tracer.teaching.grade import Settings, grade_class
-from taichi_tracer.teaching.marks import Rules
-from taichi_tracer.teaching.sandbox import best_level
+import numpy as np
+
+from taichi_tracer.cluster import worker
+from taichi_tracer.cluster.jobs import Sweep
+from taichi_tracer.cluster.members import Cluster
+from taichi_tracer.files.disk import read_bytes
+from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.teaching import catalogue
+from taichi_tracer.teaching.base import Assignment
+from taichi_tracer.teaching.grade import Settings, keep, kept_at, read, with_rules
+from taichi_tracer.teaching.marks import Mark, Rules, mark_of
+from taichi_tracer.teaching.sandbox import Level
+from taichi_tracer.teaching.submissions import Submission
+
+OF_WORKERS = "the strongest of its worker"  # walls, where no level is asked for
 
 
-def marks_of(assignment: str, name: str, content: bytes, seed: int, level: str | None, folder: Path) -> list[dict]:
-    """The marks of one submission, as ``Mark.facts``.
+def level_of(wanted: str | None) -> Level:
+    """The walls that are asked for; which of them a worker has is known there alone."""
+    return Level(OF_WORKERS if wanted is None else wanted)
+
+
+def check(assignment: str, found: Sequence[Submission]) -> None:
+    """Raise an InputError for what cannot be sent to workers: code of the caller, and folders."""
+    if assignment not in catalogue.names():
+        known = [*catalogue.names(), "on a cluster, to which no assignment of your own is sent"]
+        raise one_of("assignment", assignment, known)
+    for one in found:
+        if not one.path.is_file():
+            raise InputError(f"{one.path}: a cluster grades zip files, and this is a folder: pack it, or grade it here")
+
+
+def grade_class(
+    cluster: Cluster,
+    assignment: Assignment,
+    found: Sequence[Submission],
+    rules: Rules,
+    settings: Settings,
+    watch: Callable[[Mark], Any] | None = None,
+) -> list[Mark]:
+    """As ``teaching.grade.grade_class``, on the workers of a cluster.
+
+    What was graded is kept on this machine, so that a class that was interrupted goes on.
 
     Args:
-        assignment: the name of one that comes with the package.
-        name, content: of the zip file.
-        level: the walls; None takes the strongest that this machine has.
-        folder: where the file is written, for as long as it is graded.
+        settings: its level is that of ``level_of``; how many are graded at the same time, the cluster decides.
     """
-    if Path(name).name != name:
-        raise InputError(f"{name!r} is no file name")
-    graded = catalogue.load(assignment)
-    with tempfile.TemporaryDirectory(dir=folder) as place:
-        path = Path(place) / name
-        replace_file(path, content)
-        found = submissions.find(path, graded.files)
-        marks = grade_class(graded, found, Rules(), Settings(best_level(level), seed=seed))
-    return [mark.facts() for mark in marks]
+    check(assignment.name, found)
+    places = [kept_at(assignment, one, settings.seed) for one in found]
+    kept = [None if settings.anew else read(place) for place in places]
+    marks = {i: with_rules(mark, found[i], rules, assignment) for i, mark in enumerate(kept) if mark is not None}
+    for mark in marks.values() if watch is not None else ():
+        watch(mark)
+    to_do = [i for i in range(len(found)) if i not in marks]
+    level = None if settings.level.name == OF_WORKERS else settings.level.name
+
+    def submit(job: int, member: Any) -> Any:
+        one = found[to_do[job]]
+        words = cluster.session, assignment.name, one.path.name, read_bytes(one.path), settings.seed, level
+        return cluster.submit(worker.grade, *words, at=[member.address])
+
+    def came(job: int, answer: dict) -> None:
+        i = to_do[job]
+        mark = mark_of(answer["facts"])
+        with np.load(io.BytesIO(answer["pictures"]), allow_pickle=False) as pictures:
+            keep(places[i], mark, dict(pictures))
+        marks[i] = with_rules(mark, found[i], rules, assignment)
+        if watch is not None:
+            watch(marks[i])
+
+    if to_do:
+        cluster.prepare("cpu", "f32", False)
+        Sweep(cluster, submit, len(to_do)).run(came)
+    return [marks[i] for i in range(len(found))]

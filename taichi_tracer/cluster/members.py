@@ -5,11 +5,13 @@ import json
 import logging
 import os
 import re
+import socket
 import threading
 import time
 import uuid
 from collections.abc import Callable
 from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -19,7 +21,9 @@ from taichi_tracer.cluster.parcel import Parcel
 from taichi_tracer.cluster.versions import difference, installation
 from taichi_tracer.system.errors import IncompleteError, InputError
 
-LOCAL = "local"
+ADDRESS = re.compile(r"(?P<scheme>tcp|tls|ucx|ws|wss)://(?P<host>\[[0-9a-fA-F:.]+\]|[^:/\s]+):(?P<port>[0-9]{1,5})")
+MOST_PORT = 65535
+MOST_LOCAL = 8  # processes per processor of this machine
 INSTALL = "--cluster needs the package distributed: pip install 'taichi_tracer[cluster]'"
 CONNECT = 10.0  # seconds in which a scheduler has to answer
 LOOK = 0.5  # seconds between two looks for workers that came or went
@@ -35,6 +39,45 @@ def distributed() -> Any:
     except ImportError:
         raise InputError(INSTALL) from None
     return package
+
+
+def local_workers(where: str) -> int | None:
+    """How many processes of this machine an address asks for; None if it is that of a scheduler.
+
+    Raises:
+        InputError: it is neither, or it asks for none or for too many.
+    """
+    local = re.fullmatch(r"local(?::(\d+))?", where, re.ASCII)
+    if local is None:
+        found = ADDRESS.fullmatch(where)
+        if found is None or int(found["port"]) > MOST_PORT:
+            raise InputError(f"--cluster {where}: give tcp://host:8786, tls://host:8786, local or local:4")
+        return None
+    count, most = int(local[1] or 1), MOST_LOCAL * (os.cpu_count() or 1)
+    if count < 1:
+        raise InputError(f"--cluster {where}: give at least one worker, such as local:2")
+    if count > most:
+        raise InputError(f"--cluster {where}: so many processes do not fit on this machine: give at most local:{most}")
+    return count
+
+
+def check_answers(where: str) -> None:
+    """Raise an OSError at once if nobody listens at an address: Dask would wait, and try again."""
+    found = ADDRESS.fullmatch(where)
+    if found is not None and found["scheme"] in ("tcp", "tls"):
+        socket.create_connection((found["host"].strip("[]"), int(found["port"])), CONNECT).close()
+
+
+def client_class(package: Any) -> Any:
+    """Dask's client, without what it does and tells when one that never connected is forgotten."""
+
+    class Client(package.Client):
+        """A client that ``Cluster`` closes."""
+
+        def __del__(self) -> None:
+            pass
+
+    return Client
 
 
 @dataclass
@@ -85,10 +128,8 @@ class Cluster:
     """
 
     def __init__(self, where: str, tell: Callable[[str], Any]) -> None:
-        local = re.fullmatch(r"local(?::(\d+))?", where, re.ASCII)
-        if local is None and "://" not in where:
-            raise InputError(f"--cluster {where}: give tcp://host:8786, tls://host:8786, local or local:4")
-        self.where, self.tell, self.is_local = where, tell, local is not None
+        count = local_workers(where)
+        self.where, self.tell, self.is_local = where, tell, count is not None
         package = distributed()
         for name in ["distributed", "tornado.application", *logging.root.manager.loggerDict]:
             if name.startswith(("distributed", "tornado")):
@@ -102,17 +143,27 @@ class Cluster:
         self.reasons: list[str] = []
         self.own: Any = None
         try:
-            if local is not None:
-                count = int(local[1] or 1)
-                if count < 1:
-                    raise InputError(f"--cluster {where}: give at least one worker, such as local:2")
+            if count is None:
+                check_answers(where)
+            else:
                 share = max(1, (os.cpu_count() or 1) // count)
                 self.own = package.LocalCluster(
-                    n_workers=count, threads_per_worker=share, processes=False, dashboard_address=None, memory_limit=0
+                    n_workers=count,
+                    threads_per_worker=share,
+                    processes=False,
+                    dashboard_address="127.0.0.1:0",
+                    memory_limit=0,
                 )
-            self.client = package.Client(self.own or where, timeout=CONNECT, set_as_default=False)
-        except (OSError, ValueError, TypeError) as error:
-            reason = " ".join(str(error).split())
+            make = partial(client_class(package), self.own or where, timeout=CONNECT, set_as_default=False)
+            self.client = later(make).result(2 * CONNECT)  # who listens there, but is no scheduler, may never answer
+        except (OSError, ValueError, TypeError, FutureTimeout) as error:
+            if self.own is not None:
+                self.own.close(timeout=5)
+            reason = " ".join(str(error).split()) or "who listens there does not answer as a scheduler does"
+            if "ssl_context" in reason:
+                raise InputError(
+                    f"--cluster {where}: Dask's configuration has no certificates for tls://: see docs/cluster.md"
+                ) from None
             raise InputError(
                 f"--cluster {where}: no scheduler answers there ({reason}): start one with: dask scheduler"
             ) from None
@@ -141,7 +192,10 @@ class Cluster:
 
     def prepare(self, arch: str, precision: str, fast_math: bool) -> None:
         """From now on, workers start Taichi with these settings; one where it runs otherwise is refused."""
-        self.settings = arch, precision, fast_math
+        is_first, self.settings = self.settings is None, (arch, precision, fast_math)
+        for member in self.members.values() if is_first else ():
+            if member.state == "ready":
+                self.settle(member)
         self.wanted = {"backend": arch, "precision": precision, "fast math": str(fast_math)}
 
     def begin(self) -> None:
@@ -213,6 +267,8 @@ class Cluster:
             unlike = difference(future.result(), installation())
             if unlike:
                 self.refuse(member, unlike)
+            elif self.settings is None:
+                member.state = "ready"  # for what needs no process of this session, such as a study
             else:
                 self.settle(member)
         elif member.state == "settling":

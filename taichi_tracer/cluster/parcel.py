@@ -20,7 +20,7 @@ from taichi_tracer.system.errors import InputError
 
 # What only the sender needs: where things are written, when the picture is good enough, and the command itself.
 STAYS = {"command", "started", "helper", "begin", "debug", "cluster", "output", "checkpoint", "checkpoint_every", "aov"}
-STAYS |= {"spp", "time", "error", "bounces"}
+STAYS |= {"spp", "time", "error", "bounces", "report", "budget", "seeds"}
 # The options of a picture, beside those of its scene: pictures that differ only in these share a scene on a worker.
 CAMERA = {"eye", "at", "up", "fov"}
 PICTURE = CAMERA | {"camera", "window", "handedness", "view", "view_option", "size", "quick", "crop", "max_distance"}
@@ -92,7 +92,8 @@ def pack(args: Namespace, paths: Iterable[str | Path]) -> Parcel:
     """The parcel of a command line.
 
     Args:
-        paths: every file that was read while the scene was loaded, that of ``--environment`` included.
+        paths: every file that was read while the scene was loaded, that of ``--environment`` included. Shipped ones
+            do not travel. Of the folders of the others, only those below the one that all of them share are named.
     """
     options = {name: value for name, value in vars(args).items() if name not in STAYS}
     places: dict[Path, str] = {}
@@ -107,7 +108,9 @@ def pack(args: Namespace, paths: Iterable[str | Path]) -> Parcel:
     options["scene"] = scene
     if scene not in shipped_scenes():
         file = absolute(args.scene)
-        of_scene = list(dict.fromkeys([file, *(p for p in map(absolute, paths) if p not in places)]))
+        known = {*places, *map(absolute, shipped_environments().values())}
+        others = (p for p in map(absolute, paths) if p not in known)
+        of_scene = list(dict.fromkeys([file, *others]))
         root = Path(os.path.commonpath([path.parent for path in of_scene]))
         places |= {path: f"scene/{path.relative_to(root).as_posix()}" for path in of_scene}
         options["scene"] = places[file]

@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from taichi_tracer.cluster import worker
-from taichi_tracer.cluster.child import facts_of, film_like, samples_of
+from taichi_tracer.cluster.child import facts_of, samples_of
 from taichi_tracer.cluster.members import Cluster, Given, Member, last_line, later
 from taichi_tracer.cluster.parcel import Parcel
 from taichi_tracer.cluster.ranges import FIRST, LATE, LEAST, Ledger, Range, size_of
+from taichi_tracer.picture.adaptive import adapt
 from taichi_tracer.picture.progress import RECENT, Progress, Target
 from taichi_tracer.system.errors import IncompleteError, InputError
 
@@ -72,6 +73,26 @@ class Statistics:
     workers: dict[str, dict] = field(default_factory=dict)
 
 
+def passes(spp: int, mean: float) -> int:
+    """How many passes over all pixels give them so many samples on average, if one pass gives them ``mean``.
+
+    It counts as one process does, whose sum of the means is rounded in every pass.
+    """
+    count, samples = 0, 0.0
+    while samples < spp:
+        count, samples = count + 1, samples + mean
+    return count
+
+
+def check_adaptive(is_adaptive: bool, sampler: Any) -> None:
+    """Raise an InputError for an adaptive picture whose error could not be estimated from ranges of samples."""
+    if is_adaptive and sampler.doubles:
+        raise InputError(
+            f"--adaptive with --sampler {sampler.name} on a cluster: its error is estimated from doublings, and pixels "
+            "of an adaptive picture double at different times: use another sampler"
+        )
+
+
 class Sharing:
     """The rendering of one picture.
 
@@ -82,17 +103,17 @@ class Sharing:
     """
 
     def __init__(self, cluster: Cluster, renderer: Any, parcel: Parcel, which: tuple, target: Target) -> None:
-        if renderer.adaptive:
-            raise InputError(
-                "--adaptive needs all samples in one place to decide where the next ones go: not --cluster"
-            )
+        check_adaptive(renderer.adaptive, renderer.sampler)
         self.cluster, self.renderer, self.parcel, self.which = cluster, renderer, parcel, which
+        pilot = None
         if not renderer.is_current():
             renderer.begin()
-        renderer.progress = self.progress = SharedProgress(target)
+            if renderer.adaptive:
+                pilot = adapt(renderer)
+        renderer.progress = self.progress = SharedProgress(target, pilot=pilot)
         self.facts = facts_of(renderer)
         first = renderer.first_sample + renderer.film.samples
-        end = None if target.spp is None else first + target.spp
+        end = None if target.spp is None else first + passes(target.spp, renderer.shares.mean)
         self.book = Ledger(first, end, renderer.first_sample, renderer.film.doubles)
         self.spare: Any = None
         self.collection: list[tuple[list[Range], Any]] = []
@@ -141,7 +162,7 @@ class Sharing:
         """Compile what this machine needs for sums, once, while the workers load the scene."""
         self.progress.place = f"{sum(bool(m.has) for m in self.cluster.members.values())} workers"
         if self.spare is None and any(member.asked for member in self.cluster.members.values()):
-            self.spare = film_like(self.renderer)
+            self.spare = self.renderer.film.alike()
             self.spare.from_arrays(self.spare.to_arrays(), 0)
             self.renderer.film.merge(self.spare)
             self.renderer.film.error()
@@ -345,7 +366,7 @@ class Sharing:
         if part["ranges"] != [[ranges[0][0], ranges[-1][1]]]:
             raise RuntimeError(f"the samples {part['ranges']} came in place of {ranges}")
         if self.spare is None:
-            self.spare = film_like(self.renderer)
+            self.spare = self.renderer.film.alike()
         self.spare.from_arrays(part["arrays"], samples_of(part))
         self.renderer.film.merge(self.spare)
         self.book.collect(ranges)
@@ -354,7 +375,7 @@ class Sharing:
         self.statistics.rendering += part["seconds"]
         self.statistics.processors += part["cpu"]
         now = time.perf_counter()
-        self.progress.took(now - self.collected_at, samples_of(part))
+        self.progress.took(now - self.collected_at, samples_of(part) * self.renderer.shares.mean)
         self.progress.look(self.renderer.error)
         self.collected_at = time.perf_counter()
         if self.statistics.bytes_received > 0:  # the first sum compiles kernels, which later ones do not

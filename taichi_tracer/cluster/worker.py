@@ -10,7 +10,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-from taichi_tracer.cluster.child import Child
+from taichi_tracer.cluster.child import Child, StudyChild
 from taichi_tracer.cluster.versions import installation
 from taichi_tracer.studies.crew import WorkerDied
 
@@ -24,20 +24,21 @@ class GoneError(RuntimeError):
 
 
 class Seat:
-    """The process of one session on one worker; it is asked for one thing at a time.
+    """A process of one session on one worker; it is asked for one thing at a time.
 
     Args:
-        folder: where it may write. threads: how many processors it may use. is_heard: whether its messages are shown.
+        folder: where it may write. threads: how many processors it may use.
+        child: the process. more: what else it is opened with.
     """
 
-    def __init__(self, folder: str, threads: int, is_heard: bool) -> None:
+    def __init__(self, folder: str, threads: int, child: Child, *more: Any) -> None:
         self.lock = threading.Lock()
-        self.child = Child(is_heard)
+        self.child = child
         self.timer: threading.Timer | None = None
         self.is_open = False
-        self.words = folder, threads
+        self.words = folder, threads, *more
 
-    def ask(self, method: str, *words: Any) -> Any:
+    def ask(self, method: str, *words: Any, **options: Any) -> Any:
         """The answer of the process.
 
         Raises:
@@ -45,11 +46,11 @@ class Seat:
         """
         with self.lock:
             self.stop_timer()
-            if not self.is_open:
-                self.child.ask("open", *self.words).result()
-                self.is_open = True
             try:
-                return self.child.ask(method, *words).result()
+                if not self.is_open:
+                    self.child.ask("open", *self.words).result()
+                    self.is_open, self.words = True, ()
+                return self.child.ask(method, *words, **options).result()
             except WorkerDied:
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     self.child.process.wait(ENDING)
@@ -101,9 +102,34 @@ def settle(session: str, settings: Sequence[Any], is_heard: bool) -> dict[str, s
     seats = seats_of(worker)
     seat = seats.get(session)
     if seat is None or seat.child.process.poll() is not None:
-        threads = min(worker.state.nthreads, os.cpu_count() or 1)
-        seat = seats[session] = Seat(worker.local_directory, threads, is_heard)
+        seat = seats[session] = Seat(worker.local_directory, threads_of(worker), Child(is_heard))
     return seat.ask("settings", *settings)
+
+
+def threads_of(dask_worker: Any) -> int:
+    """How many processors a process on one of Dask's workers may use."""
+    return min(dask_worker.state.nthreads, os.cpu_count() or 1)
+
+
+def seat_name(session: str, number: int) -> str:
+    """The name of the seat of one process of a study."""
+    return f"{session}/{number}"
+
+
+def open_study(session: str, number: int, message: dict, hashes: Sequence[str], is_heard: bool, *pieces: bytes) -> None:
+    """Start a process of a study, which gets the files of a parcel."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    words = worker.local_directory, threads_of(worker), StudyChild(is_heard)
+    seat = Seat(*words, message, dict(zip(hashes, pieces, strict=True)))
+    seats_of(worker)[seat_name(session, number)] = seat
+    seat.ask("get_ready")
+
+
+def study(session: str, number: int, method: str, words: Sequence[Any], options: dict) -> Any:
+    """What a process of a study says, a ``studies.bench.Bench``."""
+    return seat_of(seat_name(session, number)).ask(method, *words, **options)
 
 
 def receive(session: str, message: dict, which: Sequence[Any], hashes: Sequence[str], *pieces: bytes) -> dict:
@@ -130,13 +156,13 @@ def picture(session: str, message: dict, targets: Sequence[Any], hashes: Sequenc
     return seat.ask("picture", message["id"], (0, 0, None), *targets)
 
 
-def grade(session: str, *words: Any) -> list[dict]:
-    """The marks of a submission."""
+def grade(session: str, *words: Any) -> dict:
+    """The mark of a submission."""
     return seat_of(session).ask("grade", *words)
 
 
 def leave(session: str, dask_worker: Any = None) -> None:
-    """End the process of a session."""
-    seat = seats_of(dask_worker).pop(session, None)
-    if seat is not None:
-        seat.close()
+    """End the processes of a session; or one of a study, by the name of its seat."""
+    seats = seats_of(dask_worker)
+    for name in [name for name in seats if name == session or name.startswith(f"{session}/")]:
+        seats.pop(name).close()

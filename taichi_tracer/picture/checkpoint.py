@@ -8,6 +8,7 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
 PACKAGE = "taichi_tracer."
+NOT_ADAPTIVE = "adaptive sampling cannot go on from a file"
 
 
 def facts_of(renderer) -> dict:
@@ -50,7 +51,7 @@ def full_name(part) -> str:
 def save(renderer, path: str | Path) -> None:
     """Write the samples of a picture into a file."""
     if renderer.adaptive:
-        raise InputError("checkpoint: adaptive sampling cannot go on from a file")
+        raise InputError(f"checkpoint: {NOT_ADAPTIVE}")
     if not renderer.is_random:
         name = renderer.active.name
         raise InputError(f"checkpoint: every sample of {name} is the picture itself: nothing to keep")

@@ -261,6 +261,12 @@ class Film:
         self.samples += other.samples
         self._near_misses_before = _sum(self._near_misses_before, other.counted())
 
+    def alike(self) -> "Film":
+        """An empty film of the same kind, whose samples this one can ``merge``."""
+        is_replicated = self.halves == 2 and not self.doubles
+        options = self.keeps_deviation, self.averages, self.doubles
+        return Film(self.width, self.height, self.crop, is_replicated, *options)
+
     def counted(self) -> NearMisses | None:
         """The near misses of all samples; None if nothing is counted."""
         return _sum(self._near_misses_before, None if self.near_misses is None else self.near_misses.counts())

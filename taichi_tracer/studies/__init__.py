@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from taichi_tracer.scene_data import EnvironmentChoice, SceneData
+    from taichi_tracer.studies.convergence import Study
 
 
 class Accuracy(NamedTuple):
@@ -65,10 +66,8 @@ def accuracy(
     """
     import time
 
-    import numpy as np
-
     start = time.perf_counter()
-    from taichi_tracer.studies import accuracy_chart, accuracy_report, accuracy_tables, schedule, variants
+    from taichi_tracer.studies import accuracy_report, schedule, variants
     from taichi_tracer.system import runtime
 
     knobs: dict[str, Any] = {"estimators": estimators, "samplers": samplers, "precisions": precisions}
@@ -88,6 +87,15 @@ def accuracy(
     study = schedule.measure(source, plan, size, budget, seeds, spent=time.perf_counter() - start, keep=keep)
     if report is not None:
         accuracy_report.write(study, Path(report))
+    return found(study)
+
+
+def found(study: "Study") -> Accuracy:
+    """What a study found, for a notebook."""
+    import numpy as np
+
+    from taichi_tracer.studies import accuracy_chart, accuracy_tables
+
     rows = accuracy_tables.efficiency_table(study)
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     try:

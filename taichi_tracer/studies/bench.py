@@ -82,12 +82,15 @@ class Bench:
 
     Args:
         source: where the scenes come from. parts: files that register parts of the user.
+        threads: how many processors kernels use; None for all.
     """
 
-    def __init__(self, source: Source, arch: str = "auto", parts: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, source: Source, arch: str = "auto", parts: tuple[str, ...] = (), threads: int | None = None
+    ) -> None:
         for path in parts:
             registry.load_parts(path)
-        self.source, self.arch = source, arch
+        self.source, self.arch, self.threads = source, arch, threads
         self.scenes: dict[tuple, SceneData] = {}
         self.renderers: dict[tuple, ProgressiveRenderer] = {}
         self.read_seconds: dict[tuple, float] = {}
@@ -96,7 +99,7 @@ class Bench:
     def scene_of(self, variant: Variant) -> SceneData:
         """The scene of a variant, loaded once; the first one starts Taichi."""
         if not self.is_started:
-            self.source.start(variant, self.arch)
+            self.source.start(variant, self.arch, self.threads)
             self.is_started = True
         if variant.scene not in self.scenes:
             start = time.perf_counter()
@@ -173,6 +176,27 @@ class Bench:
         if wants == "variance":
             variance = renderer.film.variance_of_mean().astype(np.float32)
         return Shot(max(seconds - pilot, 0.0), pilot, renderer.samples, image, error, variance)
+
+    def take(self, variant: Variant, size: tuple[int, int], seed: int, first: int, count: int) -> dict[str, np.ndarray]:
+        """A range of the samples of a variant's picture, as the arrays of a film; see ``add``."""
+        renderer = self.renderer_of(variant, size)
+        self.begin(variant, size, seed)
+        renderer.begin()
+        for index in range(first, first + count):
+            renderer.add_sample(index)
+        renderer.film.samples = count
+        return renderer.film.to_arrays()
+
+    def add(self, variant: Variant, size: tuple[int, int], parts: list[tuple[int, dict[str, np.ndarray]]]) -> Shot:
+        """Add (samples, arrays) of ranges that follow the samples of a variant's picture; as ``render`` would."""
+        renderer = self.renderer_of(variant, size)
+        other = renderer.film.alike()
+        for count, arrays in parts:
+            other.from_arrays(arrays, count)
+            renderer.film.merge(other)
+        image, error = renderer.film.image(), renderer.error()
+        variance = renderer.film.variance_of_mean().astype(np.float32)
+        return Shot(0.0, 0.0, renderer.samples, image, error, variance)
 
     def begin(self, variant: Variant, size: tuple[int, int], seed: int) -> None:
         """Start the picture of a variant over with other random numbers."""

@@ -13,12 +13,13 @@ import signal
 import subprocess
 import sys
 import traceback
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from taichi_tracer.system.errors import InputError
 
@@ -33,14 +34,51 @@ class WorkerDied(RuntimeError):
     """A worker ended in the middle of a call."""
 
 
-class Worker:
-    """A ``Bench`` in a process of its own; its methods are called by name, one after the other.
+class Clerk(ABC):
+    """Somebody elsewhere who has a ``Bench``, or what takes its place: its methods are called by name.
+
+    One call comes after the other, in a thread of this process.
+    """
+
+    is_apart, pid = True, 0
+
+    def __init__(self) -> None:
+        self.calls: SimpleQueue = SimpleQueue()
+        # A daemon, because the program may end while somebody still compiles.
+        Thread(target=self._serve, daemon=True).start()
+
+    @abstractmethod
+    def answer(self, method: str, words: tuple, options: dict) -> Any:
+        """What a call gives; it may raise an error. WorkerDied: nobody answers any more."""
+
+    def ask(self, method: str, *words, **options) -> Future:
+        """Call a method later, after those that were asked for before; "open" makes the bench."""
+        future: Future = Future()
+        self.calls.put((future, (method, words, options)))
+        return future
+
+    def _serve(self) -> None:
+        while (call := self.calls.get()) is not None:
+            future, content = call
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                future.set_result(self.answer(*content))
+            except Exception as error:
+                future.set_exception(error)
+
+    def close(self) -> None:
+        """Answer no more calls."""
+        self.calls.put(None)
+
+
+class Worker(Clerk):
+    """A ``Bench`` in a process of its own.
 
     Args:
         is_heard: whether what the worker writes to stderr is shown.
     """
 
-    is_apart = True
     program = "from taichi_tracer.studies.crew import work; work()"  # what the process runs
     task = "the study"  # what it belongs to, for messages
 
@@ -53,45 +91,48 @@ class Worker:
             start_new_session=True,  # Ctrl-C is for the parent, which then writes what is done
             env=os.environ | {"PYTHONPATH": os.pathsep.join([PACKAGES, *filter(None, [os.environ.get("PYTHONPATH")])])},
         )
-        self.calls: SimpleQueue = SimpleQueue()
-        # A daemon, because the program may end while the worker still compiles.
-        Thread(target=self._serve, daemon=True).start()
+        self.pid = self.process.pid
+        super().__init__()
 
-    @property
-    def pid(self) -> int:
-        """Of its process."""
-        return self.process.pid
-
-    def ask(self, method: str, *words, **options) -> Future:
-        """Call a method of the bench later, after those that were asked for before; "open" makes the bench."""
-        future: Future = Future()
-        self.calls.put((future, (method, words, options)))
-        return future
-
-    def _serve(self) -> None:
-        while (call := self.calls.get()) is not None:
-            future, content = call
-            if not future.set_running_or_notify_cancel():
-                continue
-            try:
-                pickle.dump(content, self.process.stdin)
-                self.process.stdin.flush()
-                is_good, answer = pickle.load(self.process.stdout)
-            except (OSError, EOFError, ValueError) as error:
-                is_good, answer = False, WorkerDied(f"a process of {self.task} ended in {content[0]}: {error}")
-            if is_good:
-                future.set_result(answer)
-            else:
-                future.set_exception(answer)
+    def answer(self, method: str, words: tuple, options: dict) -> Any:
+        """What the process sends back."""
+        try:
+            pickle.dump((method, words, options), self.process.stdin)
+            self.process.stdin.flush()
+            is_good, answer = pickle.load(self.process.stdout)
+        except (OSError, EOFError, ValueError) as error:
+            raise WorkerDied(f"a process of {self.task} ended in {method}: {error}") from None
+        if not is_good:
+            raise answer
+        return answer
 
     def close(self) -> None:
         """Let it end; one that is compiling finishes that first, and nobody waits for it."""
-        self.calls.put(None)
+        super().close()
         try:
             self.process.stdin.close()
             self.process.wait(PATIENCE)
         except (OSError, ValueError, subprocess.TimeoutExpired):
             pass
+
+
+class Crew(Protocol):
+    """Who renders a study on other machines.
+
+    Attributes:
+        processors: how many the machine has on which everything is measured; 1 as long as that is not known.
+    """
+
+    processors: int
+
+    def hire(self) -> Clerk:
+        """One more process on the machine that measures."""
+
+    def assistants(self) -> list[Clerk]:
+        """A process on each other machine that has none yet, for a part of the reference."""
+
+    def told(self) -> str:
+        """A sentence on whose seconds the study tells."""
 
 
 class Here:

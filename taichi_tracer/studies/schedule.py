@@ -21,6 +21,7 @@ import numpy as np
 from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.studies import others
+from taichi_tracer.studies.assistants import Assistants
 from taichi_tracer.studies.bench import Prepared, SceneFacts, Shot, renderer_key
 from taichi_tracer.studies.convergence import (
     MIDDLE,
@@ -34,7 +35,7 @@ from taichi_tracer.studies.convergence import (
     shift_of,
     unmet_light,
 )
-from taichi_tracer.studies.crew import Here, Worker
+from taichi_tracer.studies.crew import Clerk, Crew, Here, Worker, WorkerDied
 from taichi_tracer.studies.metrics import flip, rel_mse
 from taichi_tracer.studies.variants import MOST_FOR_PLAIN, Source, Variant, comparable, of_questions, reference_variant
 from taichi_tracer.system.errors import InputError
@@ -83,7 +84,7 @@ class Lane:
         seconds: that its last compilation took; NaN before the first.
     """
 
-    worker: Worker | Here
+    worker: Clerk | Here
     waiting: list[Variant]
     pending: Future | None = None
     current: Variant | None = None
@@ -220,6 +221,7 @@ class Schedule:
         spent: seconds of the budget that were spent before.
         keep: what the caller needs of the budget afterwards, as a multiple of what starting a process takes.
         first: a worker that was started before; None starts one, or uses this process for a scene of the caller.
+        crew: who renders on other machines; None renders here.
         should_stop: asked after every block; the study then ends with what was measured.
     """
 
@@ -235,6 +237,7 @@ class Schedule:
         spent: float = 0.0,
         keep: float = 0.0,
         first: Worker | None = None,
+        crew: Crew | None = None,
         tell: Callable[[str, float], None] = lambda what, done: None,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
@@ -257,7 +260,8 @@ class Schedule:
         self.rounds = 0
         self.equal_seconds = 0.0
         self.kernels_made = 0
-        self.first = first
+        self.first, self.crew = first, crew
+        self.assistants = Assistants()
         self.is_apart = not source.here
         self.start_seconds = math.nan
 
@@ -312,11 +316,16 @@ class Schedule:
                 self.measure()
             except Stopped:
                 pass
+            except WorkerDied as error:
+                if not any(run.found for run in self.runs):
+                    raise NothingMeasured(f"accuracy: {error}, before anything was measured") from None
+                self.notes.append(f"The study ended early, because {error}: this is what was measured until then.")
             self.others.look(self.pids())
             if not any(run.found for run in self.runs):
                 raise NothingMeasured(self.why_nothing())
             return self.study(facts)
         finally:
+            self.assistants.close()
             for worker in (*(lane.worker for lane in self.lanes), *([] if self.first is None else [self.first])):
                 worker.close()
 
@@ -334,7 +343,10 @@ class Schedule:
         """Start the first process, read the scene, and leave out what cannot be compared."""
         worker = self.hire(self.base)
         self.tell("starting", self.elapsed / self.budget)
-        self.wait_for(worker.ask("open", self.source, self.arch, self.parts), "starting")
+        opening = worker.ask("open", self.source, self.arch, self.parts)
+        self.assistants.hire(self.crew, self.source, self.arch, self.parts)
+        self.wait_for(opening, "starting")
+        self.assistants.hire(self.crew, self.source, self.arch, self.parts)  # those that have come since
         self.start_seconds = self.elapsed
         self.end -= self.reserve
         facts = self.wait_for(worker.ask("facts", self.base), "reading the scene")
@@ -348,7 +360,13 @@ class Schedule:
                 self.variants = kept
         self.variants, notes = comparable(self.variants, facts.lamps, facts.has_environment, facts.source)
         self.notes += notes
+        self.assistants.get_ready(self.reference, self.size)
         return facts
+
+    @property
+    def reference(self) -> Variant:
+        """What the reference of the first variant is rendered with."""
+        return reference_variant(self.base, self.variants)
 
     def wait_for(self, future: Future, what: str):
         """The result of a call; meanwhile, look at the clock and at the user."""
@@ -358,11 +376,13 @@ class Schedule:
             if done:
                 return future.result()
 
-    def hire(self, variant: Variant) -> "Worker | Here":
+    def hire(self, variant: Variant) -> "Clerk | Here":
         """A process, or this one."""
-        worker: Worker | Here
+        worker: Clerk | Here
         if not self.is_apart:
             worker = Here()
+        elif self.crew is not None:
+            worker = self.crew.hire()
         elif self.first is not None:
             worker, self.first = self.first, None
         else:
@@ -411,7 +431,7 @@ class Schedule:
         """Start another process, if a processor is free for it, and if there is time."""
         if self.budget < SHORT and not self.runs:
             return
-        while self.to_come and sum(lane.pending is not None for lane in self.lanes) < processors():
+        while self.to_come and sum(lane.pending is not None for lane in self.lanes) < self.processors:
             variants = self.to_come.pop(next(iter(self.to_come)))
             if self.elapsed + self.start_seconds + self.expected / 2 > COMPILE_SHARE * self.budget:
                 self.drop(NO_TIME_TO_COMPILE, *variants)
@@ -419,6 +439,11 @@ class Schedule:
             worker = self.hire(variants[0])
             self.lanes[-1].waiting = variants
             self.lanes[-1].pending = worker.ask("open", self.source, self.arch, self.parts)
+
+    @property
+    def processors(self) -> int:
+        """How many the machine has that measures."""
+        return processors() if self.crew is None else self.crew.processors
 
     @property
     def expected(self) -> float:
@@ -473,6 +498,7 @@ class Schedule:
                 seconds = min(share * self.budget, 0.4 * self.left)
                 self.truths[lookup] = self.reference_of(lane, own, seconds)
             run.truth = scaled(self.truths[lookup], run.variant.scale)
+        self.assistants.close()  # so that nobody disturbs those that are measured
 
     def reference_of(self, lane: Lane, variant: Variant, seconds: float) -> Truth:
         """A picture by multiple importance sampling, for at most that many seconds, and how far it is off."""
@@ -481,8 +507,14 @@ class Schedule:
         while True:
             seed = REFERENCE_SEED if shot is None else None
             ask = lane.worker.ask("render", variant, self.size, count, seed, "variance")
+            first = count + (0 if shot is None else shot.samples)
+            if variant == self.reference:
+                self.assistants.begin(variant, self.size, REFERENCE_SEED, first, 2 * CHUNK)
             shot = self.wait_for(ask, "rendering the reference")
             per_sample = shot.seconds / count
+            parts = self.assistants.parts(self.wait_for)
+            if parts:
+                shot = self.wait_for(lane.worker.ask("add", variant, self.size, parts), "adding up the reference")
             is_good = shot.error <= GOOD_REFERENCE
             if is_good or time.perf_counter() - start + CHUNK > seconds:
                 break
@@ -612,7 +644,10 @@ class Schedule:
         study.reference_error, study.reference_samples = first.error, first.samples
         for why, variants in self.dropped.items():
             study.notes.append(f"Not compared, because {why}: {'; '.join(v.label for v in variants)}.")
-        study.others = others.told(self.others.processors, self.others.most)
+        if self.crew is None:
+            study.others = others.told(self.others.processors, self.others.most)
+        else:
+            study.notes.append(f"{self.crew.told()} {self.assistants.told()}")
         if self.should_stop():
             study.notes.append("The study was interrupted: this is what was measured until then.")
         study.seconds = self.elapsed

@@ -364,10 +364,10 @@ class Source:
                 advice = "give its name or path instead" if self.is_loaded else "give these parts by --parts"
                 raise InputError(f"accuracy: precision and fast math of {what} cannot change: {advice}")
 
-    def start(self, variant: Variant, arch: str = "auto") -> None:
+    def start(self, variant: Variant, arch: str = "auto", threads: int | None = None) -> None:
         """Bring Taichi into the precision of a variant."""
         if not self.here:
-            runtime.init(arch, variant.precision, variant.fast_math, force=True)
+            runtime.init(arch, variant.precision, variant.fast_math, force=True, threads=threads)
 
     def load(self, variant: Variant) -> SceneData:
         """The scene as a variant wants it, in the running precision.

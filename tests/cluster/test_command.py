@@ -42,12 +42,41 @@ def test_without_dask_one_line_says_what_to_install(where, monkeypatch, capsys):
     [
         (["--cluster", "nowhere"], "--cluster nowhere: give tcp://host:8786"),
         (["--cluster", "local:0"], "give at least one worker, such as local:2"),
-        (["--cluster", "local:2", "--adaptive"], "--adaptive needs all samples in one place"),
+        (["--cluster", "local:x"], "--cluster local:x: give tcp://host:8786"),
+        (["--cluster", "tcp://"], "--cluster tcp://: give tcp://host:8786"),
+        (["--cluster", "http://host:8786"], "--cluster http://host:8786: give tcp://host:8786"),
+        (["--cluster", "tcp://host:99999"], "--cluster tcp://host:99999: give tcp://host:8786"),
+        (["--cluster", "local:99999999"], "so many processes do not fit on this machine: give at most local:"),
+        (["--adaptive", "--checkpoint", "a.checkpoint"], "adaptive sampling cannot go on from a file: leave out one"),
     ],
 )
 def test_what_cannot_be_is_told_before_anything_starts(words, told, capsys):
     pytest.importorskip("distributed")
     assert told in told_by([*WORDS, *words], capsys, code=2)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["mine", "submissions"], "to which no assignment of your own is sent"),
+        (["rt3", "missing"], "missing: no such file or folder"),
+        (["rt3", "folders"], "a cluster grades zip files, and this is a folder"),
+        (["rt3", "OUT.zip", "--gradescope-upload"], "--gradescope-upload grades nothing"),
+    ],
+)
+def test_what_a_cluster_cannot_grade_is_told(words, told, tmp_path, capsys):
+    pytest.importorskip("distributed")
+    (tmp_path / "folders" / "123456789").mkdir(parents=True)
+    assert told in told_by(["grade", *words, "--cluster", "local:1"], capsys, code=2)
+
+
+@pytest.mark.exhaustive
+def test_an_adaptive_picture_has_the_bits_of_one_process(capsys):
+    pytest.importorskip("distributed")
+    told_by([*WORDS, "--adaptive", "--spp", 37, "-o", "alone.npy"], capsys)
+    told = told_by([*WORDS, "--adaptive", "--spp", 37, "--cluster", "local:2", "-o", "shared.npy"], capsys)
+    assert "40x24, 37 spp, error" in told
+    np.testing.assert_array_equal(np.load("shared.npy"), np.load("alone.npy"))
 
 
 @pytest.mark.long
@@ -204,7 +233,7 @@ def test_tls_as_the_page_shows_it(tmp_path, monkeypatch, capsys):
         del environment["DASK_CONFIG"]
         refused = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
         assert refused.returncode == 2
-        assert "no scheduler answers there" in refused.stderr
+        assert "has no certificates for tls:" in refused.stderr
     finally:
         machines.end()
     told_by([*WORDS, "--spp", 6, "-o", "alone.npy"], capsys)
@@ -226,10 +255,9 @@ def test_the_python_of_the_page_runs(capsys):
 
 
 def test_the_simulation_runs_and_ends_at_a_wall():
-    from benchmarks.cluster import Model, simulate
+    from benchmarks.cluster import MEASURED, simulate
 
-    model = Model()
-    small, large = simulate(10, model), simulate(10_000, model)
+    small, large = simulate(10, MEASURED), simulate(10_000, MEASURED)
     assert small.efficiency > 0.9
     assert large.efficiency < small.efficiency
     assert json.dumps(vars(small))

@@ -202,8 +202,31 @@ def test_a_lost_scheduler_leaves_a_checkpoint_to_go_on_from(machines, alone, sta
     np.testing.assert_array_equal(np.load("cube.npy"), alone)
 
 
-def test_a_full_disk_is_told(machines, tmp_path):
-    """The folder of the worker goes away, as a stand-in for a disk without room: root may write everywhere else."""
+def test_a_worker_whose_disk_is_full_is_left_out_and_the_others_go_on(machines, tmp_path):
+    """Its disk has 1 MB, and the scene has 2 MB."""
+    import subprocess
+
+    from machines import APART
+
+    if subprocess.run([*APART, "mount -t tmpfs none /mnt"], check=False, capture_output=True).returncode != 0:
+        pytest.skip("this system lets no user mount a disk")
+    comments = "".join(f"# {i:078}\n" for i in range(25_000))
+    (tmp_path / "scene.obj").write_text("v -1 0 -1\nv 1 0 -1\nv 0 1 0\nf 1 2 3\n" + comments)
+    machines.add(room="1m"), machines.add()
+    lines = []
+    options = {"estimator": "mis", "environment": "studio", "size": (24, 24), "arch": "cpu", "spp": 200}
+    with tt.cluster.connect(machines.address, lines.append) as connection:
+        shared = tt.cluster.render(tmp_path / "scene.obj", cluster=connection, **options)
+        while not lines:  # the one with room may have been faster
+            shared = tt.cluster.render(tmp_path / "scene.obj", cluster=connection, seed=len(lines), **options)
+    (line,) = lines
+    assert line.endswith("scene/scene.obj: cannot be written (No space left on device)")
+    scene = tt.load_scene_data(tmp_path / "scene.obj", environment="studio")
+    np.testing.assert_array_equal(shared.image, tt.A2Renderer(scene, 24, 24).use("mis").render(200).image())
+
+
+def test_a_folder_that_a_worker_cannot_write_is_told(machines, tmp_path):
+    """It goes away after the worker has started."""
     machines.add()
     lines = []
     with tt.cluster.connect(machines.address, lines.append) as connection:

@@ -51,25 +51,31 @@ def test_the_pictures_of_a_sweep_have_the_bits_of_single_ones():
 
 
 @pytest.mark.exhaustive
-def test_a_class_is_graded_as_by_the_command(tmp_path):
+def test_a_class_is_graded_as_by_the_command(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
+    import json
     import zipfile
     from pathlib import Path
 
     from taichi_tracer.teaching import catalogue, submissions
     from taichi_tracer.teaching.grade import Settings, grade_class
-    from taichi_tracer.teaching.marks import Rules
+    from taichi_tracer.teaching.marks import read_rules
     from taichi_tracer.teaching.sandbox import best_level
 
     solution = Path(tt.__file__).parent / "teaching" / "assignments" / "rt3" / "solution"
+    (tmp_path / "class").mkdir()
     for student in ("123456789", "234567890"):
-        with zipfile.ZipFile(tmp_path / f"{student}.zip", "w") as archive:
+        with zipfile.ZipFile(tmp_path / "class" / f"{student}.zip", "w") as archive:
             archive.write(solution / "camera.py", "camera.py")
-    marks = tt.cluster.grade("rt3", tmp_path, cluster="local:2", level="limits")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    weights = tmp_path / "weights.json"
+    weights.write_text(json.dumps({"points": {"PerspectiveCamera.generate_ray": 40}, "due": "2026-01-01T00:00"}))
+    marks = tt.cluster.grade("rt3", tmp_path / "class", cluster="local:2", level="limits", weights=weights)
     assignment = catalogue.load("rt3")
-    alone = grade_class(
-        assignment, submissions.find(tmp_path, assignment.files), Rules(), Settings(best_level("limits"), anew=True)
-    )
+    rules, found = read_rules(weights, assignment), submissions.find(tmp_path / "class", assignment.files)
+    alone = grade_class(assignment, found, rules, Settings(best_level("limits"), anew=True))
     assert [mark.student for mark in marks] == ["123456789", "234567890"]
     assert [mark.score for mark in marks] == [mark.score for mark in alone]
+    assert [mark.deductions for mark in marks] == [mark.deductions for mark in alone]
+    assert marks[0].points == sum(part.points for part in assignment.parts) + 37
     assert marks[0].score > 0

@@ -8,6 +8,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.cluster import namespace, parcel, words_of
 from taichi_tracer.cluster.parcel import check_place, hash_of, name_of_files, pack, unpack, without
+from taichi_tracer.environment import load_environment
 from taichi_tracer.files.disk import noting_reads
 from taichi_tracer.files.obj import read_obj
 
@@ -76,6 +77,16 @@ def test_a_shipped_scene_keeps_its_name_by_whatever_way_it_was_given():
     assert (json.loads(made.options)["scene"], json.loads(made.options)["environment"]) == ("cube", "studio")
     path = tt.load_scene_data.__globals__["find_scene"]("cornell_box")
     assert json.loads(pack(namespace(path, {}), [path]).options)["scene"] == "cornell_box"
+
+
+def test_a_shipped_environment_does_not_travel_and_no_folder_of_the_sender_is_named(secret):
+    scene = secret / "scene" / "meshes" / "one.obj"
+    args = namespace(scene, {"environment": "studio", "estimator": "mis"})
+    with noting_reads() as paths:
+        read_obj(scene)
+        load_environment("studio")
+    assert len(paths) == 3
+    assert [place for place, _ in pack(args, paths).files] == ["scene/meshes/one.obj", "scene/materials/m.mtl"]
 
 
 def test_a_file_that_changes_on_the_way_is_told(secret):

@@ -1,13 +1,15 @@
 """Sums in a tree: the same bits for any division of the samples, any order and any tree; without processes."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.cluster import parcels_of
-from taichi_tracer.cluster.child import Desk, film_like, samples_of
-from taichi_tracer.cluster.sharing import SharedProgress
+from taichi_tracer.cluster.child import Desk, samples_of
+from taichi_tracer.cluster.sharing import SharedProgress, check_adaptive, passes
 from taichi_tracer.picture.progress import Target
 
 WHICH = (0, 0, None)
@@ -37,7 +39,7 @@ def test_any_tree_of_any_ranges_gives_the_bits_of_one_process(desk):
     merge = lambda *parts: desk.merge(parcel.id, WHICH, list(parts))  # noqa: E731
     trees = [merge(merge(*done[:2]), merge(*done[2:])), merge(done[0], merge(merge(done[1], again), merge(*done[3:])))]
     renderer = desk.renderer_of(parcel.id, WHICH)
-    film = film_like(renderer)
+    film = renderer.film.alike()
     renderer.first_sample = 0
     renderer.begin()
     alone = renderer.render(12).image()
@@ -48,6 +50,18 @@ def test_any_tree_of_any_ranges_gives_the_bits_of_one_process(desk):
         np.testing.assert_array_equal(film.image(), alone)
     with pytest.raises(tt.InputError, match="samples 4 to 4 are in both: each may count once"):
         merge(done[2], again)
+
+
+@pytest.mark.parametrize(("spp", "mean", "count"), [(1, 1.0, 1), (37, 1.0, 37), (37, 0.5, 74), (4, 0.3, 14)])
+def test_so_many_passes_give_a_pixel_its_samples_on_average(spp, mean, count):
+    assert passes(spp, mean) == count
+
+
+def test_adaptive_pictures_need_a_sampler_whose_error_is_no_doubling():
+    check_adaptive(True, SimpleNamespace(name="niederreiter", doubles=False))
+    check_adaptive(False, SimpleNamespace(name="niederreiter_one", doubles=True))
+    with pytest.raises(tt.InputError, match="--adaptive with --sampler niederreiter_one on a cluster: its error"):
+        check_adaptive(True, SimpleNamespace(name="niederreiter_one", doubles=True))
 
 
 def test_progress_in_steps_of_many_samples():

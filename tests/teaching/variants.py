@@ -485,7 +485,7 @@ A3 = {
         material = self.scene_data.material_library.materials[hit.material_id]
         x = offset_origin(hit.position, hit.position_error, hit.normal)
         w_i, triangle_id = self.scene_data.lamps.choice.sample_mesh_lights(x)
-        y = self.scene_data.ray_intersector.query_ray(tt.Ray(origin=x, direction=w_i))
+        y = self.seen_from(hit, w_i)
         cos_x, cos_y = tm.dot(hit.normal, w_i), -tm.dot(y.normal, w_i)
         if y.is_hit and y.triangle_id == triangle_id and cos_x > 0 and not y.is_backfacing:
             p_area = self.scene_data.lamps.choice.evaluate_probability()
@@ -497,12 +497,16 @@ A3 = {
         return result
 
     @ti.func
+    def seen_from(self, hit, w_i):
+        x = offset_origin(hit.position, hit.position_error, hit.normal)
+        return self.scene_data.ray_intersector.query_ray(tt.Ray(origin=x, direction=w_i))
+
+    @ti.func
     def from_brdf(self, ray, hit):
         result = tm.vec3(0.0)
         material = self.scene_data.material_library.materials[hit.material_id]
-        x = offset_origin(hit.position, hit.position_error, hit.normal)
         w_i = tt.BRDF.sample_direction(material, -ray.direction, hit.normal)
-        y = self.scene_data.ray_intersector.query_ray(tt.Ray(origin=x, direction=w_i))
+        y = self.seen_from(hit, w_i)
         cos_y = -tm.dot(y.normal, w_i)
         if y.is_hit and not y.is_backfacing and self.emitted(y).sum() > 0:
             q = tt.BRDF.evaluate_probability(material, -ray.direction, w_i, hit.normal)

@@ -1,0 +1,147 @@
+"""A study on a cluster: one worker measures, and what its processes are asked for; real ones are at the end."""
+
+import signal
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.apps.cli import main, make_parser
+from taichi_tracer.cluster import study
+from taichi_tracer.cluster.members import Member
+from taichi_tracer.cluster.worker import GoneError
+from taichi_tracer.studies.crew import WorkerDied
+from taichi_tracer.system.errors import IncompleteError
+
+ARGS = ["accuracy", "cornell_box", "--report", "/home/me/secret", "--budget", "60", "--cluster", "tcp://host:8786"]
+
+
+class Answer:
+    """A future of Dask, as the test wants it."""
+
+    def __init__(self, result=None, error=None, comes=True):
+        self.value, self.error, self.comes = result, error, comes
+        self.status = "finished" if error is None else "error"
+
+    def add_done_callback(self, call):
+        if self.comes:
+            call(self)
+
+    def done(self):
+        return self.comes
+
+    def result(self):
+        return self.value
+
+    def exception(self):
+        return self.error
+
+
+@pytest.fixture
+def crew():
+    """Two workers, of which the second one has more threads."""
+    found = {address: Member(address, state="ready") for address in ("tcp://a:1", "tcp://b:1")}
+    cluster = SimpleNamespace(
+        members=found, session="one", is_local=False, is_lost=False, asked=[], look=list, wake=threading.Event()
+    )
+    cluster.client = SimpleNamespace(nthreads=lambda: {"tcp://a:1": 2, "tcp://b:1": 8}, run=lambda *_words, **_more: 0)
+    cluster.answer = Answer("done")
+
+    def submit(function, *words, at):
+        cluster.asked.append((function.__name__, at[0], words[1:3]))
+        return cluster.answer
+
+    cluster.submit, cluster.pieces_for = submit, lambda member, parcel: []
+    return study.WorkerCrew(cluster, make_parser().parse_args(ARGS))
+
+
+def test_the_worker_with_the_most_threads_measures_and_the_others_assist(crew):
+    first = crew.hire()
+    assert first.ask("open", "a source", "cpu", ()).result(10) == "done"
+    second = crew.hire()  # another process on the same machine
+    assert second.ask("facts", "a variant").result(10) == "done"
+    (other,) = crew.assistants()
+    assert other.ask("take", 1).result(10) == "done"
+    assert [(name, at) for name, at, _ in crew.cluster.asked] == [
+        ("open_study", "tcp://b:1"),
+        ("study", "tcp://b:1"),
+        ("study", "tcp://a:1"),
+    ]
+    assert crew.processors == 8
+    assert "one worker, tcp://b:1, with 8 threads" in crew.told()
+    for one in (first, second, other):
+        one.close()
+
+
+def test_a_shipped_scene_travels_by_name_without_paths_of_the_sender(crew):
+    assert crew.parcel.files == ()
+    assert "secret" not in crew.parcel.options
+    assert "cornell_box" in crew.parcel.options
+
+
+def test_a_worker_that_has_gone_is_told(crew):
+    crew.cluster.answer = Answer(comes=False)
+    member = crew.cluster.members.pop("tcp://a:1")
+    with pytest.raises(WorkerDied, match="the worker tcp://a:1 has gone"):
+        crew.ask(member, 0, "render", (), {})
+
+
+@pytest.mark.parametrize(
+    ("error", "kind", "told"),
+    [
+        (GoneError("the process that renders has ended (exit code -9)"), WorkerDied, "exit code -9"),
+        (tt.InputError("the scene has no light"), tt.InputError, "no light"),
+        (RuntimeError("a traceback"), RuntimeError, "worker tcp://a:1: a traceback"),
+    ],
+)
+def test_what_ends_a_call_is_told_in_its_words(crew, error, kind, told):
+    crew.cluster.answer = Answer(error=error)
+    with pytest.raises(kind, match=told):
+        crew.ask(crew.cluster.members["tcp://a:1"], 0, "render", (), {})
+
+
+def test_a_cluster_without_a_worker_that_fits_ends_the_call(crew):
+    def look():
+        raise IncompleteError("no worker of tcp://host:8786 can be used: Taichi 1.6.0 there, 1.7.4 here")
+
+    crew.cluster.look = look
+    with pytest.raises(WorkerDied, match=r"Taichi 1\.6\.0 there"):
+        crew.hire().ask("open").result(10)
+
+
+@pytest.mark.exhaustive
+def test_a_study_of_files_on_two_workers(machines, tmp_path, monkeypatch, capsys):
+    """The scene and its environment are files that the workers do not have."""
+    start("f32")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.obj").write_text("mtllib m.mtl\nv -1 0 -1\nv 1 0 -1\nv 0 1 0\nusemtl a\nf 1 2 3\n")
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 0.8 0.4 0.1\n")
+    np.save(tmp_path / "sky.npy", np.random.default_rng(1).exponential(size=(8, 16, 3)).astype(np.float32) ** 4)
+    machines.add(), machines.add()
+    words = ["accuracy", "scene.obj", "--environment", "sky.npy", "--estimators", "brdf,mis", "--size", "32"]
+    words += ["--samplers", "independent", "--precisions", "f32", "--fast-math", "off", "--forms", "fast"]
+    assert main([*words, "--budget", "60", "--arch", "cpu", "--cluster", machines.address, "--report", "report"]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("scene under sky.npy, 32x32")
+    assert "mis, independent" in told
+    assert "Every time was measured on one worker, tcp://127.0.0.1:" in told
+    assert "1 other worker rendered" in told or "It rendered the reference, too." in told  # if the other came too late
+    assert (tmp_path / "report" / "accuracy.html").exists()
+    assert not list(tmp_path.glob("w*/**/scene.obj"))  # the workers have removed it
+
+
+@pytest.mark.exhaustive
+def test_a_study_whose_worker_is_killed_says_so(machines, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    worker = machines.add()
+    started = threading.Thread(target=lambda: (time.sleep(12), worker.send_signal(signal.SIGKILL)), daemon=True)
+    started.start()
+    words = ["accuracy", "cube", "--environment", "studio", "--size", "32", "--budget", "60", "--arch", "cpu"]
+    code = main([*words, "--cluster", machines.address])
+    captured = capsys.readouterr()
+    assert "has gone" in captured.out + captured.err
+    assert code in (0, 2)  # with what was measured, or with a line if there was nothing yet

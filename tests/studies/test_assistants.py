@@ -1,0 +1,82 @@
+"""Other machines render a part of the reference: what they add is a range without gaps, whoever fails."""
+
+from concurrent.futures import Future
+from types import SimpleNamespace
+
+import pytest
+
+import taichi_tracer as tt
+from taichi_tracer.studies.assistants import Assistants
+from taichi_tracer.studies.bench import Prepared
+from taichi_tracer.studies.crew import WorkerDied
+from taichi_tracer.studies.variants import Source, Variant
+
+
+class Machine:
+    """A machine that takes so many seconds for a sample."""
+
+    def __init__(self, seconds, error=None, is_ready=True):
+        self.seconds, self.error, self.is_ready, self.ranges, self.is_closed = seconds, error, is_ready, [], False
+
+    def ask(self, method, *words):
+        future = Future()
+        if method == "prepare" and self.is_ready:
+            future.set_result(Prepared(1.0, 3, 1.0, self.seconds, None, 11))
+        elif method == "take":
+            *_, first, count = words
+            self.ranges.append((first, first + count))
+            future.set_exception(self.error) if self.error else future.set_result({"from": first})
+        return future
+
+    def close(self):
+        self.is_closed = True
+
+
+def assisted(*machines):
+    coming = [list(machines), []]
+    crew = SimpleNamespace(assistants=lambda: coming.pop(0))
+    assistants = Assistants()
+    for _ in range(2):
+        assistants.hire(crew, Source("cube"), "cpu", ())
+    assistants.hire(None, Source("cube"), "cpu", ())
+    assistants.get_ready(Variant(), (16, 16))
+    return assistants
+
+
+def round_of(assistants, first):
+    assistants.begin(Variant(), (16, 16), 7, first, 0.8)
+    return assistants.parts(lambda future, _what: future.result(10))
+
+
+def test_ranges_follow_each_other_and_have_equal_times():
+    machines = Machine(0.1), Machine(0.01), Machine(0.1, is_ready=False)
+    assistants = assisted(*machines)
+    assert round_of(assistants, 8) == [(8, {"from": 8}), (80, {"from": 16})]
+    assert [machine.ranges for machine in machines] == [[(8, 16)], [(16, 96)], []]
+    assert assistants.told() == "2 other workers rendered 88 samples per pixel of the reference."
+    assistants.close()
+    assert all(machine.is_closed for machine in machines)
+
+
+def test_after_a_range_that_did_not_come_none_counts_and_who_failed_gets_no_more():
+    machines = Machine(0.1), Machine(0.1, WorkerDied("it has gone")), Machine(0.1)
+    assistants = assisted(*machines)
+    assert round_of(assistants, 8) == [(8, {"from": 8})]
+    assert round_of(assistants, 24) == [(8, {"from": 24}), (8, {"from": 32})]
+    assert machines[1].ranges == [(16, 24)]
+
+
+def test_an_interruption_passes():
+    assistants = assisted(Machine(0.1))
+    assistants.begin(Variant(), (16, 16), 7, 8, 0.8)
+
+    def stop(_future, _what):
+        raise tt.InputError("interrupted")
+
+    with pytest.raises(tt.InputError, match="interrupted"):
+        assistants.parts(stop)
+
+
+def test_without_assistants_the_first_machine_does_it_alone():
+    assert round_of(assisted(), 8) == []
+    assert assisted().told() == "It rendered the reference, too."
