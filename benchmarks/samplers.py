@@ -2,7 +2,7 @@
 
 python -m benchmarks.samplers [errors | mitsuba | times ...]
 
-``errors`` compares the package's own samplers, and ``mitsuba`` the two that tell their error with Mitsuba's. The error
+``errors`` compares the package's own samplers, and ``mitsuba`` those that tell their error with Mitsuba's. The error
 is the relative RMSE against a reference; a row is the root mean square over ``SEEDS`` renders. The slope is that of the
 line through the logarithms of counts and errors. Pixels in which a lamp is seen, and those beside them, are left out:
 their error is that of the lamp's edges. "sobol, one replica" and "niederreiter_one" give all samples to one sequence.
@@ -28,7 +28,7 @@ SIZE, COUNTS, SEEDS = 96, (4, 16, 64, 256), 3
 REFERENCE_SPP, REFERENCE_SEED = 4096, 10**6
 SKY_SIZE, SUN_DEGREES, SUN_RADIANCE = (64, 128), 5.0, 20.0
 TIMED_SIZE, TIMED_SPP, RUNS = 256, 8, 15
-OURS, THEIRS = ("niederreiter", "niederreiter_one"), ("independent", "multijitter", "orthogonal", "ldsampler")
+OURS, THEIRS = ("sobol", "niederreiter", "niederreiter_one"), ("independent", "multijitter", "orthogonal", "ldsampler")
 MORE_COUNTS, MORE_REFERENCE = (4, 16, 64, 256, 1024), 16384  # of the comparison with Mitsuba
 
 
