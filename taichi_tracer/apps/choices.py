@@ -1,5 +1,7 @@
 """What one window can show: the renderers over one scene and one camera, its light, triangle test and lamp choice."""
 
+import copy
+
 from taichi_tracer.apps.names import renderers
 from taichi_tracer.apps.words import LIGHT
 from taichi_tracer.environment import load_environment
@@ -74,15 +76,20 @@ class Choices:
         """The renderer of this class for a scene; it is made if there is none, like the one that shows."""
         key = *key_of(scene), renderer_class
         if key not in self._made:
-            like = self.renderer
-            options = {"sampler": like.sampler, "seed": like.seed, "first_sample": like.first_sample}
-            options |= {"crop": like.film.crop, "fast": like.fast, "jitter": (like.jitter and not like.jitters) or None}
-            options["adaptive"] = like.adaptive and renderer_class.jitters
-            renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
-            renderer.eye_rays.use_packets = like.eye_rays.use_packets  # so that nothing is compiled that is not needed
-            self._made[key] = renderer
+            self._made[key] = made_like(self.renderer, renderer_class, scene)
         copy_values(self._last.get(renderer_class, self._made[key]), self._made[key])
         return self._made[key]
+
+    def beside(self) -> "Choices":
+        """Other choices for the same camera, which begin as these.
+
+        They have a scene of their own, so that they can have other light, too.
+        """
+        former = self.renderer
+        renderer = made_like(former, type(former), again(self.scene))
+        copy_values(former, renderer)
+        display = former.display
+        return Choices(renderer.use(copy.copy(former.active)).set_display(display.exposure, display.tone))
 
     # ── white, in the view of the distance ──
 
@@ -165,6 +172,18 @@ class Choices:
 def key_of(scene: SceneData) -> tuple[str, str]:
     """The names that ``Choices`` can change of a scene."""
     return scene.ray_intersector.triangle_test, scene.lamps.choice.name
+
+
+def made_like(
+    like: ProgressiveRenderer, renderer_class: type[ProgressiveRenderer], scene: SceneData
+) -> ProgressiveRenderer:
+    """A renderer of a class for a scene, with the camera and the samples of another one."""
+    options = {"sampler": like.sampler, "seed": like.seed, "first_sample": like.first_sample}
+    options |= {"crop": like.film.crop, "fast": like.fast, "jitter": (like.jitter and not like.jitters) or None}
+    options["adaptive"] = like.adaptive and renderer_class.jitters
+    renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
+    renderer.eye_rays.use_packets = like.eye_rays.use_packets  # so that nothing is compiled that is not needed
+    return renderer
 
 
 def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> None:

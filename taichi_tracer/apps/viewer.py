@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.apps import camera_controller, clipboard
+from taichi_tracer.apps import camera_controller, clipboard, pace
 from taichi_tracer.apps.camera_controller import Pose
 from taichi_tracer.apps.choices import Choices, after
 from taichi_tracer.apps.display import can_open_window, screen_size
@@ -41,10 +41,7 @@ TITLE = "Interactive Renderer"
 HELP_WIDTH, HELP_HEIGHT = 316, 260  # pixels; they fit HELP
 FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
 PLOT_HEIGHT = 170  # pixels, of the drawing of errors against time under the settings
-MOST_POINTS = 400  # of that drawing; then every other one is left out
-SLOW_FRAME = 0.06  # seconds; a moving picture stutters beyond it
 SMOOTHING = 0.1  # the share of the newest frame in the time that is shown, so that it can be read
-ERROR_EVERY = 0.5  # seconds between two estimates of the error: each reads the whole film
 ANGLES = 5.0, 150.0  # degrees, of the slider of the field of view
 FACTORS = 0.1, 4.0  # of the sliders of the speed and of white: times what fits the scene
 CHANGED = 1e-5  # relative: sliders return f32, so that a smaller change is only rounding
@@ -186,20 +183,8 @@ class Viewer:
         self.window.destroy()
 
     def warm_up(self) -> None:
-        """Compile before the window opens what a moving camera needs; otherwise it would freeze at the first key.
-
-        Packets (``PrimaryHits``) take seconds to compile: only pictures that are slow without are worth that.
-        """
-        self.renderer.eye_rays.use_packets = False
-        self.draw()
-        self.renderer.camera.set_camera_parameters()  # as if moved
-        self.frame_seconds = 0.0
-        self.draw()
-        if self.frame_seconds > SLOW_FRAME and self.renderer.eye_rays.can_use_packets:
-            print("compiling the fast form for a picture of this size ...", flush=True)
-            self.renderer.eye_rays.use_packets = None  # let the renderer decide
-            self.renderer.camera.set_camera_parameters()
-            self.draw()
+        """Compile before the window opens what a moving camera needs; otherwise it would freeze at the first key."""
+        pace.warm_up(self.renderer, self.draw)
         self.frame_seconds = 0.0
 
     def take_size(self) -> None:
@@ -283,13 +268,12 @@ class Viewer:
                 self.curves, self.curves_of = {}, self.picture()
             self.curves[self.renderer.active.name] = []
         self.last_samples = self.renderer.samples
-        if now - self.error_at > ERROR_EVERY:
+        if now - self.error_at > pace.ERROR_EVERY:
             self.error, self.error_at = self.renderer.error(), now
             name = self.renderer.active.name
             curve = self.curves.setdefault(name, [])
             curve.append((now - self.started, float(self.error)))
-            if len(curve) > MOST_POINTS:
-                del curve[1::2]
+            curve[:] = pace.thinned(curve)
             self.screen.put_plot(draw_curves(self.curves, name, PANEL_WIDTH, PLOT_HEIGHT))
         error = "" if math.isnan(self.error) else f", error {two_digits(self.error)}"
         return f"Time: {now - self.started:.1f} s{error}"

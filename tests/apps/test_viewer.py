@@ -123,7 +123,7 @@ def test_the_curves_of_all_estimators_stay_until_the_picture_changes(renderer, t
     drawn = []
     monkeypatch.setattr(viewer.Viewer, "renderer", property(lambda _self: shown))
     monkeypatch.setattr(viewer.Viewer, "picture", lambda _self: shown.of)
-    monkeypatch.setattr(viewer, "ERROR_EVERY", -1.0)
+    monkeypatch.setattr(viewer.pace, "ERROR_EVERY", -1.0)
     monkeypatch.setattr(viewer, "draw_curves", lambda curves, name, *size: drawn.append((sorted(curves), name)))
     monkeypatch.setattr(view.screen, "put_plot", lambda _plot: None)
 
