@@ -22,6 +22,7 @@ from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.integrators.path_settings import Bounces, PathSettings, check_bounces, check_terms
 from taichi_tracer.lights.near_misses import begin_counting, counter_for
@@ -31,6 +32,7 @@ from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
 from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
+from taichi_tracer.picture.heat import Scale
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import DEFAULT_SAMPLER, RandomNumbers, Sampler, UniformSampler, sampler_of
@@ -125,6 +127,8 @@ class ProgressiveRenderer:
     kind, name = "renderer", ""
     what = "view"  # the kind of integrators that it offers; messages use this word too
     jitters = False  # whether its pictures consist of random samples by default
+    has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
+    scale: Scale | None = None  # what the colours mean, if they stand for numbers
 
     def __init__(
         self,
@@ -235,6 +239,19 @@ class ProgressiveRenderer:
     def needs_light(self) -> bool:
         """Whether the integrator in use shows nothing in a scene without light."""
         return self.active.needs_light
+
+    @property
+    def explained(self) -> Integrator:
+        """The integrator whose samples ``explain`` explains."""
+        return self.active
+
+    def controls(self) -> tuple[Control, ...]:
+        """The values that can be changed while the picture is shown, as far as they have an effect at present."""
+        return self.active.controls()
+
+    def change(self, name: str, value: Any) -> None:
+        """Change a value of ``controls``; see ``Integrator.change``."""
+        self.active.change(name, value)
 
     @property
     def srgb(self) -> bool:
@@ -517,9 +534,9 @@ class ProgressiveRenderer:
         check_pixel(self, column, row, sample, samples)
         scene = self.kernel_scene()
         scene.lights.prepare(self.active.samples_lights)
-        if self._explainer is None or self._explainer.is_of != (scene, self.active):
+        if self._explainer is None or not self._explainer.is_of(scene, self.explained, self.camera):
             eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
-            self._explainer = PixelExplainer(self, scene, eyes)
+            self._explainer = PixelExplainer(self, scene, self.explained, eyes)
         return self._explainer.explain(column, row, sample, samples)
 
     def facts(self) -> dict[str, Any]:

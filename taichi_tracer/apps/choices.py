@@ -7,6 +7,7 @@ from taichi_tracer.apps.words import LIGHT
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.maps import MapRenderer
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.system.registry import PARTS
@@ -30,7 +31,7 @@ class Choices:
     def __init__(self, renderer: ProgressiveRenderer) -> None:
         self.renderer = renderer
         scene, environment = renderer.scene_data, renderer.scene_data.environment
-        of_courses = A1Renderer.what, A3Renderer.what, A4Renderer.what
+        of_courses = A1Renderer.what, A3Renderer.what, A4Renderer.what, MapRenderer.what
         self._classes = {c.what: c for c in renderers() if c.what in of_courses}
         # What the given renderer offers comes first.
         self._classes = {type(renderer).what: None, **self._classes, type(renderer).what: type(renderer)}
@@ -67,8 +68,10 @@ class Choices:
 
     def _show(self, renderer: ProgressiveRenderer) -> None:
         """Show a renderer, with the exposure and the tone curve of the one before."""
-        display = self.renderer.display
-        self.renderer = renderer.set_display(display.exposure, display.tone)
+        if not (self.renderer.has_own_display or renderer.has_own_display):
+            display = self.renderer.display
+            renderer.set_display(display.exposure, display.tone)
+        self.renderer = renderer
         self._last[type(renderer)] = renderer
         self._take_white()
 
@@ -188,6 +191,9 @@ def made_like(
 
 def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> None:
     """Give a renderer the lengths of paths, or the weights, of a former one of the same class."""
+    if isinstance(former, MapRenderer) and isinstance(renderer, MapRenderer):
+        renderer.of = former.of
+        renderer.path_settings.set(**former.path_settings.facts())
     if isinstance(former, A4Renderer) and isinstance(renderer, A4Renderer):
         renderer.path_settings.set(**former.path_settings.facts())
     if isinstance(former, A3Renderer) and isinstance(renderer, A3Renderer):

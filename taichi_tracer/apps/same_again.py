@@ -9,6 +9,7 @@ from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.integrators.one_sample import OneSampleMis
 from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
+from taichi_tracer.maps import MapRenderer
 from taichi_tracer.renderer import A1Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
@@ -32,7 +33,7 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     words += value_words(renderer)
     words += ["--seed", str(renderer.seed)] * (renderer.seed != 0)
     words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
-    words += renderer.display.words() if renderer.srgb else []
+    words += renderer.display.words() if renderer.srgb and not renderer.has_own_display else []
     words += ["--size", f"{renderer.width}x{renderer.height}"]
     if isinstance(renderer, A1Renderer) and renderer.active.name == DISTANCE:
         words += ["--max-distance", f"{renderer.max_distance:.9g}"]
@@ -67,10 +68,11 @@ def value_words(renderer: ProgressiveRenderer) -> list[str]:
     if isinstance(renderer.active, OneSampleMis) and renderer.active.weights != OneSampleMis.weights:
         mis_plight, mis_pbrdf = renderer.active.weights
         return options_of(mis_plight=mis_plight, mis_pbrdf=mis_pbrdf)
-    if not isinstance(renderer, A4Renderer):
+    words = ["--map-of", renderer.of] if isinstance(renderer, MapRenderer) else []
+    if not isinstance(renderer, A4Renderer | MapRenderer):
         return []
     changed = {name: value for name, value in renderer.path_settings.facts().items() if value != DEFAULTS[name]}
-    return options_of(**changed | {"bounces": ",".join(bounce_words(renderer)) or None})
+    return words + options_of(**changed | {"bounces": ",".join(bounce_words(renderer)) or None})
 
 
 def bounce_words(renderer: ProgressiveRenderer) -> list[str]:

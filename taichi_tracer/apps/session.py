@@ -25,7 +25,7 @@ from taichi_tracer.apps.choices import Choices
 from taichi_tracer.apps.events import OF_HOSTS, checked
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
 from taichi_tracer.apps.same_again import DISTANCE, as_command, as_python, position_of
-from taichi_tracer.apps.split import Split
+from taichi_tracer.apps.split import DIFFERENCE, Split
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError, one_of
@@ -335,14 +335,14 @@ class Session:
 
     def on_control(self, name: str, value: Any) -> None:
         """Change a value of the integrator."""
-        control = next((c for c in self.renderer.active.controls() if c.name == name), None)
+        control = next((c for c in self.renderer.controls() if c.name == name), None)
         if control is None:
             raise InputError(f"{self.renderer.active.name} has no {name} that can be changed")
         if isinstance(control, BouncesControl):
             value = None if value is None else tuple(None if one is None else int(one) for one in value)
         elif not isinstance(control, NameControl) and isinstance(control.low, int) and isinstance(control.high, int):
             value = int(value)
-        self.renderer.active.change(name, value)
+        self.renderer.change(name, value)
 
     def on_exposure(self, value: float) -> None:
         """Choose the exposure in stops."""
@@ -436,13 +436,17 @@ class Session:
             for r in self.renderers
         ]
         state = sides[self.split.number if self.split is not None else 0] | {"sides": sides}
-        return json.dumps(state | {"scale": None if self.split is None else self.split.scale})
+        scale = self.renderer.scale
+        if self.split is not None and self.split.mode == DIFFERENCE:
+            scale = self.split.scale
+        told = None if scale is None else {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text}
+        return json.dumps(state | {"scale": told})
 
     def settings_key(self) -> tuple:
         """What is compared to find out whether something else was chosen or told: without the camera's place."""
         choices = self.choices
         of = [
-            (one.active, one.scene_data, one.scene_data.environment, one.display, *(c for c in one.active.controls()))
+            (one.active, one.scene_data, one.scene_data.environment, one.display, *one.controls())
             for one in self.renderers
         ]
         split = None if self.split is None else (self.split.mode, self.split.number)
@@ -473,8 +477,8 @@ class Session:
             "triangle_tests": choices.triangle_tests,
             "lamp_choice": choices.lamp_choice,
             "lamp_choices": choices.lamp_choices,
-            "controls": [described(control) for control in r.active.controls()],
-            "exposure": r.display.exposure if r.srgb else None,
+            "controls": [described(control) for control in r.controls()],
+            "exposure": r.display.exposure if r.srgb and not r.has_own_display else None,
             "tone": r.display.part.name if r.srgb else None,
             "tones": PARTS.names("tone curve"),
             "fov": None if r.camera.has_window else float(r.camera.fov),

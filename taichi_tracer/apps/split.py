@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from taichi_tracer.apps.choices import Choices
-from taichi_tracer.picture.heat import heat, round_up
+from taichi_tracer.picture.heat import Scale, heat, round_up
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import one_of
 
@@ -25,7 +25,7 @@ class Split:
 
     def __init__(self, choices: Choices, mode: str) -> None:
         self.sides, self.number, self.mode = (choices, choices.beside()), 1, mode
-        self.scale: dict[str, str] | None = None
+        self.scale: Scale | None = None
 
     @classmethod
     def begun(cls, former: "Split | None", choices: Choices, mode: str) -> "Split | None":
@@ -60,5 +60,5 @@ class Split:
         values = np.abs(left.image().astype(np.float64) - right.image()).mean(axis=2)
         largest = round_up(float(np.percentile(values, BRIGHTEST)) or float(values.max()))
         text = f"difference of left and right, mean of red, green and blue; its mean is {values.mean():.3g}"
-        self.scale = {"low": "0", "high": f"{largest:g}", "text": text}
+        self.scale = Scale(largest, text)
         return np.floor(255 * heat(values, largest) + 0.5).astype(np.uint8)

@@ -384,7 +384,7 @@ class Viewer:
             self.choose(choices.next_triangle_test)
         if len(choices.lamp_choices) > 1 and panel.button(f"Choice of lamps: {choices.lamp_choice}"):
             self.choose(choices.next_lamp_choice)
-        for control in self.renderer.active.controls():
+        for control in self.renderer.controls():
             self.draw_control(panel, control)
         is_right = camera.handedness == "right"
         if panel.checkbox("Right-handed camera", is_right) != is_right:
@@ -401,7 +401,10 @@ class Viewer:
             chosen = slide(panel, "x white", factor, *FACTORS)
             if chosen != factor:
                 choices.set_white(chosen * choices.usual_white)
-        if self.renderer.srgb:
+        if self.renderer.scale is not None:
+            for line in wrap(f"White: {self.renderer.scale.high:.3g} {self.renderer.scale.text}"):
+                panel.text(line)
+        elif self.renderer.srgb:
             self.draw_display(panel)
         for name in ("eye", "at"):
             for line in wrap(f"{name:<3} " + " ".join(f"{x:.4g}" for x in getattr(camera, name))):
@@ -426,7 +429,7 @@ class Viewer:
             value = slide(panel, control.label, value, control.low, control.high)
         if value != control.value:
             try:
-                self.renderer.active.change(control.name, value)
+                self.renderer.change(control.name, value)
             except InputError as error:
                 self.tell(str(error))
 
