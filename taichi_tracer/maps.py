@@ -9,7 +9,6 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control, NameControl
@@ -17,7 +16,7 @@ from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.work import Measurement
 from taichi_tracer.picture.heat import HEAT, Scale, round_up
-from taichi_tracer.renderer import EyeRays, ProgressiveRenderer
+from taichi_tracer.renderer import EyeRays, ProgressiveRenderer, plain_rays
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.registry import PARTS, register
@@ -60,8 +59,7 @@ class MapRenderer(ProgressiveRenderer):
 
     def _make_eye_rays(self) -> tuple[Any, Any]:
         """Rays that are not traced: the maps trace them, so that their work counts."""
-        form = Form("eye rays", "one by one", "their work is counted")
-        return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), form
+        return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), plain_rays("their work is counted")
 
     # ── what is measured ──
 

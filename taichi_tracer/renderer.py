@@ -18,7 +18,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
-from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
+from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, plain_rays
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
@@ -190,7 +190,7 @@ class ProgressiveRenderer:
         """The object that gives the kernel its rays and hits, and the ``Form`` that describes it."""
         form = kept_hits_form(self.scene_data, self.camera, self.sampler, self.fast)
         if "shade_ray" in self.replaced:
-            form = type(form)("eye rays", "one by one, as they are written", why_replaced(self))
+            form = plain_rays(why_replaced(self))
             return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), form
         if not form.is_fast:
             return EyeRays(self.scene_data, self.camera, self.jitter), form

@@ -1,4 +1,4 @@
-"""What makes a picture again that is shown: the words of the command line, and the lines of Python."""
+"""What makes a picture again that is shown: the words of the command line; ``in_python`` has the lines of Python."""
 
 import shlex
 from collections.abc import Sequence
@@ -38,29 +38,6 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     if isinstance(renderer, A1Renderer) and renderer.active.name == DISTANCE:
         words += ["--max-distance", f"{renderer.max_distance:.9g}"]
     return shlex.join([*words, *camera_words(renderer.camera)])
-
-
-def as_python(renderer: ProgressiveRenderer) -> str:
-    """Lines of Python that make the picture that the renderer shows, of a scene that ``load_scene_data`` finds."""
-    scene, camera = renderer.scene_data, position_of(renderer.camera)
-    environment = None if scene.environment is None else scene.environment.name
-    light = f", environment={environment!r}" if environment or renderer.needs_light else ""
-    told = ", ".join(f"{name}={plain(value)}" for name, value in camera.items())
-    lines = [
-        "import taichi_tracer as tt",
-        "",
-        f"scene = tt.load_scene_data({str(name_of(scene.source))!r}{light})",
-        f"renderer = tt.{type(renderer).__name__}(scene, {renderer.width}, {renderer.height}, seed={renderer.seed})",
-        f"renderer.camera.set_camera_parameters({told})",
-        f"renderer.use({renderer.active.name!r}).render({max(1, renderer.samples)})",
-        f"renderer.save({renderer.active.name + '.png'!r})",
-    ]
-    return "\n".join(lines)
-
-
-def plain(value) -> str:
-    """A value as Python writes it, arrays as tuples."""
-    return repr(tuple(float(x) for x in value)) if not isinstance(value, str | float | int) else repr(value)
 
 
 def value_words(renderer: ProgressiveRenderer) -> list[str]:

@@ -24,7 +24,8 @@ from taichi_tracer.apps.camera_controller import Pose
 from taichi_tracer.apps.choices import Choices
 from taichi_tracer.apps.events import OF_HOSTS, checked
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
-from taichi_tracer.apps.same_again import DISTANCE, as_command, as_python, position_of
+from taichi_tracer.apps.in_python import as_python
+from taichi_tracer.apps.same_again import DISTANCE, as_command, position_of
 from taichi_tracer.apps.split import DIFFERENCE, Split
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
 from taichi_tracer.renderer import ProgressiveRenderer
