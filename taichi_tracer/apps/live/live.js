@@ -118,7 +118,11 @@ function render({ model, el }) {
     if (!isAll) return;
     if (performance.now() - spokenAt > 10000 || !spoken.textContent.startsWith(state.view)) say(sides.join("; "));
     showViews(); showSettings(); showChart(); showSplit();
-    if (shownTold !== state.explanation) told.innerHTML = shownTold = state.explanation;
+    if (shownTold === state.explanation) return;
+    told.innerHTML = shownTold = state.explanation;
+    for (const text of told.querySelectorAll("pre")) {
+      text.after(button("Copy", async () => { await navigator.clipboard.writeText(text.textContent); say("It is copied."); }));
+    }
   }
 
   // ── two pictures ──
