@@ -8,6 +8,7 @@ Origin; and the sizes and the rate of what is sent are limited.
 import http.server
 import json
 import secrets
+import select
 import socket
 import socketserver
 import struct
@@ -34,6 +35,7 @@ RATE = 2000  # events per second, of all pages together
 MOST_CONNECTIONS = 24  # at the same time
 IDLE = 30.0  # seconds after which a silent connection is closed
 PATIENCE = 10.0  # seconds that a request for a frame waits
+LOOK = 0.1  # seconds between two looks whether a page that waits is still there
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -142,7 +144,12 @@ class Handler(http.server.BaseHTTPRequestHandler):
         The details are left out if the page has them already.
         """
         since, known = (whole_number(given, name) for name in ("since", "details"))
-        frame = self.server.session.wait_for_frame(since, PATIENCE)
+        end, frame = time.monotonic() + PATIENCE, None
+        while frame is None and time.monotonic() < end and not self.server.session.is_over:
+            frame = self.server.session.wait_for_frame(since, LOOK)
+            if frame is None and self.is_gone():
+                self.close_connection = True
+                return
         if frame is None:
             self.send(HTTPStatus.NO_CONTENT, "text/plain", b"")
             return
@@ -150,6 +157,11 @@ class Handler(http.server.BaseHTTPRequestHandler):
         head = {"X-Frame": str(frame.number), "X-Kind": frame.kind, "X-Details": str(frame.details_number)}
         lengths = struct.pack("<II", len(state), len(details))
         self.send(HTTPStatus.OK, "application/octet-stream", lengths + state + details + frame.data, head)
+
+    def is_gone(self) -> bool:
+        """Whether the page has closed the connection while it waited: then its room is free for another one."""
+        ready, _, _ = select.select([self.connection], [], [], 0)
+        return bool(ready) and self.connection.recv(1, socket.MSG_PEEK) == b""
 
     def send_picture(self, kind: str) -> None:
         """The picture as a file."""

@@ -74,12 +74,13 @@ class Session:
         self._frame: Frame | None = None
         self._waiting, self._polls = 0, False
         self._last_wait = self._last_step = self._moved_at = self.now()
+        self._has_moved = False  # since the last frame
         self._pictures = 0  # counts the changes of what is rendered
         self._framed: tuple = ()  # the picture, the kind and the settings of the last frame
         self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE)
         self._look = pace.Rarely(pace.ERROR_EVERY, ERROR_SHARE)
         self._details, self._details_of, self._details_number = "{}", (), 0
-        self._is_over = False
+        self.is_over = False
 
     @property
     def renderer(self) -> ProgressiveRenderer:
@@ -125,7 +126,7 @@ class Session:
             self._waiting += 1
             self._lock.notify_all()
             try:
-                while not self._is_over:
+                while not self.is_over:
                     self._last_wait = self.now()
                     if (found := self.newest(since)) is not None:
                         return found
@@ -158,7 +159,7 @@ class Session:
     def close(self) -> None:
         """Let every thread that waits go on."""
         with self._lock:
-            self._is_over = True
+            self.is_over = True
             for _, future in self._tasks:
                 future.cancel()
             self._tasks.clear()
@@ -207,8 +208,8 @@ class Session:
 
     @property
     def is_moving(self) -> bool:
-        """Whether the picture has changed a moment ago."""
-        return bool(self.keys) or self.now() - self._moved_at < MOVING
+        """Whether something was moved or chosen since the last frame, or a moment ago."""
+        return bool(self.keys) or self._has_moved or self.now() - self._moved_at < MOVING
 
     def seconds_of_rest(self) -> float:
         """Seconds until a sample or a frame is due; 0 if one is due, and infinite if nothing is missing."""
@@ -302,7 +303,7 @@ class Session:
         if any(pan):
             pose = camera_controller.shift(pose, *pan, camera)
         camera.set_camera_parameters(**pose.parameters())
-        self._moved_at = self.now()
+        self._moved_at, self._has_moved = self.now(), True
 
     # ── what can be chosen ──
 
@@ -407,7 +408,7 @@ class Session:
         state = self.state()
         data = encoded(pixels, kind)
         self._framed = self._pictures, kind, self.settings_key()
-        self._framed_at = self.now()
+        self._framed_at, self._has_moved = self.now(), False
         if kind == "png":
             self._rest.done(begin, self._framed_at)
         number = 1 if self._frame is None else self._frame.number + 1

@@ -26,7 +26,7 @@ PICTURE = """(async () => {
 CONTRAST = """(() => {
   const parts = text => (text.match(/[0-9.]+/g) || []).map(Number);
   const linear = v => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
-  const light = ([r, g, b]) => [r, g, b].map(v => linear(v / 255)).reduce((sum, v, k) => sum + v * [0.2126, 0.7152, 0.0722][k], 0);
+  const light = ([r, g, b]) => 0.2126 * linear(r / 255) + 0.7152 * linear(g / 255) + 0.0722 * linear(b / 255);
   const behind = element => { for (let e = element; e; e = e.parentElement) {
     const c = parts(getComputedStyle(e).backgroundColor);
     if (c.length === 3 || c[3] > 0) return c;

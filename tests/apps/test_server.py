@@ -19,7 +19,7 @@ class Watched:
     """A session without a renderer."""
 
     def __init__(self):
-        self.events = []
+        self.events, self.is_over = [], False
 
     def post(self, event):
         self.events.append(checked(event))
@@ -86,7 +86,8 @@ def test_the_address_gives_a_cookie_and_leads_to_the_page(server):
     assert "HttpOnly; SameSite=Strict" in headers["Set-Cookie"]
 
 
-def test_frames_have_their_state_before_the_file(server):
+def test_frames_have_their_state_before_the_file(server, monkeypatch):
+    monkeypatch.setattr(module, "PATIENCE", 0.05)
     status, headers, body = ask(server, path="/frame?since=2")
     length, more = struct.unpack("<II", body[:8])
     assert (status, headers["X-Frame"], headers["X-Kind"], headers["X-Details"]) == (200, "3", "png", "7")

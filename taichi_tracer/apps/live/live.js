@@ -8,6 +8,9 @@ const COLOURS = ["#2f7fc1", "#d1495b", "#2f9e5b", "#9467bd", "#d9820b", "#17a2b8
 const HELP = "Drag: orbit. Right button, or two fingers: nearer, farther. Shift and drag: shift. Wheel: nearer, farther. "
   + "w a s d q e: move the eye. Arrows: move the point looked at. i o: nearer, farther. r: reset the camera.";
 
+const SLOW = new Set(["explain", "use", "split", "triangle_test", "lamp_choice", "environment", "control"]);
+const BUSY = "One moment: this has to be compiled first ...";
+
 function make(name, attributes = {}, ...children) {
   const element = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
@@ -22,7 +25,10 @@ const button = (text, onclick, attributes = {}) => make("button", { type: "butto
 const three = value => String(Number(Number(value).toPrecision(3)));
 
 function render({ model, el }) {
-  const send = event => model.send(event);
+  const send = event => {
+    if (SLOW.has(event.type)) busy = setTimeout(() => { message.textContent = BUSY; }, 300);
+    model.send(event);
+  };
   const canvas = make("canvas", { tabindex: 0, role: "application", "aria-label": "the picture: keys move the camera" });
   const status = make("p", { class: "tt-status" });
   const spoken = make("p", { class: "tt-spoken", role: "status" });
@@ -53,16 +59,17 @@ function render({ model, el }) {
   el.classList.add("tt-live");
   el.replaceChildren(
     make("div", { class: "tt-left" }, views),
-    make("div", { class: "tt-middle" }, canvas, divider, scale, status, message, compare, buttons, place,
+    make("div", { class: "tt-middle" }, make("div", { class: "tt-picture" }, canvas, divider), scale, status, message, compare, buttons, place,
       make("p", { class: "tt-help" }, HELP), told, spoken),
     make("div", { class: "tt-right" }, settings, chart));
   const context = canvas.getContext("2d", { alpha: false });
-  let state = {}, bitmap = null, isAsking = false, frames = [], spokenAt = 0, shownAt = 0, last = Promise.resolve();
+  let state = {}, bitmap = null, isAsking = false, frames = [], spokenAt = 0, shownAt = 0, busy = 0, last = Promise.resolve();
   let [shownViews, shownSettings, shownCurves, shownTold, shownSplit] = ["", "", "", "", ""];
 
   // ── frames ──
 
   async function onMessage(next, bytes) {
+    clearTimeout(busy);
     if (next.file) { keep(next.file, bytes); return; }
     if (bytes && bytes.byteLength) {
       const decoded = await createImageBitmap(new Blob([bytes], { type: `image/${next.kind}` }));
@@ -170,9 +177,9 @@ function render({ model, el }) {
   }
 
   function slider(label, value, low, high, step, onchange) {
-    const shown = make("span", {}, Number(value).toPrecision(3));
+    const shown = make("span", {}, three(value));
     const input = make("input", { type: "range", min: low, max: high, step, value, "data-name": label, oninput: e => {
-      shown.textContent = Number(e.target.value).toPrecision(3);
+      shown.textContent = three(e.target.value);
       onchange(Number(e.target.value));
     } });
     return make("label", {}, `${label} `, shown, input);
