@@ -57,6 +57,7 @@ function render({ model, el }) {
     button("Reset camera", () => send({ type: "reset" })), button("The same again", () => send({ type: "same" })),
     ...["png", "exr"].map(kind => button(`Save ${kind.toUpperCase()}`, () => send({ type: "save", kind }))));
   el.classList.add("tt-live");
+  el.setAttribute("data-lm-suppress-shortcuts", "true"); // in JupyterLab, d d would delete the cell
   el.replaceChildren(
     make("div", { class: "tt-left" }, views),
     make("div", { class: "tt-middle" }, make("div", { class: "tt-picture" }, canvas, divider), scale, status, message, compare, buttons, place,
