@@ -64,6 +64,8 @@ class LivePicture(anywidget.AnyWidget):
 
     async def _run(self) -> None:
         """Render and send, until the picture is closed."""
+        if self.renderer.film.samples == 0:  # warming up would discard samples
+            self.session.warm_up(lambda text: None)
         while self.comm is not None:
             if self._sent - self._shown < IN_FLIGHT:
                 self.session.ask()

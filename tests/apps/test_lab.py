@@ -17,9 +17,7 @@ picture"""
 CANVAS = "document.querySelector('.tt-live canvas')"
 PIXELS = f"""(() => {{ const c = {CANVAS};
   return Array.from(c.getContext("2d").getImageData(0, 0, c.width, c.height).data).join(); }})()"""
-SAVED = (
-    "jupyterapp.shell.currentWidget.sessionContext.session.kernel.requestExecute({code: 'renderer.save(\"now.png\")'})"
-)
+KERNEL = "jupyterapp.shell.currentWidget.sessionContext.session.kernel"
 
 
 @pytest.fixture(scope="module")
@@ -54,8 +52,15 @@ def at_rest(page):
     return np.array(page.evaluate(PIXELS).split(","), int).reshape(64, 96, 4)[..., :3]
 
 
+def run(page, code):
+    """Let the kernel run another cell."""
+    page.evaluate(f"void {KERNEL}.requestExecute({{code: {code!r}}})")
+
+
 def drag(page):
     """Drag across the canvas with the left button."""
+    page.evaluate(f"{CANVAS}.scrollIntoView({{ block: 'center' }})")
+    time.sleep(0.3)
     box = page.evaluate(f"(() => {{ const b = {CANVAS}.getBoundingClientRect(); return [b.left, b.top]; }})()")
     for k, kind in enumerate(["mousePressed", *["mouseMoved"] * 8, "mouseReleased"]):
         more = {"button": "left", "buttons": int(kind != "mouseReleased"), "clickCount": 1}
@@ -67,29 +72,37 @@ def test_the_picture_moves_and_has_the_pixels_of_the_file(page):
     drag(page)
     after = at_rest(page)
     assert (before != after).any()
-    page.evaluate(f"void {SAVED}")
+    run(page, "renderer.save('now.png')")
     path = page.folder / "now.png"
     until(path.exists, "the kernel did not save the picture")
     time.sleep(0.5)
     assert np.array_equal(np.round(255 * read_image(path)), after)
 
 
+def test_keys_move_the_camera_and_leave_the_notebook_alone(page):
+    before = at_rest(page)
+    page.evaluate(f"{CANVAS}.focus()")
+    for _ in range(2):  # d d would delete the cell
+        for kind in ("keyDown", "keyUp"):
+            page.ask("Input.dispatchKeyEvent", type=kind, code="KeyD", key="d", windowsVirtualKeyCode=68)
+        time.sleep(0.3)
+    assert (before != at_rest(page)).any()
+    assert page.evaluate("jupyterapp.shell.currentWidget.content.widgets.length") == 1
+
+
 def test_buttons_and_other_cells_change_what_is_shown(page):
     status = "document.querySelector('.tt-live .tt-status').textContent"
     page.evaluate("[...document.querySelectorAll('.tt-live button')].find(b => b.textContent === 'Hit').click()")
     until(lambda: page.evaluate(status).startswith("hit:"))
-    kernel = "jupyterapp.shell.currentWidget.sessionContext.session.kernel"
-    page.evaluate(f"void {kernel}.requestExecute({{code: 'renderer.use(\"distance\")'}})")
+    run(page, "renderer.use('distance')")
     until(lambda: page.evaluate(status).startswith("distance:"))
 
 
 def test_a_view_that_is_closed_is_rendered_no_more(page):
-    kernel = "jupyterapp.shell.currentWidget.sessionContext.session.kernel"
     page.evaluate("jupyterapp.commands.execute('notebook:clear-all-cell-outputs')")
     until(lambda: not page.evaluate(f"Boolean({CANVAS})"))
     time.sleep(15)
-    code = "open('watched', 'w').write(str(picture.session.is_watched))"
-    page.evaluate(f"void {kernel}.requestExecute({{code: {code!r}}})")
+    run(page, "open('watched', 'w').write(str(picture.session.is_watched))")
     until((page.folder / "watched").exists)
     time.sleep(0.3)
     assert (page.folder / "watched").read_text() == "False"
