@@ -2,6 +2,7 @@
 
 import asyncio
 import base64
+import contextlib
 import json
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from taichi_tracer.system.errors import InputError
 
 FOLDER = Path(__file__).with_name("live")
 IN_FLIGHT = 2  # frames that were sent and not yet shown: with more, a slow connection would fall behind
-REST = 0.005  # seconds between two looks if there is nothing to do
+REST = 0.1  # seconds between two looks if no event comes: another cell may have changed the renderer
 
 
 class LivePicture(anywidget.AnyWidget):
@@ -31,6 +32,7 @@ class LivePicture(anywidget.AnyWidget):
         super().__init__()
         self.session = Session(renderer)
         self._sent = self._shown = self._details = 0
+        self._awake = asyncio.Event()
         self.on_msg(self._take)
         self._task = loop.create_task(self._run())
 
@@ -46,6 +48,7 @@ class LivePicture(anywidget.AnyWidget):
             self.session.message = str(error)
             return
         self.session.watch()
+        self._awake.set()
         if content["type"] == "ack":
             self._shown = max(self._shown, min(content["id"], self._sent))
             if content["id"] == 0:  # a page has opened, perhaps again: it has no frame yet
@@ -76,7 +79,12 @@ class LivePicture(anywidget.AnyWidget):
                 content = json.loads(frame.state) | details | {"id": frame.number, "kind": frame.kind}
                 self.send(content, [frame.data])
                 self._sent, self._details = frame.number, frame.details_number
-            await asyncio.sleep(0 if worked else REST)
+            if worked:
+                await asyncio.sleep(0)
+                continue
+            self._awake.clear()
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._awake.wait(), min(REST, self.session.seconds_of_rest()))
 
     def close(self) -> None:
         """End the picture."""

@@ -10,6 +10,7 @@ from taichi_tracer.renderer import ProgressiveRenderer
 
 SLOW_FRAME = 1 / 60  # seconds: a picture that takes longer does not move smoothly, with its frame to be sent as well
 ERROR_EVERY = 0.5  # seconds between two estimates of the error at least: each reads the whole film
+LATELY = 8  # times over which the cost of something is averaged
 MOST_POINTS = 400  # of a curve of the error; of a longer one, every other point is left out
 
 
@@ -19,7 +20,7 @@ class Rarely:
     Args:
         least: seconds between two times at least. share: of the time that it may take.
 
-    The shortest time that it took is what counts, because the first time may have compiled something.
+    The mean of the times that it took lately is what counts, without the first one, which may have compiled something.
     """
 
     def __init__(self, least: float, share: float) -> None:
@@ -28,12 +29,14 @@ class Rarely:
 
     def begin(self) -> None:
         """Let it be done at once, and forget how long it took."""
-        self.next, self._seconds = -math.inf, math.inf
+        self.next = -math.inf
+        self._times: list[float] = []
 
     def done(self, begin: float, end: float) -> None:
         """Note when it was done."""
-        is_first, self._seconds = math.isinf(self._seconds), min(self._seconds, end - begin)
-        self.next = end + (self.least if is_first else max(self.least, self._seconds / self.share))
+        self._times = [*self._times, end - begin][-LATELY:]
+        later = self._times[1:]
+        self.next = end + (max(self.least, sum(later) / len(later) / self.share) if later else self.least)
 
 
 def thinned(curve: list) -> list:

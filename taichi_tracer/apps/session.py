@@ -34,8 +34,8 @@ from taichi_tracer.system.registry import PARTS
 
 MOST_EVENTS = 2000  # that wait; when there are more, the oldest drags are dropped
 MOVING = 0.15  # seconds after the last movement: until then the picture is sent as JPEG
-REST_EVERY, REST_SHARE = 0.3, 0.03  # seconds between two lossless pictures at least, and their share of the time
-ERROR_SHARE = 0.03  # of the time that looks at the error take
+REST_EVERY, REST_SHARE = 0.3, 0.025  # seconds between two lossless pictures at least, and their share of the time
+ERROR_SHARE = 0.025  # of the time that looks at the error take
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
 FORGOTTEN = 10.0  # seconds without anybody who waits for a frame: then nothing is rendered
@@ -247,8 +247,7 @@ class Session:
                     continue
                 if not renderer.is_current():
                     self.errors.clear()
-                    self._look.begin()
-                    self._rest.begin()
+                    self._look.next = self._rest.next = 0.0
                 renderer.render()
                 self._pictures += 1
             if self.now() >= end or self.is_moving or all(is_final(one) for one in self.renderers):

@@ -12,8 +12,11 @@ def test_it_takes_at_most_its_share():
     assert rarely.next == pytest.approx(3.5)
     rarely.done(4.0, 4.2)
     assert rarely.next == pytest.approx(4.2 + 2.0)
-    rarely.done(7.0, 7.001)
-    assert rarely.next == pytest.approx(7.501)
+    rarely.done(7.0, 7.1)
+    assert rarely.next == pytest.approx(7.1 + 1.5)
+    for _ in range(20):
+        rarely.done(9.0, 9.001)
+    assert rarely.next == pytest.approx(9.501)
     rarely.begin()
     assert rarely.next == -np.inf
 

@@ -1,7 +1,7 @@
 // The host of the page that a server of this machine serves: frames by long polling, events in batches.
 import live from "./live.js";
 
-const BATCH = 16; // milliseconds between two requests with events at least
+const BATCH = 8; // milliseconds between two requests with events at least
 const AGAIN = 1000; // milliseconds until the next try after an error
 const MOST = 200; // events of a request
 const QUEUE = 2000; // events that wait at most: a connection that is gone must not fill the memory
@@ -46,9 +46,7 @@ function makeModel() {
     send(event) {
       if (event.type === "ack") return;
       if (event.type === "save") { save(event.kind); return; }
-      const last = waiting[waiting.length - 1];
-      if (last && last.type === event.type && event.type === "drag") { last.dx += event.dx; last.dy += event.dy; }
-      else if (waiting.length < QUEUE) waiting.push(event);
+      if (waiting.length < QUEUE) waiting.push(event);
       plan();
     },
     emit(state, bytes) { return Promise.all(listeners.map(listener => listener(state, bytes))); },

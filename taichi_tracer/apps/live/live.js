@@ -9,6 +9,7 @@ const HELP = "Drag: orbit. Right button, or two fingers: nearer, farther. Shift 
   + "w a s d q e: move the eye. Arrows: move the point looked at. i o: nearer, farther. r: reset the camera.";
 
 const SLOW = new Set(["explain", "use", "split", "triangle_test", "lamp_choice", "environment", "control"]);
+const MOVES = 20; // milliseconds between two events of the pointer
 const BUSY = "One moment: this has to be compiled first ...";
 
 function make(name, attributes = {}, ...children) {
@@ -27,7 +28,22 @@ const three = value => String(Number(Number(value).toPrecision(3)));
 function render({ model, el }) {
   const send = event => {
     if (SLOW.has(event.type)) busy = setTimeout(() => { message.textContent = BUSY; }, 300);
+    flush();
     model.send(event);
+  };
+  // Movements of the pointer come faster than pictures: they are added up.
+  let moved = null, moveTimer = 0;
+  const flush = () => {
+    clearTimeout(moveTimer);
+    moveTimer = 0;
+    if (moved) model.send(moved);
+    moved = null;
+  };
+  const move = event => {
+    if (moved && moved.type !== event.type) flush();
+    if (!moved) moved = event;
+    else for (const name of ["dx", "dy", "by"]) if (name in event) moved[name] += event[name];
+    if (!moveTimer) moveTimer = setTimeout(flush, MOVES);
   };
   const canvas = make("canvas", { tabindex: 0, role: "application", "aria-label": "the picture: keys move the camera" });
   const status = make("p", { class: "tt-status" });
@@ -282,17 +298,17 @@ function render({ model, el }) {
     const { width, height } = box(), apart = pointers.size === 2 ? spread() : 0;
     const dx = (event.clientX - before.x) / width, dy = (before.y - event.clientY) / height;
     pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
-    if (pointers.size === 2) send({ type: "zoom", by: (spread() - apart) / height });
-    else if (event.buttons & 2) send({ type: "zoom", by: dy });
-    else if (event.shiftKey) send({ type: "pan", dx, dy });
-    else send({ type: "drag", dx, dy });
+    if (pointers.size === 2) move({ type: "zoom", by: (spread() - apart) / height });
+    else if (event.buttons & 2) move({ type: "zoom", by: dy });
+    else if (event.shiftKey) move({ type: "pan", dx, dy });
+    else move({ type: "drag", dx, dy });
   };
   canvas.onpointerup = canvas.onpointercancel = event => pointers.delete(event.pointerId);
   canvas.oncontextmenu = event => event.preventDefault();
   canvas.addEventListener("wheel", event => {
     event.preventDefault();
     const by = -Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 200) / 2000;
-    if (by) send({ type: "zoom", by });
+    if (by) move({ type: "zoom", by });
   }, { passive: false });
 
   const listener = (next, bytes) => { // one after the other: a picture that is decoded quickly must not overtake an older one
