@@ -9,6 +9,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control, NameControl
@@ -16,7 +17,9 @@ from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.work import Measurement
 from taichi_tracer.picture.heat import HEAT, Scale, round_up
-from taichi_tracer.renderer import EyeRays, ProgressiveRenderer, plain_rays
+from taichi_tracer.renderer import EyeRays, IntegratorChoice, ProgressiveRenderer, SamplerChoice, plain_rays
+from taichi_tracer.sampler import DEFAULT_SAMPLER
+from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.registry import PARTS, register
@@ -39,8 +42,10 @@ TILES, SMALLEST_TILE = 4096, 8  # of a picture that is timed: at most so many ti
 class MapRenderer(ProgressiveRenderer):
     """Maps of work: nodes and triangles per pixel, shadow rays blocked, standard error, seconds.
 
-    Attributes:
-        of: the name of the integrator that is measured. It may be assigned; the picture then starts again.
+    Args:
+        scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast: as for
+            ``ProgressiveRenderer``; ``integrator`` is a map.
+        of: the name of the integrator that is measured. It may be assigned later; the picture then starts again.
 
     ``image()`` has the numbers. Windows and files of 8 bits show them as heat: black is 0, and white is the end of
     ``scale``, a round number that covers the picture unless ``set_display`` chose an exposure.
@@ -48,14 +53,31 @@ class MapRenderer(ProgressiveRenderer):
 
     name, what, jitters, has_own_display = "MapRenderer", "map", True, True
 
-    def __init__(self, *arguments: Any, of: str = USUAL, **options: Any) -> None:
+    def __init__(
+        self,
+        scene_data: SceneData,
+        width: int = 512,
+        height: int = 512,
+        camera: ProjectiveCamera | type[ProjectiveCamera] | str | None = None,
+        jitter: bool | None = None,
+        sampler: SamplerChoice = DEFAULT_SAMPLER,
+        seed: int = 0,
+        first_sample: int = 0,
+        crop: tuple[int, int, int, int] | None = None,
+        adaptive: bool = False,
+        integrator: IntegratorChoice | None = None,
+        fast: bool | None = None,
+        of: str = USUAL,
+    ) -> None:
         self._chosen_display: Display | None = None
         self._measured: dict[str, Integrator] = {}
         self._measurements: dict[tuple[str, str], Measurement] = {}
         self._of, self._changes = find_measured(of), 0
         self._scale_of: tuple = ()
         self._colours: Any = None
-        super().__init__(*arguments, **options)
+        samples = {"jitter": jitter, "sampler": sampler, "seed": seed, "first_sample": first_sample}
+        pixels = {"crop": crop, "adaptive": adaptive}
+        super().__init__(scene_data, width, height, camera, **samples, **pixels, integrator=integrator, fast=fast)
 
     def _make_eye_rays(self) -> tuple[Any, Any]:
         """Rays that are not traced: the maps trace them, so that their work counts."""

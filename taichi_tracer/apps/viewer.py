@@ -32,6 +32,7 @@ from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
+from taichi_tracer.maps import MapRenderer
 from taichi_tracer.picture.progress import two_digits
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
@@ -45,6 +46,7 @@ SMOOTHING = 0.1  # the share of the newest frame in the time that is shown, so t
 ANGLES = 5.0, 150.0  # degrees, of the slider of the field of view
 FACTORS = 0.1, 4.0  # of the sliders of the speed and of white: times what fits the scene
 CHANGED = 1e-5  # relative: sliders return f32, so that a smaller change is only rounding
+FOLDED = (MapRenderer.what,)  # lists that are folded until somebody asks for them
 BUSY = "One moment: compiling ..."
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
 HELP_PLACE = 12  # pixels between the panel, or the top, and the help
@@ -134,7 +136,8 @@ class Viewer:
 
     def __init__(self, renderer: ProgressiveRenderer, folder: Path, scene_options: Sequence[str] = ()) -> None:
         self.choices, self.folder, self.scene_options = Choices(renderer), folder, tuple(scene_options)
-        count = sum(len(offers) for _, offers in self.choices.offered)
+        self.unfolded: str | None = None  # the kind whose list is unfolded if not all have room; None is what shows
+        count = sum(self.buttons_of_lists())
         lines = count + len(self.choices.offered) + len(TEXTS) + OTHER_LINES
         picture = renderer.width, renderer.height
         self.first_size = first_size(picture, lines, screen_size())
@@ -147,7 +150,6 @@ class Viewer:
         # The name of an estimator → (seconds, error) since its picture was begun; and which picture these are of.
         self.curves: dict[str, list[tuple[float, float]]] = {}
         self.curves_of: tuple = ()
-        self.unfolded: str | None = None  # the kind whose list is unfolded if not all have room; None is what shows
         geometry = renderer.scene_data.geometry
         self.usual_speed = self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
@@ -348,7 +350,7 @@ class Viewer:
         folds = self.must_fold()
         for number, (renderer_class, offers) in enumerate(self.choices.offered):
             kind = renderer_class.what
-            if folds and kind != (self.unfolded or self.renderer.what):
+            if (folds or kind in FOLDED) and kind != self.kind_unfolded:
                 if panel.button(f"{kind.capitalize()}s ..."):
                     self.unfolded = kind
                 continue
@@ -368,9 +370,19 @@ class Viewer:
         for line in self.message:
             panel.text(line)
 
+    @property
+    def kind_unfolded(self) -> str:
+        """The kind whose list is never folded: the one that was asked for, or of which something shows."""
+        return self.unfolded or self.renderer.what
+
+    def buttons_of_lists(self) -> list[int]:
+        """How many buttons each list has if there is room."""
+        offered = ((renderer_class.what, offers) for renderer_class, offers in self.choices.offered)
+        return [1 if kind in FOLDED and kind != self.kind_unfolded else len(offers) for kind, offers in offered]
+
     def must_fold(self) -> bool:
         """Whether the window is too low for the buttons of all lists."""
-        lists = [len(offers) for _, offers in self.choices.offered]
+        lists = self.buttons_of_lists()
         texts = len(TEXTS) + len(lists) + 2 + MESSAGE_LINES  # with the lines of time and error
         buttons = sum(lists) + 2
         return TITLE_HEIGHT + TEXT_HEIGHT * texts + BUTTON_HEIGHT * buttons > self.screen.layout.height

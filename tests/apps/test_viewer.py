@@ -390,7 +390,7 @@ def test_a_low_window_folds_the_lists_that_do_not_show(renderer, tmp_path):
     view = viewer.Viewer(renderer.use("normal"), tmp_path)
     view.screen.resize((view.first_size[0], 400))
     panel = pressed(view, "Paths ...")
-    assert [label for label in panel.buttons if label.endswith("...")] == ["Estimators ...", "Paths ..."]
+    assert [label for label in panel.buttons if label.endswith("...")] == ["Estimators ...", "Paths ...", "Maps ..."]
     assert not set(PATHS) & set(panel.buttons)
     panel = pressed(view)
     assert [label for label in panel.buttons if label.endswith("...")] == ["Views ...", "Estimators ..."]
