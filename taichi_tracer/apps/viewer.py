@@ -46,7 +46,7 @@ SMOOTHING = 0.1  # the share of the newest frame in the time that is shown, so t
 ANGLES = 5.0, 150.0  # degrees, of the slider of the field of view
 FACTORS = 0.1, 4.0  # of the sliders of the speed and of white: times what fits the scene
 CHANGED = 1e-5  # relative: sliders return f32, so that a smaller change is only rounding
-FOLDED = (MapRenderer.what,)  # lists that are folded until somebody asks for them
+FOLDED = (MapRenderer.what,)  # lists that are not shown until somebody asks for them, by a button in the right panel
 BUSY = "One moment: compiling ..."
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
 HELP_PLACE = 12  # pixels between the panel, or the top, and the help
@@ -137,8 +137,8 @@ class Viewer:
     def __init__(self, renderer: ProgressiveRenderer, folder: Path, scene_options: Sequence[str] = ()) -> None:
         self.choices, self.folder, self.scene_options = Choices(renderer), folder, tuple(scene_options)
         self.unfolded: str | None = None  # the kind whose list is unfolded if not all have room; None is what shows
-        count = sum(self.buttons_of_lists())
-        lines = count + len(self.choices.offered) + len(TEXTS) + OTHER_LINES
+        lists = self.buttons_of_lists()
+        lines = sum(lists) + len(lists) + len(TEXTS) + OTHER_LINES
         picture = renderer.width, renderer.height
         self.first_size = first_size(picture, lines, screen_size())
         self.screen = Screen(self.first_size, picture)
@@ -350,7 +350,9 @@ class Viewer:
         folds = self.must_fold()
         for number, (renderer_class, offers) in enumerate(self.choices.offered):
             kind = renderer_class.what
-            if (folds or kind in FOLDED) and kind != self.kind_unfolded:
+            if kind in FOLDED and kind != self.kind_unfolded:
+                continue
+            if folds and kind != self.kind_unfolded:
                 if panel.button(f"{kind.capitalize()}s ..."):
                     self.unfolded = kind
                 continue
@@ -376,9 +378,9 @@ class Viewer:
         return self.unfolded or self.renderer.what
 
     def buttons_of_lists(self) -> list[int]:
-        """How many buttons each list has if there is room."""
+        """How many buttons each list has that is shown if there is room."""
         offered = ((renderer_class.what, offers) for renderer_class, offers in self.choices.offered)
-        return [1 if kind in FOLDED and kind != self.kind_unfolded else len(offers) for kind, offers in offered]
+        return [len(offers) for kind, offers in offered if kind not in FOLDED or kind == self.kind_unfolded]
 
     def must_fold(self) -> bool:
         """Whether the window is too low for the buttons of all lists."""
@@ -396,6 +398,9 @@ class Viewer:
             self.choose(choices.next_triangle_test)
         if len(choices.lamp_choices) > 1 and panel.button(f"Choice of lamps: {choices.lamp_choice}"):
             self.choose(choices.next_lamp_choice)
+        for kind in FOLDED:
+            if panel.button(f"{kind.capitalize()}s ..."):
+                self.unfolded = None if self.unfolded == kind else kind
         for control in self.renderer.controls():
             self.draw_control(panel, control)
         is_right = camera.handedness == "right"
