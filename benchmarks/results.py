@@ -22,6 +22,7 @@ BENCHMARKS = {
     "obj_reader": [],
     "grading": [],
     "cluster": [],
+    "live": [],
 }
 HEAD = """# Results
 

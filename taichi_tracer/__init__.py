@@ -64,6 +64,7 @@ _HOME_OF = {
     "A2Renderer": "renderer",
     "A3Renderer": "renderer",
     "A4Renderer": "renderer",
+    "MapRenderer": "maps",
     "LampChoice": "lights.choice",
     "RT3Renderer": "rt3.renderer",
     "Picture": "files.picture",
@@ -130,6 +131,7 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.intersectors.bvh import BVHRayIntersector as BVHRayIntersector
     from taichi_tracer.lights.base import Light as Light
     from taichi_tracer.lights.choice import LampChoice as LampChoice
+    from taichi_tracer.maps import MapRenderer as MapRenderer
     from taichi_tracer.materials import Material as Material
     from taichi_tracer.materials import MaterialLibrary as MaterialLibrary
     from taichi_tracer.ray import HitData as HitData

@@ -18,10 +18,11 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
-from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
+from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, plain_rays
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.integrators.other_technique import OtherTechnique, other_techniques
 from taichi_tracer.integrators.path_settings import Bounces, PathSettings, check_bounces, check_terms
@@ -32,6 +33,7 @@ from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
 from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
+from taichi_tracer.picture.heat import Scale
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import DEFAULT_SAMPLER, RandomNumbers, Sampler, UniformSampler, sampler_of
@@ -126,6 +128,8 @@ class ProgressiveRenderer:
     kind, name = "renderer", ""
     what = "view"  # the kind of integrators that it offers; messages use this word too
     jitters = False  # whether its pictures consist of random samples by default
+    has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
+    scale: Scale | None = None  # what the colours mean, if they stand for numbers
 
     def __init__(
         self,
@@ -188,7 +192,7 @@ class ProgressiveRenderer:
         """The object that gives the kernel its rays and hits, and the ``Form`` that describes it."""
         form = kept_hits_form(self.scene_data, self.camera, self.sampler, self.fast)
         if "shade_ray" in self.replaced:
-            form = type(form)("eye rays", "one by one, as they are written", why_replaced(self))
+            form = plain_rays(why_replaced(self))
             return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), form
         if not form.is_fast:
             return EyeRays(self.scene_data, self.camera, self.jitter), form
@@ -237,6 +241,19 @@ class ProgressiveRenderer:
     def needs_light(self) -> bool:
         """Whether the integrator in use shows nothing in a scene without light."""
         return self.active.needs_light
+
+    @property
+    def explained(self) -> Integrator:
+        """The integrator whose samples ``explain`` explains."""
+        return self.active
+
+    def controls(self) -> tuple[Control, ...]:
+        """The values that can be changed while the picture is shown, as far as they have an effect at present."""
+        return self.active.controls()
+
+    def change(self, name: str, value: Any) -> None:
+        """Change a value of ``controls``; see ``Integrator.change``."""
+        self.active.change(name, value)
 
     @property
     def srgb(self) -> bool:
@@ -531,9 +548,9 @@ class ProgressiveRenderer:
         check_pixel(self, column, row, sample, samples)
         scene = self.kernel_scene()
         scene.lights.prepare(self.active.samples_lights)
-        if self._explainer is None or self._explainer.is_of != (scene, self.active):
+        if self._explainer is None or not self._explainer.is_of(scene, self.explained, self.camera):
             eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
-            self._explainer = PixelExplainer(self, scene, eyes)
+            self._explainer = PixelExplainer(self, scene, self.explained, eyes)
         return self._explainer.explain(column, row, sample, samples)
 
     def facts(self) -> dict[str, Any]:

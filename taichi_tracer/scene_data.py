@@ -278,7 +278,7 @@ class SceneData:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.fast, self.version = effects, bool(fast), 0
         self.shots: tuple = ()
-        self.up_axis = up_axis
+        self.up_axis, self.smooth = up_axis, smooth
         if effects not in MODES:
             raise one_of("effects", effects, MODES)
         self.lights: list[Light] = [PARTS.find("light", light) for light in lights]

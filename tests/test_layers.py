@@ -30,7 +30,7 @@ LAYERS = (
     "ray_intersector intersectors",
     "picture fast scene_data",
     "explain integrators renderer",
-    "rt3 scene_data_loader",
+    "maps rt3 scene_data_loader",
     "__init__",
     "studies",
     "teaching",

@@ -1,10 +1,13 @@
 """What one window can show: the renderers over one scene and one camera, its light, triangle test and lamp choice."""
 
+import copy
+
 from taichi_tracer.apps.names import renderers
 from taichi_tracer.apps.words import LIGHT
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.maps import MapRenderer
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.system.registry import PARTS
@@ -28,7 +31,7 @@ class Choices:
     def __init__(self, renderer: ProgressiveRenderer) -> None:
         self.renderer = renderer
         scene, environment = renderer.scene_data, renderer.scene_data.environment
-        of_courses = A1Renderer.what, A3Renderer.what, A4Renderer.what
+        of_courses = A1Renderer.what, A3Renderer.what, A4Renderer.what, MapRenderer.what
         self._classes = {c.what: c for c in renderers() if c.what in of_courses}
         # What the given renderer offers comes first.
         self._classes = {type(renderer).what: None, **self._classes, type(renderer).what: type(renderer)}
@@ -65,8 +68,10 @@ class Choices:
 
     def _show(self, renderer: ProgressiveRenderer) -> None:
         """Show a renderer, with the exposure and the tone curve of the one before."""
-        display = self.renderer.display
-        self.renderer = renderer.set_display(display.exposure, display.tone)
+        if not (self.renderer.has_own_display or renderer.has_own_display):
+            display = self.renderer.display
+            renderer.set_display(display.exposure, display.tone)
+        self.renderer = renderer
         self._last[type(renderer)] = renderer
         self._take_white()
 
@@ -74,15 +79,20 @@ class Choices:
         """The renderer of this class for a scene; it is made if there is none, like the one that shows."""
         key = *key_of(scene), renderer_class
         if key not in self._made:
-            like = self.renderer
-            options = {"sampler": like.sampler, "seed": like.seed, "first_sample": like.first_sample}
-            options |= {"crop": like.film.crop, "fast": like.fast, "jitter": (like.jitter and not like.jitters) or None}
-            options["adaptive"] = like.adaptive and renderer_class.jitters
-            renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
-            renderer.eye_rays.use_packets = like.eye_rays.use_packets  # so that nothing is compiled that is not needed
-            self._made[key] = renderer
+            self._made[key] = made_like(self.renderer, renderer_class, scene)
         copy_values(self._last.get(renderer_class, self._made[key]), self._made[key])
         return self._made[key]
+
+    def beside(self) -> "Choices":
+        """Other choices for the same camera, which begin as these.
+
+        They have a scene of their own, so that they can have other light, too.
+        """
+        former = self.renderer
+        renderer = made_like(former, type(former), again(self.scene))
+        copy_values(former, renderer)
+        display = former.display
+        return Choices(renderer.use(copy.copy(former.active)).set_display(display.exposure, display.tone))
 
     # ── white, in the view of the distance ──
 
@@ -167,8 +177,23 @@ def key_of(scene: SceneData) -> tuple[str, str]:
     return scene.ray_intersector.triangle_test, scene.lamps.choice.name
 
 
+def made_like(
+    like: ProgressiveRenderer, renderer_class: type[ProgressiveRenderer], scene: SceneData
+) -> ProgressiveRenderer:
+    """A renderer of a class for a scene, with the camera and the samples of another one."""
+    options = {"sampler": like.sampler, "seed": like.seed, "first_sample": like.first_sample}
+    options |= {"crop": like.film.crop, "fast": like.fast, "jitter": (like.jitter and not like.jitters) or None}
+    options["adaptive"] = like.adaptive and renderer_class.jitters
+    renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
+    renderer.eye_rays.use_packets = like.eye_rays.use_packets  # so that nothing is compiled that is not needed
+    return renderer
+
+
 def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> None:
     """Give a renderer the lengths of paths, or the weights, of a former one of the same class."""
+    if isinstance(former, MapRenderer) and isinstance(renderer, MapRenderer):
+        renderer.of = former.of
+        renderer.path_settings.set(**former.path_settings.facts())
     if isinstance(former, A4Renderer) and isinstance(renderer, A4Renderer):
         renderer.path_settings.set(**former.path_settings.facts())
     if isinstance(former, A3Renderer) and isinstance(renderer, A3Renderer):

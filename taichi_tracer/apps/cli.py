@@ -570,6 +570,11 @@ def add_picture_options(parser: Parser) -> None:
         metavar="UNITS",
         help="the distance that the view 'distance' shows white (default: 10, or a round number that fits the scene)",
     )
+    parser.add_argument(
+        "--map-of",
+        metavar="NAME",
+        help="the view, estimator or path whose work a map such as 'nodes' shows (default: path)",
+    )
     parser.add_argument("--sampler", metavar="NAME", help="where random numbers come from")
     parser.add_argument(
         "--seed", type=whole, default=0, metavar="S", help="of the random numbers (default: %(default)s)"

@@ -9,6 +9,7 @@ import numpy as np
 from taichi_tracer.apps.words import taken
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.images import read_image, told_display
+from taichi_tracer.picture.heat import heat
 from taichi_tracer.studies import page
 from taichi_tracer.studies.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
 from taichi_tracer.system.digits import digits_of
@@ -99,8 +100,8 @@ def as_html(request: CompareRequest, image: np.ndarray, reference: np.ndarray, l
         page.picture(image, str(request.first), width, shows),
         page.picture(reference, str(request.second), width, shows),
     ]
-    parts.append(page.picture(page.heat(difference, largest), f"difference: black 0, white {largest:.3g}", width))
+    parts.append(page.picture(heat(difference, largest), f"difference: black 0, white {largest:.3g}", width))
     if min(image.shape[:2]) >= FEWEST_FOR_FLIP:
         mean, values = flip(image, reference)
-        parts.append(page.picture(page.heat(values, 1.0), f"FLIP, mean {mean:.3g}: black 0, white 1", width))
+        parts.append(page.picture(heat(values, 1.0), f"FLIP, mean {mean:.3g}: black 0, white 1", width))
     return page.page(f"{Path(request.first).name} and {Path(request.second).name}", parts)

@@ -17,6 +17,7 @@ def number(low: float, high: float) -> Check:
     """A check for a finite number between two ends."""
 
     def check(name: str, value: Any) -> float:
+        """The number, or an InputError that names the value."""
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise InputError(f"{name} must be a finite number, not {shown(value)}")
         if not low <= value <= high:
@@ -30,6 +31,7 @@ def whole(low: int, high: int) -> Check:
     """A check for a whole number between two ends."""
 
     def check(name: str, value: Any) -> int:
+        """The number, or an InputError that names the value."""
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             raise InputError(f"{name} must be a whole number from {low} to {high}, not {shown(value)}")
         return value
@@ -67,6 +69,7 @@ def anything(name: str, value: Any) -> Any:
     return text(name, value) if isinstance(value, str) else number(-1e9, 1e9)(name, value)
 
 
+OF_HOSTS = {"ack", "save"}  # what the host of the page answers, and not the session
 # Type of an event → its members, each with its check.
 EVENTS: dict[str, dict[str, Check]] = {
     "key": {"key": key, "down": flag},
@@ -86,6 +89,9 @@ EVENTS: dict[str, dict[str, Check]] = {
     "reset": {},
     "explain": {"column": whole(0, 1 << 16), "row": whole(0, 1 << 16), "sample": whole(0, 1 << 30)},
     "same": {},
+    "split": {"mode": text},
+    "side": {"number": whole(0, 1)},
+    "save": {"kind": text},
     "ack": {"id": whole(0, 1 << 53)},
 }
 

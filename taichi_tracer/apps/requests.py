@@ -12,6 +12,7 @@ from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, tak
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.formulas.camera_frame import up_of
+from taichi_tracer.maps import MapRenderer, find_measured
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.rt3 import document as rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
@@ -208,6 +209,7 @@ class PictureRequest:
         filename: where the scene file wants it; None where it says nothing, or something else is shown.
         display: exposure and tone curve, for what shows light or colour.
         max_distance: what the view of the distance shows white; None is what fits the scene.
+        map_of: the name of what maps of work measure; None is what they usually measure.
     """
 
     width: int
@@ -222,6 +224,7 @@ class PictureRequest:
     samples: SamplesRequest
     display: Display
     max_distance: float | None
+    map_of: str | None
     paths: PathRequest
     weights: WeightsRequest
 
@@ -255,7 +258,9 @@ class PictureRequest:
         options = given(sampler=samples.sampler, jitter=samples.jitter or None)
         options |= {"seed": samples.seed, "adaptive": samples.adaptive, "first_sample": samples.first_sample}
         renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
-        if isinstance(renderer, A4Renderer):
+        if isinstance(renderer, MapRenderer) and self.map_of is not None:
+            renderer.of = self.map_of
+        if isinstance(renderer, A4Renderer | MapRenderer):
             renderer.path_settings.set(**given(**vars(self.paths)))
         if isinstance(renderer, A3Renderer):
             renderer.set_weights(**given(**vars(self.weights)))
@@ -356,6 +361,7 @@ def _picture_of(args: Namespace, shot: rt3.Shot | None) -> PictureRequest:
         samples=taken(SamplesRequest, args),
         display=Display(args.exposure, args.tone),
         max_distance=args.max_distance,
+        map_of=None if args.map_of is None else find_measured(args.map_of),
         paths=taken(PathRequest, args),
         weights=taken(WeightsRequest, args),
     )

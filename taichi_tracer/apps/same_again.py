@@ -1,4 +1,4 @@
-"""What makes a picture again that is shown: the words of the command line, and the lines of Python."""
+"""What makes a picture again that is shown: the words of the command line; ``in_python`` has the lines of Python."""
 
 import shlex
 from collections.abc import Sequence
@@ -9,6 +9,7 @@ from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
 from taichi_tracer.integrators.one_sample import OneSampleMis
 from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
+from taichi_tracer.maps import MapRenderer
 from taichi_tracer.renderer import A1Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
@@ -32,34 +33,11 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     words += value_words(renderer)
     words += ["--seed", str(renderer.seed)] * (renderer.seed != 0)
     words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
-    words += renderer.display.words() if renderer.srgb else []
+    words += renderer.display.words() if renderer.srgb and not renderer.has_own_display else []
     words += ["--size", f"{renderer.width}x{renderer.height}"]
     if isinstance(renderer, A1Renderer) and renderer.active.name == DISTANCE:
         words += ["--max-distance", f"{renderer.max_distance:.9g}"]
     return shlex.join([*words, *camera_words(renderer.camera)])
-
-
-def as_python(renderer: ProgressiveRenderer) -> str:
-    """Lines of Python that make the picture that the renderer shows, of a scene that ``load_scene_data`` finds."""
-    scene, camera = renderer.scene_data, position_of(renderer.camera)
-    environment = None if scene.environment is None else scene.environment.name
-    light = f", environment={environment!r}" if environment or renderer.needs_light else ""
-    told = ", ".join(f"{name}={plain(value)}" for name, value in camera.items())
-    lines = [
-        "import taichi_tracer as tt",
-        "",
-        f"scene = tt.load_scene_data({str(name_of(scene.source))!r}{light})",
-        f"renderer = tt.{type(renderer).__name__}(scene, {renderer.width}, {renderer.height}, seed={renderer.seed})",
-        f"renderer.camera.set_camera_parameters({told})",
-        f"renderer.use({renderer.active.name!r}).render({max(1, renderer.samples)})",
-        f"renderer.save({renderer.active.name + '.png'!r})",
-    ]
-    return "\n".join(lines)
-
-
-def plain(value) -> str:
-    """A value as Python writes it, arrays as tuples."""
-    return repr(tuple(float(x) for x in value)) if not isinstance(value, str | float | int) else repr(value)
 
 
 def value_words(renderer: ProgressiveRenderer) -> list[str]:
@@ -67,10 +45,11 @@ def value_words(renderer: ProgressiveRenderer) -> list[str]:
     if isinstance(renderer.active, OneSampleMis) and renderer.active.weights != OneSampleMis.weights:
         mis_plight, mis_pbrdf = renderer.active.weights
         return options_of(mis_plight=mis_plight, mis_pbrdf=mis_pbrdf)
-    if not isinstance(renderer, A4Renderer):
+    words = ["--map-of", renderer.of] if isinstance(renderer, MapRenderer) else []
+    if not isinstance(renderer, A4Renderer | MapRenderer):
         return []
     changed = {name: value for name, value in renderer.path_settings.facts().items() if value != DEFAULTS[name]}
-    return options_of(**changed | {"bounces": ",".join(bounce_words(renderer)) or None})
+    return words + options_of(**changed | {"bounces": ",".join(bounce_words(renderer)) or None})
 
 
 def bounce_words(renderer: ProgressiveRenderer) -> list[str]:

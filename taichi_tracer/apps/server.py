@@ -8,6 +8,7 @@ Origin; and the sizes and the rate of what is sent are limited.
 import http.server
 import json
 import secrets
+import select
 import socket
 import socketserver
 import struct
@@ -15,12 +16,14 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import CancelledError
+from concurrent.futures import TimeoutError as FutureTimeout
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from taichi_tracer.apps.session import Session
+from taichi_tracer.apps.session import FILES, Session
 from taichi_tracer.system.errors import InputError
 
 LOOPBACK = "127.0.0.1"
@@ -32,6 +35,7 @@ RATE = 2000  # events per second, of all pages together
 MOST_CONNECTIONS = 24  # at the same time
 IDLE = 30.0  # seconds after which a silent connection is closed
 PATIENCE = 10.0  # seconds that a request for a frame waits
+LOOK = 0.1  # seconds between two looks whether a page that waits is still there
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -63,6 +67,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     server: "Server"
     timeout = IDLE
+    disable_nagle_algorithm = True
 
     def do_GET(self) -> None:  # noqa: N802 (the name that http.server calls)
         """The page, its files, frames and pictures."""
@@ -99,9 +104,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.send(HTTPStatus.OK, kind, (FOLDER / name).read_bytes())
         elif url.path == "/frame":
             self.send_frame(given)
-        elif url.path == "/picture.png":
-            data = self.server.session.call(lambda: self.server.session.file("png"))
-            self.send(HTTPStatus.OK, "image/png", data, {"Content-Disposition": "attachment; filename=picture.png"})
+        elif url.path.startswith("/picture."):
+            self.send_picture(url.path.removeprefix("/picture."))
         else:
             raise Refused(HTTPStatus.NOT_FOUND, "there is no such page")
 
@@ -135,17 +139,42 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.send(HTTPStatus.NO_CONTENT, "text/plain", b"")
 
     def send_frame(self, given: dict[str, list[str]]) -> None:
-        """The newest frame: the length of its state, the state as JSON, and the file."""
-        since = given.get("since", ["0"])[0]
-        if not since.isdecimal() or len(since) > 15:
-            raise Refused(HTTPStatus.BAD_REQUEST, "since must be a whole number")
-        frame = self.server.session.wait_for_frame(int(since), PATIENCE)
+        """The newest frame: the lengths of its state and of its details, both as JSON, and the file.
+
+        The details are left out if the page has them already.
+        """
+        since, known = (whole_number(given, name) for name in ("since", "details"))
+        end, frame = time.monotonic() + PATIENCE, None
+        while frame is None and time.monotonic() < end and not self.server.session.is_over:
+            frame = self.server.session.wait_for_frame(since, LOOK)
+            if frame is None and self.is_gone():
+                self.close_connection = True
+                return
         if frame is None:
             self.send(HTTPStatus.NO_CONTENT, "text/plain", b"")
             return
-        state = frame.state.encode()
-        head = {"X-Frame": str(frame.number), "X-Kind": frame.kind}
-        self.send(HTTPStatus.OK, "application/octet-stream", struct.pack("<I", len(state)) + state + frame.data, head)
+        state, details = frame.state.encode(), b"" if frame.details_number == known else frame.details.encode()
+        head = {"X-Frame": str(frame.number), "X-Kind": frame.kind, "X-Details": str(frame.details_number)}
+        lengths = struct.pack("<II", len(state), len(details))
+        self.send(HTTPStatus.OK, "application/octet-stream", lengths + state + details + frame.data, head)
+
+    def is_gone(self) -> bool:
+        """Whether the page has closed the connection while it waited: then its room is free for another one."""
+        ready, _, _ = select.select([self.connection], [], [], 0)
+        return bool(ready) and self.connection.recv(1, socket.MSG_PEEK) == b""
+
+    def send_picture(self, kind: str) -> None:
+        """The picture as a file."""
+        session = self.server.session
+        if kind not in FILES:
+            raise Refused(HTTPStatus.NOT_FOUND, "there is no such page")
+        try:
+            data = session.call(lambda: session.file(kind))
+        except InputError as error:
+            raise Refused(HTTPStatus.CONFLICT, str(error)) from None
+        except (CancelledError, FutureTimeout):
+            raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, "the program is busy, or ends") from None
+        self.send(HTTPStatus.OK, FILES[kind], data, {"Content-Disposition": f"attachment; filename=picture.{kind}"})
 
     # ── who may ask ──
 
@@ -184,8 +213,12 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.send_header(name, value)
         if self.close_connection:
             self.send_header("Connection", "close")
-        self.end_headers()
-        self.wfile.write(body)
+        self.flush_with(body)
+
+    def flush_with(self, body: bytes) -> None:
+        """Send head and body in one piece: in two, the second one would wait until the first is acknowledged."""
+        self._headers_buffer.append(b"\r\n" + body)
+        self.flush_headers()
 
     def version_string(self) -> str:
         """Nothing about the versions of the machine."""
@@ -193,6 +226,14 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def log_message(self, *_arguments: Any) -> None:
         """Keep quiet."""
+
+
+def whole_number(given: dict[str, list[str]], name: str) -> int:
+    """The number that a query gives by name; 0 if it gives none."""
+    text = given.get(name, ["0"])[0]
+    if not (text.isascii() and text.isdecimal()) or len(text) > 15:
+        raise Refused(HTTPStatus.BAD_REQUEST, f"{name} must be a whole number")
+    return int(text)
 
 
 class Server(socketserver.ThreadingMixIn, http.server.HTTPServer):
@@ -203,6 +244,7 @@ class Server(socketserver.ThreadingMixIn, http.server.HTTPServer):
     """
 
     daemon_threads = True
+    block_on_close = False
     allow_reuse_address = False
     request_queue_size = 32
 
@@ -263,6 +305,7 @@ def open_server(session: Session) -> Server:
 
 def serve(session: Session, tell: Callable[[str], None] = print) -> int:
     """Serve until Ctrl-C."""
+    session.warm_up(tell)
     server = open_server(session)
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.2}, daemon=True)
     thread.start()

@@ -6,7 +6,6 @@ that a slow connection gets fewer frames instead of a queue of old ones.
 """
 
 import html
-import io
 import json
 import threading
 import time
@@ -14,49 +13,34 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
-from taichi_tracer.apps import camera_controller
+from taichi_tracer.apps import camera_controller, pace
 from taichi_tracer.apps.camera_controller import Pose
 from taichi_tracer.apps.choices import Choices
-from taichi_tracer.apps.events import checked
-from taichi_tracer.apps.same_again import DISTANCE, as_command, as_python, position_of
-from taichi_tracer.files.images import encode_png, to_bytes
-from taichi_tracer.integrators.controls import BouncesControl, NameControl
+from taichi_tracer.apps.events import OF_HOSTS, checked
+from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
+from taichi_tracer.apps.in_python import as_python
+from taichi_tracer.apps.same_again import DISTANCE, as_command, position_of
+from taichi_tracer.apps.split import DIFFERENCE, Split
+from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.tones.display import Display
 
 MOST_EVENTS = 2000  # that wait; when there are more, the oldest drags are dropped
 MOVING = 0.15  # seconds after the last movement: until then the picture is sent as JPEG
-QUALITY = 90  # of JPEG
-REST_EVERY = 1.0  # seconds between two lossless pictures while samples are added
-ERROR_EVERY = 0.5  # seconds between two looks at the error: each reads the whole film
+REST_EVERY, REST_SHARE = 0.3, 0.025  # seconds between two lossless pictures at least, and their share of the time
+ERROR_SHARE = 0.025  # of the time that looks at the error take
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
 FORGOTTEN = 10.0  # seconds without anybody who waits for a frame: then nothing is rendered
-MOST_POINTS = 200  # of a curve of the error
-SLOW_FRAME = 0.06  # seconds: a moving picture stutters beyond it
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
-
-
-@dataclass(frozen=True)
-class Frame:
-    """One picture with what is known about it.
-
-    Attributes:
-        number: counts the frames. kind: "jpeg" or "png". data: the file. state: what else the page shows, as JSON.
-    """
-
-    number: int
-    kind: str
-    data: bytes
-    state: str
+FILES = {"png": "image/png", "exr": "image/x-exr"}  # kinds of files that can be saved
 
 
 class Session:
@@ -76,29 +60,41 @@ class Session:
     ) -> None:
         self.now = now
         self.choices, self.scene_options = Choices(renderer), tuple(scene_options)
+        self.split: Split | None = None
         geometry = renderer.scene_data.geometry
         self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
         self.keys: set[str] = set()
         self.message, self.explanation = "", ""
+        self.errors: dict[int, str] = {}
         self.curves: dict[str, list[list[float]]] = {}
         self._events: deque[tuple[str, dict[str, Any]]] = deque()
         self._tasks: deque[tuple[Callable[[], Any], Future]] = deque()
         self._lock = threading.Condition()
         self._frame: Frame | None = None
-        self._frames, self._waiting = 0, 0
-        self._last_wait = self.now()
-        self._last_step = self._moved_at = self.now()
-        self._framed_at, self._framed_samples, self._framed_kind = 0.0, -1, ""
-        self._error, self._error_at, self._begun = None, 0.0, self.now()
-        self._sent_settings: dict[str, Any] = {}
-        self._has_moved, self._is_over = False, False
-        self.renderer.eye_rays.use_packets = False  # until the picture turns out to be slow
+        self._waiting, self._polls = 0, False
+        self._last_wait = self._last_step = self._moved_at = self.now()
+        self._has_moved = False  # since the last frame
+        self._pictures = 0  # counts the changes of what is rendered
+        self._framed: tuple = ()  # the picture, the kind and the settings of the last frame
+        self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE)
+        self._look = pace.Rarely(pace.ERROR_EVERY, ERROR_SHARE)
+        self._details, self._details_of, self._details_number = "{}", (), 0
+        self.is_over = False
 
     @property
     def renderer(self) -> ProgressiveRenderer:
-        """The renderer that shows."""
+        """The renderer that the controls change."""
         return self.choices.renderer
+
+    @property
+    def renderers(self) -> list[ProgressiveRenderer]:
+        """All renderers that are shown: one, or those of both halves."""
+        return [self.renderer] if self.split is None else [one.renderer for one in self.split.sides]
+
+    def warm_up(self, tell: Callable[[str], None] = print) -> None:
+        """Compile what a moving camera needs, before anybody waits for it."""
+        pace.warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()), tell)
 
     # ── for other threads ──
 
@@ -130,10 +126,10 @@ class Session:
             self._waiting += 1
             self._lock.notify_all()
             try:
-                while not self._is_over:
+                while not self.is_over:
                     self._last_wait = self.now()
-                    if self._frame is not None and self._frame.number > since:
-                        return self._frame
+                    if (found := self.newest(since)) is not None:
+                        return found
                     left = end - time.monotonic()
                     if left <= 0:
                         return None
@@ -152,14 +148,18 @@ class Session:
         """Note that somebody watches, who does not wait for frames in a thread."""
         self._last_wait = self.now()
 
+    def ask(self) -> None:
+        """Note that the next frame will be taken, without a thread that waits for it."""
+        self._polls = True
+
     def send_again(self) -> None:
         """Make a frame for somebody who has none yet."""
-        self._framed_kind, self._sent_settings = "", {}
+        self._framed, self._details_of = (), ()
 
     def close(self) -> None:
         """Let every thread that waits go on."""
         with self._lock:
-            self._is_over = True
+            self.is_over = True
             for _, future in self._tasks:
                 future.cancel()
             self._tasks.clear()
@@ -177,18 +177,20 @@ class Session:
             Whether anything was done.
         """
         with self._lock:
-            if not (self._events or self._tasks or self.keys or self._wants_work()):
-                self._lock.wait(patience)
+            if not (self._events or self._tasks):
+                wait = self.seconds_of_rest()
+                if wait > 0:
+                    self._lock.wait(min(wait, patience))
             events, tasks = list(self._events), list(self._tasks)
             self._events.clear()
             self._tasks.clear()
         for function, future in tasks:
             answer(function, future)
-        orbit, zoom, pan = self.take(events)
+        orbit, zoom, pan, tapped = self.take(events)
         now = self.now()
-        self.move(min(now - self._last_step, LONGEST_STEP), orbit, zoom, pan)
+        self.move(min(now - self._last_step, LONGEST_STEP), orbit, zoom, pan, tapped)
         self._last_step = now
-        is_busy = self.is_watched and self._wants_work()
+        is_busy = self.seconds_of_rest() == 0
         if is_busy:
             self.render()
             self.make_frame()
@@ -200,40 +202,65 @@ class Session:
         return self._waiting > 0 or self.now() - self._last_wait < FORGOTTEN
 
     @property
-    def is_moving(self) -> bool:
-        """Whether the picture has changed since the last frame, or a moment ago."""
-        return self._has_moved or self.now() - self._moved_at < MOVING
-
-    def _wants_work(self) -> bool:
-        """Whether samples or frames are missing."""
-        if not self.is_watched:
-            return False
-        is_final = self.is_final and self._framed_kind == "png" and self._framed_samples == self.renderer.film.samples
-        return not is_final or not self.renderer.is_current() or self.settings() != self._sent_settings
+    def is_asked(self) -> bool:
+        """Whether somebody takes a frame at once: otherwise none is made, so that no queue of old ones can arise."""
+        return self._waiting > 0 or self._polls
 
     @property
-    def is_final(self) -> bool:
-        """Whether the picture is complete: a view without random samples."""
-        return not self.renderer.is_random and self.renderer.is_current() and self.renderer.film.samples > 0
+    def is_moving(self) -> bool:
+        """Whether something was moved or chosen since the last frame, or a moment ago."""
+        return bool(self.keys) or self._has_moved or self.now() - self._moved_at < MOVING
+
+    def seconds_of_rest(self) -> float:
+        """Seconds until a sample or a frame is due; 0 if one is due, and infinite if nothing is missing."""
+        if not self.is_watched:
+            return np.inf
+        is_growing = any(one.is_random for one in self.renderers) and not self.is_moving
+        if not self.is_asked and not is_growing:
+            return np.inf  # what nobody takes need not be rendered
+        if self.keys or not all(is_final(one) for one in self.renderers):
+            return 0.0
+        return self.seconds_to_frame()
+
+    def seconds_to_frame(self) -> float:
+        """Seconds until a frame is to be made: 0 if it is due, and infinite if nobody asks or nothing is new."""
+        if not self.is_asked:
+            return np.inf
+        now = self.now()
+        picture, kind, settings = self._framed or (None, "", ())
+        if picture == self._pictures and settings == self.settings_key():
+            if kind == "png":
+                return np.inf
+            return max(0.0, self._moved_at + MOVING - now)  # then the lossless picture follows
+        due = self._framed_at + FRAME_EVERY
+        is_rest = kind == "png" and not self.is_moving and settings == self.settings_key()
+        if is_rest and not all(is_final(one) for one in self.renderers):
+            due = max(due, self._rest.next)
+        return max(0.0, due - now)
 
     def render(self) -> None:
         """Add samples for a moment."""
-        if self.is_final:
-            return
-        if not self.renderer.is_current():
-            self._begun, self._error, self._error_at = self.now(), None, 0.0
-        begun = self.now()
-        end = begun + WORK
+        end = self.now() + WORK
         while True:
-            self.renderer.render()
-            if self.now() - begun > SLOW_FRAME and self.renderer.eye_rays.can_use_packets:
-                self.renderer.eye_rays.use_packets = None  # it is worth compiling the fast form: the renderer decides
-            if self.now() >= end or not self.renderer.is_random or self.is_moving:
+            for renderer in self.renderers:
+                if is_final(renderer):
+                    continue
+                if not renderer.is_current():
+                    self.errors.clear()
+                    self._look.next = self._rest.next = 0.0
+                renderer.render()
+                self._pictures += 1
+            if self.now() >= end or self.is_moving or all(is_final(one) for one in self.renderers):
                 break
 
-    def take(self, events: Sequence[tuple[str, dict[str, Any]]]) -> tuple[tuple[float, float], float, tuple]:
-        """Do what events ask for. Returns how far the camera is turned, brought nearer and shifted."""
-        orbit, zoom, pan = [0.0, 0.0], 0.0, [0.0, 0.0]
+    def take(
+        self, events: Sequence[tuple[str, dict[str, Any]]]
+    ) -> tuple[tuple[float, float], float, tuple[float, float], set[str]]:
+        """Do what events ask for. Returns how far the camera is turned, brought nearer and shifted; and pressed keys.
+
+        A key that is pressed and released at once is pressed, too.
+        """
+        orbit, zoom, pan, tapped = [0.0, 0.0], 0.0, [0.0, 0.0], set()
         for kind, members in events:
             if kind == "drag":
                 orbit = [orbit[0] + members["dx"], orbit[1] + members["dy"]]
@@ -243,9 +270,10 @@ class Session:
                 pan = [pan[0] + members["dx"], pan[1] + members["dy"]]
             elif kind == "key":
                 (self.keys.add if members["down"] else self.keys.discard)(members["key"])
+                tapped |= {members["key"]} if members["down"] else set()
             elif kind == "blur":
                 self.keys.clear()
-            elif kind != "ack":
+            elif kind not in OF_HOSTS:
                 self.message = ""
                 try:
                     getattr(self, f"on_{kind}")(**members)
@@ -253,16 +281,23 @@ class Session:
                     self.message = " ".join(str(error).split())
                     if not isinstance(error, InputError):
                         traceback.print_exc()
-                self._moved_at, self._has_moved = self.now(), True
-        return (orbit[0], orbit[1]), zoom, (pan[0], pan[1])
+        return (orbit[0], orbit[1]), zoom, (pan[0], pan[1]), tapped
 
-    def move(self, seconds: float, orbit: tuple[float, float], zoom: float, pan: tuple[float, float]) -> None:
+    def move(
+        self,
+        seconds: float,
+        orbit: tuple[float, float],
+        zoom: float,
+        pan: tuple[float, float],
+        tapped: set[str] = frozenset(),  # type: ignore[assignment]
+    ) -> None:
         """Move the camera as keys, wheel and pointer say."""
-        if not (self.keys or zoom or any(orbit) or any(pan)):
+        keys = self.keys | tapped
+        if not (keys or zoom or any(orbit) or any(pan)):
             return
         camera = self.renderer.camera
         pose = camera_controller.step(
-            Pose.of(camera), self.keys, seconds, orbit, zoom, self.speed, self.choices.scene.up_axis
+            Pose.of(camera), keys, seconds, orbit, zoom, self.speed, self.choices.scene.up_axis
         )
         if any(pan):
             pose = camera_controller.shift(pose, *pan, camera)
@@ -301,14 +336,14 @@ class Session:
 
     def on_control(self, name: str, value: Any) -> None:
         """Change a value of the integrator."""
-        control = next((c for c in self.renderer.active.controls() if c.name == name), None)
+        control = next((c for c in self.renderer.controls() if c.name == name), None)
         if control is None:
             raise InputError(f"{self.renderer.active.name} has no {name} that can be changed")
         if isinstance(control, BouncesControl):
             value = None if value is None else tuple(None if one is None else int(one) for one in value)
         elif not isinstance(control, NameControl) and isinstance(control.low, int) and isinstance(control.high, int):
             value = int(value)
-        self.renderer.active.change(name, value)
+        self.renderer.change(name, value)
 
     def on_exposure(self, value: float) -> None:
         """Choose the exposure in stops."""
@@ -343,66 +378,96 @@ class Session:
         command, lines = as_command(self.renderer, self.scene_options), as_python(self.renderer)
         self.explanation = f"<pre>{html.escape(command)}</pre><pre>{html.escape(lines)}</pre>"
 
+    def on_split(self, mode: str) -> None:
+        """Show two choices on one camera, or their difference, or one again."""
+        self.split = Split.begun(self.split, self.choices, mode)
+        if self.split is None:
+            return
+        self.choices = self.split.choices
+
+    def on_side(self, number: int) -> None:
+        """Choose which of the two the controls change."""
+        if self.split is None:
+            raise InputError("side: one picture is shown: choose to compare first")
+        self.split.number = number
+        self.choices = self.split.choices
+
     # ── frames ──
 
     def make_frame(self) -> None:
-        """Make a frame if somebody waits for one and the picture, or what is said about it, is new."""
-        now, samples = self.now(), self.renderer.film.samples
-        if now - self._framed_at < FRAME_EVERY or not self.is_watched:
+        """Make a frame if somebody takes it and the picture, or what is said about it, is new."""
+        self.look_at_error()
+        if self.seconds_to_frame() > 0:
             return
+        begin = self.now()
         kind = "jpeg" if self.is_moving else "png"
-        is_new = samples != self._framed_samples or kind != self._framed_kind
-        is_due = self.is_moving or self._framed_kind != "png" or now - self._framed_at >= REST_EVERY or self.is_final
-        self.look_at_error(now)
-        settings = self.settings()
-        if not (is_new and is_due) and settings == self._sent_settings:
-            return
+        make = quick_pixels if kind == "jpeg" else exact_pixels
+        self.bring_details_up_to_date()
+        pixels = make(self.renderer) if self.split is None else self.split.pixels(make)
         state = self.state()
-        image = self.renderer.image()
-        display = self.renderer.display if self.renderer.srgb else Display()
-        if kind == "jpeg":
-            pixels = io.BytesIO()
-            Image.fromarray(to_bytes(image, self.renderer.srgb, display)).save(pixels, "JPEG", quality=QUALITY)
-            data = pixels.getvalue()
-        else:
-            pixels = io.BytesIO()
-            shown = Image.fromarray(to_bytes(image, self.renderer.srgb, display))
-            shown.save(pixels, "PNG", compress_level=1)
-            data = pixels.getvalue()
-        self._framed_at, self._framed_samples, self._framed_kind, self._sent_settings = now, samples, kind, settings
-        self._has_moved = False
+        data = encoded(pixels, kind)
+        self._framed = self._pictures, kind, self.settings_key()
+        self._framed_at, self._has_moved = self.now(), False
+        if kind == "png":
+            self._rest.done(begin, self._framed_at)
+        number = 1 if self._frame is None else self._frame.number + 1
         with self._lock:
-            self._frames += 1
-            self._frame = Frame(self._frames, kind, data, state)
+            self._frame = Frame(number, kind, data, state, self._details, self._details_number)
+            self._polls = False
             self._lock.notify_all()
 
-    def look_at_error(self, now: float) -> None:
+    def look_at_error(self) -> None:
         """Estimate the error from time to time, and go on with the curve of this estimator."""
-        if not self.renderer.is_random or now - self._error_at < ERROR_EVERY or self.renderer.film.samples < 2:
+        begin = self.now()
+        random = [one for one in self.renderers if one.is_random and one.film.samples > 1]
+        if not random or self.is_moving or begin < self._look.next:
             return
-        self._error, self._error_at = self.renderer.error(), now
-        curves = {
-            name: [[round(p.seconds, 4), float(p.error)] for p in curve if np.isfinite(p.error)]
-            for name, curve in self.renderer.error_curves.items()
-        }
-        self.curves = {name: curve[:: 1 + len(curve) // MOST_POINTS] for name, curve in curves.items()}
+        self.errors = {id(one): str(one.error()) for one in random}
+        self.curves = {}
+        for renderer in random:
+            for name, curve in renderer.error_curves.items():
+                points = [[round(p.seconds, 4), float(p.error)] for p in curve if np.isfinite(p.error)]
+                self.curves[name] = pace.thinned(points)
+        self._look.done(begin, self.now())
 
     def state(self) -> str:
-        """What the page shows beside the picture, as JSON: the settings, and what changes with every sample."""
-        r = self.renderer
-        told = "" if self._error is None or not r.is_random else str(self._error)
-        samples = r.samples if r.is_random else 1
-        return json.dumps(self.settings() | {"samples": samples, "error": told, "curves": self.curves})
+        """What changes with every picture, as JSON."""
+        sides = [
+            {"view": r.active.name, "samples": r.samples if r.is_random else 1, "error": self.errors.get(id(r), "")}
+            for r in self.renderers
+        ]
+        state = sides[self.split.number if self.split is not None else 0] | {"sides": sides}
+        scale = self.renderer.scale
+        if self.split is not None and self.split.mode == DIFFERENCE:
+            scale = self.split.scale
+        told = None if scale is None else {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text}
+        return json.dumps(state | {"scale": told})
 
-    def settings(self) -> dict[str, Any]:
-        """What is shown and what can be chosen; a change of it is sent at once."""
-        r, choices = self.renderer, self.choices
-        camera = r.camera
+    def settings_key(self) -> tuple:
+        """What is compared to find out whether something else was chosen or told: without the camera's place."""
+        choices = self.choices
+        of = [
+            (one.active, one.scene_data, one.scene_data.environment, one.display, *one.controls())
+            for one in self.renderers
+        ]
+        split = None if self.split is None else (self.split.mode, self.split.number)
+        fov = None if self.renderer.camera.has_window else float(self.renderer.camera.fov)
+        return (*of, split, fov, choices.white, self.message, self.explanation)
+
+    def bring_details_up_to_date(self) -> None:
+        """Make the details again if something of them has changed."""
+        of = self.settings_key(), {name: len(curve) for name, curve in self.curves.items()}, self._look.next
+        if of != self._details_of:
+            self._details_of, self._details_number = of, self._details_number + 1
+            self._details = json.dumps(self.details())
+
+    def details(self) -> dict[str, Any]:
+        """What can be chosen, what is chosen, and what is told; a change of it is sent at once."""
+        r, choices, split = self.renderer, self.choices, self.split
         return {
             "width": r.width,
             "height": r.height,
             "what": r.what,
-            "view": r.active.name,
             "offered": [
                 {"what": cls.what, "names": [[one.name, one.label or one.name] for one in offers]}
                 for cls, offers in choices.offered
@@ -413,27 +478,41 @@ class Session:
             "triangle_tests": choices.triangle_tests,
             "lamp_choice": choices.lamp_choice,
             "lamp_choices": choices.lamp_choices,
-            "controls": [described(control) for control in r.active.controls()],
-            "exposure": r.display.exposure if r.srgb else None,
-            "tone": str(getattr(r.display.tone, "name", r.display.tone)) if r.srgb else None,
+            "controls": [described(control) for control in r.controls()],
+            "exposure": r.display.exposure if r.srgb and not r.has_own_display else None,
+            "tone": r.display.part.name if r.srgb else None,
             "tones": PARTS.names("tone curve"),
-            "fov": None if camera.has_window else float(camera.fov),
+            "fov": None if r.camera.has_window else float(r.camera.fov),
             "white": choices.white if r.active.name == DISTANCE else None,
-            "eye": [float(x) for x in camera.eye],
-            "at": [float(x) for x in camera.at],
+            "split": None if split is None else {"mode": split.mode, "side": split.number},
+            "curves": self.curves,
             "message": self.message,
             "explanation": self.explanation,
         }
 
     def file(self, kind: str) -> bytes:
-        """The picture as a file: "png" or "exr"."""
-        if kind == "png":
-            r = self.renderer
-            return encode_png(r.image(), r.srgb, r.display if r.srgb else Display())
-        raise one_of("file", kind, ["png"])
+        """The picture as a file, as ``renderer.save`` writes it: "png" or "exr".
+
+        Raises:
+            InputError: a file of another kind is asked for, or its library is not installed.
+        """
+        if kind not in FILES:
+            raise one_of("file", kind, FILES)
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / f"{self.renderer.active.name}.{kind}"
+            try:
+                self.renderer.save(path)
+            except InputError as error:
+                raise InputError(str(error).removeprefix(f"{path}: ")) from None
+            return path.read_bytes()
 
 
-def described(control: Any) -> dict[str, Any]:
+def is_final(renderer: ProgressiveRenderer) -> bool:
+    """Whether a picture is complete: a view without random samples."""
+    return not renderer.is_random and renderer.film.samples > 0 and renderer.is_current()
+
+
+def described(control: Control) -> dict[str, Any]:
     """A control as JSON."""
     if isinstance(control, BouncesControl):
         value = None if control.value is None else list(control.value)

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.apps import camera_controller, clipboard
+from taichi_tracer.apps import camera_controller, clipboard, pace
 from taichi_tracer.apps.camera_controller import Pose
 from taichi_tracer.apps.choices import Choices, after
 from taichi_tracer.apps.display import can_open_window, screen_size
@@ -32,6 +32,7 @@ from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
+from taichi_tracer.maps import MapRenderer
 from taichi_tracer.picture.progress import two_digits
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
@@ -41,13 +42,11 @@ TITLE = "Interactive Renderer"
 HELP_WIDTH, HELP_HEIGHT = 316, 260  # pixels; they fit HELP
 FRAMES_PER_SECOND = 120  # no faster, to leave the machine to others
 PLOT_HEIGHT = 170  # pixels, of the drawing of errors against time under the settings
-MOST_POINTS = 400  # of that drawing; then every other one is left out
-SLOW_FRAME = 0.06  # seconds; a moving picture stutters beyond it
 SMOOTHING = 0.1  # the share of the newest frame in the time that is shown, so that it can be read
-ERROR_EVERY = 0.5  # seconds between two estimates of the error: each reads the whole film
 ANGLES = 5.0, 150.0  # degrees, of the slider of the field of view
 FACTORS = 0.1, 4.0  # of the sliders of the speed and of white: times what fits the scene
 CHANGED = 1e-5  # relative: sliders return f32, so that a smaller change is only rounding
+FOLDED = (MapRenderer.what,)  # lists that are not shown until somebody asks for them, by a button in the right panel
 BUSY = "One moment: compiling ..."
 OFFLINE_SPP = 16  # of a picture that is noisy, where there is no window to watch it grow
 HELP_PLACE = 12  # pixels between the panel, or the top, and the help
@@ -137,8 +136,9 @@ class Viewer:
 
     def __init__(self, renderer: ProgressiveRenderer, folder: Path, scene_options: Sequence[str] = ()) -> None:
         self.choices, self.folder, self.scene_options = Choices(renderer), folder, tuple(scene_options)
-        count = sum(len(offers) for _, offers in self.choices.offered)
-        lines = count + len(self.choices.offered) + len(TEXTS) + OTHER_LINES
+        self.unfolded: str | None = None  # the kind whose list is unfolded if not all have room; None is what shows
+        lists = self.buttons_of_lists()
+        lines = sum(lists) + len(lists) + len(TEXTS) + OTHER_LINES
         picture = renderer.width, renderer.height
         self.first_size = first_size(picture, lines, screen_size())
         self.screen = Screen(self.first_size, picture)
@@ -150,7 +150,6 @@ class Viewer:
         # The name of an estimator → (seconds, error) since its picture was begun; and which picture these are of.
         self.curves: dict[str, list[tuple[float, float]]] = {}
         self.curves_of: tuple = ()
-        self.unfolded: str | None = None  # the kind whose list is unfolded if not all have room; None is what shows
         geometry = renderer.scene_data.geometry
         self.usual_speed = self.speed = camera_controller.speed_for(geometry.low, geometry.high)
         self.first_camera = position_of(renderer.camera)
@@ -186,20 +185,8 @@ class Viewer:
         self.window.destroy()
 
     def warm_up(self) -> None:
-        """Compile before the window opens what a moving camera needs; otherwise it would freeze at the first key.
-
-        Packets (``PrimaryHits``) take seconds to compile: only pictures that are slow without are worth that.
-        """
-        self.renderer.eye_rays.use_packets = False
-        self.draw()
-        self.renderer.camera.set_camera_parameters()  # as if moved
-        self.frame_seconds = 0.0
-        self.draw()
-        if self.frame_seconds > SLOW_FRAME and self.renderer.eye_rays.can_use_packets:
-            print("compiling the fast form for a picture of this size ...", flush=True)
-            self.renderer.eye_rays.use_packets = None  # let the renderer decide
-            self.renderer.camera.set_camera_parameters()
-            self.draw()
+        """Compile before the window opens what a moving camera needs; otherwise it would freeze at the first key."""
+        pace.warm_up(self.renderer, self.draw)
         self.frame_seconds = 0.0
 
     def take_size(self) -> None:
@@ -283,13 +270,12 @@ class Viewer:
                 self.curves, self.curves_of = {}, self.picture()
             self.curves[self.renderer.active.name] = []
         self.last_samples = self.renderer.samples
-        if now - self.error_at > ERROR_EVERY:
+        if now - self.error_at > pace.ERROR_EVERY:
             self.error, self.error_at = self.renderer.error(), now
             name = self.renderer.active.name
             curve = self.curves.setdefault(name, [])
             curve.append((now - self.started, float(self.error)))
-            if len(curve) > MOST_POINTS:
-                del curve[1::2]
+            curve[:] = pace.thinned(curve)
             self.screen.put_plot(draw_curves(self.curves, name, PANEL_WIDTH, PLOT_HEIGHT))
         error = "" if math.isnan(self.error) else f", error {two_digits(self.error)}"
         return f"Time: {now - self.started:.1f} s{error}"
@@ -364,7 +350,9 @@ class Viewer:
         folds = self.must_fold()
         for number, (renderer_class, offers) in enumerate(self.choices.offered):
             kind = renderer_class.what
-            if folds and kind != (self.unfolded or self.renderer.what):
+            if kind in FOLDED and kind != self.kind_unfolded:
+                continue
+            if folds and kind != self.kind_unfolded:
                 if panel.button(f"{kind.capitalize()}s ..."):
                     self.unfolded = kind
                 continue
@@ -384,9 +372,19 @@ class Viewer:
         for line in self.message:
             panel.text(line)
 
+    @property
+    def kind_unfolded(self) -> str:
+        """The kind whose list is never folded: the one that was asked for, or of which something shows."""
+        return self.unfolded or self.renderer.what
+
+    def buttons_of_lists(self) -> list[int]:
+        """How many buttons each list has that is shown if there is room."""
+        offered = ((renderer_class.what, offers) for renderer_class, offers in self.choices.offered)
+        return [len(offers) for kind, offers in offered if kind not in FOLDED or kind == self.kind_unfolded]
+
     def must_fold(self) -> bool:
         """Whether the window is too low for the buttons of all lists."""
-        lists = [len(offers) for _, offers in self.choices.offered]
+        lists = self.buttons_of_lists()
         texts = len(TEXTS) + len(lists) + 2 + MESSAGE_LINES  # with the lines of time and error
         buttons = sum(lists) + 2
         return TITLE_HEIGHT + TEXT_HEIGHT * texts + BUTTON_HEIGHT * buttons > self.screen.layout.height
@@ -400,7 +398,10 @@ class Viewer:
             self.choose(choices.next_triangle_test)
         if len(choices.lamp_choices) > 1 and panel.button(f"Choice of lamps: {choices.lamp_choice}"):
             self.choose(choices.next_lamp_choice)
-        for control in self.renderer.active.controls():
+        for kind in FOLDED:
+            if panel.button(f"{kind.capitalize()}s ..."):
+                self.unfolded = None if self.unfolded == kind else kind
+        for control in self.renderer.controls():
             self.draw_control(panel, control)
         is_right = camera.handedness == "right"
         if panel.checkbox("Right-handed camera", is_right) != is_right:
@@ -417,7 +418,10 @@ class Viewer:
             chosen = slide(panel, "x white", factor, *FACTORS)
             if chosen != factor:
                 choices.set_white(chosen * choices.usual_white)
-        if self.renderer.srgb:
+        if self.renderer.scale is not None:
+            for line in wrap(f"White: {self.renderer.scale.high:.3g} {self.renderer.scale.text}"):
+                panel.text(line)
+        elif self.renderer.srgb:
             self.draw_display(panel)
         for name in ("eye", "at"):
             for line in wrap(f"{name:<3} " + " ".join(f"{x:.4g}" for x in getattr(camera, name))):
@@ -442,7 +446,7 @@ class Viewer:
             value = slide(panel, control.label, value, control.low, control.high)
         if value != control.value:
             try:
-                self.renderer.active.change(control.name, value)
+                self.renderer.change(control.name, value)
             except InputError as error:
                 self.tell(str(error))
 

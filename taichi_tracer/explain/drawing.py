@@ -117,6 +117,7 @@ def fitted(low: np.ndarray, high: np.ndarray):
     middle = (low + high) / 2
 
     def to_page(p) -> tuple[float, float]:
+        """The place of a point of the plane on the page, in pixels."""
         x, y = (np.asarray(p, float) - middle) * scale
         return WIDTH / 2 + x, HEIGHT / 2 - y
 

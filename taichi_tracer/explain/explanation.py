@@ -16,8 +16,9 @@ MOST_ALIKE = 12  # steps of one name, one after the other, that the text shows; 
 DIGITS = 7  # of a number in the text; the JSON has all of them
 RAYS = ("query_segment", "query_ray", "is_occluded")
 TRIED = ("a triangle is tried", "a sphere is tried")
-COUNTED = {"a node is entered": "nodes entered", TRIED[0]: "triangles tried", TRIED[1]: "spheres tried"}
-WORDS = {"is_hit", "is_backfacing", "is_blocked", "is_inside"}  # numbers that are yes or no
+COUNTED = {"a node is entered": "nodes entered", "a box is tried": "boxes tried"}
+COUNTED |= {TRIED[0]: "triangles tried", TRIED[1]: "spheres tried"}
+WORDS = {"is_met", "is_hit", "is_backfacing", "is_blocked", "is_inside"}  # numbers that are yes or no
 WHOLE = {"triangle_id", "material_id", "sphere_id", "node", "brdf", "boxes_met"}
 
 
@@ -120,10 +121,7 @@ class Explanation:
         """How many rays were sent, nodes entered and primitives tried."""
         rays = sum(len(self.find(name)) for name in RAYS)
         words = [f"{rays} ray{'s' * (rays != 1)} traced"]
-        for name, plural in (
-            ("a node is entered", "nodes entered"),
-            *zip(TRIED, ("triangles tried", "spheres tried"), strict=True),
-        ):
+        for name, plural in COUNTED.items():
             if self.counts.get(name):
                 words.append(f"{self.counts[name]:,} {plural}")
         return ", ".join(words)

@@ -1,8 +1,9 @@
 """A log that kernels write: the numbers that a function got and gave, in the order in which the functions ran.
 
 While a kernel is being compiled, ``Log.note`` is called with names and values. It remembers the names in Python, and
-compiles a few stores for the numbers. An entry in memory is the number of its names, followed by its numbers. All
-numbers are stored in f64 if the backend has it, so that they are exact; whole numbers are stored in the same way.
+compiles a few stores for the numbers. In memory, each entry begins with its own number, which leads to its names, and
+its values follow. All numbers are stored in f64 if the backend has it, so that they are exact; whole numbers are stored
+in the same way.
 """
 
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from taichi.lang import expr, impl, struct
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import in_kernels
 
+MOST_KINDS = 64  # of steps that are limited; a picture has about ten of them
 CAPACITY = 1 << 18  # numbers; a path of 64 bounces needs less
 MOST_OF_A_KIND = 400  # entries of a kind that is limited: more of them tell nothing new
 
@@ -43,11 +45,12 @@ class Log:
         self._memory = memory.Memory()
         self.number_type = ti.f64 if runtime.has_f64() else ti.f32
         self.numbers = ti.field(self.number_type)
-        self.used, self.is_on, self.is_full = (ti.field(ti.i32) for _ in range(3))
+        # place: where the values of the entry that is being noted begin; −1 if they are not kept.
+        self.used, self.is_on, self.is_full, self.place = (ti.field(ti.i32) for _ in range(4))
         self.counts = ti.field(ti.i32)
         self._memory.fields.dense(ti.i, CAPACITY).place(self.numbers)
-        self._memory.fields.place(self.used, self.is_on, self.is_full)
-        self._memory.fields.dense(ti.i, 64).place(self.counts)
+        self._memory.fields.place(self.used, self.is_on, self.is_full, self.place)
+        self._memory.fields.dense(ti.i, MOST_KINDS).place(self.counts)
         self._memory.allocate()
 
     def is_over(self) -> bool:
@@ -79,25 +82,24 @@ class Log:
 
     @ti.func
     def _begin(self, number: ti.template(), count: ti.template(), limit: ti.template()):
-        """Store the number of an entry and make room for its values; afterwards ``is_on`` is 2 if they are kept."""
+        """Store the number of an entry, and make room for its values if they are kept."""
+        self.place[None] = -1
         if self.is_on[None] != 0:
-            self.is_on[None] = 1
             is_kept = self.used[None] + count + 1 <= CAPACITY
             if ti.static(limit >= 0):
                 self.counts[limit] = self.counts[limit] + 1
                 is_kept = is_kept and self.counts[limit] <= MOST_OF_A_KIND
             if is_kept:
                 self.numbers[self.used[None]] = number
+                self.place[None] = self.used[None] + 1
                 self.used[None] = self.used[None] + count + 1
-                self.is_on[None] = 2 + count
             elif self.used[None] + count + 1 > CAPACITY:
                 self.is_full[None] = 1
 
     @ti.func
     def _store(self, k: ti.template(), number):
-        if self.is_on[None] >= 2:
-            count = self.is_on[None] - 2
-            self.numbers[self.used[None] - count + k] = ti.cast(number, self.number_type)
+        if self.place[None] >= 0:
+            self.numbers[self.place[None] + k] = ti.cast(number, self.number_type)
 
     @ti.func
     def switch(self, on):

@@ -30,11 +30,12 @@ class PixelExplainer:
     Args:
         renderer: whose pixels are explained.
         scene: the part of its scene that kernels use.
+        integrator: whose samples are explained.
         eye_rays: what gives the kernel its rays and hits, in the plain form.
     """
 
-    def __init__(self, renderer: Any, scene: Any, eye_rays: Any) -> None:
-        self.renderer, self.log, self.is_of = renderer, Log(), (scene, renderer.active)
+    def __init__(self, renderer: Any, scene: Any, integrator: Any, eye_rays: Any) -> None:
+        self.renderer, self.log, self._of = renderer, Log(), (scene, integrator, renderer.camera)
         film = renderer.film
         self.film = Film(
             1, 1, None, film.halves == 2 and not film.doubles, film.keeps_deviation, film.averages, film.doubles
@@ -43,12 +44,16 @@ class PixelExplainer:
         self.eye_rays = eye_rays
         self.eye_rays.camera = recorded(renderer.camera, self.log, CAMERA)
         self.eye_rays.intersector = self.scene.ray_intersector
-        self.integrator = recorded_integrator(renderer.active, self.log)
+        self.integrator = recorded_integrator(integrator, self.log)
         self._memory = memory.Memory()
         self.value, self.lobe, self.has_lobe = ti.Vector.field(3, float), ti.field(float), ti.field(ti.i32)
         self._memory.fields.place(self.value, self.has_lobe)
         self._memory.fields.dense(ti.i, LOBE_ANGLES).place(self.lobe)
         self._memory.allocate()
+
+    def is_of(self, *parts: Any) -> bool:
+        """Whether it explains with this scene, integrator and camera, and Taichi was not started again since."""
+        return not self.log.is_over() and all(one is own for one, own in zip(parts, self._of, strict=True))
 
     def explain(self, column: int, row: int, sample: int, count: int) -> Explanation:
         """The explanation of a sample of the pixel in this column from the left and this row from the top."""
@@ -61,7 +66,7 @@ class PixelExplainer:
         steps = steps_of(noted)
         return Explanation(
             renderer=type(r).__name__,
-            integrator=r.active.name,
+            integrator=self.integrator.name,
             column=column,
             row=row,
             x=x,

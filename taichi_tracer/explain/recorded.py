@@ -90,6 +90,7 @@ def wrapped(cls: type, name: str, form: Form, log: Log) -> Callable:
 
     @functools.wraps(plain)
     def method(self, *arguments, **named):
+        """The method of the part, noted."""
         given = dict(zip(names, arguments, strict=False)) | named
         got = {n: given[n] for n in form.got if n in given}
         if form.is_group:
@@ -116,6 +117,8 @@ def recorded_intersector(intersector: Any, log: Log) -> Any:
     members = {}
     if hasattr(cls, "met_children"):
         members["met_children"] = noted_node(cls, log)
+    if hasattr(cls, "node_interval"):
+        members["node_interval"] = noted_box(cls, log)
     for name in ("try_corners", "triangle_hit"):
         if hasattr(cls, name):
             members[name] = noted_triangle(cls, name, log)
@@ -132,9 +135,25 @@ def noted_node(cls: type, log: Log) -> Callable:
 
     @functools.wraps(original)
     def method(self, bounds, node, t_min, t_max):
+        """The method of the intersector, noted."""
         t_near, mask = original.__get__(self, type(self))(bounds, node, t_min, t_max)
         log.note("a node is entered", is_limited=True, node=node, boxes_met=ti.math.popcnt(mask), t_max=t_max)
         return t_near, mask
+
+    return in_kernels(method)
+
+
+def noted_box(cls: type, log: Log) -> Callable:
+    """``node_interval`` of a binary hierarchy, which notes the box that is tried."""
+    original = inspect.getattr_static(cls, "node_interval")
+
+    @functools.wraps(original)
+    def method(self, bounds, node, t_min, t_max):
+        """The method of the intersector, noted."""
+        t_near, t_far = original.__get__(self, type(self))(bounds, node, t_min, t_max)
+        numbers = {"node": node, "is_met": t_near <= t_far, "t_near": t_near, "t_far": t_far}
+        log.note("a box is tried", is_limited=True, **numbers)
+        return t_near, t_far
 
     return in_kernels(method)
 
@@ -145,6 +164,7 @@ def noted_triangle(cls: type, name: str, log: Log) -> Callable:
 
     @functools.wraps(original)
     def method(self, ray, *arguments):
+        """The method of the intersector, noted."""
         if name == "try_corners":
             _, triangle_id, v0, v1, v2 = arguments
         else:
@@ -166,6 +186,7 @@ def noted_sphere(cls: type, log: Log) -> Callable:
 
     @functools.wraps(original)
     def method(self, ray, bounds, sphere_id, t_min):
+        """The method of the intersector, noted."""
         t = original.__get__(self, type(self))(ray, bounds, sphere_id, t_min)
         log.note("a sphere is tried", is_limited=True, sphere_id=sphere_id, taken=t)
         return t
@@ -182,6 +203,7 @@ def recorded_scene(scene: Any, log: Log) -> Any:
 
     @functools.wraps(make)
     def surface_at(self, ray, hit):
+        """The surface that a ray hit, whose methods are noted."""
         surface = make(self, ray, hit)
         members = {n: wrapped(Surface, n, form, log) for n, form in SURFACE.items()}
         surface.__class__ = type("RecordedSurface", (Surface,), members)

@@ -212,16 +212,20 @@ class PrimaryHits:
         return data
 
 
+def plain_rays(why: str) -> Form:
+    """Eye rays in the plain form."""
+    return Form("eye rays", "one by one, as they are written", why)
+
+
 def kept_hits_form(scene_data, camera: ProjectiveCamera, sampler: Sampler, fast: bool) -> Form:
     """Whether a picture may keep the hits of its eye rays, and why."""
-    plain = "one by one, as they are written"
     if not fast:
-        return Form("eye rays", plain, "fast=False")
+        return plain_rays("fast=False")
     if why := why_replaced(camera):
-        return Form("eye rays", plain, why)
+        return plain_rays(why)
     if "start" in replaced(sampler):
-        return Form("eye rays", plain, why_replaced(sampler))
+        return plain_rays(why_replaced(sampler))
     if not isinstance(scene_data.ray_intersector, FastIntersector):
-        return Form("eye rays", plain, f"{type(scene_data.ray_intersector).__name__} is a plain form")
+        return plain_rays(f"{type(scene_data.ray_intersector).__name__} is a plain form")
     why = "camera and intersector belong to the package"
     return Form("eye rays", "hits are kept; large pictures use packets", why, True)

@@ -12,13 +12,13 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.integrators.base import View
+from taichi_tracer.picture.heat import round_up
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 
-MAX_DISTANCE = 10.0  # shown as white (A1-15), if the farthest point of the scene is within this range:
+MAX_DISTANCE = 10.0  # shown as white (A1-15), if the farthest point of the scene is within the following range
 NEAREST_FAR, FARTHEST_FAR = 1.0, 10.0
-ROUND_NUMBERS = 1.0, 2.0, 5.0, 10.0  # times a power of ten; for other scenes
 # The red, green and blue of an id are the fractional parts of its products with π, with the digits of Planck's
 # constant, and with e (A1-15).
 ID_COLOR_UNIT = 100_000_000
@@ -167,8 +167,7 @@ def fitting_distance(farthest: float) -> float:
     """The ``max_distance`` of a scene whose farthest point has this distance from the eye."""
     if NEAREST_FAR <= farthest <= FARTHEST_FAR or not 0 < farthest < math.inf:
         return MAX_DISTANCE
-    unit = 10.0 ** math.floor(math.log10(farthest))
-    return next((k * unit for k in ROUND_NUMBERS if k * unit >= farthest), ROUND_NUMBERS[-1] * unit)
+    return round_up(farthest)
 
 
 register(View("hit", "Hit", hit))

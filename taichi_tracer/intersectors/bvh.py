@@ -68,6 +68,11 @@ class BVHRayIntersector(RayIntersector):
             self.order[i] = order[i]
 
     @ti.func
+    def node_interval(self, bounds, node, t_min, t_max):
+        """``box_interval`` of a node's box: (t_near, t_far), of which the first is larger if the ray misses the box."""
+        return box_interval(bounds, self.low[node], self.high[node], t_min, t_max)
+
+    @ti.func
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
         """As in the base class: the nearest hit, with the lowest id among equal ones; or any hit, with ``any_hit``."""
         nearest, best = no_hit(), t_max
@@ -77,7 +82,7 @@ class BVHRayIntersector(RayIntersector):
         while waiting > 0:
             waiting -= 1
             node = stack[waiting]
-            t_near, t_far = box_interval(bounds, self.low[node], self.high[node], t_min, best)
+            t_near, t_far = self.node_interval(bounds, node, t_min, best)
             if t_near <= t_far:
                 if self.count[node] == 0:
                     stack[waiting], stack[waiting + 1] = self.first[node] + 1, self.first[node]

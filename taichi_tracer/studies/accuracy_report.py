@@ -11,6 +11,7 @@ import numpy as np
 
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.picture.error_estimate import percent as in_percent
+from taichi_tracer.picture.heat import heat
 from taichi_tracer.studies import page
 from taichi_tracer.studies.accuracy_chart import draw, figures, plain_svg, png_of
 from taichi_tracer.studies.accuracy_tables import (
@@ -245,7 +246,7 @@ def card(study: Study, curve: Curve, errors: np.ndarray, largest: float) -> str:
     more = f"relMSE {curve.image_rel_mse:.3g}, FLIP {curve.image_flip:.3g}"
     three = (
         page.picture(curve.image, more, SHOWN, srgb=True),
-        page.picture(page.heat(errors, largest), "error", SHOWN),
+        page.picture(heat(errors, largest), "error", SHOWN),
         page.picture(study.references[curve.variant.lookup], "reference", SHOWN, srgb=True),
     )
     return f"<section class='card'><h3>{page.html.escape(words)}</h3><div class='pair'>{''.join(three)}</div></section>"

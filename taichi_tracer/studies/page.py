@@ -88,14 +88,8 @@ def picture(image: np.ndarray, caption: str, width: int, srgb: bool = False) -> 
     return f"<figure style='width: {width}px'>{image_tag}<figcaption>{text}</figcaption></figure>"
 
 
-def heat(values: np.ndarray, largest: float) -> np.ndarray:
-    """(h, w, 3) colours of (h, w) values: black for 0, through red and yellow, to white for ``largest``."""
-    share = np.clip(values / largest if largest > 0 else np.zeros_like(values), 0, 1)
-    return np.stack([np.clip(3 * share - k, 0, 1) for k in range(3)], axis=-1)
-
-
 def scale_of_heat(largest: str) -> str:
-    """The colours of ``heat`` as a strip, from 0 to what ``largest`` says."""
+    """The colours of ``picture.heat`` as a strip, from 0 to what ``largest`` says."""
     strip = "linear-gradient(90deg, #000, #f00 33.3%, #ff0 66.7%, #fff)"
     return (
         f"<div class='scale'><span>0</span><i style='background:{strip}'></i><span>{html.escape(largest)}</span></div>"

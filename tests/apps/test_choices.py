@@ -5,6 +5,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.choices import Choices, after
+from taichi_tracer.maps import MapRenderer
 from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer
 
 VERTICES = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 10.0
@@ -26,10 +27,11 @@ def test_views_and_estimators_are_offered_those_of_the_renderer_first(choices):
     def names(choices):
         return [(c.what, [one.name for one in offers]) for c, offers in choices.offered]
 
-    views, estimators, paths = ((c.what, c.names()) for c in (A1Renderer, A3Renderer, A4Renderer))
-    assert names(choices) == [views, estimators, paths]
-    assert names(Choices(renderer_of(A2Renderer))) == [estimators, views, paths]
-    assert names(Choices(renderer_of(A4Renderer))) == [paths, views, estimators]
+    of = (A1Renderer, A3Renderer, A4Renderer, MapRenderer)
+    views, estimators, paths, maps = ((c.what, c.names()) for c in of)
+    assert names(choices) == [views, estimators, paths, maps]
+    assert names(Choices(renderer_of(A2Renderer))) == [estimators, views, paths, maps]
+    assert names(Choices(renderer_of(A4Renderer))) == [paths, views, estimators, maps]
 
 
 def test_a_renderer_of_ones_own_takes_the_place_of_the_packages():
@@ -37,7 +39,7 @@ def test_a_renderer_of_ones_own_takes_the_place_of_the_packages():
         """A student's."""
 
     own = Own(renderer_of().scene_data, width=8, height=6)
-    assert [c for c, _ in Choices(own).offered] == [Own, A3Renderer, A4Renderer]
+    assert [c for c, _ in Choices(own).offered] == [Own, A3Renderer, A4Renderer, MapRenderer]
 
 
 def test_the_first_picture_of_light_gets_one_and_keeps_camera_and_seed(choices):

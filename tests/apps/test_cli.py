@@ -335,7 +335,7 @@ BAD_WORDS = {
     "not an estimator": (["effects", "cube", "--estimator", "hit"], ["unknown estimator 'hit'", "uniform", "mis"]),
     "unknown estimator": (
         ["render", "cube", "--estimator", "zzz"],
-        ["view, estimator, path or integrator 'zzz'", "mis"],
+        ["view, estimator, path, map or integrator 'zzz'", "mis"],
     ),
     "unknown intersector": (["info", "cube", "--intersector", "octree"], ["'octree'", "bvh", "brute_force"]),
     "unknown triangle test": (["info", "cube", "--triangle-test", "x"], ["'x'", "watertight"]),

@@ -22,6 +22,9 @@ GOOD = {
     "fov": {"value": 45},
     "white": {"value": 4.0},
     "explain": {"column": 3, "row": 4, "sample": 0},
+    "split": {"mode": "sides"},
+    "side": {"number": 1},
+    "save": {"kind": "png"},
     "ack": {"id": 7},
 }
 

@@ -8,6 +8,7 @@ import sys
 import time
 
 import browser
+import numpy as np
 import pytest
 
 pytestmark = pytest.mark.exhaustive
@@ -20,6 +21,21 @@ PICTURE = """(async () => {
   const c = new OffscreenCanvas(bitmap.width, bitmap.height), context = c.getContext("2d");
   context.drawImage(bitmap, 0, 0);
   return Array.from(context.getImageData(0, 0, c.width, c.height).data).join(); })()"""
+
+
+CONTRAST = """(() => {
+  const parts = text => (text.match(/[0-9.]+/g) || []).map(Number);
+  const linear = v => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+  const light = ([r, g, b]) => 0.2126 * linear(r / 255) + 0.7152 * linear(g / 255) + 0.0722 * linear(b / 255);
+  const behind = element => { for (let e = element; e; e = e.parentElement) {
+    const c = parts(getComputedStyle(e).backgroundColor);
+    if (c.length === 3 || c[3] > 0) return c;
+  } return [255, 255, 255]; };
+  return [...document.querySelectorAll("*")].filter(e => e.offsetParent && [...e.childNodes].some(
+    n => n.nodeType === 3 && n.textContent.trim())).map(e => {
+    const [a, b] = [light(parts(getComputedStyle(e).color)), light(behind(e))].sort((x, y) => y - x);
+    return [e.textContent.slice(0, 30), (a + 0.05) / (b + 0.05)]; }).filter(([, ratio]) => ratio < 4.5);
+})()"""
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +147,9 @@ def test_buttons_switch_and_tell_which_is_pressed(page):
     for label, name in (("Hit", "hit"), ("Normal", "normal")):
         click(page, label)
         until(lambda name=name: page.evaluate(status).startswith(f"{name}:"))
-        pressed = page.evaluate("[...document.querySelectorAll('[aria-pressed=true]')].map(b => b.textContent).join()")
+        pressed = page.evaluate(
+            "[...document.querySelectorAll('.tt-views [aria-pressed=true]')].map(b => b.textContent).join()"
+        )
         assert pressed == label
     choose = "(() => { const s = document.querySelector('[data-name=triangle_test]'); s.value = %r;"
     choose += " s.dispatchEvent(new Event('change')); })()"
@@ -150,6 +168,83 @@ def test_a_pixel_is_explained(page):
     told = "document.querySelector('.tt-told').textContent"
     until(lambda: "generate_ndc_coords" in page.evaluate(told))
     assert page.evaluate("document.querySelectorAll('.tt-told svg').length") in (0, 2)
+
+
+def test_two_pictures_are_compared_by_a_slider(page):
+    normal = at_rest(page)
+    click(page, "Compare two")
+    until(lambda: page.evaluate("!document.querySelector('.tt-divider').hidden"))
+    click(page, "Distance")
+    until(lambda: "right distance" in page.evaluate("document.querySelector('.tt-status').textContent"))
+    slide = "(() => {{ const s = document.querySelector('.tt-divider'); s.value = {}; s.oninput(); }})()"
+    at_rest(page)
+    page.evaluate(slide.format(1))
+    assert page.evaluate(PIXELS) == normal
+    page.evaluate(slide.format(0))
+    distance = page.evaluate(PIXELS)
+    assert distance != normal
+    page.evaluate(slide.format(0.5))
+    halves = np.array(page.evaluate(PIXELS).split(","), int).reshape(64, 96, 4)
+    for pixels, part in ((normal, np.s_[:, :47]), (distance, np.s_[:, 49:])):
+        assert np.array_equal(halves[part], np.array(pixels.split(","), int).reshape(64, 96, 4)[part])
+    assert (halves[:, 47:49] == 255).all()  # the line between them
+    click(page, "Difference")
+    until(lambda: "difference of left and right" in page.evaluate("document.querySelector('.tt-scale').textContent"))
+    click(page, "left: normal")
+    click(page, "Distance")
+    until(lambda: not np.array(at_rest(page).split(","), int).reshape(-1, 4)[:, :3].any(), "a difference is left")
+    click(page, "Normal")
+    until(lambda: "left normal" in page.evaluate("document.querySelector('.tt-status').textContent"))
+    click(page, "One picture")
+    until(lambda: page.evaluate("document.querySelector('.tt-divider').hidden"))
+    assert at_rest(page) == normal
+
+
+def test_pictures_are_saved_and_the_same_again_is_told(page):
+    at_rest(page)
+    page.evaluate("window.kept = []; HTMLAnchorElement.prototype.click = function () { kept.push(this.download); }")
+    click(page, "Save PNG")
+    click(page, "Save EXR")
+    until(lambda: page.evaluate("kept.join()") == "picture.png,picture.exr")
+    click(page, "The same again")
+    told = "document.querySelector('.tt-told').textContent"
+    until(lambda: "tt.load_scene_data('cube'" in page.evaluate(told))
+    assert "taichi-tracer render cube" in page.evaluate(told)
+    assert page.evaluate("[...document.querySelectorAll('.tt-told button')].length") == 2
+
+
+def test_keys_alone_reach_everything(page):
+    """Tab goes through every control in order; each has a name that a screen reader tells."""
+    at_rest(page)
+    click(page, "Compare two")
+    until(lambda: page.evaluate("!document.querySelector('.tt-divider').hidden"))
+    nodes = page.ask("Accessibility.getFullAXTree")["nodes"]
+    roles = {"button", "slider", "combobox", "spinbutton", "application"}
+    found = [(n["role"]["value"], n.get("name", {}).get("value", "")) for n in nodes if n.get("role")]
+    controls = [(role, name) for role, name in found if role in roles]
+    assert len(controls) > 20
+    assert [role for role, name in controls if not name.strip()] == []
+    wanted = page.evaluate(
+        "[...document.querySelectorAll('button,select,input,canvas')].filter(e => e.offsetParent !== null).length"
+    )
+    page.evaluate("document.body.tabIndex = -1; document.body.focus()")
+    seen = set()
+    for _ in range(wanted):
+        for kind in ("rawKeyDown", "keyUp"):
+            page.ask("Input.dispatchKeyEvent", type=kind, key="Tab", code="Tab", windowsVirtualKeyCode=9)
+        seen.add(page.evaluate("[...document.querySelectorAll('*')].indexOf(document.activeElement)"))
+    assert len(seen) == wanted
+    click(page, "One picture")
+    until(lambda: page.evaluate("document.querySelector('.tt-divider').hidden"))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_can_be_read(page, address, scheme):
+    """Every text has a contrast of at least 4.5 to what is behind it (WCAG 2.1, AA)."""
+    page.open(address, 1100, 900, scheme)
+    until(lambda: page.evaluate(f"{CANVAS} && {CANVAS}.dataset.frame"))
+    low = page.evaluate(CONTRAST)
+    assert low == []
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

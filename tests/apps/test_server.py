@@ -19,13 +19,13 @@ class Watched:
     """A session without a renderer."""
 
     def __init__(self):
-        self.events = []
+        self.events, self.is_over = [], False
 
     def post(self, event):
         self.events.append(checked(event))
 
     def wait_for_frame(self, since, patience):
-        return Frame(3, "png", b"picture", '{"a": 1}') if since < 3 else None
+        return Frame(3, "png", b"picture", '{"a": 1}', '{"b": 2}', 7) if since < 3 else None
 
     def call(self, function, patience=1.0):
         return function()
@@ -86,12 +86,15 @@ def test_the_address_gives_a_cookie_and_leads_to_the_page(server):
     assert "HttpOnly; SameSite=Strict" in headers["Set-Cookie"]
 
 
-def test_frames_have_their_state_before_the_file(server):
+def test_frames_have_their_state_before_the_file(server, monkeypatch):
+    monkeypatch.setattr(module, "PATIENCE", 0.05)
     status, headers, body = ask(server, path="/frame?since=2")
-    (length,) = struct.unpack("<I", body[:4])
-    assert (status, headers["X-Frame"], headers["X-Kind"]) == (200, "3", "png")
-    assert json.loads(body[4 : 4 + length]) == {"a": 1}
-    assert body[4 + length :] == b"picture"
+    length, more = struct.unpack("<II", body[:8])
+    assert (status, headers["X-Frame"], headers["X-Kind"], headers["X-Details"]) == (200, "3", "png", "7")
+    assert json.loads(body[8 : 8 + length]) == {"a": 1}
+    assert json.loads(body[8 + length : 8 + length + more]) == {"b": 2}
+    assert body[8 + length + more :] == b"picture"
+    assert ask(server, path="/frame?since=2&details=7")[2] == struct.pack("<II", length, 0) + b'{"a": 1}picture'
     assert ask(server, path="/frame?since=3")[0] == 204
     assert ask(server, path="/picture.png")[2] == b"file"
 
@@ -117,6 +120,10 @@ def test_events_are_taken(server):
         ({"path": "/../pyproject.toml"}, 404),
         ({"path": "/live/../../__init__.py"}, 404),
         ({"path": "/frame?since=-1"}, 400),
+        ({"path": "/frame?since=0&details=x"}, 400),
+        ({"path": "/frame?since=%C2%B2"}, 400),
+        ({"path": "/picture.gif"}, 404),
+        ({"path": "/picture./etc/passwd"}, 404),
         ({"path": "/frame?since=" + "9" * 40}, 400),
         ({"method": "POST", "path": "/event", "body": b"[]"}, 415),
         ({"method": "POST", "path": "/event", "body": b"[]", "Content_Type": "text/plain"}, 415),

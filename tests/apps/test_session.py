@@ -12,6 +12,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.apps.session import MOST_EVENTS, Session
 from taichi_tracer.files.images import to_bytes
+from taichi_tracer.picture.heat import heat
 from taichi_tracer.system.errors import InputError
 
 SIZE = (32, 24)
@@ -24,13 +25,13 @@ def scene():
 
 
 class Ticking:
-    """A clock that goes on by 20 ms whenever somebody looks at it, so that no test depends on how fast it runs."""
+    """A clock that goes on by 2 ms whenever somebody looks at it, so that no test depends on how fast it runs."""
 
     def __init__(self):
         self.seconds = 100.0
 
     def __call__(self):
-        self.seconds += 0.02
+        self.seconds += 0.002
         return self.seconds
 
 
@@ -45,14 +46,20 @@ def session(shared):
     for event in ({"type": "use", "what": "view", "name": "normal"}, {"type": "reset"}, {"type": "blur"}):
         shared.post(event)
     shared.step(0.0)
-    shared.watch()
+    watch(shared)
     return shared
+
+
+def watch(session):
+    """Watch, and take the next frame."""
+    session.watch()
+    session.ask()
 
 
 def settle(session, most=200):
     """Steps until nothing is left to do; the newest frame."""
     for _ in range(most):
-        session.watch()
+        watch(session)
         if not session.step(0.01) and not session.is_moving:
             break
     return session.newest(0)
@@ -66,7 +73,7 @@ def test_the_picture_at_rest_is_lossless(session):
     frame = settle(session)
     assert frame.kind == "png"
     assert np.array_equal(pixels(frame), to_bytes(session.renderer.image(), session.renderer.srgb))
-    state = json.loads(frame.state)
+    state = json.loads(frame.state) | json.loads(frame.details)
     assert (state["view"], state["width"], state["height"]) == ("normal", *SIZE)
     names = [name for offered in state["offered"] for name, _ in offered["names"]]
     assert {"hit", "normal", "mis", "path"} <= set(names)
@@ -75,7 +82,7 @@ def test_the_picture_at_rest_is_lossless(session):
 def test_a_view_that_is_complete_is_rendered_no_more(session):
     number = settle(session).number
     for _ in range(5):
-        session.watch()
+        watch(session)
         assert not session.step(0.0)
     assert session.newest(0).number == number
 
@@ -84,7 +91,7 @@ def test_dragging_orbits_and_sends_jpeg(session):
     settle(session)
     before = session.renderer.camera.eye
     session.post({"type": "drag", "dx": 0.1, "dy": 0.05})
-    session.watch()
+    watch(session)
     session.step(0.0)
     frame = session.newest(0)
     after = session.renderer.camera.eye
@@ -152,6 +159,7 @@ def test_nothing_is_rendered_while_nobody_watches(session):
     number = settle(session).number
     session.renderer.camera.set_camera_parameters(fov=33)
     session._last_wait = -1e9
+    session.ask()
     for _ in range(5):
         session.step(0.01)
     assert session.newest(0).number == number
@@ -202,16 +210,15 @@ def test_another_thread_asks_the_session_and_gets_its_errors(session):
 @pytest.mark.exhaustive
 def test_light_has_its_error_its_curve_and_explained_pixels(session):
     session.post({"type": "use", "what": "estimator", "name": "brdf"})
-    session.watch()
     for _ in range(400):
-        session.watch()
+        watch(session)
         session.step(0.0)
         if len(session.curves.get("brdf", [])) > 1:
             break
     state = json.loads(session.state())
     assert state["samples"] > 2
     assert state["error"] != ""
-    assert state["environment"] == "studio"
+    assert session.details()["environment"] == "studio"
     session.post({"type": "explain", "column": 16, "row": 12, "sample": 0})
     session.post({"type": "exposure", "value": 1.5})
     session.step(0.0)
@@ -220,3 +227,67 @@ def test_light_has_its_error_its_curve_and_explained_pixels(session):
     session.post({"type": "use", "what": "view", "name": "normal"})
     session.post({"type": "environment", "name": "none"})
     session.step(0.0)
+
+
+@pytest.mark.long
+def test_two_choices_are_shown_beside_each_other_and_subtracted(session):
+    settle(session)
+    session.post({"type": "split", "mode": "sides"})
+    session.post({"type": "use", "what": "view", "name": "distance"})
+    frame = settle(session)
+    left, right = session.renderers
+    assert (left.active.name, right.active.name) == ("normal", "distance")
+    assert left.camera is right.camera
+    shown = [to_bytes(one.image(), one.srgb) for one in (left, right)]
+    assert np.array_equal(pixels(frame), np.concatenate(shown, axis=1))
+    assert [side["view"] for side in json.loads(frame.state)["sides"]] == ["normal", "distance"]
+
+    session.post({"type": "split", "mode": "difference"})
+    frame = settle(session)
+    scale = json.loads(frame.state)["scale"]
+    difference = np.abs(left.image() - right.image()).mean(axis=2)
+    wanted = heat(difference, float(scale["high"]))
+    assert np.abs(pixels(frame) / 255 - wanted).max() < 0.01
+    assert np.mean(difference > float(scale["high"])) < 0.02
+    assert f"{difference.mean():.3g}" in scale["text"]
+
+    session.post({"type": "side", "number": 0})
+    session.post({"type": "use", "what": "view", "name": "distance"})
+    frame = settle(session)
+    assert not pixels(frame).any()  # both sides show the same
+    session.post({"type": "drag", "dx": 0.1, "dy": 0})
+    settle(session)
+    assert not pixels(settle(session)).any()  # and move together
+
+    session.post({"type": "split", "mode": "nonsense"})
+    settle(session)
+    assert "nonsense" in session.message
+    session.post({"type": "split", "mode": "off"})
+    frame = settle(session)
+    assert pixels(frame).shape == (SIZE[1], SIZE[0], 3)
+    session.post({"type": "side", "number": 1})
+    settle(session)
+    assert "choose to compare first" in session.message
+
+
+def test_a_key_that_is_only_tapped_moves_the_camera(session):
+    settle(session)
+    before = session.renderer.camera.eye
+    for down in (True, False):
+        session.post({"type": "key", "key": "d", "down": down})
+    session.step(0.0)
+    assert not np.allclose(before, session.renderer.camera.eye)
+    assert session.keys == set()
+
+
+def test_what_nobody_takes_is_not_rendered(session):
+    settle(session)
+    session._polls = False
+    pictures = session._pictures
+    for k in range(10):
+        session.post({"type": "drag", "dx": 0.01 * k, "dy": 0})
+        session.step(0.0)
+    assert session._pictures == pictures
+    session.ask()
+    session.step(0.0)
+    assert session._pictures == pictures + 1

@@ -102,7 +102,7 @@ def test_the_panel_has_the_courses_texts_and_a_button_per_view_and_estimator(ren
     assert panel.texts[:2] == ["'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys"]
     shown = [*VIEWS, *ESTIMATORS, *PATHS]
     shown[VIEWS.index("Normal")] = "Normal [Active]"
-    settings = ["Environment: none", "Triangles: moller_trumbore", "Copy camera (c)", "Reset camera (r)"]
+    settings = ["Environment: none", "Triangles: moller_trumbore", "Maps ...", "Copy camera (c)", "Reset camera (r)"]
     assert panel.buttons == [*shown, "Save picture (p)", "Help (h)", *settings]
     assert any(text.startswith("Frame: ") for text in panel.texts)
 
@@ -123,7 +123,7 @@ def test_the_curves_of_all_estimators_stay_until_the_picture_changes(renderer, t
     drawn = []
     monkeypatch.setattr(viewer.Viewer, "renderer", property(lambda _self: shown))
     monkeypatch.setattr(viewer.Viewer, "picture", lambda _self: shown.of)
-    monkeypatch.setattr(viewer, "ERROR_EVERY", -1.0)
+    monkeypatch.setattr(viewer.pace, "ERROR_EVERY", -1.0)
     monkeypatch.setattr(viewer, "draw_curves", lambda curves, name, *size: drawn.append((sorted(curves), name)))
     monkeypatch.setattr(view.screen, "put_plot", lambda _plot: None)
 
@@ -390,14 +390,21 @@ def test_a_low_window_folds_the_lists_that_do_not_show(renderer, tmp_path):
     view = viewer.Viewer(renderer.use("normal"), tmp_path)
     view.screen.resize((view.first_size[0], 400))
     panel = pressed(view, "Paths ...")
-    assert [label for label in panel.buttons if label.endswith("...")] == ["Estimators ...", "Paths ..."]
+    assert [label for label in panel.buttons if label.endswith("...")] == ["Estimators ...", "Paths ...", "Maps ..."]
     assert not set(PATHS) & set(panel.buttons)
     panel = pressed(view)
-    assert [label for label in panel.buttons if label.endswith("...")] == ["Views ...", "Estimators ..."]
+    assert [label for label in panel.buttons if label.endswith("...")] == ["Views ...", "Estimators ...", "Maps ..."]
     assert set(PATHS) <= set(panel.buttons)
     view.screen.resize(view.first_size)
     panel = pressed(view)
     assert set(VIEWS[:3]) | set(ESTIMATORS) | set(PATHS) <= set(panel.buttons)
+
+
+def test_maps_are_listed_when_they_are_asked_for(renderer, tmp_path):
+    view = viewer.Viewer(renderer.use("normal"), tmp_path)
+    assert "Nodes entered" not in pressed(view, "Maps ...").buttons
+    assert "Nodes entered" in pressed(view, "Maps ...").buttons
+    assert "Nodes entered" not in pressed(view).buttons
 
 
 def test_the_curve_gives_way_to_the_settings(path_renderer, tmp_path):

@@ -7,7 +7,6 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps import widget as module
 from taichi_tracer.system.errors import InputError
 
 
@@ -39,6 +38,8 @@ def test_outside_a_notebook_it_says_so(scene):
 def test_frames_are_sent_while_they_are_shown(scene):
     pytest.importorskip("anywidget")
 
+    from taichi_tracer.apps import live_picture as module
+
     async def watch():
         renderer = tt.A1Renderer(scene, 24, 16).use("normal")
         picture = tt.show(renderer)
@@ -58,6 +59,9 @@ def test_frames_are_sent_while_they_are_shown(scene):
         picture._handle_custom_msg({"type": "ack", "id": sent[-1][0]["id"]}, [])
         picture._handle_custom_msg({"type": "use", "what": "view", "name": "hit"}, [])
         await until(lambda: sent[-1][0]["view"] == "hit")
+        picture._handle_custom_msg({"type": "save", "kind": "png"}, [])
+        assert next(data for content, data in sent if content.get("file") == "picture.png").startswith(b"\x89PNG")
+        sent[:] = [one for one in sent if "file" not in one[0]]
 
         picture._handle_custom_msg({"type": "fov", "value": "wide"}, [])
         assert "must be a finite number" in picture.session.message

@@ -142,3 +142,26 @@ def test_paths_under_a_sky_with_spheres():
     scene = tt.load_scene_data("rt3/three_spheres", environment="studio")
     compare(scene, tt.A4Renderer, "path", count=6)
     scene.destroy()
+
+
+@pytest.mark.exhaustive
+def test_the_boxes_of_the_plain_hierarchy_are_noted(cube):
+    scene = tt.load_scene_data("cornell_box", fast=False)
+    found = one_that_hits(tt.A1Renderer(scene, *SIZE).use("hit").render())
+    boxes = found.find("a box is tried")
+    assert found.counts["a box is tried"] == len(boxes) > 3
+    assert boxes[0].values["node"] == 0
+    assert all(step.values["is_met"] == (step.values["t_near"] <= step.values["t_far"]) for step in boxes)
+    assert "boxes tried" in found.work
+
+
+@pytest.mark.exhaustive
+def test_another_camera_and_another_start_are_noticed(cube):
+    renderer = tt.A1Renderer(cube, *SIZE).use("distance").render()
+    before = one_that_hits(renderer)
+    renderer.camera = tt.OrthographicCamera(*SIZE, eye=(0, 0, 9), at=(0, 0, 0), screen_window=(-2, 2, -2, 2))
+    assert renderer.explain(before.column, before.row).find("generate_ray")[0].values["direction"].tolist() == [
+        0,
+        0,
+        -1,
+    ]

@@ -1,11 +1,16 @@
 // A picture that is watched while it is rendered: canvas, controls, chart. It runs in a page of the package's own server
-// (host.js) and in a notebook (anywidget); both give it a model with on, send and, for each frame, (state, bytes).
+// (host.js) and in a notebook (anywidget). Both give it a model with on and send. A message is what has changed of the
+// state, and the bytes of a picture or of a file.
 
 const KEYS = { KeyW: "w", KeyA: "a", KeyS: "s", KeyD: "d", KeyQ: "q", KeyE: "e", KeyI: "i", KeyO: "o",
   ArrowLeft: "Left", ArrowRight: "Right", ArrowUp: "Up", ArrowDown: "Down" };
 const COLOURS = ["#2f7fc1", "#d1495b", "#2f9e5b", "#9467bd", "#d9820b", "#17a2b8", "#a0664f", "#6b7f93"];
 const HELP = "Drag: orbit. Right button, or two fingers: nearer, farther. Shift and drag: shift. Wheel: nearer, farther. "
   + "w a s d q e: move the eye. Arrows: move the point looked at. i o: nearer, farther. r: reset the camera.";
+
+const SLOW = new Set(["explain", "use", "split", "triangle_test", "lamp_choice", "environment", "control"]);
+const MOVES = 20; // milliseconds between two events of the pointer
+const BUSY = "One moment: this has to be compiled first ...";
 
 function make(name, attributes = {}, ...children) {
   const element = document.createElement(name);
@@ -17,59 +22,155 @@ function make(name, attributes = {}, ...children) {
   return element;
 }
 
-function render({ model, el, files = false }) {
-  const send = event => model.send(event);
-  const canvas = make("canvas", { tabindex: 0, role: "img", "aria-label": "the picture" });
-  const status = make("output", { class: "tt-status", "aria-live": "polite" });
+const button = (text, onclick, attributes = {}) => make("button", { type: "button", onclick, ...attributes }, text);
+const three = value => String(Number(Number(value).toPrecision(3)));
+
+function render({ model, el }) {
+  const send = event => {
+    if (SLOW.has(event.type)) busy = setTimeout(() => { message.textContent = BUSY; }, 300);
+    flush();
+    model.send(event);
+  };
+  // Movements of the pointer come faster than pictures: they are added up.
+  let moved = null, moveTimer = 0;
+  const flush = () => {
+    clearTimeout(moveTimer);
+    moveTimer = 0;
+    if (moved) model.send(moved);
+    moved = null;
+  };
+  const move = event => {
+    if (moved && moved.type !== event.type) flush();
+    if (!moved) moved = event;
+    else for (const name of ["dx", "dy", "by"]) if (name in event) moved[name] += event[name];
+    if (!moveTimer) moveTimer = setTimeout(flush, MOVES);
+  };
+  const canvas = make("canvas", { tabindex: 0, role: "application", "aria-label": "the picture: keys move the camera" });
+  const status = make("p", { class: "tt-status" });
+  const spoken = make("p", { class: "tt-spoken", role: "status" });
+  const divider = make("input", { type: "range", min: 0, max: 1, step: 0.005, value: 0.5, class: "tt-divider",
+    "aria-label": "how much of the left picture is shown", oninput: () => draw() });
+  const compare = make("div", { class: "tt-compare", role: "group", "aria-label": "two pictures" });
+  const scale = make("div", { class: "tt-scale" });
   const views = make("div", { class: "tt-views" });
   const settings = make("div", { class: "tt-settings" });
   const chart = make("div", { class: "tt-chart" });
   const told = make("div", { class: "tt-told" });
   const message = make("p", { class: "tt-message", role: "alert" });
-  const explain = make("button", { type: "button", "aria-pressed": "false", onclick: () => {
+  const place = make("form", { class: "tt-place", hidden: "", onsubmit: event => {
+    event.preventDefault();
+    const [column, row, sample] = [...place.elements].slice(0, 3).map(input => Number(input.value));
+    send({ type: "explain", column, row, sample });
+  } }, ...["Column", "Row", "Sample"].map(name => make("label", {}, name,
+    make("input", { type: "number", min: 0, step: 1, value: 0, required: "" }))), make("button", {}, "Explain"));
+  const explain = button("Explain a pixel", () => {
     isAsking = !isAsking;
     explain.setAttribute("aria-pressed", String(isAsking));
     canvas.classList.toggle("tt-asking", isAsking);
-  } }, "Explain a pixel");
+    place.hidden = !isAsking;
+  }, { "aria-pressed": "false" });
   const buttons = make("div", { class: "tt-buttons" }, explain,
-    make("button", { type: "button", onclick: () => send({ type: "reset" }) }, "Reset camera"),
-    make("button", { type: "button", onclick: () => send({ type: "same" }) }, "The same again"));
-  if (files) buttons.append(make("a", { href: "picture.png", download: "picture.png", role: "button" }, "Save PNG"));
+    button("Reset camera", () => send({ type: "reset" })), button("The same again", () => send({ type: "same" })),
+    ...["png", "exr"].map(kind => button(`Save ${kind.toUpperCase()}`, () => send({ type: "save", kind }))));
   el.classList.add("tt-live");
+  el.setAttribute("data-lm-suppress-shortcuts", "true"); // in JupyterLab, d d would delete the cell
   el.replaceChildren(
     make("div", { class: "tt-left" }, views),
-    make("div", { class: "tt-middle" }, canvas, status, message, buttons, make("p", { class: "tt-help" }, HELP), told),
+    make("div", { class: "tt-middle" }, make("div", { class: "tt-picture" }, canvas, divider), scale, status, message, compare, buttons, place,
+      make("p", { class: "tt-help" }, HELP), told, spoken),
     make("div", { class: "tt-right" }, settings, chart));
-  const context = canvas.getContext("2d");
-  let state = null, isAsking = false, shownViews = "", shownSettings = "", shownCurves = "", shownTold = "", frames = [];
+  const context = canvas.getContext("2d", { alpha: false });
+  let state = {}, bitmap = null, isAsking = false, frames = [], spokenAt = 0, shownAt = 0, busy = 0, last = Promise.resolve();
+  let [shownViews, shownSettings, shownCurves, shownTold, shownSplit] = ["", "", "", "", ""];
 
   // ── frames ──
 
-  async function onFrame(next, bytes) {
-    if (next.lost) { message.textContent = next.lost; return; }
+  async function onMessage(next, bytes) {
+    clearTimeout(busy);
+    if (next.file) { keep(next.file, bytes); return; }
     if (bytes && bytes.byteLength) {
-      const bitmap = await createImageBitmap(new Blob([bytes], { type: `image/${next.kind}` }));
-      if (canvas.width !== bitmap.width || canvas.height !== bitmap.height) {
-        canvas.width = bitmap.width; canvas.height = bitmap.height;
-      }
-      context.drawImage(bitmap, 0, 0);
-      bitmap.close();
+      const decoded = await createImageBitmap(new Blob([bytes], { type: `image/${next.kind}` }));
+      bitmap?.close();
+      bitmap = decoded;
+      send({ type: "ack", id: next.id });
     }
-    send({ type: "ack", id: next.id });
-    state = next;
-    canvas.dataset.frame = next.id; canvas.dataset.kind = next.kind; canvas.dataset.samples = next.samples;
-    const now = performance.now();
-    frames = [...frames.filter(time => now - time < 1000), now];
-    show();
+    state = { ...state, ...next };
+    if (!bitmap || !state.offered) { message.textContent = state.lost ?? ""; return; }
+    draw();
+    if (bytes) {
+      Object.assign(canvas.dataset, { frame: state.id, kind: state.kind, samples: state.samples });
+      const now = performance.now();
+      frames = [...frames.filter(time => now - time < 1000), now];
+    }
+    show("offered" in next);
   }
 
-  function show() {
-    const error = state.error ? `, error ${state.error}` : "";
-    status.textContent = `${state.view}: ${state.samples} ${state.samples === 1 ? "sample" : "samples"} per pixel${error}`
-      + (frames.length > 2 ? `, ${frames.length} frames/s` : "");
-    message.textContent = state.message;
-    showViews(); showSettings(); showChart();
-    if (shownTold !== state.explanation) { told.innerHTML = shownTold = state.explanation; }
+  // A picture that moves may be smaller than the canvas; of two halves, both are in it, one beside the other.
+  function draw() {
+    if (!bitmap || !state.width) return;
+    const { width, height } = state, isDouble = state.split?.mode === "sides", from = bitmap.width / (isDouble ? 2 : 1);
+    if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+    context.imageSmoothingEnabled = false;
+    if (!isDouble) { context.drawImage(bitmap, 0, 0, width, height); return; }
+    const cut = Math.round(divider.value * width), share = from / width;
+    if (cut > 0) context.drawImage(bitmap, 0, 0, cut * share, bitmap.height, 0, 0, cut, height);
+    if (cut < width) context.drawImage(bitmap, from + cut * share, 0, from - cut * share, bitmap.height, cut, 0, width - cut, height);
+    if (cut > 0 && cut < width) { context.fillStyle = "#fff"; context.fillRect(cut - 1, 0, 2, height); }
+  }
+
+  function keep(name, bytes) {
+    const link = make("a", { href: URL.createObjectURL(new Blob([bytes])), download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    say(`${name} is saved`);
+  }
+
+  function say(text) { spoken.textContent = text; spokenAt = performance.now(); }
+
+  const describe = ({ view, samples, error }) => `${view}: ${samples} ${samples === 1 ? "sample" : "samples"} per pixel`
+    + (error ? `, error ${error}` : "");
+
+  function show(isAll) {
+    const now = performance.now();
+    if (!isAll && state.kind === "jpeg" && now - shownAt < 200) return; // nobody reads numbers that change faster
+    shownAt = now;
+    const sides = state.split ? state.sides.map((side, k) => `${k ? "right" : "left"} ${describe(side)}`) : [describe(state)];
+    status.textContent = sides.join("; ") + (frames.length > 2 ? `, ${frames.length} frames/s` : "");
+    const text = state.lost || state.message;
+    if (message.textContent !== text) message.textContent = text;
+    showScale();
+    if (!isAll) return;
+    if (performance.now() - spokenAt > 10000 || !spoken.textContent.startsWith(state.view)) say(sides.join("; "));
+    showViews(); showSettings(); showChart(); showSplit();
+    if (shownTold === state.explanation) return;
+    told.innerHTML = shownTold = state.explanation;
+    for (const text of told.querySelectorAll("pre")) {
+      text.after(button("Copy", async () => { await navigator.clipboard.writeText(text.textContent); say("It is copied."); }));
+    }
+  }
+
+  // ── two pictures ──
+
+  function showSplit() {
+    const { split } = state, key = JSON.stringify([split, state.sides.map(side => side.view)]);
+    divider.hidden = split?.mode !== "sides";
+    if (key === shownSplit) return;
+    const focused = compare.contains(document.activeElement) ? document.activeElement.textContent : null;
+    shownSplit = key;
+    const choose = (text, event, isOn) => button(text, () => send(event), { "aria-pressed": String(Boolean(isOn)) });
+    const modes = [["One picture", "off"], ["Compare two", "sides"], ["Difference", "difference"]];
+    compare.replaceChildren(...modes.map(([text, mode]) => choose(text, { type: "split", mode }, (split?.mode ?? "off") === mode)));
+    if (split) compare.append(make("span", {}, " Change: "), ...["left", "right"].map((side, number) =>
+      choose(`${side}: ${state.sides[number].view}`, { type: "side", number }, split.side === number)));
+    if (focused) [...compare.querySelectorAll("button")].find(one => one.textContent === focused)?.focus();
+    draw();
+  }
+
+  function showScale() {
+    const { scale: map } = state, key = map ? `${map.low} ${map.high} ${map.text}` : "";
+    if (scale.dataset.key === key) return;
+    scale.dataset.key = key;
+    scale.replaceChildren(...(map ? [make("span", {}, map.low), make("i"), make("span", {}, map.high), make("span", {}, ` ${map.text}`)] : []));
   }
 
   // ── what can be chosen ──
@@ -93,9 +194,9 @@ function render({ model, el, files = false }) {
   }
 
   function slider(label, value, low, high, step, onchange) {
-    const shown = make("span", {}, Number(value).toPrecision(3));
+    const shown = make("span", {}, three(value));
     const input = make("input", { type: "range", min: low, max: high, step, value, "data-name": label, oninput: e => {
-      shown.textContent = Number(e.target.value).toPrecision(3);
+      shown.textContent = three(e.target.value);
       onchange(Number(e.target.value));
     } });
     return make("label", {}, `${label} `, shown, input);
@@ -160,7 +261,7 @@ function render({ model, el, files = false }) {
     let last = -99;
     const across = ticks(x0, x1).filter(v => { if (x(v) - last < 34) return false; last = x(v); return true; })
       .map(v => `<text x="${x(v)}" y="${h - 8}" text-anchor="middle">${Number(v.toPrecision(2))} s</text>`);
-    chart.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="error against seconds">${down.join("")}${across.join("")}${lines.join("")}</svg>`;
+    chart.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="error against seconds of rendering">${down.join("")}${across.join("")}${lines.join("")}</svg>`;
   }
 
   // ── keys, pointer, wheel ──
@@ -181,10 +282,10 @@ function render({ model, el, files = false }) {
   canvas.onpointerdown = event => {
     canvas.focus();
     if (isAsking) {
-      const { left, top, width, height } = box();
-      send({ type: "explain", column: Math.min(canvas.width - 1, Math.floor((event.clientX - left) / width * canvas.width)),
-        row: Math.min(canvas.height - 1, Math.floor((event.clientY - top) / height * canvas.height)), sample: 0 });
-      explain.click();
+      const { left, top, width, height } = box(), inside = (share, size) => Math.max(0, Math.min(size - 1, Math.floor(share * size)));
+      [place.elements[0].value, place.elements[1].value] = [inside((event.clientX - left) / width, canvas.width),
+        inside((event.clientY - top) / height, canvas.height)];
+      place.requestSubmit();
       return;
     }
     pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
@@ -197,23 +298,28 @@ function render({ model, el, files = false }) {
     const { width, height } = box(), apart = pointers.size === 2 ? spread() : 0;
     const dx = (event.clientX - before.x) / width, dy = (before.y - event.clientY) / height;
     pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
-    if (pointers.size === 2) send({ type: "zoom", by: (spread() - apart) / height });
-    else if (event.buttons & 2) send({ type: "zoom", by: dy });
-    else if (event.shiftKey) send({ type: "pan", dx, dy });
-    else send({ type: "drag", dx, dy });
+    if (pointers.size === 2) move({ type: "zoom", by: (spread() - apart) / height });
+    else if (event.buttons & 2) move({ type: "zoom", by: dy });
+    else if (event.shiftKey) move({ type: "pan", dx, dy });
+    else move({ type: "drag", dx, dy });
   };
   canvas.onpointerup = canvas.onpointercancel = event => pointers.delete(event.pointerId);
   canvas.oncontextmenu = event => event.preventDefault();
   canvas.addEventListener("wheel", event => {
     event.preventDefault();
     const by = -Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 200) / 2000;
-    if (by) send({ type: "zoom", by });
+    if (by) move({ type: "zoom", by });
   }, { passive: false });
 
-  const listener = (next, bytes) => onFrame(next, Array.isArray(bytes) ? bytes[0] : bytes);
+  const listener = (next, bytes) => { // one after the other: a picture that is decoded quickly must not overtake an older one
+    last = last.then(() => onMessage(next, Array.isArray(bytes) ? bytes[0] : bytes)).catch(error => console.error(error));
+    return last;
+  };
   model.on("msg:custom", listener);
   send({ type: "ack", id: 0 });
-  return () => { model.off("msg:custom", listener); send({ type: "blur" }); };
+  // Who watches says so now and then; a view that is closed or hidden is not rendered for long.
+  const watching = setInterval(() => { if (!document.hidden && canvas.isConnected) send({ type: "ack", id: state.id ?? 0 }); }, 4000);
+  return () => { clearInterval(watching); model.off("msg:custom", listener); bitmap?.close(); send({ type: "blur" }); };
 }
 
 export default { render };

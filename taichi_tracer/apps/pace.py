@@ -1,0 +1,71 @@
+"""How often a live picture is shown and its error is looked at, in the window, in browsers and in notebooks."""
+
+import math
+import time
+from collections.abc import Callable
+
+import taichi as ti
+
+from taichi_tracer.renderer import ProgressiveRenderer
+
+SLOW_FRAME = 1 / 60  # seconds: a picture that takes longer does not move smoothly, with its frame to be sent as well
+ERROR_EVERY = 0.5  # seconds between two estimates of the error at least: each reads the whole film
+LATELY = 8  # times over which the cost of something is averaged
+MOST_POINTS = 400  # of a curve of the error; of a longer one, every other point is left out
+
+
+class Rarely:
+    """Lets something be done so seldom that it takes at most a share of the time.
+
+    Args:
+        least: seconds between two times at least. share: of the time that it may take.
+
+    The mean of the times that it took lately is what counts, without the first one, which may have compiled something.
+    """
+
+    def __init__(self, least: float, share: float) -> None:
+        self.least, self.share = least, share
+        self.begin()
+
+    def begin(self) -> None:
+        """Let it be done at once, and forget how long it took."""
+        self.next = -math.inf
+        self._times: list[float] = []
+
+    def done(self, begin: float, end: float) -> None:
+        """Note when it was done."""
+        self._times = [*self._times, end - begin][-LATELY:]
+        later = self._times[1:]
+        self.next = end + (max(self.least, sum(later) / len(later) / self.share) if later else self.least)
+
+
+def thinned(curve: list) -> list:
+    """A curve of at most ``MOST_POINTS`` points, its last one among them."""
+    last = max(0, len(curve) - 1)
+    step = 1 + last // MOST_POINTS
+    return curve[last % step :: step]
+
+
+def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object], tell: Callable[[str], None] = print) -> None:
+    """Compile before a picture is shown what a moving camera needs; otherwise it would freeze at the first key.
+
+    Packets (``PrimaryHits``) take seconds to compile: only pictures that are slow without are worth that.
+
+    Args:
+        draw: renders a sample and shows it. tell: is told what takes so long.
+    """
+    eye_rays = renderer.eye_rays
+    eye_rays.use_packets = False
+    seconds = 0.0
+    for _ in range(3):  # the first pictures compile
+        renderer.camera.set_camera_parameters()  # as if moved
+        begin = time.perf_counter()
+        draw()
+        ti.sync()
+        seconds = time.perf_counter() - begin
+    if seconds > SLOW_FRAME and eye_rays.can_use_packets:
+        tell("compiling the fast form for a picture of this size ...")
+        eye_rays.use_packets = None  # let the renderer decide
+        renderer.camera.set_camera_parameters()
+        draw()
+        ti.sync()

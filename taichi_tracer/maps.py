@@ -1,0 +1,300 @@
+"""``MapRenderer``: pictures of the work that other pictures take; see ``integrators.work``."""
+
+import copy
+import functools
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.files.picture import Picture
+from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.controls import Control, NameControl
+from taichi_tracer.integrators.path_settings import PathSettings
+from taichi_tracer.integrators.paths import Paths
+from taichi_tracer.integrators.work import Measurement
+from taichi_tracer.picture.heat import HEAT, Scale, round_up
+from taichi_tracer.renderer import EyeRays, IntegratorChoice, ProgressiveRenderer, SamplerChoice, plain_rays
+from taichi_tracer.sampler import DEFAULT_SAMPLER
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system import memory
+from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.registry import PARTS, register
+from taichi_tracer.system.seams import seams
+from taichi_tracer.tones.base import Tone
+from taichi_tracer.tones.display import Display
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+USUAL = "path"  # what is measured when nobody says it
+MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
+COVERED = 99.5  # percent of the pixels that the automatic scale covers
+TILES, SMALLEST_TILE = 4096, 8  # of a picture that is timed: at most so many tiles, of at least so many pixels a side
+
+
+@register
+@ti.data_oriented
+@seams()
+class MapRenderer(ProgressiveRenderer):
+    """Maps of work: nodes and triangles per pixel, shadow rays blocked, standard error, seconds.
+
+    Args:
+        scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast: as for
+            ``ProgressiveRenderer``; ``integrator`` is a map.
+        of: the name of the integrator that is measured. It may be assigned later; the picture then starts again.
+
+    ``image()`` has the numbers. Windows and files of 8 bits show them as heat: black is 0, and white is the end of
+    ``scale``, a round number that covers the picture unless ``set_display`` chose an exposure.
+    """
+
+    name, what, jitters, has_own_display = "MapRenderer", "map", True, True
+
+    def __init__(
+        self,
+        scene_data: SceneData,
+        width: int = 512,
+        height: int = 512,
+        camera: ProjectiveCamera | type[ProjectiveCamera] | str | None = None,
+        jitter: bool | None = None,
+        sampler: SamplerChoice = DEFAULT_SAMPLER,
+        seed: int = 0,
+        first_sample: int = 0,
+        crop: tuple[int, int, int, int] | None = None,
+        adaptive: bool = False,
+        integrator: IntegratorChoice | None = None,
+        fast: bool | None = None,
+        of: str = USUAL,
+    ) -> None:
+        self._chosen_display: Display | None = None
+        self._measured: dict[str, Integrator] = {}
+        self._measurements: dict[tuple[str, str], Measurement] = {}
+        self._of, self._changes = find_measured(of), 0
+        self._scale_of: tuple = ()
+        self._colours: Any = None
+        samples = {"jitter": jitter, "sampler": sampler, "seed": seed, "first_sample": first_sample}
+        pixels = {"crop": crop, "adaptive": adaptive}
+        super().__init__(scene_data, width, height, camera, **samples, **pixels, integrator=integrator, fast=fast)
+
+    def _make_eye_rays(self) -> tuple[Any, Any]:
+        """Rays that are not traced: the maps trace them, so that their work counts."""
+        return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), plain_rays("their work is counted")
+
+    # ── what is measured ──
+
+    @functools.cached_property
+    def path_settings(self) -> PathSettings:
+        """How long the paths are that are measured."""
+        return PathSettings()
+
+    @property
+    def of(self) -> str:
+        """The name of the integrator that is measured."""
+        return self._of
+
+    @of.setter
+    def of(self, name: str) -> None:
+        name = find_measured(name)
+        if name != self._of:
+            self._of, self._changes = name, self._changes + 1
+
+    @property
+    def measured(self) -> Integrator:
+        """The integrator that is measured: this renderer's copy."""
+        if self._of not in self._measured:
+            self._measured[self._of] = copy.copy(PARTS.find("integrator", self._of))
+        found = self._measured[self._of]
+        if isinstance(found, Paths):
+            found.settings = self.path_settings
+        return found
+
+    @property
+    def explained(self) -> Integrator:
+        """What ``explain`` explains: the sample that is measured."""
+        return self.measured
+
+    @property
+    def needs_light(self) -> bool:
+        """Whether what is measured shows nothing in a scene without light."""
+        return self.measured.needs_light
+
+    def controls(self) -> tuple[Control, ...]:
+        """What is measured, and its own values."""
+        names = [part.name for part in PARTS.all("integrator") if part.what in MEASURED]
+        return NameControl("of", self.of, names, "Work of"), *self.measured.controls()
+
+    def change(self, name: str, value: Any) -> None:
+        """Change a value of ``controls``."""
+        if name == "of":
+            self.of = value
+        else:
+            self.measured.change(name, value)
+
+    def state(self) -> tuple:
+        """Everything that the picture depends on."""
+        return (*super().state(), self._of, self.measured.version)
+
+    def begin(self) -> None:
+        """Start the picture again."""
+        self.measured.prepare(self.scene_data, self.camera)
+        super().begin()
+
+    def _count_near_misses(self) -> None:
+        """Count none: they are of light."""
+
+    # ── samples ──
+
+    def add_sample(self, index: int) -> None:
+        """Take one sample for every pixel, and count what it does."""
+        key = self.active.name, self._of
+        if key not in self._measurements:
+            self._measurements[key] = Measurement(self.active, self.measured)
+        measurement, scene = self._measurements[key], self.kernel_scene()
+        scene.lights.prepare(measurement.samples_lights)
+        if self.active.is_timed:
+            self._add_times(self.seconds_of_tiles(scene, measurement, index), index)
+        else:
+            self._take_sample(scene, measurement, self.eye_rays, None, self.seed, index)
+
+    def seconds_of_tiles(self, scene: Any, measurement: Measurement, index: int) -> np.ndarray:
+        """(tiles across, tiles upwards) seconds that a sample of a pixel takes on one core, as the mean of a tile.
+
+        A kernel has no clock. Therefore the tiles are rendered one after the other, each by one thread, and the time
+        that it takes to start a kernel is subtracted.
+        """
+        side = self.side_of_tiles
+        times = np.zeros((-(-self.width // side), -(-self.height // side)), np.float32)
+
+        def seconds(x0: int, x1: int, y0: int, y1: int) -> float:
+            begin = time.perf_counter()
+            self._take_tile(scene, measurement, self.eye_rays, self.seed, index, x0, x1, y0, y1)
+            return time.perf_counter() - begin
+
+        empty = min(seconds(0, 0, 0, 0) for _ in range(9))
+        (left, right), (bottom, top) = self.film.ranges
+        for i, j in np.ndindex(*times.shape):
+            x0, x1 = max(left, i * side), min(right, (i + 1) * side)
+            y0, y1 = max(bottom, j * side), min(top, (j + 1) * side)
+            if x0 < x1 and y0 < y1:
+                taken = min(seconds(x0, x1, y0, y1) for _ in range(2))  # another program may run in between
+                times[i, j] = max(0.0, taken - empty) / ((x1 - x0) * (y1 - y0))
+        return times
+
+    @property
+    def side_of_tiles(self) -> int:
+        """Pixels on a side of the tiles that are timed."""
+        return max(SMALLEST_TILE, int(np.ceil(np.sqrt(self.width * self.height / TILES))))
+
+    @ti.kernel
+    def _take_tile(
+        self,
+        scene: ti.template(),
+        measurement: ti.template(),
+        eye_rays: ti.template(),
+        seed: ti.u32,
+        index: ti.u32,
+        x0: ti.i32,
+        x1: ti.i32,
+        y0: ti.i32,
+        y1: ti.i32,
+    ) -> ti.f32:
+        total = tm.vec3(0)  # it is returned, so that the compiler leaves nothing out
+        ti.loop_config(serialize=True)
+        for x in range(x0, x1):
+            for y in range(y0, y1):
+                i, _ = self.shares.sample_of(x, y, index)
+                rng = self.sampler.start(seed, x, y, i)
+                ray, hit = eye_rays.hit_of(x, y, rng)
+                total += measurement.radiance(scene, ray, hit, rng)
+        return ti.cast(total.sum(), ti.f32)
+
+    @ti.kernel
+    def _add_times(self, times: ti.types.ndarray(dtype=ti.f32, ndim=2), index: ti.u32):
+        for x, y in ti.ndrange(*self.film.ranges):
+            seconds = times[x // ti.static(self.side_of_tiles), y // ti.static(self.side_of_tiles)]
+            self.film.add(x, y, tm.vec3(ti.cast(seconds, float)), index)
+
+    # ── the picture ──
+
+    def image(self) -> Picture:
+        """(height, width, 3) float32, top row first: the number of each pixel, in all channels."""
+        found = super().image()
+        if not self.active.shows_error:
+            return found
+        errors = np.nan_to_num(self.film.standard_error().mean(axis=2, keepdims=True), posinf=0.0)
+        return Picture(np.repeat(errors, 3, axis=2), self.srgb)
+
+    @property
+    def canvas(self) -> Any:
+        """The Taichi field [x, y] that windows show: the numbers of ``image()``."""
+        if not self.active.shows_error:
+            return self.film.canvas
+        if self._colours is None or self._colours[0].is_over():
+            own = memory.Memory()
+            field = ti.Vector.field(3, float)
+            own.fields.dense(ti.ij, (self.width, self.height)).place(field)
+            own.allocate()
+            self._colours = own, field
+        self._colours[1].from_numpy(np.ascontiguousarray(self.image()[::-1].swapaxes(0, 1)))
+        return self._colours[1]
+
+    @property
+    def display(self) -> Display:  # type: ignore[override]
+        """How windows and files of 8 bits show the numbers: as heat, up to the end of the scale."""
+        if self._chosen_display is not None:
+            return self._chosen_display
+        of = self.film.samples, self._shown, self.active.name
+        if self._scale_of[:1] != (of,):
+            values = self.film.own_pixels(self.image())[..., 0] if self.film.samples > 0 else np.zeros(1)
+            high = round_up(float(np.percentile(values, COVERED)) or float(values.max()))
+            self._scale_of = of, Display(-float(np.log2(high)), HEAT)
+        return self._scale_of[1]
+
+    @display.setter
+    def display(self, display: Display) -> None:
+        self._chosen_display = None if display.is_plain else Display(display.exposure, HEAT)
+
+    def set_display(self, exposure: float | None = None, tone: str | Tone | None = None) -> "Self":
+        """Choose the end of the scale: white is 2^−exposure. An exposure of 0 lets it follow the picture.
+
+        Args:
+            exposure: in stops; None leaves the scale as it is. tone: heat is always shown.
+        """
+        if exposure is not None:
+            self.display = Display(exposure)
+        return self
+
+    @property
+    def scale(self) -> Scale:
+        """What the colours mean."""
+        return Scale(1 / self.display.scale, f"{self.active.unit}, of {self.of}")
+
+    def notes(self) -> list[str]:
+        """What the colours mean, for the command line."""
+        return [f"{self.active.name}: white is {self.scale.high:.3g} {self.scale.text} (--exposure sets another scale)"]
+
+    def facts(self) -> dict[str, Any]:
+        """Everything that the bits of the picture depend on."""
+        return {**super().facts(), "map_of": self.of, **self.measured.facts()}
+
+    def set_of(self, name: str) -> "Self":
+        """Choose what is measured. Returns the renderer."""
+        self.of = name
+        return self
+
+
+def find_measured(name: str) -> str:
+    """The name of an integrator that can be measured.
+
+    Raises:
+        InputError: there is none of this name.
+    """
+    known = {p.name: p for p in PARTS.all("integrator") if p.what in MEASURED}
+    aliases = {alias: p.name for p in known.values() for alias in p.aliases}
+    found = aliases.get(name, name)
+    if not isinstance(found, str) or found not in known:
+        raise one_of("map of", name, list(known))
+    return found
