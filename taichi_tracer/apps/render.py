@@ -249,7 +249,8 @@ class Clock:
     def load(self, scene: SceneRequest) -> SceneData:
         """Load a scene, and remember how long that took."""
         start = time.perf_counter()
-        loaded = scene.load()
+        with part(READ, waits=True):
+            loaded = scene.load()
         self.before = f"start {start - self.started:.2f} s, scene {time.perf_counter() - start:.2f} s"
         return loaded
 

@@ -1,17 +1,47 @@
-"""How long Taichi has translated kernels into machine code: what a second run need not do again.
+"""How long Taichi has made machine code of kernels: which kernels, and what a second run need not do again.
 
 The first call of a kernel has two parts. Python reads the source of the kernel and builds Taichi's own program, in
 every process. Then Taichi translates this program into machine code, which it keeps in a folder, so that another
-process finds it there. Only the second part is counted here.
+process finds it there. Only the second part is what a second run is spared.
 """
 
+import re
+from dataclasses import dataclass
 from time import perf_counter
+from typing import Any
 
 from taichi._lib import core
 
+from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, part
+
 FOUND = 0.04  # seconds: a kernel that took less was found in the folder, or is so small that it does not matter
+_NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
 _spent: list[float] = []  # seconds of every translation that took longer
 _is_watched = False
+
+
+@dataclass
+class Kernel:
+    """A kernel of this process.
+
+    Attributes:
+        name: the name of its function.
+        reading: the seconds in which Python read it.
+        translating: the seconds in which Taichi translated it, or found and loaded what it had kept.
+    """
+
+    name: str
+    reading: float = 0.0
+    translating: float = 0.0
+
+    @property
+    def is_new(self) -> bool:
+        """Whether it took so long that it was not found in the folder."""
+        return self.translating > FOUND
+
+
+_kernels: list[Kernel] = []
+_by_id: dict[int, Kernel] = {}
 
 
 def watch() -> None:
@@ -21,17 +51,40 @@ def watch() -> None:
     if _is_watched or original is None:
         return
 
-    def compile_kernel(*words):
+    def compile_kernel(*words: Any):
         start = perf_counter()
         try:
-            return original(*words)
+            with part(KERNELS_MADE):
+                return original(*words)
         finally:
             seconds = perf_counter() - start
+            kernel = _by_id.pop(id(words[-1]), None)
+            if kernel is not None:
+                kernel.translating = seconds
             if seconds > FOUND:  # Taichi asks at each launch: most of them take microseconds
                 _spent.append(seconds)
 
     core.Program.compile_kernel = compile_kernel
+    _watch_reading()
     _is_watched = True
+
+
+def _watch_reading() -> None:
+    """Note each kernel that Python reads."""
+    original = getattr(core.Program, "create_kernel", None)
+    if original is None:
+        return
+
+    def create_kernel(program: Any, build: Any, name: str, *words: Any):
+        start = perf_counter()
+        with part(KERNELS_READ):
+            made = original(program, build, name, *words)
+        kernel = Kernel(_NUMBERS.sub("", name), perf_counter() - start)
+        _kernels.append(kernel)
+        _by_id[id(made)] = kernel
+        return made
+
+    core.Program.create_kernel = create_kernel
 
 
 def seconds_to_save() -> float:
@@ -42,3 +95,8 @@ def seconds_to_save() -> float:
 def kernels_made() -> int:
     """How many kernels were not in the folder."""
     return len(_spent)
+
+
+def kernels() -> list[Kernel]:
+    """Every kernel that was used in this process since ``watch``, in the order of their first calls."""
+    return list(_kernels)
