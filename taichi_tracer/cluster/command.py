@@ -23,6 +23,8 @@ def run(args: Namespace) -> int:
     """Render and write every view that was asked for, on a cluster."""
     if args.adaptive:
         raise InputError("--adaptive needs all samples in one place to decide where the next ones go: not --cluster")
+    if args.profile:
+        raise InputError("--profile measures the process that renders, and on a cluster others do: not --cluster")
     if args.parts:
         note(f"the files of --parts go to every worker, and run there with its rights: {', '.join(args.parts)}")
     with noting_reads() as paths, Cluster(args.cluster, note) as cluster:

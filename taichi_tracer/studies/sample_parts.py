@@ -285,6 +285,7 @@ class Anatomy:
             )
         share = sum(b - a for a, b in strips) / (self.columns[1] - self.columns[0])
         film, of_rays = max(0.0, whole - no_film), max(0.0, no_film - no_rays)
+        of_rays = of_rays if rays.shadow + rays.others > 0 else 0.0  # without rays, the difference is noise
         eye = max(0.0, no_rays - no_eye) if self.traces_eye_rays else 0.0
         rest = max(0.0, whole - film - of_rays - eye)
         self.renderer.begin_anew()

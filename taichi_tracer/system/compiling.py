@@ -5,6 +5,7 @@ every process. Then Taichi translates this program into machine code, which it k
 process finds it there. Only the second part is what a second run is spared.
 """
 
+import math
 import re
 from dataclasses import dataclass
 from time import perf_counter
@@ -26,11 +27,13 @@ class Kernel:
 
     Attributes:
         name: the name of its function.
+        read_at: the value of ``time.perf_counter`` when Python began to read it.
         reading: the seconds in which Python read it.
         translating: the seconds in which Taichi translated it, or found and loaded what it had kept.
     """
 
     name: str
+    read_at: float = 0.0
     reading: float = 0.0
     translating: float = 0.0
 
@@ -79,7 +82,7 @@ def _watch_reading() -> None:
         start = perf_counter()
         with part(KERNELS_READ):
             made = original(program, build, name, *words)
-        kernel = Kernel(_NUMBERS.sub("", name), perf_counter() - start)
+        kernel = Kernel(_NUMBERS.sub("", name), start, perf_counter() - start)
         _kernels.append(kernel)
         _by_id[id(made)] = kernel
         return made
@@ -97,6 +100,10 @@ def kernels_made() -> int:
     return len(_spent)
 
 
-def kernels() -> list[Kernel]:
-    """Every kernel that was used in this process since ``watch``, in the order of their first calls."""
-    return list(_kernels)
+def kernels(since: float = -math.inf) -> list[Kernel]:
+    """Every kernel that was used in this process since ``watch``, in the order of their first calls.
+
+    Args:
+        since: a value of ``time.perf_counter``: only kernels that were first called later.
+    """
+    return [kernel for kernel in _kernels if kernel.read_at >= since]

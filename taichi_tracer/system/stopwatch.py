@@ -1,8 +1,8 @@
 """Where the time of a command goes: the seconds of named parts, which add up to the whole.
 
 A place whose time is of interest says ``with part(NAME):``. Parts may be nested; then the seconds of the inner part do
-not count for the outer one, so that every moment belongs to exactly one part. What belongs to none is ``OTHER``. As long
-as no stopwatch runs, ``part`` does nothing.
+not count for the outer one, so that every moment belongs to exactly one part. What belongs to none is ``OTHER``. As
+long as no stopwatch runs, ``part`` does nothing.
 """
 
 from contextlib import nullcontext
@@ -35,12 +35,13 @@ class Stopwatch:
         first: the part to which the time until now belongs.
 
     Attributes:
-        seconds: part → seconds.
+        seconds: part → seconds. times: part → how often it began.
     """
 
     def __init__(self, started: float, first: str) -> None:
         self.started = self._since = started
         self.seconds = dict.fromkeys(PARTS, 0.0)
+        self.times = dict.fromkeys(PARTS, 0)
         self._within = [OTHER]
         self.charge(first)
 
@@ -54,6 +55,7 @@ class Stopwatch:
         """A part begins."""
         self.charge(self._within[-1])
         self._within.append(name)
+        self.times[name] = self.times.get(name, 0) + 1
 
     def leave(self) -> None:
         """The part that began last ends."""
