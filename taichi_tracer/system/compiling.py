@@ -26,7 +26,7 @@ class Kernel:
     """A kernel of this process.
 
     Attributes:
-        name: the name of its function.
+        name: the name of its function, such as "Film._clear".
         read_at: the value of ``time.perf_counter`` when Python began to read it.
         reading: the seconds in which Python read it.
         translating: the seconds in which Taichi translated it, or found and loaded what it had kept.
@@ -82,12 +82,26 @@ def _watch_reading() -> None:
         start = perf_counter()
         with part(KERNELS_READ):
             made = original(program, build, name, *words)
-        kernel = Kernel(_NUMBERS.sub("", name), start, perf_counter() - start)
+        kernel = Kernel(_function_name(build, name), start, perf_counter() - start)
         _kernels.append(kernel)
         _by_id[id(made)] = kernel
         return made
 
     core.Program.create_kernel = create_kernel
+
+
+def _function_name(build: Any, name: str) -> str:
+    """The name of a kernel's function, with that of its class.
+
+    Args:
+        build: what Taichi calls to build the kernel; it refers to the kernel as "self".
+        name: Taichi's own name of the kernel, which does not have the class.
+    """
+    try:
+        held = dict(zip(build.__code__.co_freevars, build.__closure__, strict=True))
+        return held["self"].cell_contents.func.__qualname__
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return _NUMBERS.sub("", name)
 
 
 def seconds_to_save() -> float:
