@@ -5,6 +5,7 @@ not count for the outer one, so that every moment belongs to exactly one part. W
 long as no stopwatch runs, ``part`` does nothing.
 """
 
+from collections.abc import Callable
 from contextlib import nullcontext
 from time import perf_counter
 from types import TracebackType
@@ -31,14 +32,16 @@ class Stopwatch:
     """The seconds of each part since ``started``.
 
     Args:
-        started: the value of ``time.perf_counter`` at the beginning.
+        started: the value of ``clock`` at the beginning.
         first: the part to which the time until now belongs.
+        clock: gives seconds; None is ``time.perf_counter``.
 
     Attributes:
         seconds: part → seconds. times: part → how often it began.
     """
 
-    def __init__(self, started: float, first: str) -> None:
+    def __init__(self, started: float, first: str, clock: Callable[[], float] | None = None) -> None:
+        self._clock = perf_counter if clock is None else clock
         self.started = self._since = started
         self.seconds = dict.fromkeys(PARTS, 0.0)
         self.times = dict.fromkeys(PARTS, 0)
@@ -47,7 +50,7 @@ class Stopwatch:
 
     def charge(self, name: str) -> None:
         """Let the time since the last change of parts belong to ``name``."""
-        now = perf_counter()
+        now = self._clock()
         self.seconds[name] = self.seconds.get(name, 0.0) + now - self._since
         self._since = now
 
@@ -92,10 +95,10 @@ _NOTHING = nullcontext()
 _running: Stopwatch | None = None
 
 
-def start(started: float, first: str = IMPORTS) -> Stopwatch:
+def start(started: float, first: str = IMPORTS, clock: Callable[[], float] | None = None) -> Stopwatch:
     """Let a stopwatch run, which ``part`` tells of every part; see ``Stopwatch``."""
     global _running
-    _running = Stopwatch(started, first)
+    _running = Stopwatch(started, first, clock)
     return _running
 
 
