@@ -15,6 +15,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 import taichi as ti
@@ -26,6 +27,7 @@ from benchmarks.rays import VIEW, RayKernels
 from taichi_tracer.picture.progress import slope
 from taichi_tracer.system import stopwatch
 
+Result = TypeVar("Result")
 MB = 1e6  # bytes
 MOST = 4000  # MB of a process
 ADDED, WHOLE = "memory added, MB", "process, MB"
@@ -35,7 +37,7 @@ TAIL = 3  # sizes: the exponent where it is large is that of the last so many
 RAYS = 1 << 18
 FRAME = 512  # pixels, side of the frame whose triangles grow
 PICTURE = 128  # pixels, side of the picture whose samples or lamps grow
-LAMP = 0.004  # side of a lamp; a million of them fit above the floor
+LAMP = 0.0005  # side of a lamp: a million of them hide only 3 % of each other's light
 SIZES = {
     "triangles": (1_000, 10_000, 100_000, 1_000_000, 4_000_000, 20_000_000),
     "pixels": (64, 128, 256, 512, 1024, 2048, 4096, 8192),
@@ -64,13 +66,14 @@ def processor_seconds(call: Callable[[], object]) -> float:
     return (time.process_time() - start) / calls
 
 
-def loaded(make: Callable[[], tt.SceneData]) -> tuple[tt.SceneData, float]:
-    """A scene, and the seconds of the processor that it took, without those of its kernels' compilation."""
+def without_compiling(call: Callable[[], Result]) -> tuple[Result, float]:
+    """What a call returns, and the seconds of the processor that it took, without those of compiling kernels."""
+    ti.sync()
     watch = stopwatch.start(time.process_time(), clock=time.process_time)
-    scene = make()
+    result = call()
     ti.sync()
     stopwatch.stop()
-    return scene, watch.total - watch.seconds[stopwatch.KERNELS_READ] - watch.seconds[stopwatch.KERNELS_MADE]
+    return result, watch.total - watch.seconds[stopwatch.KERNELS_READ] - watch.seconds[stopwatch.KERNELS_MADE]
 
 
 def frame(scene: tt.SceneData, side: int) -> Callable[[], object]:
@@ -88,7 +91,7 @@ def of_triangles(size: int) -> dict[str, float]:
     """Seconds to load and build, nanoseconds of a ray, and memory."""
     vertices, faces = displaced_sphere(size)
     before = largest_memory()
-    scene, load = loaded(lambda: tt.scene_from_mesh(vertices, faces, view={**VIEW, "up": (0, 1, 0)}))
+    scene, load = without_compiling(lambda: tt.scene_from_mesh(vertices, faces, view={**VIEW, "up": (0, 1, 0)}))
     rng = np.random.default_rng(1)
     origins = rng.uniform(vertices.min(axis=0), vertices.max(axis=0), (RAYS, 3)).astype(np.float32)
     directions = rng.normal(size=(RAYS, 3)).astype(np.float32)
@@ -120,11 +123,8 @@ def of_samples(count: int) -> dict[str, float]:
     renderer = tt.A2Renderer(scene, PICTURE, PICTURE, integrator="mis")
     renderer.render(WARM_UP)
     renderer.begin_anew()
-    ti.sync()
-    start = time.process_time()
-    renderer.render(count)
-    ti.sync()
-    return {"rendering, s": time.process_time() - start, "error, %": 100 * float(renderer.error())}
+    _, seconds = without_compiling(lambda: renderer.render(count))
+    return {"rendering, s": seconds, "error, %": 100 * float(renderer.error())}
 
 
 def of_lamps(count: int) -> dict[str, float]:
@@ -138,7 +138,7 @@ def of_lamps(count: int) -> dict[str, float]:
     grey, glowing = tt.Material(Kd=(0.6, 0.6, 0.6)), tt.Material(Kd=(0, 0, 0), Ke=(1, 1, 1))
     materials = {"material": [grey, glowing], "face_materials": np.r_[0, 0, np.ones(count, int)]}
     view = {"eye": (0.0, 1.5, 2.5), "at": (0.0, 0.0, 0.0), "up": (0, 1, 0), "fov": 50.0}
-    scene, load = loaded(lambda: tt.scene_from_mesh(vertices, faces, view=view, **materials))
+    scene, load = without_compiling(lambda: tt.scene_from_mesh(vertices, faces, view=view, **materials))
     renderer = tt.A3Renderer(scene, PICTURE, PICTURE, integrator="environment").render(16)
     error = float(renderer.error())
     return {"load, s": load, "sample, s": processor_seconds(renderer.render), "error of 16, %": 100 * error}

@@ -28,7 +28,8 @@ SWITCHED = (
     "The samples' parts run in one kernel, where no clock can see them apart. They were measured after the picture, on "
     "one more sample: the same kernel ran with and without the film, and with the answers of its rays found or read "
     "from a list of the same answers. The differences, in seconds of the processor, are the shares into which the "
-    "measured time of all samples is divided. This took {seconds:.1f} s, which are not in the table; {share}."
+    "measured time of all samples is divided. It took {seconds:.1f} s, its own kernel's compilation included, which "
+    "are not in the table; {share}."
 )
 NOT_SWITCHED = (
     "The samples' parts were not taken apart: {why}. The kernel's time stands in one row, as the clock measured it."
