@@ -10,7 +10,7 @@ from taichi_tracer.studies import page
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.sample_parts import Anatomy, SampleParts
 from taichi_tracer.system import compiling
-from taichi_tracer.system.compiling import FOUND, Kernel
+from taichi_tracer.system.compiling import LOADED, Kernel
 from taichi_tracer.system.seams import why_replaced
 from taichi_tracer.system.stopwatch import EYE_RAYS, PARTS, SAMPLES, Stopwatch
 
@@ -93,7 +93,7 @@ class Profile:
         if self.parts is None:
             return []
         counted, seconds = self.parts.rays_counted, dict(self.rows())
-        found = [("eye rays", counted.eye * self.eye_passes, seconds[EYE_RAYS])]
+        found = [("eye rays", counted.eye * self.eye_passes, seconds[EYE_RAYS])] if self.eye_passes > 0 else []
         if self.asked > 0:
             names = {"shadow rays": counted.shadow, "further rays": counted.others}
             kinds = " and ".join(name for name, number in names.items() if number > 0)
@@ -153,7 +153,7 @@ def as_page(profile: Profile) -> str:
             kernels_table(profile.kernels),
             page.paragraph(
                 "Python reads a kernel in every process. Taichi then translates it into machine code, or finds it in "
-                f"the folder where an earlier process has kept it; what took less than {FOUND:g} s counts as found.",
+                f"the folder where an earlier process has kept it; what took less than {LOADED:g} s of the processor counts as found.",
                 "note",
             ),
             page.paragraph(describe_machine(), "note"),

@@ -46,6 +46,8 @@ def test_each_kernel_has_a_name_and_its_seconds(monkeypatch):
     for name, empty in (("_is_watched", False), ("_spent", []), ("_kernels", []), ("_by_id", {})):
         monkeypatch.setattr(compiling, name, empty)
     monkeypatch.setattr(compiling, "perf_counter", lambda: next(ticks))
+    busy = iter([0.0, 0.01, 1.0, 1.5, 2.0])
+    monkeypatch.setattr(compiling, "thread_time", lambda: next(busy))
     compiling.watch()
     program = Program()
     first = program.create_kernel(None, "_take_sample_c76_0", "mode")
