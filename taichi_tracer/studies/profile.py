@@ -153,7 +153,8 @@ def as_page(profile: Profile) -> str:
             kernels_table(profile.kernels),
             page.paragraph(
                 "Python reads a kernel in every process. Taichi then translates it into machine code, or finds it in "
-                f"the folder where an earlier process has kept it; what took less than {LOADED:g} s of the processor counts as found.",
+                f"the folder where an earlier process has kept it; what took less than {LOADED:g} s of the processor "
+                "counts as found.",
                 "note",
             ),
             page.paragraph(describe_machine(), "note"),

@@ -16,8 +16,8 @@ from taichi._lib import core
 from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, part
 
 FOUND = 0.04  # seconds: a kernel that took less was found in the folder, or is so small that it does not matter
-# Seconds of the processor: a kernel that took less was found. Direct light takes 0.02 s to load, and the smallest kernel
-# of the package takes 0.04 s to translate.
+# Seconds of the processor: a kernel that took less was found. That of direct light takes 0.02 s to load, and the
+# smallest kernel of the package takes 0.04 s to translate.
 LOADED = 0.03
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
 _spent: list[float] = []  # seconds of every translation that took longer
