@@ -1,5 +1,6 @@
 """Medians of runs that take turns, so that the noise of the machine affects all candidates equally."""
 
+import atexit
 import datetime
 import importlib.metadata
 import os
@@ -10,6 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 RUNS = 7
+LOOK = 0.5  # seconds over which the share of other programs is measured
+STAT = Path("/proc/stat")  # where Linux tells how long the processors were busy
 REST = 0.05  # seconds before each call, because threads of some libraries stay busy for a while after their work
 
 
@@ -43,7 +46,7 @@ def ratio_table(title: str, medians: dict[str, float], base: str, unit: str, per
 
 
 def describe_machine() -> str:
-    """The date, the processor, the number of threads, and the versions of the libraries."""
+    """The time, the processor, the number of threads, and the versions of the libraries; see ``note_others``, too."""
     model = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
@@ -51,8 +54,50 @@ def describe_machine() -> str:
         model = names[0] if names else model
     versions = ", ".join(f"{name} {_version(name)}" for name in ("taichi", "numpy", "mitsuba", "embreex", "trimesh"))
     threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    today = datetime.date.today().isoformat()
-    return f"{today}; {model}, {threads} threads; Python {platform.python_version()}, {versions}\n"
+    now = f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d %H:%M} UTC"
+    note_others()
+    return f"{now}; {model}, {threads} threads; Python {platform.python_version()}, {versions}\n"
+
+
+def note_others() -> None:
+    """At the end of this process, print how busy other programs kept the processors: before, during and after it."""
+    if busy_seconds() is not None:
+        before, since = busy_share_of_others(LOOK), moment()
+
+        def tell() -> None:
+            during, after = share_of_others(since, moment()), busy_share_of_others(LOOK)
+            shares = f"{before:.0%} before, {during:.0%} during, {after:.0%} after"
+            print(f"\nOther programs kept the processors busy: {shares}.")
+
+        atexit.register(tell)
+
+
+def busy_share_of_others(seconds: float) -> float:
+    """The share of all processors that other programs take, over some seconds in which this process rests."""
+    since = moment()
+    time.sleep(seconds)
+    return share_of_others(since, moment())
+
+
+def share_of_others(since: tuple[float, float, float], until: tuple[float, float, float]) -> float:
+    """The share of all processors that other programs took between two ``moment``s, from 0 to 1."""
+    clock, busy, own = (b - a for a, b in zip(since, until, strict=True))
+    return min(1.0, max(0.0, (busy - own) / (clock * (os.cpu_count() or 1))))
+
+
+def moment() -> tuple[float, float, float]:
+    """(seconds of the clock, of all processors, of this process and the processes that it has started and awaited)."""
+    times = os.times()
+    own = times.user + times.system + times.children_user + times.children_system
+    return time.perf_counter(), busy_seconds() or 0.0, own
+
+
+def busy_seconds() -> float | None:
+    """Seconds since the start of the machine in which its processors were busy; None where the system does not tell."""
+    if not STAT.exists():
+        return None
+    user, nice, system, _idle, _waiting, *interrupts = map(int, STAT.read_text().split("\n", 1)[0].split()[1:9])
+    return (user + nice + system + sum(interrupts)) / os.sysconf("SC_CLK_TCK")
 
 
 def _version(name: str) -> str:

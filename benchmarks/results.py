@@ -1,8 +1,10 @@
 """Run every benchmark, each in a process of its own, and write benchmarks/RESULTS.md.
 
 python -m benchmarks.results [NAME ...]     only the named ones are measured again; the other results stay
+python -m benchmarks.results --mark         nothing is measured; results that are older than their code are marked
 """
 
+import datetime
 import re
 import subprocess
 import sys
@@ -13,6 +15,7 @@ BENCHMARKS = {
     "startup": [],
     "rays": ["82000", "512000"],
     "scaling": [],
+    "growth": [],
     "build": ["82000", "1300000"],
     "crossover": [],
     "direct": [],
@@ -24,10 +27,32 @@ BENCHMARKS = {
     "cluster": [],
     "live": [],
 }
+# The files and folders of the package whose speed a benchmark measures.
+RAYS = ["fast", "ray_intersector.py", "geometry.py"]
+LIGHT = [*RAYS, "integrators", "lights", "brdfs", "sampler.py", "environment.py", "renderer.py", "picture/film.py"]
+MEASURED = {
+    "startup": ["system", "fast", "scene_data.py", "scene_data_loader.py", "renderer.py", "apps/render.py"],
+    "rays": [*RAYS, "scene_data.py"],
+    "scaling": RAYS,
+    "growth": [*LIGHT, "scene_data.py"],
+    "build": ["fast/bvh_build.py", "fast/bvh_wide.py", "fast/wide_bvh.py"],
+    "crossover": [*RAYS, "intersectors"],
+    "direct": LIGHT,
+    "error": ["picture", "integrators", "lights", "sampler.py"],
+    "samplers": ["sampler.py", "integrators", "lights"],
+    "paths": LIGHT,
+    "obj_reader": ["files/obj.py", "files/text.py"],
+    "grading": ["teaching"],
+    "cluster": ["cluster"],
+}
+ROOT = Path(__file__).parents[1]
+WHEN = re.compile(r"\b(\d{4}-\d\d-\d\d)(?: (\d\d:\d\d) UTC)?")
+MARK = "> **Older than the code**"
 HEAD = """# Results
 
 Each section is the output of the command in its title, with the date, the machine and the versions. Figures are medians
-of runs that took turns in one process; only ratios within one section are worth comparing.
+of runs that took turns in one process; only ratios within one section are worth comparing. A section whose code has
+changed since then is marked.
 
 """
 
@@ -36,6 +61,9 @@ def main(names: list[str]) -> None:
     """Run the benchmarks, and write the results."""
     old = RESULTS.read_text(encoding="utf-8") if RESULTS.exists() else ""
     parts = dict(re.findall(r"^## `python -m benchmarks\.(\w+).*?`\n(.*?)(?=^## |\Z)", old, re.MULTILINE | re.DOTALL))
+    if names == ["--mark"]:
+        write(parts)
+        return
     for name in names or BENCHMARKS:
         command = [sys.executable, "-m", f"benchmarks.{name}", *BENCHMARKS[name]]
         done = subprocess.run(command, capture_output=True, text=True)
@@ -49,10 +77,38 @@ def main(names: list[str]) -> None:
 
 
 def write(parts: dict[str, str]) -> None:
-    """Write the outputs (name → text) into RESULTS.md, in the order of ``BENCHMARKS``."""
+    """Write the outputs (name → text) into RESULTS.md, in the order of ``BENCHMARKS``, and mark those that are old."""
     titles = {name: " ".join([f"python -m benchmarks.{name}", *BENCHMARKS[name]]) for name in BENCHMARKS}
-    text = "\n".join(f"## `{titles[name]}`\n\n{parts[name].strip()}\n" for name in BENCHMARKS if name in parts)
+    text = "\n".join(f"## `{titles[name]}`\n\n{marked(name, parts[name])}\n" for name in BENCHMARKS if name in parts)
     RESULTS.write_text(HEAD + text, encoding="utf-8")
+
+
+def marked(name: str, text: str) -> str:
+    """The output of a benchmark, with a line before it if its code has changed since it was measured."""
+    lines = [line for line in text.strip().splitlines() if not line.startswith(MARK)]
+    bare = "\n".join(lines).strip()
+    measured = measured_at(bare)
+    if measured is None:
+        return f"{MARK}, perhaps: it has no date.\n\n{bare}"
+    paths = [f"benchmarks/{name}.py", *(f"taichi_tracer/{path}" for path in MEASURED[name])]
+    newer = [path for path in paths if (changed := changed_at(path)) is not None and changed > measured]
+    return f"{MARK}: {', '.join(newer)} changed later.\n\n{bare}" if newer else bare
+
+
+def measured_at(text: str) -> datetime.datetime | None:
+    """The first time that an output names; a day without a time counts from its beginning. None if it names none."""
+    found = WHEN.search(text)
+    if found is None:
+        return None
+    return datetime.datetime.fromisoformat(f"{found[1]}T{found[2] or '00:00'}+00:00")
+
+
+def changed_at(path: str) -> datetime.datetime | None:
+    """When a file, or any file of a folder, was last changed by a commit; None if there is no commit of it."""
+    command = ["git", "log", "-1", "--format=%cI", "--", path]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    when = done.stdout.strip()
+    return datetime.datetime.fromisoformat(when) if done.returncode == 0 and when else None
 
 
 if __name__ == "__main__":

@@ -42,6 +42,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
+from taichi_tracer.system.stopwatch import ERROR, EYE_RAYS, LIGHTS, SAMPLES, part
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
 
@@ -330,10 +331,13 @@ class ProgressiveRenderer:
 
     def add_sample(self, index: int) -> None:
         """Take one sample for every pixel."""
-        scene = self.kernel_scene()
-        scene.lights.prepare(self.active.samples_lights)
-        self.eye_rays.bring_up_to_date(self.seed, index)
-        self._take_sample(scene, self.active, self.eye_rays, self.film.near_misses, self.seed, index)
+        with part(LIGHTS):
+            scene = self.kernel_scene()
+            scene.lights.prepare(self.active.samples_lights)
+        with part(EYE_RAYS, waits=True):
+            self.eye_rays.bring_up_to_date(self.seed, index)
+        with part(SAMPLES, waits=True):
+            self._take_sample(scene, self.active, self.eye_rays, self.film.near_misses, self.seed, index)
 
     def render(
         self,
@@ -378,7 +382,8 @@ class ProgressiveRenderer:
 
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
-        self._count_near_misses()
+        with part(LIGHTS, waits=True):
+            self._count_near_misses()
         self.reset()
         self.active.prepare(self.scene_data, self.camera)
         self._shown = self.state()
@@ -416,7 +421,8 @@ class ProgressiveRenderer:
 
     def error(self) -> RelativeError:
         """Relative RMSE of the picture, estimated from its samples, with its 95 % interval; see ``error_estimate``."""
-        error = self.film.error(self._missed_light())
+        with part(ERROR, waits=True):
+            error = self.film.error(self._missed_light())
         if error > 0:
             self.error_curves.add(self.active.name, ErrorPoint(self.samples, self.rendered_seconds, error))
         return error

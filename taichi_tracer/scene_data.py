@@ -39,6 +39,7 @@ from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import in_kernels, replaced
+from taichi_tracer.system.stopwatch import BUILD, LIGHTS, part
 
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
@@ -293,9 +294,11 @@ class SceneData:
             self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
         self.geometry.load()
         self.material_library.load()
-        self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
+        with part(BUILD, waits=True):
+            self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
-        self.lamps = Lamps(self.geometry, self.material_library, lamp_choice_of(lamp_choice, mesh), two_sided_lamps)
+        with part(LIGHTS):
+            self.lamps = Lamps(self.geometry, self.material_library, lamp_choice_of(lamp_choice, mesh), two_sided_lamps)
         self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
         self._computed_view = self.view if view is None else None
         self._in_kernels: SceneInKernels | None = None

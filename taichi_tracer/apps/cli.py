@@ -338,6 +338,11 @@ def add_render(parser: Parser) -> None:
         metavar="A,B",
         help="raw arrays that an .exr file has beside the picture, such as the distance: names with commas",
     )
+    parser.add_argument(
+        "--profile",
+        action="store_true",
+        help="tell where the time goes, from the start of Python to the file, in a table and in FILE.profile.html",
+    )
     parser.lists = ("pictures", "tones", "aovs", "scenes")
 
 

@@ -27,8 +27,9 @@ from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.picture.progress import Progress, two_digits
 from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.system import compiling
+from taichi_tracer.system import compiling, stopwatch
 from taichi_tracer.system.errors import IncompleteError, InputError
+from taichi_tracer.system.stopwatch import READ, part
 from taichi_tracer.tones.display import Display
 
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
@@ -37,6 +38,7 @@ WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
 SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
 DISTANCE = "distance"  # the view to which --max-distance belongs
 SUM = "sum"  # the caption of the last picture of a contact sheet
+PROFILE = ".profile.html"  # the ending of the page that tells where the time of a picture went
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -51,6 +53,7 @@ class RenderRequest:
         bounces: (first, last) of the light that each picture counts, see ``PathSettings``; empty is one picture of all.
         checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
         aovs: the raw arrays that each file has beside its picture.
+        profile: whether a page tells where the time went.
     """
 
     scene: SceneRequest
@@ -63,6 +66,7 @@ class RenderRequest:
     checkpoint: str | None
     checkpoint_every: float
     aovs: tuple[Aov, ...]
+    profile: bool
 
     def samples_of(self, picture: PictureRequest) -> int | None:
         """How many samples end the rendering of a picture; None where only time or error do."""
@@ -87,6 +91,7 @@ def render_of(args: Namespace) -> RenderRequest:
         checkpoint=args.checkpoint,
         checkpoint_every=args.checkpoint_every,
         aovs=find_aovs(args.aov),
+        profile=args.profile,
     )
 
 
@@ -130,8 +135,20 @@ def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
         0; 2 when a file had to be written elsewhere; or, when a signal ended it with what was done by then, 128 and the
         number of the signal: 130 for Ctrl-C.
     """
+    watch = stopwatch.start(args.started) if args.profile else None
+    try:
+        return run_watched(args, elsewhere, watch)
+    finally:
+        stopwatch.stop()
+
+
+def run_watched(args: Namespace, elsewhere: "Elsewhere | None", watch: stopwatch.Stopwatch | None) -> int:
+    """``run``, while a stopwatch runs if there is one."""
     request = render_of(args)
     paths = paths_of(request)
+    if watch is not None:
+        check_profile([path for views in paths for places in views for path in places.pictures])
+        watch.charge(stopwatch.IMPORTS)
     for picture, views in zip(request.pictures, paths, strict=True):
         note_linear(picture.display, [path for places in views for path in places.pictures])
     if request.checkpoint is not None:
@@ -150,7 +167,8 @@ def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
         made = {}
         for j, ((renderer_class, integrator), places) in enumerate(zip(picture.views, views, strict=True)):
             if renderer_class not in made:
-                made[renderer_class] = picture.make_renderer(renderer_class, scene)
+                with part(stopwatch.FILM):
+                    made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
             shown = []
             for path, bounces in zip(places.pictures, request.bounces or (None,), strict=True):
@@ -163,10 +181,40 @@ def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
                     of = "" if request.spp is None else f" of {request.spp}"
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
                     return interruption.exit_code
+                if watch is not None:
+                    is_in_place &= write_profile(renderer, request, path, watch)
+                    continue
                 shown.append(renderer.film.own_pixels(renderer.image()))
             if places.sheet is not None:
                 is_in_place &= write_sheet(shown, request.bounces, places.sheet, picture)
     return 0 if is_in_place else USER_ERROR
+
+
+def check_profile(pictures: Sequence[Path]) -> None:
+    """Raise an InputError unless one picture is asked for, beside which its profile can be written."""
+    if len(pictures) > 1:
+        raise InputError(f"--profile tells where the time of one picture goes, not of {len(pictures)}: ask for one")
+    check_place(profile_path(pictures[0]))
+
+
+def profile_path(picture: Path) -> Path:
+    """The page that belongs to a picture."""
+    return picture.with_suffix(PROFILE)
+
+
+def write_profile(
+    renderer: ProgressiveRenderer, request: RenderRequest, path: Path, watch: stopwatch.Stopwatch
+) -> bool:
+    """Print and write where the time of a picture went that is done; False if the page had to go elsewhere."""
+    stopwatch.stop()
+    from taichi_tracer.studies.profile import as_page, described, profile_of
+
+    title = f"{Path(request.scene.name).name}, {renderer.active.name}"
+    found = profile_of(renderer, watch, title)
+    print(described(found))
+    place = written_bytes(profile_path(path), as_page(found).encode())
+    print(f"{place}: where the time went", flush=True)
+    return place == profile_path(path)
 
 
 def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: PictureRequest) -> bool:
@@ -206,9 +254,10 @@ def make_picture(
         incomplete = InputError(f"{error} after {renderer.samples} samples: {keeper.kept_at_end(path)}")
     is_in_place = keeper.is_in_place
     if renderer.samples > 0:
-        image = renderer.film.own_pixels(renderer.image())
         encoding = renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
-        place = written_picture(path, image, channels, **encoding)
+        with part(stopwatch.WRITE, waits=True):
+            image = renderer.film.own_pixels(renderer.image())
+            place = written_picture(path, image, channels, **encoding)
         times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
         print(f"{place}: {describe(renderer, image)} ({times})", flush=True)
         report_non_finite(renderer)
@@ -252,7 +301,8 @@ class Clock:
     def load(self, scene: SceneRequest) -> SceneData:
         """Load a scene, and remember how long that took."""
         start = time.perf_counter()
-        loaded = scene.load()
+        with part(READ, waits=True):
+            loaded = scene.load()
         self.before = f"start {start - self.started:.2f} s, scene {time.perf_counter() - start:.2f} s"
         return loaded
 
@@ -412,7 +462,8 @@ class Keeper:
     def keep(self) -> None:
         """Write now, if there is where to and what."""
         if self.path is not None and self.renderer.samples > 0:
-            self.is_in_place = written(Path(self.path), self.renderer.save_checkpoint) == Path(self.path)
+            with part(stopwatch.WRITE):
+                self.is_in_place = written(Path(self.path), self.renderer.save_checkpoint) == Path(self.path)
 
 
 class Bar:

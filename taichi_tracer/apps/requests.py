@@ -21,6 +21,7 @@ from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.stopwatch import TAICHI, part
 from taichi_tracer.tones.display import Display
 
 QUICK = 4  # a quick picture has a quarter of the width and of the height
@@ -39,7 +40,8 @@ class MachineRequest:
 
     def start(self) -> None:
         """Start Taichi."""
-        runtime.init(**given(arch=self.arch, precision=self.precision), fast_math=self.fast_math)
+        with part(TAICHI):
+            runtime.init(**given(arch=self.arch, precision=self.precision), fast_math=self.fast_math)
 
     def words(self) -> list[str]:
         """The options that ask for the same."""

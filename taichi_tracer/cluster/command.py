@@ -27,6 +27,8 @@ from taichi_tracer.teaching.submissions import Submission
 
 def render(args: Namespace) -> int:
     """Render and write every view that was asked for, on a cluster."""
+    if args.profile:
+        raise InputError("--profile measures the process that renders, and on a cluster others do: not --cluster")
     tell_of_parts(args)
     with noting_reads() as paths, Cluster(args.cluster, note) as cluster:
         return render_command.run(args, Elsewhere(cluster, args, paths))

@@ -23,6 +23,7 @@ from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.picture import progress
 from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
 from taichi_tracer.studies import effects as effects_study
+from taichi_tracer.system import stopwatch
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.display import Display
 
@@ -836,3 +837,34 @@ def test_a_display_that_cannot_be_is_an_error_before_any_work(words, told, tmp_p
     assert told in error
     assert len(error.splitlines()) == 1
     assert not path.exists()
+
+
+def test_a_profile_tells_where_the_time_went_and_changes_no_bit(tmp_path, capsys):
+    words = ["render", "cube", "--view", "normal", "--jitter", "--size", "16x16", "--spp", "2", "-o"]
+    assert quickly([*words, str(tmp_path / "plain.pfm")]) == 0
+    capsys.readouterr()
+    assert quickly([*words, str(tmp_path / "told.pfm"), "--profile"]) == 0
+    assert (tmp_path / "told.pfm").read_bytes() == (tmp_path / "plain.pfm").read_bytes()
+    told = capsys.readouterr().out
+    rows = dict(re.findall(r"^(\S.*?) {2,}([\d.]+) s", told, re.MULTILINE))
+    total = float(rows.pop("total"))
+    assert sum(map(float, rows.values())) == pytest.approx(total, abs=0.0006 * len(rows))  # rounded to milliseconds
+    assert {"Taichi starts", "eye rays are traced", "samples: hits are shaded", "other"} <= rows.keys()
+    page = (tmp_path / "told.profile.html").read_text(encoding="utf-8")
+    assert "_take_sample" in page
+    assert "512" in page  # eye rays
+    assert stopwatch.part("a part") is stopwatch.part("another")  # the stopwatch is stopped
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["--view", "normal,hit"], "one picture goes, not of 2"),
+        (["--cluster", "local:1"], "not --cluster"),
+    ],
+)
+def test_a_profile_of_several_pictures_or_machines_is_refused(words, why, tmp_path, capsys):
+    assert quickly(["render", "cube", *words, "--profile", "-o", f"{tmp_path}/"]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if "error" in line]
+    assert why in line
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,292 @@
+"""What the parts of a sample cost: shading, shadow rays and film, which one kernel does and no clock sees apart.
+
+Some samples are taken once more, after the picture, by a kernel from which parts can be left out. It has the same code
+as the kernel of the picture, and a switch at two places. One switch leaves out the film. The other one leaves out the
+search for what a ray meets: the answers of all rays that leave a surface are written down once, and are then read
+instead of found. The sample stays the same, to the last bit, so that the difference in time is the cost of the rays.
+
+The same kernel counts the rays.
+"""
+
+import copy
+import math
+import statistics
+from dataclasses import dataclass
+from time import perf_counter, process_time
+from typing import Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+from taichi.lang import impl
+
+from taichi_tracer.lights.near_misses import begin_counting
+from taichi_tracer.ray import HitData, no_hit
+from taichi_tracer.renderer import EyeRays, ProgressiveRenderer
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.seams import in_kernels
+
+TRACE, COUNT, RECORD, REPLAY, REPLAY_ALL = range(5)  # what the kernel does with rays; see ``Answers``
+ROUNDS = 5  # times that each variant runs; the variants take turns
+PASSES = 2 + 4 * ROUNDS  # over all pixels: one to count, one to write answers down, and those that are measured
+LEAST_STRIP = 16  # columns of pixels: fewer would be too little work for a call
+STRIPS = 8  # into which the picture is cut, of which some are left out if all of them would take too long
+MOST_SHADOWS, MOST_HITS = 1 << 22, 1 << 19  # answers that are kept at a time: 16 MB, and about 40 MB
+NEVER = -12345.678  # a sum of radiances that does not occur: the compiler must not know that values are not used
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Rays of one sample of every pixel.
+
+    Attributes:
+        eye: rays from the eye. shadow: rays that ask whether a light is blocked. others: rays that look for what they
+            hit, such as the next segment of a path.
+    """
+
+    eye: int
+    shadow: int
+    others: int
+
+
+@dataclass(frozen=True)
+class SampleParts:
+    """Seconds of one sample, of as many pixels as were measured; see ``Anatomy.run``.
+
+    Attributes:
+        whole: with everything. film: what the film takes. rays: what the rays that leave a surface take. eye: what eye
+            rays take within the kernel, which is 0 if their hits are found by a kernel of their own. shading: the rest.
+        share: the fraction of the pixels that were measured.
+        rays_counted: in one sample of every pixel.
+        seconds: what all of this took, compilation included.
+    """
+
+    whole: float
+    film: float
+    rays: float
+    eye: float
+    shading: float
+    share: float
+    rays_counted: Rays
+    seconds: float
+
+
+@ti.data_oriented
+class Answers:
+    """The answers to the rays of a sample, in the order in which each pixel asks.
+
+    What the kernel does is its ``mode``: TRACE finds the answers. COUNT finds and counts them. RECORD finds them and
+    writes them down. REPLAY reads those of the rays that leave a surface, and REPLAY_ALL those of eye rays, too.
+    """
+
+    def __init__(self, width: int, height: int) -> None:
+        self.shadows, self.hits = min(MOST_SHADOWS, 32 * width * height), min(MOST_HITS, 16 * width * height)
+        self._memory = memory.Memory()
+        self.blocked, self.hit = ti.field(ti.i32), HitData.field()
+        self.first_shadow, self.first_hit = ti.field(ti.i32), ti.field(ti.i32)
+        self.unused = ti.field(ti.i32)
+        self._memory.fields.dense(ti.i, self.shadows).place(self.blocked)
+        self._memory.fields.dense(ti.i, self.hits).place(self.hit)
+        self._memory.fields.dense(ti.ij, (width, height)).place(self.first_shadow, self.first_hit)
+        self._memory.fields.place(self.unused)
+        self._memory.allocate()
+
+    @in_kernels
+    def begin(self, first_shadow, first_hit, mode) -> None:
+        """Begin the sample of a pixel, whose answers have their places from these numbers on."""
+        self.mode, self.shadow, self.other = mode, impl.expr_init(first_shadow), impl.expr_init(first_hit)
+
+    @ti.func
+    def end(self, x, y):
+        """End the sample of a pixel: write down how many answers it needed, if they are counted."""
+        if self.mode == COUNT:
+            self.first_shadow[x, y], self.first_hit[x, y] = self.shadow, self.other
+
+    @ti.func
+    def keep(self, value: ti.template()):
+        """Use a value that the film does not take."""
+        if value.sum() == NEVER:
+            self.unused[None] = 1
+
+
+@ti.data_oriented
+class Answering:
+    """An intersector whose answers may come from ``Answers``.
+
+    Args:
+        intersector: the one that finds answers. is_eye: whether it is asked by eye rays.
+    """
+
+    def __init__(self, intersector: Any, answers: Answers, is_eye: bool = False) -> None:
+        self.intersector, self.answers, self.is_eye = intersector, answers, is_eye
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "intersector":  # a copy without members yet
+            raise AttributeError(name)
+        return getattr(self.intersector, name)
+
+    @ti.func
+    def is_occluded(self, ray, t_max):
+        """``RayIntersector.is_occluded``."""
+        k, blocked = self.answers.shadow, 0
+        self.answers.shadow += 1
+        if self.answers.mode >= REPLAY:
+            blocked = self.answers.blocked[k]
+        else:
+            blocked = ti.cast(self.intersector.is_occluded(ray, t_max), ti.i32)
+            if self.answers.mode == RECORD:
+                self.answers.blocked[k] = blocked
+        return blocked != 0
+
+    @ti.func
+    def query_segment(self, ray, t_min, t_max):
+        """``RayIntersector.query_segment``."""
+        k, hit = self.answers.other, no_hit()
+        self.answers.other += 1
+        if self.answers.mode >= ti.static(REPLAY_ALL if self.is_eye else REPLAY):
+            hit = self.answers.hit[k]
+        else:
+            hit = self.intersector.query_segment(ray, t_min, t_max)
+            if self.answers.mode == RECORD:
+                self.answers.hit[k] = hit
+        return hit
+
+    @ti.func
+    def query_ray(self, ray):
+        """``RayIntersector.query_ray``."""
+        return self.query_segment(ray, 0.0, tm.inf)
+
+
+@ti.data_oriented
+class Anatomy:
+    """Takes a renderer's samples apart. Its film gets samples twice: the picture must be begun again afterwards."""
+
+    def __init__(self, renderer: ProgressiveRenderer) -> None:
+        self.renderer, scene = renderer, renderer.kernel_scene()
+        self.answers = Answers(renderer.width, renderer.height)
+        self.scene, self.eye_rays = copy.copy(scene), renderer.eye_rays
+        self.scene.ray_intersector = Answering(scene.ray_intersector, self.answers)
+        self.traces_eye_rays = isinstance(self.eye_rays, EyeRays) and self.eye_rays.traces
+        if self.traces_eye_rays:
+            self.eye_rays = copy.copy(self.eye_rays)
+            self.eye_rays.intersector = Answering(scene.ray_intersector, self.answers, is_eye=True)
+        self.columns, self.rows = renderer.film.ranges
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether the rays can be left out; those that a student's ``shade_ray`` traces itself cannot."""
+        return "shade_ray" not in self.renderer.replaced
+
+    @ti.kernel
+    def _run(
+        self,
+        scene: ti.template(),
+        integrator: ti.template(),
+        eye_rays: ti.template(),
+        near_misses: ti.template(),
+        seed: ti.u32,
+        index: ti.u32,
+        first: ti.i32,
+        end: ti.i32,
+        mode: ti.i32,
+        fills_film: ti.i32,
+    ):
+        for x, y in ti.ndrange((first, end), self.rows):
+            i, is_taken = self.renderer.shares.sample_of(x, y, index)
+            if is_taken:
+                begin_counting(near_misses, x, y, integrator)
+                self.answers.begin(self.answers.first_shadow[x, y], self.answers.first_hit[x, y], mode)
+                rng = self.renderer.sampler.start(seed, x, y, i)
+                ray, hit = eye_rays.hit_of(x, y, rng)
+                value = self.renderer.radiance(scene, integrator, ray, hit, rng)
+                if fills_film != 0:
+                    self.renderer.record(x, y, value, i)
+                else:
+                    self.answers.keep(value)
+                self.answers.end(x, y)
+
+    def run(self, columns: tuple[int, int], mode: int, fills_film: bool = True) -> float:
+        """Seconds of the next sample of all pixels in a range of columns: of the processor, in all threads.
+
+        Other programs make the clock go on, but not the seconds of the processor. On a GPU, it is the clock.
+        """
+        r = self.renderer
+        r.eye_rays.bring_up_to_date(r.seed, self.index)
+        ti.sync()
+        clock = process_time if runtime.ensure().arch == "cpu" else perf_counter
+        start = clock()
+        parts = self.scene, r.active, self.eye_rays, r.film.near_misses
+        self._run(*parts, r.seed, self.index, *columns, mode, int(fills_film))
+        ti.sync()
+        return clock() - start
+
+    @property
+    def index(self) -> int:
+        """The number of the next sample."""
+        return self.renderer.first_sample + self.renderer.film.samples
+
+    def count(self) -> Rays:
+        """Count the rays of one sample, and prepare a place for each answer's number."""
+        r = self.renderer
+        r.kernel_scene().lights.prepare(r.active.samples_lights)
+        self.answers.first_shadow.fill(0)
+        self.answers.first_hit.fill(0)
+        self.run(self.columns, COUNT)
+        self.counted = self.answers.first_shadow.to_numpy(), self.answers.first_hit.to_numpy()
+        shadows, hits = (int(counts.sum(dtype=np.int64)) for counts in self.counted)
+        taken = (self.columns[1] - self.columns[0]) * (self.rows[1] - self.rows[0])
+        return Rays(taken, shadows, hits - (taken if self.traces_eye_rays else 0))
+
+    def strips(self, seconds: float, budget: float) -> list[tuple[int, int]]:
+        """Ranges of columns to measure, whose answers fit into memory; some are left out to keep within a budget.
+
+        Args:
+            seconds: of one sample. budget: seconds of all passes.
+        """
+        first, end = self.columns
+        step = max(1, math.ceil(PASSES * seconds / budget))
+        width = max(LEAST_STRIP, (end - first) // (STRIPS * step)) if step > 1 else end - first
+        for counts, room in zip(self.counted, (self.answers.shadows, self.answers.hits), strict=True):
+            most = int(counts.sum(axis=1).max())  # of a column
+            width = min(width, max(1, room // max(1, most)))
+        return [(x, min(x + width, end)) for x in range(first, end, width * step)]
+
+    def place(self, columns: tuple[int, int]) -> None:
+        """Give each pixel of a range of columns its places for answers."""
+        for counts, field in zip(self.counted, (self.answers.first_shadow, self.answers.first_hit), strict=True):
+            own = counts[columns[0] : columns[1]].ravel().astype(np.int64)
+            begins = np.zeros_like(counts)
+            begins[columns[0] : columns[1]] = (np.cumsum(own) - own).reshape(-1, counts.shape[1])
+            field.from_numpy(begins.astype(np.int32))
+
+    def measure(self, budget: float) -> SampleParts | None:
+        """Take one more sample apart; None if that is not possible.
+
+        Args:
+            budget: the seconds that it may take, compilation not counted.
+        """
+        if not self.is_possible:
+            return None
+        start = perf_counter()
+        rays = self.count()
+        strips = self.strips(self.run(self.columns, TRACE), budget)
+        whole, no_film, no_rays, no_eye = 0.0, 0.0, 0.0, 0.0
+        variants = {"whole": (TRACE, True), "film": (TRACE, False), "rays": (REPLAY, False), "eye": (REPLAY_ALL, False)}
+        for strip in strips:
+            self.place(strip)
+            self.run(strip, RECORD)
+            times: dict[str, list[float]] = {name: [] for name in variants}
+            for _ in range(ROUNDS):
+                for name, (mode, fills_film) in variants.items():
+                    times[name].append(self.run(strip, mode, fills_film))
+            whole, no_film, no_rays, no_eye = (
+                total + statistics.median(times[name])
+                for total, name in zip((whole, no_film, no_rays, no_eye), variants, strict=True)
+            )
+        share = sum(b - a for a, b in strips) / (self.columns[1] - self.columns[0])
+        film, of_rays = max(0.0, whole - no_film), max(0.0, no_film - no_rays)
+        of_rays = of_rays if rays.shadow + rays.others > 0 else 0.0  # without rays, the difference is noise
+        eye = max(0.0, no_rays - no_eye) if self.traces_eye_rays else 0.0
+        rest = max(0.0, whole - film - of_rays - eye)
+        self.renderer.begin_anew()
+        return SampleParts(whole, film, of_rays, eye, rest, share, rays, perf_counter() - start)

@@ -1,0 +1,66 @@
+"""The rows of a profile add up, and nothing is shown that was not measured."""
+
+import dataclasses
+
+import pytest
+
+from taichi_tracer.studies.profile import FILM_TAKES, RAYS, SHADING, Profile, as_page, described
+from taichi_tracer.studies.sample_parts import Rays, SampleParts
+from taichi_tracer.system.compiling import Kernel
+from taichi_tracer.system.stopwatch import EYE_RAYS, IMPORTS, OTHER, PARTS, SAMPLES, Stopwatch
+
+PARTED = SampleParts(
+    whole=0.08, film=0.01, rays=0.04, eye=0.0, shading=0.03, share=0.25, rays_counted=Rays(100, 50, 25), seconds=1.5
+)
+
+
+@pytest.fixture
+def profile():
+    """Ten seconds, of which four went into samples."""
+    watch = Stopwatch(0.0, IMPORTS)
+    watch.seconds = dict.fromkeys(PARTS, 0.0) | {IMPORTS: 2.0, EYE_RAYS: 3.0, SAMPLES: 4.0, OTHER: 1.0}
+    watch._since = 10.0
+    kernels = [Kernel("_take_sample", 1.0, 0.5, 1.25, 0.9), Kernel("_clear", 2.0, 0.01, 0.002, 0.002)]
+    return Profile("box", watch, kernels, PARTED, passes=8, eye_passes=8)
+
+
+def test_the_samples_are_divided_as_they_were_measured(profile):
+    rows = dict(profile.rows())
+    assert (rows[SHADING], rows[RAYS], rows[FILM_TAKES]) == pytest.approx((1.5, 2.0, 0.5))
+    assert SAMPLES not in rows
+    assert sum(rows.values()) == pytest.approx(profile.total)
+    assert profile.rays() == [("eye rays", 800, 3.0), ("shadow rays and further rays", 600, pytest.approx(2.0))]
+
+
+def test_eye_rays_of_the_plain_form_are_a_part_of_the_samples(profile):
+    plain = dataclasses.replace(profile, parts=dataclasses.replace(PARTED, eye=0.04, rays=0.0, whole=0.08))
+    rows = dict(plain.rows())
+    assert rows[EYE_RAYS] == pytest.approx(3.0 + 4.0 * 0.04 / 0.08)
+    assert sum(rows.values()) == pytest.approx(profile.total)
+
+
+def test_without_further_rays_there_is_no_row_of_them(profile):
+    view = dataclasses.replace(profile, parts=dataclasses.replace(PARTED, rays=0.0, rays_counted=Rays(100, 0, 0)))
+    assert RAYS not in dict(view.rows())
+    assert [kind for kind, _, _ in view.rays()] == ["eye rays"]
+
+
+def test_samples_that_were_not_taken_apart_are_one_row(profile):
+    whole = dataclasses.replace(profile, parts=None, why_not="MyRenderer replaces shade_ray")
+    assert dict(whole.rows())[SAMPLES] == 4.0
+    assert whole.rays() == []
+    text = as_page(whole)
+    assert "MyRenderer replaces shade_ray" in text
+    assert "Rays</h2>" not in text
+
+
+def test_the_text_and_the_page_have_every_row(profile):
+    text, page = described(profile), as_page(profile)
+    for name, seconds in profile.rows():
+        assert f"{seconds:.3f}" in text
+        assert name in text
+        assert name in page
+    assert "2 kernels, 1 of them translated anew (1.25 s)" in text
+    assert "25 % of the pixels" in page
+    assert "src=" not in page
+    assert "href=" not in page

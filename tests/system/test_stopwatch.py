@@ -1,0 +1,58 @@
+"""Every moment belongs to exactly one part, and nothing happens while no stopwatch runs."""
+
+import contextlib
+
+import pytest
+
+from taichi_tracer.system import stopwatch
+from taichi_tracer.system.stopwatch import BUILD, EYE_RAYS, IMPORTS, OTHER, PARTS, READ, part
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that stands still until its value is changed."""
+    now = [10.0]
+    monkeypatch.setattr(stopwatch, "perf_counter", lambda: now[0])
+    yield now
+    stopwatch.stop()
+
+
+def test_an_inner_part_does_not_count_for_the_outer_one(clock):
+    watch = stopwatch.start(started=8.5)
+    clock[0] = 11.0
+    with part(READ):
+        clock[0] = 12.0
+        with part(BUILD):
+            clock[0] = 14.0
+        clock[0] = 14.5
+    clock[0] = 17.5
+    stopwatch.stop()
+    assert watch.seconds == dict.fromkeys(PARTS, 0.0) | {IMPORTS: 1.5, READ: 1.5, BUILD: 2.0, OTHER: 4.0}
+    assert sum(watch.seconds.values()) == watch.total == 9.0
+    assert (watch.times[READ], watch.times[BUILD], watch.times[EYE_RAYS]) == (1, 1, 0)
+
+
+def test_an_error_ends_the_parts_that_it_leaves(clock):
+    watch = stopwatch.start(started=10.0)
+    with contextlib.suppress(ValueError), part(READ), part(BUILD, waits=True):
+        clock[0] = 11.0
+        raise ValueError
+    clock[0] = 13.0
+    stopwatch.stop()
+    assert (watch.seconds[BUILD], watch.seconds[READ], watch.seconds[OTHER]) == (1.0, 0.0, 2.0)
+
+
+def test_without_a_stopwatch_a_part_is_nothing():
+    stopwatch.stop()
+    assert part(READ) is part(BUILD)
+    with part(READ):
+        pass
+
+
+def test_a_stopped_stopwatch_stays_as_it_is(clock):
+    watch = stopwatch.start(started=10.0)
+    stopwatch.stop()
+    clock[0] = 20.0
+    with part(READ):
+        clock[0] = 30.0
+    assert watch.total == 0.0

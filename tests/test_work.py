@@ -1,0 +1,168 @@
+"""How much work a picture is: rays, nodes and triangles, and how many kernels a command compiles.
+
+These numbers do not depend on the clock or on the machine, so that a change which makes pictures slower without anybody
+noticing is found here. If a change of them is meant, put the numbers of the message into ``WORK`` or ``KERNELS``.
+"""
+
+import functools
+import inspect
+import time
+from collections import Counter
+
+import pytest
+import taichi as ti
+
+import taichi_tracer as tt
+from taichi_tracer.apps.cli import main
+from taichi_tracer.intersectors import bvh
+from taichi_tracer.system import compiling
+from taichi_tracer.system.seams import in_kernels
+from tests.support import long_except, start
+
+SIZE, SPP = 32, 2
+UPDATE = "is {found!r} now, and was {wanted!r}: if this is meant, write it into {table} of {file}"
+
+# What a method is counted as. Eye rays and rays that look for what they hit are "rays"; others ask whether there is
+# anything on their way.
+FAST = {"nearest": "rays", "is_blocked": "shadow rays", "met_children": "nodes", "try_corners": "triangles"}
+PLAIN = {"query_segment": "rays", "is_blocked": "shadow rays", "intersect_primitive": "triangles"}
+COUNTED = ("rays", "shadow rays", "nodes", "triangles")
+
+# (scene, environment, integrator, form) → the nodes of its tree, and the work of SPP samples of SIZE² pixels.
+WORK: dict[tuple, dict[str, int]] = {
+    ("cornell_box", None, "path", "fast"): {
+        "tree nodes": 3,
+        "rays": 7851,
+        "shadow rays": 4074,
+        "nodes": 14665,
+        "triangles": 53421,
+    },
+    ("cornell_box", None, "path", "plain"): {
+        "tree nodes": 41,
+        "rays": 7851,
+        "shadow rays": 4074,
+        "nodes": 179539,
+        "triangles": 31013,
+    },
+    ("specular_spheres", "studio", "mis", "fast"): {
+        "tree nodes": 258,
+        "rays": 2048,
+        "shadow rays": 523,
+        "nodes": 7381,
+        "triangles": 4943,
+    },
+    ("specular_spheres", "studio", "mis", "plain"): {
+        "tree nodes": 3467,
+        "rays": 2048,
+        "shadow rays": 523,
+        "nodes": 46272,
+        "triangles": 5785,
+    },
+    ("blob", "sunny", "brdf", "fast"): {
+        "tree nodes": 8219,
+        "rays": 2048,
+        "shadow rays": 1143,
+        "nodes": 21728,
+        "triangles": 9320,
+    },
+    ("veach_plates", None, "explicit", "fast"): {
+        "tree nodes": 185,
+        "rays": 6368,
+        "shadow rays": 3000,
+        "nodes": 22463,
+        "triangles": 31683,
+    },
+}
+
+# Options of ``render`` → kernels that the command compiles, brute force with the test of Möller and Trumbore.
+KERNELS: dict[tuple, dict[str, int]] = {
+    ("--view", "normal"): {
+        "Film._write_image": 1,
+        "Geometry._load_triangles": 1,
+        "MaterialLibrary._load": 1,
+        "PrimaryHits._trace_rays": 1,
+        "ProgressiveRenderer._take_sample": 1,
+        "ProjectiveCamera._load": 1,
+    },
+    ("--estimator", "brdf"): {
+        "Environment._load": 1,
+        "Film._clear": 1,
+        "Film._write_image": 1,
+        "Geometry._load_triangles": 1,
+        "MaterialLibrary._load": 1,
+        "PrimaryHits._trace_rays": 1,
+        "ProgressiveRenderer._take_sample": 1,
+        "ProjectiveCamera._load": 1,
+    },
+}
+
+
+@ti.data_oriented
+class Work:
+    """Counts calls of methods inside kernels."""
+
+    def __init__(self) -> None:
+        self.counts = ti.field(ti.i32, len(COUNTED))
+
+    @ti.func
+    def add(self, k: ti.template()):
+        self.counts[k] += 1
+
+    def counting(self, function, name):
+        """A function for kernels that is counted, and otherwise does the same."""
+
+        @functools.wraps(function)
+        def called(*arguments):
+            self.add(COUNTED.index(name))
+            return function(*arguments)
+
+        return in_kernels(called)
+
+    def method(self, cls, name, counted_as):
+        """The method of a class, which is counted."""
+        original = inspect.getattr_static(cls, name)
+
+        @functools.wraps(original)
+        def called(this, *arguments):
+            self.add(COUNTED.index(counted_as))
+            return original.__get__(this, type(this))(*arguments)
+
+        return in_kernels(called)
+
+
+def work_of(name, environment, integrator, is_fast, monkeypatch):
+    """The work of a picture, and the size of its tree."""
+    start()
+    scene = tt.load_scene_data(name, environment=environment, fast=is_fast)
+    tree, work = scene.ray_intersector, Work()
+    cls = type(tree)
+    members = {name: work.method(cls, name, what) for name, what in (FAST if is_fast else PLAIN).items()}
+    tree.__class__ = type(f"Counted{cls.__name__}", (cls,), members)
+    if not is_fast:
+        monkeypatch.setattr(bvh, "box_interval", work.counting(bvh.box_interval, "nodes"))
+    kind = next(kind for kind in (tt.A2Renderer, tt.A4Renderer) if integrator in kind.names())
+    kind(scene, SIZE, SIZE, integrator=integrator).render(SPP)
+    counted = dict(zip(COUNTED, map(int, work.counts.to_numpy()), strict=True))
+    return {"tree nodes": tree.num_nodes, **counted}
+
+
+CASES = list(WORK)
+
+
+@pytest.mark.parametrize(("name", "environment", "integrator", "form"), long_except(CASES, CASES[0]))
+def test_a_picture_is_as_much_work_as_it_was(name, environment, integrator, form, monkeypatch):
+    case = name, environment, integrator, form
+    found = work_of(name, environment, integrator, form == "fast", monkeypatch)
+    wanted = WORK.get(case)
+    assert found == wanted, UPDATE.format(found=found, wanted=wanted, table=f"WORK[{case}]", file=__file__)
+
+
+@pytest.mark.parametrize("words", [("--view", "normal"), ("--estimator", "brdf")])
+def test_a_command_compiles_as_many_kernels_as_it_did(words, tmp_path):
+    start()
+    began = time.perf_counter()
+    quick = ["--intersector", "brute_force", "--triangle-test", "moller_trumbore", "--arch", "cpu"]
+    assert main(["render", "cube", *quick, *words, "--size", "16x16", "-o", str(tmp_path / "a.png")]) == 0
+    found = dict(sorted(Counter(kernel.name for kernel in compiling.kernels(since=began)).items()))
+    wanted = KERNELS.get(words)
+    assert found == wanted, UPDATE.format(found=found, wanted=wanted, table=f"KERNELS[{words}]", file=__file__)
