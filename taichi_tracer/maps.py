@@ -3,7 +3,7 @@
 import copy
 import functools
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import taichi as ti
@@ -15,7 +15,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control, NameControl
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.paths import Paths
-from taichi_tracer.integrators.work import Measurement
+from taichi_tracer.integrators.work import Measurement, WorkMap
 from taichi_tracer.picture.heat import HEAT, Scale, round_up
 from taichi_tracer.renderer import EyeRays, IntegratorChoice, ProgressiveRenderer, SamplerChoice, plain_rays
 from taichi_tracer.sampler import DEFAULT_SAMPLER
@@ -72,12 +72,12 @@ class MapRenderer(ProgressiveRenderer):
         self._chosen_display: Display | None = None
         self._measured: dict[str, Integrator] = {}
         self._measurements: dict[tuple[str, str], Measurement] = {}
-        self._of, self._changes = find_measured(of), 0
+        self._of = find_measured(of)
         self._scale_of: tuple = ()
         self._colours: Any = None
-        samples = {"jitter": jitter, "sampler": sampler, "seed": seed, "first_sample": first_sample}
-        pixels = {"crop": crop, "adaptive": adaptive}
-        super().__init__(scene_data, width, height, camera, **samples, **pixels, integrator=integrator, fast=fast)
+        super().__init__(
+            scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast
+        )
 
     def _make_eye_rays(self) -> tuple[Any, Any]:
         """Rays that are not traced: the maps trace them, so that their work counts."""
@@ -97,9 +97,12 @@ class MapRenderer(ProgressiveRenderer):
 
     @of.setter
     def of(self, name: str) -> None:
-        name = find_measured(name)
-        if name != self._of:
-            self._of, self._changes = name, self._changes + 1
+        self._of = find_measured(name)
+
+    @property
+    def map(self) -> WorkMap:
+        """The map in use."""
+        return cast(WorkMap, self.active)
 
     @property
     def measured(self) -> Integrator:
@@ -151,10 +154,10 @@ class MapRenderer(ProgressiveRenderer):
         """Take one sample for every pixel, and count what it does."""
         key = self.active.name, self._of
         if key not in self._measurements:
-            self._measurements[key] = Measurement(self.active, self.measured)
+            self._measurements[key] = Measurement(self.map, self.measured)
         measurement, scene = self._measurements[key], self.kernel_scene()
         scene.lights.prepare(measurement.samples_lights)
-        if self.active.is_timed:
+        if self.map.is_timed:
             self._add_times(self.seconds_of_tiles(scene, measurement, index), index)
         else:
             self._take_sample(scene, measurement, self.eye_rays, None, self.seed, index)
@@ -222,7 +225,7 @@ class MapRenderer(ProgressiveRenderer):
     def image(self) -> Picture:
         """(height, width, 3) float32, top row first: the number of each pixel, in all channels."""
         found = super().image()
-        if not self.active.shows_error:
+        if not self.map.shows_error:
             return found
         errors = np.nan_to_num(self.film.standard_error().mean(axis=2, keepdims=True), posinf=0.0)
         return Picture(np.repeat(errors, 3, axis=2), self.srgb)
@@ -230,7 +233,7 @@ class MapRenderer(ProgressiveRenderer):
     @property
     def canvas(self) -> Any:
         """The Taichi field [x, y] that windows show: the numbers of ``image()``."""
-        if not self.active.shows_error:
+        if not self.map.shows_error:
             return self.film.canvas
         if self._colours is None or self._colours[0].is_over():
             own = memory.Memory()
@@ -242,7 +245,7 @@ class MapRenderer(ProgressiveRenderer):
         return self._colours[1]
 
     @property
-    def display(self) -> Display:  # type: ignore[override]
+    def display(self) -> Display:
         """How windows and files of 8 bits show the numbers: as heat, up to the end of the scale."""
         if self._chosen_display is not None:
             return self._chosen_display
@@ -268,9 +271,9 @@ class MapRenderer(ProgressiveRenderer):
         return self
 
     @property
-    def scale(self) -> Scale:
+    def scale(self) -> Scale:  # type: ignore[override]
         """What the colours mean."""
-        return Scale(1 / self.display.scale, f"{self.active.unit}, of {self.of}")
+        return Scale(1 / self.display.scale, f"{self.map.unit}, of {self.of}")
 
     def notes(self) -> list[str]:
         """What the colours mean, for the command line."""

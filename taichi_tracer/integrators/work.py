@@ -91,7 +91,7 @@ class WorkMap(Integrator):
         parts = scene if tally is None else counted_scene(scene, tally)
         hit = impl.expr_init(parts.ray_intersector.query_segment(ray, 0.0, tm.inf))
         value = impl.expr_init(integrator.radiance(parts, ray, hit, rng))
-        return value if self.number is None else _grey(self.number(tally))
+        return value if self.number is None or tally is None else _grey(self.number(tally))
 
 
 @ti.func
