@@ -11,7 +11,6 @@ import browser
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.exhaustive
 PATIENCE = 60.0  # seconds for what has to be compiled first
 CANVAS = "document.querySelector('canvas')"
 PIXELS = f"""(() => {{ const c = {CANVAS};
@@ -113,12 +112,14 @@ def click(page, text):
     assert found, text
 
 
+@pytest.mark.long
 def test_the_canvas_has_the_pixels_of_the_picture(page):
     pixels = at_rest(page)
     told = page.ask("Runtime.evaluate", expression=PICTURE, awaitPromise=True, returnByValue=True)
     assert pixels == told["result"]["value"]
 
 
+@pytest.mark.long
 def test_pointer_keys_and_wheel_move_the_camera(page):
     seen = [at_rest(page)]
 
@@ -142,6 +143,7 @@ def test_pointer_keys_and_wheel_move_the_camera(page):
     assert at_rest(page) == seen[0]
 
 
+@pytest.mark.long
 def test_buttons_switch_and_tell_which_is_pressed(page):
     status = "document.querySelector('.tt-status').textContent"
     for label, name in (("Hit", "hit"), ("Normal", "normal")):
@@ -160,6 +162,7 @@ def test_buttons_switch_and_tell_which_is_pressed(page):
     at_rest(page)
 
 
+@pytest.mark.exhaustive
 def test_a_pixel_is_explained(page):
     at_rest(page)
     click(page, "Explain a pixel")
@@ -170,6 +173,7 @@ def test_a_pixel_is_explained(page):
     assert page.evaluate("document.querySelectorAll('.tt-told svg').length") in (0, 2)
 
 
+@pytest.mark.exhaustive
 def test_two_pictures_are_compared_by_a_slider(page):
     normal = at_rest(page)
     click(page, "Compare two")
@@ -200,6 +204,7 @@ def test_two_pictures_are_compared_by_a_slider(page):
     assert at_rest(page) == normal
 
 
+@pytest.mark.exhaustive
 def test_pictures_are_saved_and_the_same_again_is_told(page):
     at_rest(page)
     page.evaluate("window.kept = []; HTMLAnchorElement.prototype.click = function () { kept.push(this.download); }")
@@ -213,6 +218,7 @@ def test_pictures_are_saved_and_the_same_again_is_told(page):
     assert page.evaluate("[...document.querySelectorAll('.tt-told button')].length") == 2
 
 
+@pytest.mark.exhaustive
 def test_keys_alone_reach_everything(page):
     """Tab goes through every control in order; each has a name that a screen reader tells."""
     at_rest(page)
@@ -238,6 +244,7 @@ def test_keys_alone_reach_everything(page):
     until(lambda: page.evaluate("document.querySelector('.tt-divider').hidden"))
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_text_can_be_read(page, address, scheme):
     """Every text has a contrast of at least 4.5 to what is behind it (WCAG 2.1, AA)."""
@@ -247,6 +254,7 @@ def test_text_can_be_read(page, address, scheme):
     assert low == []
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_reload_and_a_narrow_page_show_the_picture(page, address, scheme):
     page.open(address, 390, 800, scheme)
@@ -254,6 +262,7 @@ def test_a_reload_and_a_narrow_page_show_the_picture(page, address, scheme):
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
+@pytest.mark.exhaustive
 def test_a_page_without_the_token_is_refused(shown, address):
     shown.ask("Network.clearBrowserCookies")
     shown.open(address.partition("?")[0])
