@@ -10,7 +10,7 @@ from taichi_tracer.studies import page
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.sample_parts import Anatomy, SampleParts
 from taichi_tracer.system import compiling
-from taichi_tracer.system.compiling import LOADED, Kernel
+from taichi_tracer.system.compiling import LOADED, LOADED_SHARE, Kernel
 from taichi_tracer.system.seams import why_replaced
 from taichi_tracer.system.stopwatch import EYE_RAYS, PARTS, SAMPLES, Stopwatch
 
@@ -153,8 +153,8 @@ def as_page(profile: Profile) -> str:
             kernels_table(profile.kernels),
             page.paragraph(
                 "Python reads a kernel in every process. Taichi then translates it into machine code, or finds it in "
-                f"the folder where an earlier process has kept it; what took less than {LOADED:g} s of the processor "
-                "counts as found.",
+                f"the folder where an earlier process has kept it; what took less than {LOADED:g} s of the processor, "
+                f"or less than {LOADED_SHARE:g} of the time in which Python read it, counts as found.",
                 "note",
             ),
             page.paragraph(describe_machine(), "note"),

@@ -19,6 +19,9 @@ FOUND = 0.04  # seconds: a kernel that took less was found in the folder, or is 
 # Seconds of the processor: a kernel that took less was found. That of direct light takes 0.02 s to load, and the
 # smallest kernel of the package takes 0.04 s to translate.
 LOADED = 0.03
+LOADED_SHARE = (
+    0.1  # of the seconds in which Python read the kernel: a large one takes 0.05 of them to load, and 1.5 to make
+)
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
 _spent: list[float] = []  # seconds of every translation that took longer
 _is_watched = False
@@ -45,7 +48,7 @@ class Kernel:
     @property
     def is_new(self) -> bool:
         """Whether it took so long that it was not found in the folder."""
-        return self.processor > LOADED
+        return self.processor > max(LOADED, LOADED_SHARE * self.reading)
 
 
 _kernels: list[Kernel] = []

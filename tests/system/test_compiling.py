@@ -59,4 +59,5 @@ def test_each_kernel_has_a_name_and_its_seconds(monkeypatch):
     assert told == [("_take_sample", 1.0, False), ("_clear", 3.0, True)]
     assert [kernel.reading for kernel in compiling.kernels()] == pytest.approx([0.5, 0.1])
     assert [kernel.translating for kernel in compiling.kernels()] == pytest.approx([0.01, 1.0])
+    assert not compiling.Kernel("a large one, loaded", 0.0, reading=1.0, translating=0.1, processor=0.05).is_new
     assert [kernel.name for kernel in compiling.kernels(since=2.5)] == ["_clear"]
