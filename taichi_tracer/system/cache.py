@@ -2,16 +2,23 @@
 
 If Taichi cannot write its cache, it ends the process with a segmentation fault. This happens in containers, in computer
 labs and in automatic graders. Therefore the folder is tested before Taichi starts.
+
+While Taichi writes kernels, an empty file is its lock. If the process is killed meanwhile, the lock stays, and from
+then on no process saves any kernel, without a word. Therefore a lock that is old is removed.
 """
 
+import contextlib
 import os
 import stat
 import tempfile
+import time
 from pathlib import Path
 
 from taichi.lang import impl
 
 VARIABLE = "TI_OFFLINE_CACHE_FILE_PATH"  # the environment variable in which Taichi looks for the folder
+LOCK = "ticache.lock"  # in the folder
+OLD = 60.0  # seconds: writing kernels takes less than one
 TRIED_BYTES = 4096  # the size of the file that is written to test whether the disk has space
 
 
@@ -32,12 +39,21 @@ def cache_folder(wanted: str | Path) -> tuple[Path | None, str | None]:
     """
     problem = why_not_writable(Path(wanted))
     if problem is None:
+        remove_old_lock(Path(wanted))
         return Path(wanted), None
     other = Path(tempfile.gettempdir()) / f"taichi_tracer_cache_{user_number()}"
     told = f"the cache of compiled kernels, {wanted}, cannot be written ({problem})"
     if why_not_writable(other) is None and is_of_this_user(other):
         return other, f"{told}: {other} is used instead"
     return None, f"{told}: kernels are compiled anew in every run"
+
+
+def remove_old_lock(folder: Path) -> None:
+    """Remove the lock of a process that was killed while it wrote kernels."""
+    lock = folder / LOCK
+    with contextlib.suppress(OSError):  # there is none, or another process has just removed it
+        if time.time() - lock.stat().st_mtime > OLD:
+            lock.unlink()
 
 
 def why_not_writable(folder: Path) -> str | None:

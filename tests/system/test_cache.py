@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,31 @@ def file_in_the_way(tmp_path):
 
 def test_a_folder_that_can_be_written_is_taken(tmp_path):
     assert cache.cache_folder(tmp_path / "a" / "b") == (tmp_path / "a" / "b", None)
+
+
+def test_an_old_lock_is_removed_and_one_that_is_held_stays(tmp_path):
+    lock = tmp_path / cache.LOCK
+    lock.touch()
+    cache.cache_folder(tmp_path)
+    assert lock.exists()
+    long_ago = time.time() - 2 * cache.OLD
+    os.utime(lock, (long_ago, long_ago))
+    cache.cache_folder(tmp_path)
+    assert not lock.exists()
+
+
+@pytest.mark.long
+def test_with_an_old_lock_kernels_are_kept(tmp_path):
+    """Taichi would save none, and not say so: this is where its lock lies."""
+    place = tmp_path / "kernels"
+    place.mkdir()
+    lock = place / cache.LOCK
+    lock.touch()
+    long_ago = time.time() - 2 * cache.OLD
+    os.utime(lock, (long_ago, long_ago))
+    environment = {**os.environ, cache.VARIABLE: str(place), "PYTHONPATH": str(Path(taichi_tracer.__file__).parents[1])}
+    subprocess.run([sys.executable, "-c", PROGRAM], env=environment, capture_output=True, check=True)
+    assert list(place.glob("*.tic"))
 
 
 def test_the_folder_of_taichis_environment_variable_is_used(tmp_path):
