@@ -44,6 +44,7 @@ MEASURED = {
     "obj_reader": ["files/obj.py", "files/text.py"],
     "grading": ["teaching"],
     "cluster": ["cluster"],
+    "live": ["apps/session.py", "apps/frames.py", "apps/pace.py", "apps/server.py", "apps/widget.py", "apps/live"],
 }
 ROOT = Path(__file__).parents[1]
 WHEN = re.compile(r"\b(\d{4}-\d\d-\d\d)(?: (\d\d:\d\d) UTC)?")
