@@ -337,7 +337,7 @@ ALIKE += (
 )  # live by the same lines as others: tested with what takes long
 
 
-QUICK = ("Camera.generate_ray", "RayIntersector.query_ray", "BRDF.sample_direction", "A2Renderer.shade_ray")
+QUICK = ("Camera.generate_ray", "RayIntersector.query_ray", "A2Renderer.shade_ray")
 CLASSES = [
     pytest.param(s, marks=[] if s.id in QUICK else pytest.mark.long, id=s.id) for s in SEAMS if s.method not in ALIKE
 ]

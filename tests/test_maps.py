@@ -62,7 +62,7 @@ def test_a_map_counts_what_an_explained_sample_counts(maps, name):
     assert image.max() > image.min() or name in ("blocked", "nodes")  # a cube needs a single node
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_half_of_the_directions_on_the_sphere_are_below_the_horizon(maps, scene):
     share = maps.use("below_horizon").render(64).image()[..., 0]
     inside = tt.A2Renderer(scene, *SIZE, seed=1)
@@ -71,7 +71,7 @@ def test_half_of_the_directions_on_the_sphere_are_below_the_horizon(maps, scene)
     assert share[1:-1, 1:-1][middle].mean() == pytest.approx(0.5, abs=0.03)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_the_standard_error_is_that_of_the_picture(maps, scene):
     image = maps.use("standard_error").render(8).image()
     picture = tt.A2Renderer(scene, *SIZE).use("uniform").render(8)
@@ -87,6 +87,7 @@ def test_seconds_add_up_to_the_time_of_a_sample(maps):
     assert 0 < image.mean() < 1e-3
 
 
+@pytest.mark.exhaustive
 def test_files_show_heat_up_to_a_round_number_that_is_told(maps):
     maps.use("triangles").render(1)
     high = maps.scale.high

@@ -17,7 +17,7 @@ from taichi_tracer.apps.cli import main
 from taichi_tracer.intersectors import bvh
 from taichi_tracer.system import compiling
 from taichi_tracer.system.seams import in_kernels
-from tests.support import long_except, start
+from tests.support import start
 
 SIZE, SPP = 32, 2
 UPDATE = "is {found!r} now, and was {wanted!r}: if this is meant, write it into {table} of {file}"
@@ -146,10 +146,8 @@ def work_of(name, environment, integrator, is_fast, monkeypatch):
     return {"tree nodes": tree.num_nodes, **counted}
 
 
-CASES = list(WORK)
-
-
-@pytest.mark.parametrize(("name", "environment", "integrator", "form"), long_except(CASES, CASES[0]))
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "environment", "integrator", "form"), WORK)
 def test_a_picture_is_as_much_work_as_it_was(name, environment, integrator, form, monkeypatch):
     case = name, environment, integrator, form
     found = work_of(name, environment, integrator, form == "fast", monkeypatch)

@@ -839,6 +839,7 @@ def test_a_display_that_cannot_be_is_an_error_before_any_work(words, told, tmp_p
     assert not path.exists()
 
 
+@pytest.mark.long
 def test_a_profile_tells_where_the_time_went_and_changes_no_bit(tmp_path, capsys):
     words = ["render", "cube", "--view", "normal", "--jitter", "--size", "16x16", "--spp", "2", "-o"]
     assert quickly([*words, str(tmp_path / "plain.pfm")]) == 0

@@ -58,7 +58,12 @@ SCENES = {
 
 
 @pytest.mark.parametrize(
-    "make", [view, *(pytest.param(m, marks=pytest.mark.exhaustive) for m in list(SCENES)[1:])], ids=lambda m: m.__name__
+    "make",
+    [
+        pytest.param(view, marks=pytest.mark.long),
+        *(pytest.param(m, marks=pytest.mark.exhaustive) for m in list(SCENES)[1:]),
+    ],
+    ids=lambda m: m.__name__,
 )
 def test_the_same_pixels_are_made(make, tmp_path, monkeypatch):
     start("f32")

@@ -22,7 +22,7 @@ def takes_samples_of_light(part):
     return part.what in ("estimator", "path")
 
 
-ALIKE = ("hemisphere", "brdf", "environment", "mis_balance", "mis_one_sample", "implicit", "explicit")
+ALIKE = ("uniform", "hemisphere", "brdf", "environment", "mis_balance", "mis_one_sample", "implicit", "explicit")
 
 
 @every("integrator", takes_samples_of_light, ALIKE)

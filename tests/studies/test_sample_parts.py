@@ -8,7 +8,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.studies import sample_parts
 from taichi_tracer.studies.sample_parts import RECORD, REPLAY_ALL, Anatomy
-from tests.support import long_except, start
+from tests.support import start
 
 SIZE = 24
 
@@ -17,7 +17,7 @@ BRUTE = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # wh
 FORMS = {"brute force": BRUTE, "hierarchy": {}, "plain form": {"fast": False} | BRUTE}
 
 
-@pytest.fixture(scope="module", params=long_except(FORMS, "brute force"))
+@pytest.fixture(scope="module", params=[pytest.param(name, marks=pytest.mark.long) for name in FORMS])
 def anatomy(request):
     """Paths in the Cornell box, of which one sample is on the film."""
     start()
