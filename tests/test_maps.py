@@ -48,7 +48,7 @@ def test_there_are_maps_of_everything(maps):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param("triangles", marks=pytest.mark.long),
+        pytest.param("triangles", marks=pytest.mark.exhaustive),
         *(pytest.param(n, marks=pytest.mark.exhaustive) for n in ("nodes", "blocked", "below_horizon")),
     ],
 )

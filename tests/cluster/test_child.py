@@ -49,7 +49,7 @@ def test_the_memory_is_known_where_the_system_tells():
     assert child.most_memory() >= 0
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_ranges_of_an_adaptive_picture_give_the_bits_of_one_process(tmp_path):
     """Each process takes the pilot itself; here, one takes it for its ranges, and another renderer for the picture."""
     start("f32")

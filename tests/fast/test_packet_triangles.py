@@ -45,7 +45,7 @@ def _both(
                 plain[i, lane, 1], plain[i, lane, 2], plain[i, lane, 3] = t0, u0, v0_
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("solve", long_except([watertight, moller_trumbore], watertight))
 def test_lanes_have_the_bits_of_the_plain_test(precision, solve, rng):
     """Of rays with one heading, as a packet has them; some through vertices and edges."""

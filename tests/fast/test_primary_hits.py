@@ -62,7 +62,7 @@ TEST_NAMES = [solve.__name__ for solve in PACKET_TESTS]
 
 
 @pytest.mark.parametrize(
-    "test", [pytest.param(n, marks=pytest.mark.long) if n == "moller_trumbore" else n for n in TEST_NAMES]
+    "test", [pytest.param(n, marks=pytest.mark.exhaustive) if n == "moller_trumbore" else n for n in TEST_NAMES]
 )
 def test_packets_equal_single_rays_bit_for_bit(test, rng):
     scene = tt.scene_from_mesh(*many_shapes(rng), triangle_test=test)

@@ -83,7 +83,7 @@ def test_the_upper_end_of_the_error_contains_it():
     assert "light that no sample met may add" in str(error)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_a_small_lamp_is_missed_by_samples_of_the_brdf():
     scene = scene_of(wall(1.0, lamp=1e-4))
     assert techniques(scene, "brdf") == techniques(scene, "uniform") == ("lights",)

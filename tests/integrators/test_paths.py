@@ -229,7 +229,7 @@ def test_wrong_settings_are_refused_and_change_nothing(box, name, value, message
 
 @pytest.mark.parametrize(
     ("in_precision", "ns"),
-    [pytest.param("f64", 1e21, marks=pytest.mark.long), pytest.param("f32", 1e30, marks=pytest.mark.long)],
+    [pytest.param("f64", 1e21, marks=pytest.mark.exhaustive), pytest.param("f32", 1e30, marks=pytest.mark.exhaustive)],
 )
 def test_a_mirror_shows_the_lamp_in_every_way(in_precision, ns):
     """Only the mirror's own direction finds light, also for ``explicit``. The course's mirror has Ns = 1e21."""

@@ -201,7 +201,7 @@ def test_a_point_light_is_the_closed_form_in_every_estimator(estimator):
     np.testing.assert_allclose(image, expected, rtol=2e-5)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_light_of_several_single_lights_adds_up():
     a, b = Point((0.3, 0, 1), (1, 0, 0)), Point((-0.5, 0.2, 2), (0, 2, 0))
     both = centre(lit_square(lights=[a, b]))

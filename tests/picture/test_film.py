@@ -253,7 +253,7 @@ def test_a_picture_does_not_depend_on_the_order_nor_on_the_division_of_its_sampl
             np.testing.assert_array_equal(film.image(), expected)
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_merged_parts_of_one_sequence_know_the_same_doublings(f32, rng):
     """Parts that end at powers of two, or between: half 0 has the first half of the samples, as in one film."""
     values = rng.lognormal(size=(13, 3)).astype(np.float32)

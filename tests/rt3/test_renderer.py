@@ -82,7 +82,7 @@ def test_a_range_that_is_set_before_it_is_shown_counts(ball):
     assert renderer.use("depth_map").active.zmax == 2
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("renderer_class", "use_packets"), [(RT3Renderer, True), (tt.A2Renderer, False)])
 def test_a_crop_is_cut_out_of_the_whole_bit_for_bit(ball, renderer_class, use_packets):
     """By packets and by single rays, with jitter and without; and nothing else is written."""

@@ -10,7 +10,7 @@ from taichi_tracer.studies.variants import Source, Variant
 SIZE = 12, 8
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 def test_ranges_from_elsewhere_add_up_to_the_bits_of_one_picture():
     start("f32")
     variant = Variant("brdf", triangle_test="watertight", intersector="brute_force")
