@@ -32,6 +32,7 @@ import lab  # noqa: E402
 CANVAS = "document.querySelector('.tt-live canvas')"
 FRAME = f"Number({CANVAS}.dataset.frame)"
 SECONDS, RUNS = 4.0, 5  # of dragging
+WATCHED, WATCHED_RUNS = 150, 3  # samples with and without somebody who watches: ten seconds of each
 MOVES = 1 / 60  # seconds between two movements of the mouse
 NORMAL = ("cornell_box", "--size", "512x512", "--view", "normal")
 PATIENCE = 120.0
@@ -152,12 +153,12 @@ def watched() -> tuple[str, str, str]:
             number = number if frame is None else frame.number
 
     def steps() -> None:
-        end = renderer.film.samples + 40
+        end = renderer.film.samples + WATCHED
         while renderer.film.samples < end:
             session.step(0.0)
 
     def alone() -> None:
-        renderer.render(40)
+        renderer.render(WATCHED)
 
     def watching() -> None:
         stop.clear()
@@ -167,7 +168,7 @@ def watched() -> tuple[str, str, str]:
         stop.set()
         thread.join()
 
-    seconds = interleaved({"alone": alone, "watched": watching})
+    seconds = interleaved({"alone": alone, "watched": watching}, WATCHED_RUNS)
     share = 100 * (1 - seconds["alone"] / seconds["watched"])
     return "cost of being watched", "≤ 10 %", f"{share:.1f} % of samples per second"
 
