@@ -172,6 +172,7 @@ class MapRenderer(ProgressiveRenderer):
         times = np.zeros((-(-self.width // side), -(-self.height // side)), np.float32)
 
         def seconds(x0: int, x1: int, y0: int, y1: int) -> float:
+            """How long a sample of each pixel of one tile takes together."""
             begin = time.perf_counter()
             self._take_tile(scene, measurement, self.eye_rays, self.seed, index, x0, x1, y0, y1)
             return time.perf_counter() - begin

@@ -429,13 +429,14 @@ class ProgressiveRenderer:
 
     def _missed_light(self) -> float:
         """What only a technique finds that the integrator in use has not, see ``integrators.other_technique``."""
-        scene = self.kernel_scene()
-        techniques = () if self.replaced else other_techniques(scene, self.active, self.width * self.height)
+        scene, crop = self.kernel_scene(), self.film.crop
+        pixels = (crop[1] - crop[0]) * (crop[3] - crop[2])
+        techniques = () if self.replaced else other_techniques(scene, self.active, pixels)
         if not techniques or self.samples == 0:
             return 0.0
-        if self._other is None or self._other.is_of != (scene, self.active, self.film.crop):
+        if self._other is None or self._other.is_of != (scene, self.active, crop, techniques):
             eyes = EyeRays(self.scene_data, self.camera, self.jitter)
-            self._other = OtherTechnique(scene, self.active, self.sampler, eyes, self.film.crop, techniques)
+            self._other = OtherTechnique(scene, self.active, self.sampler, eyes, crop, techniques)
         self._other.look((self._shown, self.seed), self.seed)
         return self._other.missed(self.samples)
 

@@ -157,6 +157,7 @@ def sweep(
         connection.prepare(settings.arch, settings.precision, settings.fast_math)
 
         def submit(i: int, member: Any) -> Any:
+            """Give a picture to a worker."""
             words = connection.session, parcels[i].message(), list(targets), list(parcels[i].hashes)
             pieces = connection.pieces_for(member, parcels[i])
             return connection.submit(worker.picture, *words, *pieces, at=[member.address])

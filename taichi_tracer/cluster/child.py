@@ -68,6 +68,7 @@ def serve_and_close(make: Callable[..., Any]) -> None:
     made: list[Any] = []
 
     def open_one(*words: Any, **options: Any) -> Any:
+        """Make it, and remember it."""
         made.append(make(*words, **options))
         return made[0]
 

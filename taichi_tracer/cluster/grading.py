@@ -61,11 +61,13 @@ def grade_class(
     level = None if settings.level.name == OF_WORKERS else settings.level.name
 
     def submit(job: int, member: Any) -> Any:
+        """Give a submission to a worker."""
         one = found[to_do[job]]
         words = cluster.session, assignment.name, one.path.name, read_bytes(one.path), settings.seed, level
         return cluster.submit(worker.grade, *words, at=[member.address])
 
     def came(job: int, answer: dict) -> None:
+        """Keep the mark that a worker gave."""
         i = to_do[job]
         mark = mark_of(answer["facts"])
         with np.load(io.BytesIO(answer["pictures"]), allow_pickle=False) as pictures:

@@ -94,18 +94,19 @@ def split_small(box: np.ndarray) -> tuple[np.ndarray, int]:
     area = np.zeros((2, 3, k - 1))  # [left or right of a plane, axis, plane]
     with np.errstate(over="ignore", invalid="ignore"):
         for side, sorted_boxes in enumerate((box[orders], box[orders[:, ::-1]])):
-            size = np.maximum.accumulate(sorted_boxes[..., 3:], axis=1) - np.minimum.accumulate(
-                sorted_boxes[..., :3], axis=1
-            )
+            low = np.minimum.accumulate(sorted_boxes[..., :3], axis=1)
+            high = np.maximum.accumulate(sorted_boxes[..., 3:], axis=1)
+            size = high - low
             half_areas = (size * np.roll(size, 1, axis=2)).sum(axis=2)
             area[side], whole = half_areas[:, :-1], half_areas[0, -1]
         left = np.arange(1, k)
         cost = area[0] * left + area[1, :, ::-1] * (k - left)
-        axis, best = divmod(int(np.argmin(np.where(np.isnan(cost), np.inf, cost))), k - 1)
+        cost[np.isnan(cost)] = np.inf  # a flat box that is too large: 0 · ∞
+        axis, best = divmod(int(np.argmin(cost)), k - 1)
         if k <= MAX_LEAF and not cost[axis, best] + COST_OF_BOX * whole < k * whole:
             return orders[axis], 0
     # If all costs are alike, because the areas overflow or because all boxes are the same, both halves are equal.
-    count = best + 1 if np.nanmin(cost) < np.nanmax(cost) else k // 2
+    count = best + 1 if cost.min() < cost.max() else k // 2
     return orders[axis], count
 
 

@@ -70,7 +70,7 @@ class OtherTechnique:
     """
 
     def __init__(self, scene, integrator, sampler, eye_rays, crop, techniques: tuple[str, ...]) -> None:
-        self.is_of = scene, integrator, crop
+        self.is_of = scene, integrator, crop, techniques
         self.scene, self.sampler, self.eye_rays, self.techniques = scene, sampler, eye_rays, techniques
         self.knows_lights, self.knows_brdf = integrator.samples_lights, integrator.samples_brdf
         x0, x1, self.x0, self.y0 = crop[0], crop[1], crop[0], crop[2]

@@ -19,9 +19,8 @@ FOUND = 0.04  # seconds: a kernel that took less was found in the folder, or is 
 # Seconds of the processor: a kernel that took less was found. That of direct light takes 0.02 s to load, and the
 # smallest kernel of the package takes 0.04 s to translate.
 LOADED = 0.03
-LOADED_SHARE = (
-    0.1  # of the seconds in which Python read the kernel: a large one takes 0.05 of them to load, and 1.5 to make
-)
+# Of the seconds in which Python read the kernel: a large one takes 0.05 of them to load, and 1.5 to translate.
+LOADED_SHARE = 0.1
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
 _spent: list[float] = []  # seconds of every translation that took longer
 _is_watched = False

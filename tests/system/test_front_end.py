@@ -30,7 +30,7 @@ def test_the_class_of_a_function_is_found_as_by_the_standard_library(f32):
     front_end.find_classes_quickly()
     assert kernel_impl.inspect.getframeinfo is front_end.frame_info
     frame = sys._getframe()
-    assert front_end.frame_info(frame)[:2] == inspect.getframeinfo(frame)[:2]  # two calls on one line
+    assert front_end.frame_info(frame)[:2] == inspect.getframeinfo(frame)[:2]  # both are called on one line
     code = "class Example:\n    frame = sys._getframe(1)\n"  # no file: Taichi then takes it for no class
     names = {"sys": sys}
     exec(compile(code, "<nowhere>", "exec"), names)
