@@ -18,6 +18,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
+from taichi_tracer.fast.tiles import Tiles, can_wait
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, plain_rays
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.files.picture import Picture
@@ -186,6 +187,7 @@ class ProgressiveRenderer:
         self._seconds_before, self.error_curves = 0.0, ErrorCurves()
         self._explainer: Any = None
         self._other: OtherTechnique | None = None
+        self._tiles: Tiles | None = None
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
@@ -337,7 +339,18 @@ class ProgressiveRenderer:
         with part(EYE_RAYS, waits=True):
             self.eye_rays.bring_up_to_date(self.seed, index)
         with part(SAMPLES, waits=True):
-            self._take_sample(scene, self.active, self.eye_rays, self.film.near_misses, self.seed, index)
+            tiles = self.tiles_for(scene)
+            if tiles is None:
+                self._take_sample(scene, self.active, self.eye_rays, self.film.near_misses, self.seed, index)
+            else:
+                tiles.take(self.film.near_misses, self.seed, index)
+
+    def tiles_for(self, scene):
+        if not isinstance(self.eye_rays, PrimaryHits) or True not in self.eye_rays.forms or not can_wait(scene, self.active):
+            return None
+        if self._tiles is None or self._tiles.is_of != (scene, self.active):
+            self._tiles = Tiles(self, scene, self.active)
+        return self._tiles
 
     def render(
         self,

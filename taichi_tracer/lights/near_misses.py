@@ -11,6 +11,7 @@ the lights is taken. An environment whose light is spread over large areas has n
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -27,6 +28,7 @@ MATTERS = 0.01  # of all the light: what has less is not missed
 ROWS = 64  # of the map of directions that are near; it has twice as many columns
 KINDS = ("eye rays", "mirrors", "lobes")
 EYE, MIRROR, LOBE = range(len(KINDS))
+BITS = len(LEVELS)
 ENOUGH = 1000  # look-ups that met a level: more need not be counted
 
 
@@ -184,6 +186,15 @@ class NearMissCounter:
     @ti.func
     def look_up(self, direction, radiance):
         """Count a ray that nothing blocks, with the radiance that it found."""
+        self.count(self.x, self.y, self.code(direction, radiance))
+
+    @ti.func
+    def code(self, direction, radiance):
+        """What a ray would count for if nothing blocked it, as one number: 0 for nothing.
+
+        Bit i is set if it is near to level i, and bit ``BITS`` + i if it meets this level. Above these is its kind.
+        """
+        code = 0
         kind = ti.select(self.surfaces == 0, EYE, ti.select(self.is_scattered == 0, MIRROR, LOBE))
         is_counted = kind != LOBE or self.is_delta == 1 or ti.static(not self.samples_lights)
         if is_counted:
@@ -191,18 +202,25 @@ class NearMissCounter:
             row = ti.min(ti.cast((1 - v) * ROWS, ti.i32), ROWS - 1)
             zone = ti.cast(self.zones[row, ti.min(ti.cast(u * 2 * ROWS, ti.i32), 2 * ROWS - 1)], ti.i32)
             if zone > 0:
-                self.count(kind, zone, radiance.sum() / 3 / self.light.environment.settings[0])
+                code = zone | kind << 2 * BITS
+                brightness = radiance.sum() / 3 / self.light.environment.settings[0]
+                for i in ti.static(range(len(self.levels))):
+                    if ti.static(self.levels[i].low) <= brightness < ti.static(self.levels[i].high):
+                        code |= 1 << (BITS + i)
+        return code
 
     @ti.func
-    def count(self, kind, zone, brightness):
-        """Count a look-up that is near to the levels of ``zone``, and the one that it met."""
-        for i in ti.static(range(len(self.levels))):
-            if zone & (1 << i) and self.met[i, kind] < ENOUGH:
-                self.near[i, kind] += 1
-                if ti.static(self.levels[i].low) <= brightness < ti.static(self.levels[i].high):
-                    self.met[i, kind] += 1
-        if kind == LOBE:
-            self.per_pixel[self.x, self.y] = self.per_pixel[self.x, self.y] + 1  # one thread has the pixel: not atomic
+    def count(self, x, y, code):
+        """Count a look-up of a pixel with this ``code``."""
+        if code > 0:
+            kind = code >> 2 * BITS
+            for i in ti.static(range(len(self.levels))):
+                if (code >> i) & 1 and self.met[i, kind] < ENOUGH:
+                    self.near[i, kind] += 1
+                    if (code >> (BITS + i)) & 1:
+                        self.met[i, kind] += 1
+            if kind == LOBE:
+                self.per_pixel[x, y] = self.per_pixel[x, y] + 1  # one thread has the pixel: not atomic
 
 
 @in_kernels
@@ -226,6 +244,20 @@ def note_look_up(direction, radiance) -> None:
     counter = NearMissCounter.of_this_kernel()
     if counter is not None:
         counter.look_up(direction, radiance)
+
+
+@in_kernels
+def code_of_look_up(direction, radiance) -> Any:
+    """What ``count_look_up`` gets if nothing blocks a ray that finds this radiance."""
+    counter = NearMissCounter.of_this_kernel()
+    return 0 if counter is None else counter.code(direction, radiance)
+
+
+@in_kernels
+def count_look_up(counter: NearMissCounter | None, x, y, code) -> None:
+    """Count a look-up of a pixel that was noted by ``code_of_look_up`` in another kernel."""
+    if counter is not None:
+        counter.count(x, y, code)
 
 
 def counter_for(scene, width: int, height: int) -> NearMissCounter | None:

@@ -178,16 +178,22 @@ class SceneLights:
 
         The caller multiplies the result by ``factor``. If ``factor`` or the light is 0, no shadow ray is sent.
         """
+        light = self.unblocked_far(surface, w_i, factor)
+        if light.max() > 0:
+            if is_blocked(self.effects, intersector, surface, w_i, tm.inf):
+                light = tm.vec3(0)
+            else:
+                note_look_up(w_i, light)
+        return light
+
+    @ti.func
+    def unblocked_far(self, surface, w_i, factor):
+        """``visible_far`` if nothing is in the way: radiance from w_i; 0 if w_i or ``factor`` lets none arrive."""
         light = tm.vec3(0)
         if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
             ray = Ray(origin=surface.origin, direction=w_i)
             for one in ti.static(self.far):
                 light += one.radiance(ray, no_hit())
-            if light.max() > 0:
-                if is_blocked(self.effects, intersector, surface, w_i, tm.inf):
-                    light = tm.vec3(0)
-                else:
-                    note_look_up(w_i, light)
         return light
 
     @ti.func

@@ -1,0 +1,242 @@
+"""Shadow rays in streams: lists of rays go down the hierarchy together, with the answers of the plain form.
+
+A single ray visits a few nodes, and for each of them the CPU decodes eight boxes and guesses a branch. A *stream* is a
+list of rays. A node decodes its boxes once, tests all rays of its list against them, and gives each child the list of
+the rays that meet it. Nothing is sorted but the signs of the directions, no branch depends on a single ray, and the
+rays of a list need nothing in common. A shadow ray only asks whether anything is in its way. So no distances are kept,
+and a blocked ray misses every further box (Wald, Gribble, Boulos & Kensler, "SIMD ray stream tracing", 2007; Barringer
+& Akenine-Möller, "Dynamic ray stream traversal", SIGGRAPH 2014).
+
+In a leaf, four triangles at once reject rays that certainly pass them by, with the arithmetic of the plain test. The
+plain test then decides about the few rays that are left. Therefore the answers are the same, to the last bit.
+"""
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.fast.bvh_wide import ABSENT, WIDTH
+from taichi_tracer.fast.packets import larger, smaller
+from taichi_tracer.fast.wide_bvh import leaf_range
+from taichi_tracer.formulas.boxes import RayBounds, box_interval
+from taichi_tracer.formulas.triangles import shear_axes, stable_normal
+from taichi_tracer.ray import Ray
+from taichi_tracer.system import memory
+
+OCTANTS = 8  # one list at the root for each combination of signs of a direction
+FOUR = 4  # triangles of a leaf that are tested at once
+
+
+@ti.data_oriented
+class ShadowStreams:
+    """Memory for shadow rays, and their traversal. A place holds the rays of one thread.
+
+    Fields of a ray in a place: ``ray_o`` and ``ray_d``, its origin and direction; ``near``, ``inverse`` and ``far``, its
+    ``RayBounds``; ``x_axis`` and ``y_axis``, its ``shear_axes``; ``reach``, −∞ if it is blocked, 0 if it is no legal
+    ray, and otherwise ∞.
+
+    Args:
+        intersector: a ``WideBVH``.
+        places: the number of lists that can be traced at the same time.
+        most: the largest number of rays of a place.
+    """
+
+    def __init__(self, intersector, places: int, most: int) -> None:
+        self.intersector = intersector
+        self._memory = memory.Memory()
+        self.ray_o, self.ray_d, self.near, self.inverse, self.far = (ti.Vector.field(3, float) for _ in range(5))
+        self.x_axis, self.y_axis = ti.Vector.field(3, float), ti.Vector.field(3, float)
+        self.reach, self.ids, self.count = ti.field(float), ti.field(ti.i32), ti.field(ti.i32)
+        place = self._memory.fields.dense(ti.i, places)
+        place.place(self.count)
+        place.dense(ti.j, most).place(self.near, self.inverse, self.far, self.reach)
+        place.dense(ti.j, most).place(self.ray_o, self.ray_d, self.x_axis, self.y_axis)
+        # At each level of the tree, the lists of the eight children lie behind the list of their node.
+        place.dense(ti.j, most * (1 + OCTANTS + WIDTH * (intersector.depth + 1))).place(self.ids)
+        self._memory.allocate()
+
+    @ti.func
+    def clear(self, c):
+        """Forget the rays of a place."""
+        self.count[c] = 0
+
+    @ti.func
+    def add(self, c, origin, direction):
+        """Add a ray to a place. Returns its number; the first one is 0."""
+        k = self.count[c]
+        self.ray_o[c, k], self.ray_d[c, k] = origin, direction
+        self.count[c] = k + 1
+        return k
+
+    @ti.func
+    def is_blocked(self, c, k):
+        """After ``trace``: whether anything is in the way of a ray."""
+        return self.reach[c, k] < 0
+
+    @ti.func
+    def trace(self, c):
+        """Find for every ray of a place whether anything is in its way."""
+        m = self.count[c]
+        counts = ti.Vector([0] * OCTANTS, ti.i32)
+        for r in range(m):
+            ray = Ray(origin=self.ray_o[c, r], direction=self.ray_d[c, r])
+            bounds = self.intersector.ray_bounds(ray)
+            self.near[c, r], self.inverse[c, r], self.far[c, r] = bounds.near_origin, bounds.inverse, bounds.far_origin
+            self.x_axis[c, r], self.y_axis[c, r] = shear_axes(ray.direction)
+            self.reach[c, r] = ti.select(self.intersector.is_legal(ray), tm.inf, 0.0)
+            octant = 0
+            for k in ti.static(range(3)):
+                octant += ti.select(bounds.inverse[k] >= 0, 0, 1 << k)
+            self.ids[c, octant * m + counts[octant]] = r
+            counts[octant] += 1
+        for octant in range(OCTANTS):
+            if counts[octant] > 0:
+                self.trace_octant(c, octant, octant * m, counts[octant], OCTANTS * m)
+
+    @ti.func
+    def trace_octant(self, c, octant, begin, rays, free):
+        """Trace the list of an octant. Lists of children are written from ``free`` on."""
+        node = ti.Vector([0] * (self.intersector.stack_size + 1), ti.i32)
+        first = ti.Vector([0] * (self.intersector.stack_size + 1), ti.i32)
+        size = ti.Vector([0] * (self.intersector.stack_size + 1), ti.i32)
+        node[0], first[0], size[0] = self.intersector.root, begin, rays
+        top = 1
+        while top > 0:
+            top -= 1
+            reference, at, count = node[top], first[top], size[top]
+            lists = ti.max(at + count, free)  # all waiting lists lie before this one
+            if reference >= 0:
+                counts = self.filter_children(c, octant, reference, at, count, lists)
+                for k in ti.static(range(WIDTH)):
+                    child = self.intersector.children[reference, k]
+                    if counts[k] > 0 and child != ABSENT:
+                        node[top], first[top], size[top] = child, lists + k * count, counts[k]
+                        top += 1
+            else:
+                self.try_leaf(c, octant, reference, at, count, lists)
+
+    @ti.func
+    def filter_children(self, c, octant, node, at, count, lists):
+        """Write for each child of a node the list of the rays that meet its box. Returns the lengths of these lists.
+
+        The number of a ray is written to all eight lists, and only the lists that it belongs to become longer.
+        """
+        counts = ti.Vector([0] * WIDTH, ti.i32)
+        x_near, x_far = self.intersector.near_and_far_plane(node, 0, octant & 1 == 0)
+        y_near, y_far = self.intersector.near_and_far_plane(node, 1, octant & 2 == 0)
+        z_near, z_far = self.intersector.near_and_far_plane(node, 2, octant & 4 == 0)
+        for j in range(at, at + count):
+            r = self.ids[c, j]
+            near, far, inverse = self.near[c, r], self.far[c, r], self.inverse[c, r]
+            t_near, t_far = ti.Vector([0.0] * WIDTH), ti.Vector([self.reach[c, r]] * WIDTH)
+            t_near = larger((x_near - near.x) * inverse.x, t_near)
+            t_far = smaller((x_far - far.x) * inverse.x, t_far)
+            t_near = larger((y_near - near.y) * inverse.y, t_near)
+            t_far = smaller((y_far - far.y) * inverse.y, t_far)
+            t_near = larger((z_near - near.z) * inverse.z, t_near)
+            t_far = smaller((z_far - far.z) * inverse.z, t_far)
+            for k in ti.static(range(WIDTH)):
+                self.ids[c, lists + k * count + counts[k]] = r
+            counts += ti.cast(t_near <= t_far, ti.i32)
+        return counts
+
+    @ti.func
+    def try_leaf(self, c, octant, reference, at, count, lists):
+        """Try the primitives of a leaf with the rays of its list."""
+        begin, number = leaf_range(reference)
+        if ti.static(self.intersector.is_plain_geometry and self.intersector.triangle_test == "watertight"):
+            i = begin
+            while i < begin + number:
+                counts = self.filter_triangles(c, at, count, lists, i, begin + number - 1)
+                for k in ti.static(range(FOUR)):
+                    if counts[k] > 0 and i + k < begin + number:
+                        self.try_triangle(c, octant, lists + k * count, counts[k], i + k)
+                i += FOUR
+        else:
+            for i in range(begin, begin + number):
+                low, high = self.intersector.leaf_box(i)
+                for j in range(at, at + count):
+                    r = self.ids[c, j]
+                    t_near, t_far = box_interval(self.bounds(c, r), low, high, 0.0, self.reach[c, r])
+                    if t_near <= t_far:
+                        self.decide(c, r, i)
+
+    @ti.func
+    def filter_triangles(self, c, at, count, lists, i, last):
+        """Write for each of four triangles the list of the rays whose line does not certainly pass it by.
+
+        The formulas are those of ``triangles.watertight``: a line passes a triangle by, if it passes two of its edges
+        on different sides. If a leaf has fewer triangles, the last one takes their places.
+        """
+        counts = ti.Vector([0] * FOUR, ti.i32)
+        p0, q0, r0 = self.intersector.leaf_triangle(i)
+        p1, q1, r1 = self.intersector.leaf_triangle(ti.min(i + 1, last))
+        p2, q2, r2 = self.intersector.leaf_triangle(ti.min(i + 2, last))
+        p3, q3, r3 = self.intersector.leaf_triangle(ti.min(i + 3, last))
+        px, py, pz = across(p0, p1, p2, p3, 0), across(p0, p1, p2, p3, 1), across(p0, p1, p2, p3, 2)
+        qx, qy, qz = across(q0, q1, q2, q3, 0), across(q0, q1, q2, q3, 1), across(q0, q1, q2, q3, 2)
+        rx, ry, rz = across(r0, r1, r2, r3, 0), across(r0, r1, r2, r3, 1), across(r0, r1, r2, r3, 2)
+        for j in range(at, at + count):
+            k = self.ids[c, j]
+            o, x_axis, y_axis = self.ray_o[c, k], self.x_axis[c, k], self.y_axis[c, k]
+            ax, ay = sheared(px - o.x, py - o.y, pz - o.z, x_axis), sheared(px - o.x, py - o.y, pz - o.z, y_axis)
+            bx, by = sheared(qx - o.x, qy - o.y, qz - o.z, x_axis), sheared(qx - o.x, qy - o.y, qz - o.z, y_axis)
+            cx, cy = sheared(rx - o.x, ry - o.y, rz - o.z, x_axis), sheared(rx - o.x, ry - o.y, rz - o.z, y_axis)
+            u_edge, v_edge, w_edge = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
+            lowest, highest = smaller(u_edge, smaller(v_edge, w_edge)), larger(u_edge, larger(v_edge, w_edge))
+            for i4 in ti.static(range(FOUR)):
+                self.ids[c, lists + i4 * count + counts[i4]] = k
+            counts += ti.cast((lowest >= 0) | (highest <= 0), ti.i32)
+        return counts
+
+    @ti.func
+    def try_triangle(self, c, octant, at, count, i):
+        """Try a triangle with the rays of a list. Rays that start behind its plane, as most of them do, are skipped.
+
+        The t of the plain form is computed from values that are the same for all rays of the list.
+        """
+        v0, v1, v2 = self.intersector.leaf_triangle(i)
+        n = stable_normal(v0, v1, v2)
+        low, high = self.intersector.leaf_box(i)
+        near_corner, far_corner = tm.vec3(0), tm.vec3(0)
+        for k in ti.static(range(3)):
+            near_corner[k] = ti.select((octant >> k) & 1 == 0, low[k], high[k])
+            far_corner[k] = ti.select((octant >> k) & 1 == 0, high[k], low[k])
+        for j in range(at, at + count):
+            r = self.ids[c, j]
+            to_near, to_far = near_corner - self.near[c, r], far_corner - self.far[c, r]
+            t_near, t_far = -tm.inf, tm.inf
+            for k in ti.static(range(3)):
+                t_near = larger(to_near[k] * self.inverse[c, r][k], t_near)
+                t_far = smaller(to_far[k] * self.inverse[c, r][k], t_far)
+            t = -tm.dot(v0 - self.ray_o[c, r], n) / -tm.dot(self.ray_d[c, r], n)
+            t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
+            if (t_near <= t_far) & (t > 0):
+                self.decide(c, r, i)
+
+    @ti.func
+    def bounds(self, c, r):
+        """The ``RayBounds`` of a ray."""
+        return RayBounds(inverse=self.inverse[c, r], near_origin=self.near[c, r], far_origin=self.far[c, r])
+
+    @ti.func
+    def decide(self, c, r, i):
+        """Let the plain form decide whether a primitive blocks a ray."""
+        if self.reach[c, r] > 0:
+            v0, v1, v2 = self.intersector.leaf_triangle(i)
+            ray = Ray(origin=self.ray_o[c, r], direction=self.ray_d[c, r])
+            primitive_id = self.intersector.leaf_ids[i]
+            t, u, v = self.intersector.try_primitive(ray, self.bounds(c, r), primitive_id, v0, v1, v2, 0.0)
+            if t > 0:
+                self.reach[c, r] = -tm.inf
+
+
+@ti.func
+def across(p0, p1, p2, p3, axis: ti.template()):
+    """One coordinate of four points."""
+    return ti.Vector([p0[axis], p1[axis], p2[axis], p3[axis]])
+
+
+@ti.func
+def sheared(x, y, z, axis):
+    """The dot product of an axis with four vectors."""
+    return axis.x * x + axis.y * y + axis.z * z
