@@ -108,9 +108,18 @@ class Environment:
     @ti.func
     def coords(self, direction):
         """(u, v) in [0, 1] of a unit direction: u around +y, v from the bottom (C-1)."""
-        u = 0.5 + azimuth(direction.z, direction.x) / (2 * tm.pi) - self.settings[1]
-        v = 0.5 + ti.asin(tm.clamp(direction.y, -1, 1)) / tm.pi
-        return u - ti.floor(u), v
+        return self.longitude(direction.z, direction.x), self.elevation(direction.y)
+
+    @ti.func
+    def longitude(self, z, x):
+        """u of a direction with these components. They may also be vectors, for many directions at once."""
+        u = 0.5 + azimuth(z, x) / (2 * tm.pi) - self.settings[1]
+        return u - ti.floor(u)
+
+    @ti.func
+    def elevation(self, y):
+        """v of a direction with this component."""
+        return 0.5 + ti.asin(tm.clamp(y, -1, 1)) / tm.pi
 
     @ti.func
     def texel_of(self, u, v):
@@ -123,6 +132,11 @@ class Environment:
     def radiance(self, direction):
         """The radiance that arrives from a unit direction."""
         u, v = self.coords(direction)
+        return self.radiance_at(u, v)
+
+    @ti.func
+    def radiance_at(self, u, v):
+        """The radiance that arrives from the direction with these ``coords``."""
         value = tm.vec3(0)
         if ti.static(self.lookup == "nearest"):
             row, column = self.texel_of(u, v)
@@ -161,21 +175,19 @@ def azimuth(y, x):
     In f32 it takes half the time of ``ti.atan2``, and every pixel that sees the environment needs it. The polynomial is
     Abramowitz & Stegun 4.4.49, for atan on [0, 1], with its terms added in pairs.
     """
-    angle = ti.cast(0.0, float)
     if ti.static(runtime.current().precision == "f64"):
-        angle = ti.atan2(y, x)
-    else:
-        a, b = abs(x), abs(y)
-        high, low = ti.select(a > b, a, b), ti.select(a > b, b, a)
-        t = low / ti.select(high > 0, high, 1.0)
-        s = t * t
-        s2 = s * s
-        p01, p23 = 1 - 0.3333314528 * s, 0.1999355085 - 0.1420889944 * s
-        p45, p67 = 0.1065626393 - 0.0752896400 * s, 0.0429096138 - 0.0161657367 * s
-        angle = t * (p01 + s2 * (p23 + s2 * (p45 + s2 * (p67 + s2 * 0.0028662257))))
-        angle = ti.select(b > a, tm.pi / 2 - angle, angle)
-        angle = ti.select(x < 0, tm.pi - angle, angle)
-        angle = ti.select(y < 0, -angle, angle)
+        return ti.atan2(y, x)
+    a, b = abs(x), abs(y)
+    high, low = ti.select(a > b, a, b), ti.select(a > b, b, a)
+    t = low / ti.select(high > 0, high, 1.0)
+    s = t * t
+    s2 = s * s
+    p01, p23 = 1 - 0.3333314528 * s, 0.1999355085 - 0.1420889944 * s
+    p45, p67 = 0.1065626393 - 0.0752896400 * s, 0.0429096138 - 0.0161657367 * s
+    angle = t * (p01 + s2 * (p23 + s2 * (p45 + s2 * (p67 + s2 * 0.0028662257))))
+    angle = ti.select(b > a, tm.pi / 2 - angle, angle)
+    angle = ti.select(x < 0, tm.pi - angle, angle)
+    angle = ti.select(y < 0, -angle, angle)
     return angle
 
 

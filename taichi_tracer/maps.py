@@ -235,7 +235,7 @@ class MapRenderer(ProgressiveRenderer):
     def canvas(self) -> Any:
         """The Taichi field [x, y] that windows show: the numbers of ``image()``."""
         if not self.map.shows_error:
-            return self.film.canvas
+            return super().canvas
         if self._colours is None or self._colours[0].is_over():
             own = memory.Memory()
             field = ti.Vector.field(3, float)

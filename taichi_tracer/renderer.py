@@ -18,8 +18,8 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
-from taichi_tracer.fast.tiles import Tiles, can_wait
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, plain_rays
+from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
@@ -188,6 +188,7 @@ class ProgressiveRenderer:
         self._explainer: Any = None
         self._other: OtherTechnique | None = None
         self._tiles: Tiles | None = None
+        self.use_tiles: bool | None = None  # None: if they are worth their compilation, see ``fast.tiles``
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
@@ -338,19 +339,26 @@ class ProgressiveRenderer:
             scene.lights.prepare(self.active.samples_lights)
         with part(EYE_RAYS, waits=True):
             self.eye_rays.bring_up_to_date(self.seed, index)
+        tiles = self._tiles_for(scene)
         with part(SAMPLES, waits=True):
-            tiles = self.tiles_for(scene)
-            if tiles is None:
-                self._take_sample(scene, self.active, self.eye_rays, self.film.near_misses, self.seed, index)
-            else:
+            if tiles is not None:
                 tiles.take(self.film.near_misses, self.seed, index)
+            else:
+                self._take_sample(scene, self.active, self.eye_rays, self.film.near_misses, self.seed, index)
 
-    def tiles_for(self, scene):
-        if not isinstance(self.eye_rays, PrimaryHits) or True not in self.eye_rays.forms or not can_wait(scene, self.active):
-            return None
-        if self._tiles is None or self._tiles.is_of != (scene, self.active):
-            self._tiles = Tiles(self, scene, self.active)
+    def _tiles_for(self, scene: SceneInKernels) -> Tiles | None:
+        """What takes the samples of whole tiles, if it exists, or is possible and worth its compilation."""
+        if self._tiles is not None and self._tiles.is_of == (scene, self.active):
+            return self._tiles
+        long_way = is_worth_tiles(self.progress, self._seconds_before) if self.use_tiles is None else self.use_tiles
+        is_possible = long_way and can_take_tiles(self, scene, self.active)
+        self._tiles = Tiles(self, scene, self.active) if is_possible else None
         return self._tiles
+
+    @property
+    def forms(self) -> frozenset:
+        """The forms of the kernels that were used so far: a new one means that a kernel was compiled."""
+        return self.eye_rays.forms if self._tiles is None else self.eye_rays.forms | {"tiles"}
 
     def render(
         self,
@@ -425,6 +433,7 @@ class ProgressiveRenderer:
     def canvas(self) -> Any:
         """The Taichi field [x, y] of RGB vectors, with y up, that ``ti.ui`` shows."""
         self.film.check_alive()
+        self.film.show()
         return self.film.canvas
 
     @property
@@ -541,6 +550,8 @@ class ProgressiveRenderer:
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""
         lines = [*self.scene_data.receipt(), str(self._form)]
+        if self._tiles is not None:
+            lines.append(str(TILES))
         if self.replaced:
             lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
         return lines

@@ -30,14 +30,16 @@ FOUR = 4  # triangles of a leaf that are tested at once
 class ShadowStreams:
     """Memory for shadow rays, and their traversal. A place holds the rays of one thread.
 
-    Fields of a ray in a place: ``ray_o`` and ``ray_d``, its origin and direction; ``near``, ``inverse`` and ``far``, its
-    ``RayBounds``; ``x_axis`` and ``y_axis``, its ``shear_axes``; ``reach``, −∞ if it is blocked, 0 if it is no legal
-    ray, and otherwise ∞.
+    Fields of a ray in a place:
+        ray_o, ray_d: its origin and direction. near, inverse, far: its ``RayBounds``. x_axis, y_axis: its
+            ``shear_axes``. reach: −∞ if it is blocked, 0 if it is no legal ray, and otherwise ∞.
+    Fields of a place:
+        count: the number of rays. ids: all lists, each of which has the numbers of some rays.
 
     Args:
         intersector: a ``WideBVH``.
         places: the number of lists that can be traced at the same time.
-        most: the largest number of rays of a place.
+        most: the largest number of rays of a place; at most 65,536, because the lists have numbers of 16 bits.
     """
 
     def __init__(self, intersector, places: int, most: int) -> None:
@@ -45,7 +47,7 @@ class ShadowStreams:
         self._memory = memory.Memory()
         self.ray_o, self.ray_d, self.near, self.inverse, self.far = (ti.Vector.field(3, float) for _ in range(5))
         self.x_axis, self.y_axis = ti.Vector.field(3, float), ti.Vector.field(3, float)
-        self.reach, self.ids, self.count = ti.field(float), ti.field(ti.i32), ti.field(ti.i32)
+        self.reach, self.ids, self.count = ti.field(float), ti.field(ti.u16), ti.field(ti.i32)
         place = self._memory.fields.dense(ti.i, places)
         place.place(self.count)
         place.dense(ti.j, most).place(self.near, self.inverse, self.far, self.reach)
@@ -86,7 +88,7 @@ class ShadowStreams:
             octant = 0
             for k in ti.static(range(3)):
                 octant += ti.select(bounds.inverse[k] >= 0, 0, 1 << k)
-            self.ids[c, octant * m + counts[octant]] = r
+            self.ids[c, octant * m + counts[octant]] = ti.cast(r, ti.u16)
             counts[octant] += 1
         for octant in range(OCTANTS):
             if counts[octant] > 0:
@@ -125,7 +127,7 @@ class ShadowStreams:
         y_near, y_far = self.intersector.near_and_far_plane(node, 1, octant & 2 == 0)
         z_near, z_far = self.intersector.near_and_far_plane(node, 2, octant & 4 == 0)
         for j in range(at, at + count):
-            r = self.ids[c, j]
+            r = ti.cast(self.ids[c, j], ti.i32)
             near, far, inverse = self.near[c, r], self.far[c, r], self.inverse[c, r]
             t_near, t_far = ti.Vector([0.0] * WIDTH), ti.Vector([self.reach[c, r]] * WIDTH)
             t_near = larger((x_near - near.x) * inverse.x, t_near)
@@ -135,7 +137,7 @@ class ShadowStreams:
             t_near = larger((z_near - near.z) * inverse.z, t_near)
             t_far = smaller((z_far - far.z) * inverse.z, t_far)
             for k in ti.static(range(WIDTH)):
-                self.ids[c, lists + k * count + counts[k]] = r
+                self.ids[c, lists + k * count + counts[k]] = ti.cast(r, ti.u16)
             counts += ti.cast(t_near <= t_far, ti.i32)
         return counts
 
@@ -155,7 +157,7 @@ class ShadowStreams:
             for i in range(begin, begin + number):
                 low, high = self.intersector.leaf_box(i)
                 for j in range(at, at + count):
-                    r = self.ids[c, j]
+                    r = ti.cast(self.ids[c, j], ti.i32)
                     t_near, t_far = box_interval(self.bounds(c, r), low, high, 0.0, self.reach[c, r])
                     if t_near <= t_far:
                         self.decide(c, r, i)
@@ -176,7 +178,7 @@ class ShadowStreams:
         qx, qy, qz = across(q0, q1, q2, q3, 0), across(q0, q1, q2, q3, 1), across(q0, q1, q2, q3, 2)
         rx, ry, rz = across(r0, r1, r2, r3, 0), across(r0, r1, r2, r3, 1), across(r0, r1, r2, r3, 2)
         for j in range(at, at + count):
-            k = self.ids[c, j]
+            k = ti.cast(self.ids[c, j], ti.i32)
             o, x_axis, y_axis = self.ray_o[c, k], self.x_axis[c, k], self.y_axis[c, k]
             ax, ay = sheared(px - o.x, py - o.y, pz - o.z, x_axis), sheared(px - o.x, py - o.y, pz - o.z, y_axis)
             bx, by = sheared(qx - o.x, qy - o.y, qz - o.z, x_axis), sheared(qx - o.x, qy - o.y, qz - o.z, y_axis)
@@ -184,7 +186,7 @@ class ShadowStreams:
             u_edge, v_edge, w_edge = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
             lowest, highest = smaller(u_edge, smaller(v_edge, w_edge)), larger(u_edge, larger(v_edge, w_edge))
             for i4 in ti.static(range(FOUR)):
-                self.ids[c, lists + i4 * count + counts[i4]] = k
+                self.ids[c, lists + i4 * count + counts[i4]] = ti.cast(k, ti.u16)
             counts += ti.cast((lowest >= 0) | (highest <= 0), ti.i32)
         return counts
 
@@ -202,7 +204,7 @@ class ShadowStreams:
             near_corner[k] = ti.select((octant >> k) & 1 == 0, low[k], high[k])
             far_corner[k] = ti.select((octant >> k) & 1 == 0, high[k], low[k])
         for j in range(at, at + count):
-            r = self.ids[c, j]
+            r = ti.cast(self.ids[c, j], ti.i32)
             to_near, to_far = near_corner - self.near[c, r], far_corner - self.far[c, r]
             t_near, t_far = -tm.inf, tm.inf
             for k in ti.static(range(3)):

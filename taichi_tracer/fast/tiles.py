@@ -1,9 +1,10 @@
-"""Samples of a whole tile of pixels: first all of them are shaded, then their shadow rays are traced together.
+"""Samples of a whole tile of pixels: first all are shaded, then their look-ups are made, then their rays are traced.
 
-The plain form traces each shadow ray where it is needed. Here, ``scene.visible_radiance`` writes down the ray and the
-light that it would find, and the sample goes on without it. When all pixels of the tile are shaded, their rays are
-traced as streams (``shadow_streams``), and what is not blocked is added to the samples. A sample is a sum, so that it
-does not matter when its terms are found: the picture has the same bits.
+The plain form looks up the light of a direction, and traces its shadow ray, where it needs them. Here,
+``scene.visible_radiance`` and ``scene.behind`` write down the direction, and the sample goes on without its light. When
+all pixels of a tile are shaded, the light of all directions is looked up (``look_ups``), the rays that would find light
+are traced as streams (``shadow_streams``), and what is not blocked is added to the samples. A sample is a sum, so that
+it does not matter when its terms are found: the picture has the same bits.
 """
 
 import copy
@@ -12,56 +13,90 @@ import functools
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.primary_hits import PrimaryHits
+from taichi_tracer.fast.look_ups import LookUps, can_wait_for
 from taichi_tracer.fast.shadow_streams import ShadowStreams
+from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.integrators.direct_light import DirectLight
-from taichi_tracer.lights.near_misses import begin_counting, code_of_look_up, count_look_up, note_look_up
+from taichi_tracer.lights.near_misses import begin_counting, code_of_look_up, count_look_up, kind_of_look_up
 from taichi_tracer.lights.scene_lights import may_meet
+from taichi_tracer.picture.progress import Progress
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import in_kernels
 
-SIDE = 32  # of a tile, in pixels: its rays are near enough to each other, and they stay in the cache of a CPU
+SIDE_BITS = 5
+SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
 PLACES_PER_THREAD = 2  # so that a thread that is done early finds more work
+UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
 
 
-def can_wait(scene, integrator) -> bool:
-    """Whether the shadow rays of an integrator may be traced later: only if each sample is the plain sum of their light.
+SMALL = 8  # primitives: so few are tried as quickly one by one
+LONG = 8.0  # seconds of rendering that are left: then, a picture gains more than the compilation takes
+MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues a picture: more calls seem to follow
+SUM = {name: getattr(DirectLight, name) for name in ("radiance", "reflected", "direction")}
+TILES = Form("samples", "of a tile together, shadow rays in streams", "the picture takes long enough", True)
 
-    That is so for the estimators of direct light, in scenes whose light is far away. Methods that a student wrote in
-    their place might do something else with the light, and so they get it at once.
+
+def is_worth_tiles(progress: Progress, seconds_before: float) -> bool:
+    """Whether a picture will be rendered for so long that tiles are worth their compilation.
+
+    Args:
+        progress: of the present call of ``render``. seconds_before: of earlier calls, for the same picture.
     """
-    is_sum = isinstance(integrator, DirectLight) and type(integrator).__module__ == DirectLight.__module__
-    lights = scene.lights
-    only_far = len(lights.far) > 0 and not lights.single and not lights.has_lamps
-    return is_sum and only_far and scene.effects.is_lit and scene.effects.blockers != "none"
+    is_continued = seconds_before >= SECONDS_BEFORE and (progress.target.spp or 0) >= MANY_SAMPLES
+    return progress.seconds_left >= LONG or is_continued
+
+
+def can_take_tiles(renderer, scene, integrator) -> bool:
+    """Whether the samples of a renderer can be taken tile by tile: only if each is the plain sum of its terms.
+
+    That is so for the estimators of direct light, in scenes whose only light is an environment. Methods that a student
+    wrote in their place might do something else with the light, and so they get it at once.
+    """
+    intersector, lights, effects = scene.ray_intersector, scene.lights, scene.effects
+    is_own = type(integrator).__module__ == DirectLight.__module__ and isinstance(integrator, DirectLight)
+    is_sum = is_own and all(getattr(type(integrator), name) is method for name, method in SUM.items())
+    is_far = len(lights.far) == 1 and can_wait_for(lights.far[0]) and not lights.single and not lights.has_lamps
+    has_shadows = isinstance(intersector, WideBVH) and effects.blockers != "none"
+    is_plain = renderer.fast and not renderer.replaced and runtime.current().arch == "cpu"
+    if not (is_sum and is_far and has_shadows and is_plain and renderer.is_random):
+        return False
+    return effects.is_lit and not effects.background and intersector.num_leaf_triangles > SMALL
 
 
 def waiting_class(cls: type, tiles: "Tiles") -> type:
-    """The class of a scene whose shadow rays wait."""
+    """The class of a scene whose light waits."""
 
     @functools.wraps(cls.visible_radiance)
     def visible_radiance(self, surface, w_i, factor):
-        """``Tiles.wait``."""
-        return tiles.wait(self, surface, w_i, factor)
+        """``Tiles.wait_for_light``."""
+        return tiles.wait_for_light(self, surface, w_i, factor)
 
-    return type(f"Waiting{cls.__name__}", (cls,), {"visible_radiance": in_kernels(visible_radiance)})
+    @functools.wraps(cls.behind)
+    def behind(self, ray, hit, rng):
+        """``Tiles.wait_for_background``."""
+        return tiles.wait_for_background(ray)
+
+    methods = {"visible_radiance": in_kernels(visible_radiance), "behind": in_kernels(behind)}
+    return type(f"Waiting{cls.__name__}", (cls,), methods)
 
 
 @ti.data_oriented
 class Tiles:
     """Takes samples tile by tile.
 
-    Fields of a pixel that waits for its rays, in each place:
-        pixel: its column and row, and the index of its sample. value: its sample so far. end: the number of the first
-            ray that belongs to the next pixel.
-    Fields of a ray in each place:
-        light: what it adds to its sample if nothing blocks it. code: what it counts for, see ``NearMissCounter.code``.
+    Fields of a pixel in each place:
+        pixel: its column and row within the tile. value: its sample so far. end: the number of the first term that
+            belongs to the next pixel.
+    Fields of a term in each place; its number is that of its look-up:
+        factor: by which its light is multiplied. kind: what its look-up is for ``NearMissCounter``.
+        leaves: whether the direction leaves a surface, and something may be in its way; then it starts at ``origin``.
+        ray: the number of its ray, or ``UNTRACED``, or ``NOTHING``. code: see ``NearMissCounter.code``.
 
     Args:
         renderer: the ``ProgressiveRenderer``.
         scene: a ``SceneInKernels``, with a ``WideBVH``.
-        integrator: an integrator for which ``can_wait`` holds.
+        integrator: an integrator for which ``can_take_tiles`` holds.
     """
 
     def __init__(self, renderer, scene, integrator) -> None:
@@ -74,13 +109,17 @@ class Tiles:
         self.places = min(self.tiles, PLACES_PER_THREAD * ti.cfg.cpu_max_num_threads)
         most = SIDE * SIDE * integrator.techniques
         self.streams = ShadowStreams(scene.ray_intersector, self.places, most)
+        self.look_ups = LookUps(scene.lights.far[0], self.places, most)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, self.places)
-        self.waiting, self.pixel, self.end = ti.field(ti.i32), ti.Vector.field(3, ti.i32), ti.field(ti.i32)
-        self.value, self.light, self.code = ti.Vector.field(3, float), ti.Vector.field(3, float), ti.field(ti.i32)
-        place.place(self.waiting)
+        self.pixels, self.pixel, self.end = (ti.field(ti.i32) for _ in range(3))
+        self.value, self.factor, self.origin, self.direction = (ti.Vector.field(3, float) for _ in range(4))
+        self.kind, self.leaves, self.ray, self.code = (ti.field(ti.i32) for _ in range(4))
+        place.place(self.pixels)
         place.dense(ti.j, SIDE * SIDE).place(self.pixel, self.end, self.value)
-        place.dense(ti.j, most).place(self.light, self.code)
+        place.dense(ti.j, most).place(
+            self.factor, self.kind, self.leaves, self.origin, self.direction, self.ray, self.code
+        )
         self._memory.allocate()
 
     def take(self, near_misses, seed: int, index: int) -> None:
@@ -114,9 +153,10 @@ class Tiles:
                             rng = renderer.sampler.start(seed, x, y, i)
                             ray, hit = eye_rays.hit_of(x, y, rng)
                             value = renderer.radiance(scene, integrator, ray, hit, rng)
-                            self.end_pixel(c, renderer, x, y, i, value)
+                            self.end_pixel(c, x - first_x, y - first_y, value)
+                self.find_light(c)
                 self.streams.trace(c)
-                self.add_light(c, renderer, near_misses)
+                self.add_light(c, renderer, near_misses, first_x, first_y, index)
                 tile += self.places
 
     @in_kernels
@@ -127,47 +167,70 @@ class Tiles:
 
     @ti.func
     def _clear(self, c):
+        self.look_ups.clear(c)
         self.streams.clear(c)
-        self.waiting[c] = 0
+        self.pixels[c] = 0
 
     @ti.func
-    def wait(self, scene: ti.template(), surface, w_i, factor):
-        """``visible_radiance``; but if a ray has to be traced, the result is 0, and the light is added later."""
-        light = scene.lights.unblocked_far(surface, w_i, factor)
-        if light.max() > 0:
-            if may_meet(scene.effects, surface, w_i):
-                k = self.streams.add(self.place, surface.origin, w_i)
-                self.light[self.place, k] = factor * light
-                self.code[self.place, k] = code_of_look_up(w_i, light)
-                light = tm.vec3(0)
-            else:
-                note_look_up(w_i, light)
-        return light
+    def wait_for_light(self, scene: ti.template(), surface, w_i, factor):
+        """``SceneLights.visible_far``; but the result is 0, and the light is added later."""
+        if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
+            c = self.place
+            k = self.look_ups.add(c, w_i)
+            self.factor[c, k], self.kind[c, k] = factor, kind_of_look_up()
+            self.leaves[c, k], self.origin[c, k] = (
+                ti.cast(may_meet(scene.effects, surface, w_i), ti.i32),
+                surface.origin,
+            )
+            self.direction[c, k] = w_i
+        return tm.vec3(0)
 
     @ti.func
-    def end_pixel(self, c, renderer: ti.template(), x, y, i, value):
-        """Give the sample of a pixel to the film, or let it wait for its rays."""
-        rays, k = self.streams.count[c], self.waiting[c]
-        rays_before = 0
-        if k > 0:
-            rays_before = self.end[c, k - 1]
-        if rays == rays_before:
-            renderer.record(x, y, value, i)
-        else:
-            self.pixel[c, k] = ti.Vector([x, y, ti.cast(i, ti.i32)])
-            self.value[c, k], self.end[c, k] = value, rays
-            self.waiting[c] = k + 1
+    def wait_for_background(self, ray):
+        """``SceneLights.seen`` for a ray that hits nothing; but the result is 0, and the light is added later."""
+        c = self.place
+        k = self.look_ups.add(c, ray.direction)
+        self.factor[c, k], self.kind[c, k], self.leaves[c, k] = tm.vec3(1), kind_of_look_up(), 0
+        return tm.vec3(0)
 
     @ti.func
-    def add_light(self, c, renderer: ti.template(), near_misses: ti.template()):
-        """Add the light of the rays that nothing blocks to the samples that wait for it."""
-        r = 0
-        for k in range(self.waiting[c]):
-            x, y, i = self.pixel[c, k][0], self.pixel[c, k][1], ti.cast(self.pixel[c, k][2], ti.u32)
+    def end_pixel(self, c, column, row, value):
+        """Let the sample of a pixel wait for its terms."""
+        k = self.pixels[c]
+        self.pixel[c, k], self.value[c, k] = column << SIDE_BITS | row, value
+        self.end[c, k] = self.look_ups.count[c]
+        self.pixels[c] = k + 1
+
+    @ti.func
+    def find_light(self, c):
+        """Look up the light of all terms, and send a ray for those that find some, if anything may be in its way."""
+        self.look_ups.find(c)
+        for k in range(self.look_ups.count[c]):
+            light = self.look_ups.radiance(c, k)
+            ray = NOTHING
+            if light.max() > 0:
+                ray = UNTRACED
+                if self.leaves[c, k] != 0:
+                    ray = self.streams.add(c, self.origin[c, k], self.direction[c, k])
+            u, v = self.look_ups.coords(c, k)
+            self.ray[c, k], self.code[c, k] = ray, code_of_look_up(self.kind[c, k], u, v, light)
+            self.factor[c, k] *= light
+
+    @ti.func
+    def add_light(self, c, renderer: ti.template(), near_misses: ti.template(), first_x, first_y, index):
+        """Add the light of the terms that nothing blocks to their samples, and give these to the film."""
+        term = 0
+        for k in range(self.pixels[c]):
+            x, y = first_x + (self.pixel[c, k] >> SIDE_BITS), first_y + (self.pixel[c, k] & (SIDE - 1))
             value = self.value[c, k]
-            while r < self.end[c, k]:
-                if not self.streams.is_blocked(c, r):
-                    value += self.light[c, r]
-                    count_look_up(near_misses, x, y, self.code[c, r])
-                r += 1
+            while term < self.end[c, k]:
+                ray = self.ray[c, term]
+                is_seen = ray == UNTRACED
+                if ray >= 0:
+                    is_seen = not self.streams.is_blocked(c, ray)
+                if is_seen:
+                    value += self.factor[c, term]
+                    count_look_up(near_misses, x, y, self.code[c, term])
+                term += 1
+            i, _ = renderer.shares.sample_of(x, y, index)
             renderer.record(x, y, value, i)

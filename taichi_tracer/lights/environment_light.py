@@ -46,9 +46,10 @@ class EnvironmentLight(Light):
         self._memory = memory.Memory()
         self.density, self.row_cdf, self.column_cdf = ti.field(float), ti.field(float), ti.field(float)
         self.row_guide, self.column_guide = ti.field(ti.i32), ti.field(ti.i32)
+        self.height_of_edge = ti.field(float)  # the y coordinate of the directions on the upper edge of each row
         fields = self._memory.fields
         fields.dense(ti.ij, (of.height, of.width)).place(self.density)
-        fields.dense(ti.i, of.height + 1).place(self.row_cdf)
+        fields.dense(ti.i, of.height + 1).place(self.row_cdf, self.height_of_edge)
         fields.dense(ti.ij, (of.height, of.width + 1)).place(self.column_cdf)
         fields.dense(ti.i, of.height).place(self.row_guide)
         fields.dense(ti.ij, (of.height, of.width)).place(self.column_guide)
@@ -70,6 +71,7 @@ class EnvironmentLight(Light):
             self.column_guide[row, column] = column_guide[row, column]
         for i in self.row_cdf:
             self.row_cdf[i] = rows[i]
+            self.height_of_edge[i] = ti.cos(tm.pi * i / self.environment.height)
         for i in self.row_guide:
             self.row_guide[i] = row_guide[i]
         for row, column in self.column_cdf:
@@ -115,7 +117,7 @@ class EnvironmentLight(Light):
         row, from_row = self.find_row(xi.y)
         column, from_column = self.find_column(row, xi.x)
         u = (column + from_column) / self.environment.width + self.environment.settings[1]
-        y_top, y_bottom = self.height_of_edge(row), self.height_of_edge(row + 1)
+        y_top, y_bottom = self.height_of_edge[row], self.height_of_edge[row + 1]
         y = y_top + from_row * (y_bottom - y_top)
         r = ti.sqrt(ti.max(0.0, 1 - y * y))
         phi = 2 * tm.pi * (u - 0.5)
@@ -136,11 +138,6 @@ class EnvironmentLight(Light):
         if ti.static(self.up_axis == "z"):
             turned = tm.vec3(v.x, -v.z, v.y)
         return turned
-
-    @ti.func
-    def height_of_edge(self, row):
-        """The y coordinate of the directions on the upper edge of a row."""
-        return ti.cos(tm.pi * row / self.environment.height)
 
     @ti.func
     def find_row(self, xi):

@@ -186,19 +186,26 @@ class NearMissCounter:
     @ti.func
     def look_up(self, direction, radiance):
         """Count a ray that nothing blocks, with the radiance that it found."""
-        self.count(self.x, self.y, self.code(direction, radiance))
+        kind = self.kind()
+        if kind >= 0:
+            u, v = self.light.environment.coords(self.light.with_y_up(direction))
+            self.count(self.x, self.y, self.code(kind, u, v, radiance))
 
     @ti.func
-    def code(self, direction, radiance):
-        """What a ray would count for if nothing blocked it, as one number: 0 for nothing.
+    def kind(self):
+        """Which of ``KINDS`` the next look-up is; −1 if it is not counted."""
+        kind = ti.select(self.surfaces == 0, EYE, ti.select(self.is_scattered == 0, MIRROR, LOBE))
+        is_counted = kind != LOBE or self.is_delta == 1 or ti.static(not self.samples_lights)
+        return ti.select(is_counted, kind, -1)
+
+    @ti.func
+    def code(self, kind, u, v, radiance):
+        """What a look-up of a kind counts for, as one number: 0 for nothing.
 
         Bit i is set if it is near to level i, and bit ``BITS`` + i if it meets this level. Above these is its kind.
         """
         code = 0
-        kind = ti.select(self.surfaces == 0, EYE, ti.select(self.is_scattered == 0, MIRROR, LOBE))
-        is_counted = kind != LOBE or self.is_delta == 1 or ti.static(not self.samples_lights)
-        if is_counted:
-            u, v = self.light.environment.coords(self.light.with_y_up(direction))
+        if kind >= 0:
             row = ti.min(ti.cast((1 - v) * ROWS, ti.i32), ROWS - 1)
             zone = ti.cast(self.zones[row, ti.min(ti.cast(u * 2 * ROWS, ti.i32), 2 * ROWS - 1)], ti.i32)
             if zone > 0:
@@ -247,10 +254,17 @@ def note_look_up(direction, radiance) -> None:
 
 
 @in_kernels
-def code_of_look_up(direction, radiance) -> Any:
-    """What ``count_look_up`` gets if nothing blocks a ray that finds this radiance."""
+def kind_of_look_up() -> Any:
+    """The kind of the next look-up, for ``code_of_look_up``."""
     counter = NearMissCounter.of_this_kernel()
-    return 0 if counter is None else counter.code(direction, radiance)
+    return -1 if counter is None else counter.kind()
+
+
+@in_kernels
+def code_of_look_up(kind, u, v, radiance) -> Any:
+    """What ``count_look_up`` gets if nothing blocks a ray of this kind, which finds this radiance at (u, v)."""
+    counter = NearMissCounter.of_this_kernel()
+    return 0 if counter is None else counter.code(kind, u, v, radiance)
 
 
 @in_kernels

@@ -43,7 +43,7 @@ class Film:
         averages: whether pixels take samples. If all values come from ``put``, ``reset`` has no sums to clear.
 
     Attributes:
-        canvas: [x, y] the mean of the samples, which is the picture.
+        canvas: [x, y] the mean of the samples, which is the picture; ``show`` brings it up to date.
         count: [x, y] the number of samples.
         half_count: [x, y, half] the number of samples of each half.
         total, rest, residue: [x, y, half] the sum of the samples of each half is total + rest + residue, which together
@@ -153,12 +153,11 @@ class Film:
         """
         if is_finite(value):
             half = self.half_of(x, y, sample)
-            mean_before = self.canvas[x, y]
             self.add_to_half(x, y, half, value)
             self.count_in_half(x, y, half, 1)
-            mean = self.mean(x, y)
-            self.canvas[x, y] = mean
             if ti.static(self.keeps_deviation):
+                mean_before, mean = self.canvas[x, y], self.mean(x, y)
+                self.canvas[x, y] = mean
                 if self.count[x, y] > 1:
                     self.add_deviation(x, y, value - mean_before, value - mean)  # Welford 1962
         else:
@@ -459,6 +458,14 @@ class Film:
         if self.near_misses is not None:
             self.near_misses.clear()
         self._show_mean()
+
+    def show(self) -> None:
+        """Bring the canvas up to date: ``add`` itself leaves it alone, unless it needs the mean.
+
+        Memory is what limits ``add``, and the mean would have to be read from both halves and written.
+        """
+        if self.averages and not self.keeps_deviation:
+            self._show_mean()
 
     @ti.kernel
     def _show_mean(self):

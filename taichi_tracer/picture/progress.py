@@ -215,12 +215,12 @@ def render_until(renderer, target: Target, watch=None) -> None:
             renderer.progress = progress
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
-        start, forms = perf_counter(), renderer.eye_rays.forms
+        start, forms = perf_counter(), renderer.forms
         renderer.add_sample(renderer.first_sample + renderer.film.samples)
         if looks:
             ti.sync()
         renderer.film.samples += 1
-        compiles = progress.samples == 0 or renderer.eye_rays.forms != forms
+        compiles = progress.samples == 0 or renderer.forms != forms
         progress.took(perf_counter() - start, renderer.shares.mean, compiles)
         if looks and renderer.is_random:
             progress.look(renderer.error)
