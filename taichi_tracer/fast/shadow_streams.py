@@ -7,8 +7,8 @@ rays of a list need nothing in common. A shadow ray only asks whether anything i
 and a blocked ray misses every further box (Wald, Gribble, Boulos & Kensler, "SIMD ray stream tracing", 2007; Barringer
 & Akenine-Möller, "Dynamic ray stream traversal", SIGGRAPH 2014).
 
-In a leaf, four triangles at once reject rays that certainly pass them by, with the arithmetic of the plain test. The
-plain test then decides about the few rays that are left. Therefore the answers are the same, to the last bit.
+In a leaf, rays that pass a triangle by are found for four triangles at once, with the arithmetic of the plain test. The
+plain test then decides where a ray meets an edge. Therefore the answers are the same, to the last bit.
 """
 
 import taichi as ti
@@ -192,9 +192,10 @@ class ShadowStreams:
 
     @ti.func
     def try_triangle(self, c, octant, at, count, i):
-        """Try a triangle with the rays of a list. Rays that start behind its plane, as most of them do, are skipped.
+        """Try a triangle with the rays of a list, whose lines it does not let pass by: is it in front of their origins?
 
-        The t of the plain form is computed from values that are the same for all rays of the list.
+        The formulas are those of ``watertight`` and ``RayIntersector.candidate``. What depends only on the triangle is
+        the same for all rays.
         """
         v0, v1, v2 = self.intersector.leaf_triangle(i)
         n = stable_normal(v0, v1, v2)
@@ -210,10 +211,24 @@ class ShadowStreams:
             for k in ti.static(range(3)):
                 t_near = larger(to_near[k] * self.inverse[c, r][k], t_near)
                 t_far = smaller(to_far[k] * self.inverse[c, r][k], t_far)
-            t = -tm.dot(v0 - self.ray_o[c, r], n) / -tm.dot(self.ray_d[c, r], n)
+            det = -tm.dot(self.ray_d[c, r], n)
+            t = -tm.dot(v0 - self.ray_o[c, r], n) / det
             t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
-            if (t_near <= t_far) & (t > 0):
-                self.decide(c, r, i)
+            if (det != 0) & (t_near <= t_far) & (t > 0):
+                if self.meets_an_edge(c, r, v0, v1, v2):
+                    self.decide(c, r, i)
+                else:
+                    self.reach[c, r] = -tm.inf
+
+    @ti.func
+    def meets_an_edge(self, c, r, v0, v1, v2):
+        """Whether the line of a ray seems to meet an edge of a triangle, so that only f64 can tell on which side."""
+        o, x_axis, y_axis = self.ray_o[c, r], self.x_axis[c, r], self.y_axis[c, r]
+        a, b, d = v0 - o, v1 - o, v2 - o
+        ax, ay = sheared(a.x, a.y, a.z, x_axis), sheared(a.x, a.y, a.z, y_axis)
+        bx, by = sheared(b.x, b.y, b.z, x_axis), sheared(b.x, b.y, b.z, y_axis)
+        cx, cy = sheared(d.x, d.y, d.z, x_axis), sheared(d.x, d.y, d.z, y_axis)
+        return (cx * by - cy * bx == 0) | (ax * cy - ay * cx == 0) | (bx * ay - by * ax == 0)
 
     @ti.func
     def bounds(self, c, r):

@@ -1,0 +1,84 @@
+"""Look-ups of sixteen directions at once: the numbers of ``Environment``, to the last bit."""
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.environment import Environment
+from taichi_tracer.fast.look_ups import LookUps, can_wait_for
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+def scene_light(environment, **options):
+    """The environment as the light of a scene."""
+    scene = tt.load_scene_data("cube", environment=environment, **options)
+    return scene, scene.in_kernels().lights.far[0]
+
+
+@ti.data_oriented
+class Looking:
+    """The same directions in both forms."""
+
+    def __init__(self, light, directions):
+        self.light, self.count = light, len(directions)
+        self.d = ti.Vector.field(3, float, self.count)
+        self.d.from_numpy(directions.astype(np.float32))
+        self.look_ups = LookUps(light, 2, self.count)
+        self.alone, self.together = (ti.Vector.field(5, float, self.count) for _ in range(2))
+
+    @ti.kernel
+    def look(self):
+        for _ in range(1):
+            self.look_ups.clear(1)
+            for i in range(self.count):
+                self.look_ups.add(1, self.d[i])
+            self.look_ups.find(1)
+            for i in range(self.count):
+                u, v = self.look_ups.coords(1, i)
+                light = self.look_ups.radiance(1, i)
+                self.together[i] = ti.Vector([u, v, light.x, light.y, light.z])
+        for i in self.alone:
+            direction = self.light.with_y_up(self.d[i])
+            u, v = self.light.environment.coords(direction)
+            light = self.light.environment.radiance(direction)
+            self.alone[i] = ti.Vector([u, v, light.x, light.y, light.z])
+
+
+@pytest.mark.parametrize("up_axis", ["y", pytest.param("z", marks=pytest.mark.long)])
+def test_the_same_coordinates_and_radiance(up_axis):
+    rng = np.random.default_rng(3)
+    environment = Environment(rng.uniform(size=(32, 64, 3)), intensity=1.7, rotation=40)
+    scene, light = scene_light(environment, up_axis=up_axis)
+    d = rng.normal(size=(5003, 3))
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    d = np.concatenate([axes, d / np.linalg.norm(d, axis=1, keepdims=True)])
+    looking = Looking(light, d)
+    looking.look()
+    np.testing.assert_array_equal(looking.together.to_numpy(), looking.alone.to_numpy())
+    assert np.ptp(looking.alone.to_numpy(), axis=0).min() > 0.5
+    scene.destroy()
+
+
+def test_what_is_looked_up_at_once():
+    class Sky(Environment):
+        @ti.func
+        def query_ray(self, ray):
+            return tm.vec3(1)
+
+    image = np.random.default_rng(0).uniform(size=(4, 8, 3))
+    for environment, can_wait in (
+        (Environment(image), True),
+        (Environment(image, lookup="bilinear"), False),
+        (Sky(image), False),
+        (Environment(np.ones((4, 8, 3))), False),
+    ):
+        scene, light = scene_light(environment)
+        assert can_wait_for(light) == can_wait
+        scene.destroy()

@@ -1,0 +1,124 @@
+"""Samples taken tile by tile: the same bits as pixel by pixel, and only where that is certain."""
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+from support import start
+
+import taichi_tracer as tt
+from taichi_tracer.fast.tiles import LONG, SECONDS_BEFORE, SIDE, can_take_tiles, is_worth_tiles
+from taichi_tracer.integrators.direct_light import BrdfSampling
+from taichi_tracer.picture.progress import Progress, Target
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _taichi():
+    start("f32")
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return tt.load_scene_data("specular_spheres", environment="sunny")
+
+
+def pictures(scene, estimator, width=SIDE + 8, height=SIDE - 4, spp=3, **options):
+    """The same picture tile by tile and pixel by pixel, after a few samples."""
+    both = []
+    for use_tiles in (True, False):
+        renderer = tt.A2Renderer(scene, width, height, **options).use(estimator)
+        renderer.use_tiles = use_tiles
+        renderer.render(spp)
+        assert (renderer._tiles is not None) == use_tiles
+        both.append(renderer)
+    return both
+
+
+def assert_same(tiles, pixels):
+    """The same picture, the same error, and the same near misses."""
+    np.testing.assert_array_equal(tiles.image().view(np.int32), pixels.image().view(np.int32))
+    for name in ("count", "half_count", "total", "rest"):
+        np.testing.assert_array_equal(getattr(tiles.film, name).to_numpy(), getattr(pixels.film, name).to_numpy())
+    ours, theirs = tiles.film.counted(), pixels.film.counted()
+    for name in ("near", "met", "per_pixel"):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+    assert pixels.image().max() > 0
+
+
+def test_the_same_picture_with_mis(scene):
+    tiles, pixels = pictures(scene, "mis")
+    assert_same(tiles, pixels)
+    assert "in streams" in "\n".join(tiles.receipt())
+    assert "in streams" not in "\n".join(pixels.receipt())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("estimator", ["uniform", "brdf", "environment"])
+def test_the_same_picture_with_every_estimator(scene, estimator):
+    assert_same(*pictures(scene, estimator))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("options", [{"crop": (3, 39, 5, 21)}, {"adaptive": True}, {"sampler": "independent"}])
+def test_the_same_picture_of_a_crop_and_with_other_samples(scene, options):
+    assert_same(*pictures(scene, "brdf", **options))
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", ["torus_knot", "blob"])
+@pytest.mark.parametrize("environment", ["studio", "sunny"])
+def test_the_same_picture_of_other_scenes(name, environment):
+    other = tt.load_scene_data(name, environment=environment)
+    for estimator in ("mis", "brdf"):
+        assert_same(*pictures(other, estimator, 70, 90))
+    other.destroy()
+
+
+def can(scene, estimator="mis", kind=tt.A2Renderer, **options):
+    """Whether tiles can be used."""
+    renderer = kind(scene, 8, 8, **options).use(estimator)
+    return can_take_tiles(renderer, renderer.kernel_scene(), renderer.active)
+
+
+def test_what_a_student_wrote_gets_its_light_at_once(scene):
+    class OwnShading(tt.A2Renderer):
+        @ti.func
+        def shade_ray(self, ray):
+            return tm.vec3(0.5)
+
+    class Darker(BrdfSampling):
+        name = "darker"
+
+        @ti.func
+        def reflected(self, scene, surface, rng):
+            return 0.5 * BrdfSampling.reflected(self, scene, surface, rng)
+
+    assert can(scene)
+    assert not can(scene, kind=OwnShading)
+    assert not can(scene, fast=False)
+    assert not can(scene, Darker())
+
+
+def test_scenes_whose_samples_are_other_sums():
+    lit = {"environment": "studio"}
+    for name, options in (("cornell_box", lit), ("cornell_box", {}), ("cube", {"environment": "white"})):
+        other = tt.load_scene_data(name, **options)
+        assert not can(other)
+        other.destroy()
+
+
+def after(samples, seconds, **target):
+    """The progress of a picture after some samples."""
+    progress = Progress(Target(**target))
+    for i in range(samples):
+        progress.took(seconds, compiles=i == 0)
+    return progress
+
+
+def test_only_long_pictures_are_worth_the_compilation():
+    assert not is_worth_tiles(Progress(Target(spp=10**6)), 0.0)  # its speed is not known yet
+    assert is_worth_tiles(after(3, 0.1, spp=100), 0.0)
+    assert not is_worth_tiles(after(3, 0.1, spp=int(LONG / 0.1)), 0.0)
+    assert not is_worth_tiles(after(3, 0.01, time=3.0), 0.0)
+    assert is_worth_tiles(Progress(Target(spp=16)), SECONDS_BEFORE)
+    assert not is_worth_tiles(Progress(Target(spp=1)), 10 * SECONDS_BEFORE)  # a window shows each sample
