@@ -31,6 +31,10 @@ SWITCHED = (
     "measured time of all samples is divided. It took {seconds:.1f} s, its own kernel's compilation included, which "
     "are not in the table; {share}."
 )
+IN_TILES = (
+    " The picture itself took most samples tile by tile, and the parts were measured pixel by pixel, where shadow rays "
+    "take about twice as long: their share is too large."
+)
 NOT_SWITCHED = (
     "The samples' parts were not taken apart: {why}. The kernel's time stands in one row, as the clock measured it."
 )
@@ -45,6 +49,7 @@ class Profile:
         stopwatch: one that was stopped when the picture was written.
         kernels: those that the command used until then.
         parts: how the time of the samples is divided; None if it is not, and then ``why_not`` says why.
+        in_tiles: whether the picture took samples tile by tile, see ``fast.tiles``.
         passes: how many samples were taken of every pixel. eye_passes: how often eye rays were traced.
     """
 
@@ -55,6 +60,7 @@ class Profile:
     passes: int
     eye_passes: int
     why_not: str = ""
+    in_tiles: bool = False
 
     def rows(self) -> list[tuple[str, float]]:
         """(part, seconds); they add up to ``total``."""
@@ -107,7 +113,7 @@ class Profile:
         pixels = (
             "all pixels took it" if self.parts.share == 1 else f"{100 * self.parts.share:.0f} % of the pixels took it"
         )
-        return SWITCHED.format(seconds=self.parts.seconds, share=pixels)
+        return SWITCHED.format(seconds=self.parts.seconds, share=pixels) + (IN_TILES if self.in_tiles else "")
 
     def made_anew(self) -> str:
         """How many kernels were there, and how many of them were translated."""
@@ -211,8 +217,9 @@ def profile_of(renderer: ProgressiveRenderer, stopwatch: Stopwatch, title: str) 
     kernels, passes = compiling.kernels(stopwatch.started), stopwatch.times[SAMPLES]
     kept = renderer.eye_rays
     eye_passes = kept.traces if isinstance(kept, PrimaryHits) else passes
+    in_tiles = "tiles" in renderer.forms
     anatomy = Anatomy(renderer)
     parts = anatomy.measure(max(LEAST_BUDGET, BUDGET * stopwatch.seconds[SAMPLES]))
     why = "" if parts is not None else why_replaced(renderer)
     size = f"{renderer.width}×{renderer.height}, {passes} samples per pixel"
-    return Profile(f"{title}, {size}", stopwatch, kernels, parts, passes, eye_passes, why)
+    return Profile(f"{title}, {size}", stopwatch, kernels, parts, passes, eye_passes, why, in_tiles)

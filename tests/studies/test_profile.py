@@ -46,6 +46,8 @@ def test_without_further_rays_there_is_no_row_of_them(profile):
 
 
 def test_samples_that_were_not_taken_apart_are_one_row(profile):
+    assert "tile by tile" not in profile.how()
+    assert "tile by tile" in dataclasses.replace(profile, in_tiles=True).how()
     whole = dataclasses.replace(profile, parts=None, why_not="MyRenderer replaces shade_ray")
     assert dict(whole.rows())[SAMPLES] == 4.0
     assert whole.rays() == []
