@@ -17,7 +17,6 @@ from taichi_tracer.fast.look_ups import LookUps, can_wait_for
 from taichi_tracer.fast.shadow_streams import ShadowStreams
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.wide_bvh import WideBVH
-from taichi_tracer.integrators.direct_light import DirectLight
 from taichi_tracer.lights.near_misses import begin_counting, code_of_look_up, count_look_up, kind_of_look_up
 from taichi_tracer.lights.scene_lights import may_meet
 from taichi_tracer.picture.progress import Progress
@@ -33,7 +32,6 @@ UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in
 SMALL = 8  # primitives: so few are tried as quickly one by one
 LONG = 8.0  # seconds of rendering that are left: then, a picture gains more than the compilation takes
 MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues a picture: more calls seem to follow
-SUM = {name: getattr(DirectLight, name) for name in ("radiance", "reflected", "direction")}
 TILES = Form("samples", "of a tile together, shadow rays in streams", "the picture takes long enough", True)
 
 
@@ -51,15 +49,13 @@ def can_take_tiles(renderer, scene, integrator) -> bool:
     """Whether the samples of a renderer can be taken tile by tile: only if each is the plain sum of its terms.
 
     That is so for the estimators of direct light, in scenes whose only light is an environment. Methods that a student
-    wrote in their place might do something else with the light, and so they get it at once.
+    wrote in their place might do something else with the light, and so they get it at once: ``Integrator.adds_up``.
     """
     intersector, lights, effects = scene.ray_intersector, scene.lights, scene.effects
-    is_own = type(integrator).__module__ == DirectLight.__module__ and isinstance(integrator, DirectLight)
-    is_sum = is_own and all(getattr(type(integrator), name) is method for name, method in SUM.items())
     is_far = len(lights.far) == 1 and can_wait_for(lights.far[0]) and not lights.single and not lights.has_lamps
     has_shadows = isinstance(intersector, WideBVH) and effects.blockers != "none"
     is_plain = renderer.fast and not renderer.replaced and runtime.current().arch == "cpu"
-    if not (is_sum and is_far and has_shadows and is_plain and renderer.is_random):
+    if not (integrator.adds_up and is_far and has_shadows and is_plain and renderer.is_random):
         return False
     return effects.is_lit and not effects.background and intersector.num_leaf_triangles > SMALL
 

@@ -35,13 +35,15 @@ class Integrator:
         needs_light: whether it shows nothing in a scene without light.
         samples_lights: whether it draws directions from the lights, as ``lights.sample`` and ``lights.sample_far`` do.
         samples_brdf: whether light counts that it finds along directions drawn from the BRDF.
+        adds_up: whether a sample, without lamps, is the plain sum of what ``scene.emitted`` and ``visible_radiance``
+            return, each with its factor. Then these may be asked for later, see ``fast.tiles``.
         version: counts changes of its own values, so that a renderer knows when samples belong to an older picture.
     """
 
     kind, name, label = "integrator", "", ""
     aliases: tuple[str, ...] = ()
     what, srgb, needs_light, samples_lights, samples_brdf = "estimator", True, True, True, True
-    version = 0
+    adds_up, version = False, 0
 
     def prepare(self, scene_data: SceneData, camera: ProjectiveCamera) -> None:
         """Bring values that depend on the scene or the camera up to date; it is called whenever a picture begins."""

@@ -21,10 +21,11 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.sampler import UniformSampler
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import called, replaced
+from taichi_tracer.system.seams import called, replaced, seams
 
 
 @ti.data_oriented
+@seams("radiance", "reflected", "direction")
 class DirectLight(Integrator):
     """Emitted light (or the background) plus one sample of the reflected light. A subclass defines ``sample``.
 
@@ -33,6 +34,11 @@ class DirectLight(Integrator):
     """
 
     techniques = 1
+
+    @property
+    def adds_up(self) -> bool:  # type: ignore[override]
+        """Whether a sample is a plain sum: as written here, and not by a method that a student put in its place."""
+        return type(self).__module__ == __name__ and not replaced(self)
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):
