@@ -348,11 +348,12 @@ class ProgressiveRenderer:
 
     def _tiles_for(self, scene: SceneInKernels) -> Tiles | None:
         """What takes the samples of whole tiles, if it exists, or is possible and worth its compilation."""
-        if self._tiles is not None and self._tiles.is_of == (scene, self.active):
-            return self._tiles
-        long_way = is_worth_tiles(self.progress, self._seconds_before) if self.use_tiles is None else self.use_tiles
-        is_possible = long_way and can_take_tiles(self, scene, self.active)
-        self._tiles = Tiles(self, scene, self.active) if is_possible else None
+        if self.use_tiles is False:
+            return None
+        if self._tiles is None or self._tiles.is_of != (scene, self.active):
+            is_worth_it = bool(self.use_tiles) or is_worth_tiles(self.progress, self._seconds_before)
+            is_possible = is_worth_it and can_take_tiles(self, scene, self.active)
+            self._tiles = Tiles(self, scene, self.active) if is_possible else None
         return self._tiles
 
     @property

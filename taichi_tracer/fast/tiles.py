@@ -27,8 +27,6 @@ SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
 PLACES_PER_THREAD = 2  # so that a thread that is done early finds more work
 UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
-
-
 SMALL = 8  # primitives: so few are tried as quickly one by one
 LONG = 8.0  # seconds of rendering that are left: then, a picture gains more than the compilation takes
 MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues a picture: more calls seem to follow
@@ -174,11 +172,8 @@ class Tiles:
             c = self.place
             k = self.look_ups.add(c, w_i)
             self.factor[c, k], self.kind[c, k] = factor, kind_of_look_up()
-            self.leaves[c, k], self.origin[c, k] = (
-                ti.cast(may_meet(scene.effects, surface, w_i), ti.i32),
-                surface.origin,
-            )
-            self.direction[c, k] = w_i
+            self.origin[c, k], self.direction[c, k] = surface.origin, w_i
+            self.leaves[c, k] = ti.cast(may_meet(scene.effects, surface, w_i), ti.i32)
         return tm.vec3(0)
 
     @ti.func
