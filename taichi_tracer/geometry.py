@@ -374,6 +374,11 @@ class Geometry:
         larger is the error of the normal.
         """
         v0, v1, v2 = self.triangle(triangle_id)
+        return self.position_on(triangle_id, u, v, v0, v1, v2)
+
+    @ti.func
+    def position_on(self, triangle_id, u, v, v0, v1, v2):
+        """``position`` with the vertices of the triangle."""
         w = 1 - u - v
         p = w * v0 + u * v1 + v * v2
         size = abs(w * v0) + abs(u * v1) + abs(v * v2) + (v0 - p).norm() * self.thinness[triangle_id]

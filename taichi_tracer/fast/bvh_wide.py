@@ -12,9 +12,11 @@ from taichi_tracer.fast.bvh_build import MAX_LEAF, BinaryTree
 
 WIDTH = 8
 LEAF_BITS = 4  # a reference to a leaf is the number −1 − (first·2^LEAF_BITS + count)
-ABSENT = 0  # marks an absent child; 0 is free, because the root is the child of no node
+ABSENT = -1  # the reference to an empty leaf, for a child that does not exist
+BLOCK_BITS = 2
+BLOCK = 1 << BLOCK_BITS  # triangles of a leaf that a ray tests together, see ``leaf_blocks``
 COST_OF_NODE = 1.0  # the cost of testing the eight boxes of a node
-COST_OF_TRIANGLE = 0.7  # the cost of testing one triangle; only the ratio of the two costs matters
+COST_OF_BLOCK = 0.7  # the cost of testing the triangles of a block; only the ratio of the two costs matters
 SMALLEST_AREA = 1e-300  # replaces the area 0 of a tree that is only a point or a line: no division by 0
 
 
@@ -73,7 +75,8 @@ class WideTree:
         children: (W, 8) int32, each the index of a node, a leaf (see ``leaf_reference``), or ``ABSENT``.
         depth: the number of nodes on the longest path from the root.
         stack_size: the largest number of references that wait at once during a traversal.
-        cost: the expected cost of a ray that meets the root's box, in triangle tests (the surface-area heuristic).
+        cost: the expected cost of a ray that meets the root's box, in tests of four triangles (the surface-area
+            heuristic).
     """
 
     planes: np.ndarray
@@ -96,7 +99,8 @@ def empty_tree(dtype: type) -> WideTree:
 
 def _single_leaf(begin: int, end: int, dtype: type) -> WideTree:
     root = int(leaf_reference(np.int64(begin), np.int64(end)))
-    return WideTree(np.zeros((1, 6, WIDTH), dtype), np.zeros((1, WIDTH), np.int32), root, 1, 1, float(end - begin))
+    cost = float(-(-(end - begin) // BLOCK))
+    return WideTree(np.zeros((1, 6, WIDTH), dtype), np.full((1, WIDTH), ABSENT, np.int32), root, 1, 1, cost)
 
 
 def collapse(tree: BinaryTree) -> WideTree:
@@ -126,7 +130,7 @@ def collapse(tree: BinaryTree) -> WideTree:
         root=0,
         depth=len(members_of),
         stack_size=_stack_size(members_of, inner_of),
-        cost=float(plan.cost[0, 1] / max(plan.area[0], SMALLEST_AREA) / COST_OF_TRIANGLE),
+        cost=float(plan.cost[0, 1] / max(plan.area[0], SMALLEST_AREA) / COST_OF_BLOCK),
     )
 
 
@@ -150,7 +154,7 @@ class _Plan:
         self.slots = np.ones((n, WIDTH + 1), np.int8)
         self.to_left = np.zeros((n, WIDTH + 1), np.int8)
         self.is_leaf = np.ones(n, bool)
-        as_leaf = np.where(count <= MAX_LEAF, self.area * count * COST_OF_TRIANGLE, np.inf)
+        as_leaf = np.where(count <= MAX_LEAF, self.area * -(-count // BLOCK) * COST_OF_BLOCK, np.inf)
         for level in reversed(_levels(tree.child)):
             leaves = level[tree.child[level] < 0]
             self.cost[leaves] = as_leaf[leaves, None]
