@@ -1,9 +1,9 @@
 """The triangles of the leaves, in blocks of four: a ray asks one instruction which of the four it may hit.
 
-In a block, the first components of four vertices are neighbours in memory, then the second ones, and so on. Therefore a
-CPU computes on which side of its edges a ray passes four triangles at once. This is only a question: a triangle that the
-ray may hit is tried with the plain test afterwards. The plain test says no more often, and never says yes where the
-question was answered with no; thus t, u and v have the same bits as without blocks.
+In a block, the first components of four vertices are neighbours in memory, then the second ones, and so on. Therefore
+a CPU computes at once on which sides of their edges a ray passes four triangles. This only finds candidates: a triangle
+that the ray may hit is tried with the plain test afterwards. No triangle that the plain test accepts is left out. Thus
+t, u and v have the same bits as without blocks.
 
 A leaf begins with a new block. A *place* is the number of a triangle in this order: four places are a block, and the
 last places of a leaf's last block may be empty.
@@ -14,7 +14,8 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.bvh_wide import BLOCK, BLOCK_BITS, LEAF_BITS, leaf_reference
-from taichi_tracer.fast.packets import larger, smaller, smaller_axes
+from taichi_tracer.fast.lanes import lanes_of, larger, smaller
+from taichi_tracer.fast.packets import smaller_axes
 from taichi_tracer.formulas.triangles import moller_trumbore, watertight
 from taichi_tracer.ray import real
 
@@ -40,26 +41,6 @@ def in_blocks(references: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
     places = np.empty(count, np.int64)
     places[np.repeat(first, size) + within] = np.repeat(moved, size) + within
     return references, places
-
-
-@ti.func
-def lanes_of(is_met):
-    """A mask with bit k + 1 for each lane k in which a condition holds.
-
-    Bit 0 stays free. Otherwise LLVM writes the first lane in another way than the others, and then uses no vector
-    instructions for any of them.
-    """
-    bits = ti.select(is_met, ti.Vector([2 << k for k in range(is_met.n)]), ti.Vector([0] * is_met.n))
-    mask = bits[0]
-    for k in ti.static(range(1, is_met.n)):
-        mask |= bits[k]
-    return mask
-
-
-@ti.func
-def first_lane(mask):
-    """The first lane of a mask of ``lanes_of``. The compiler turns this into one instruction."""
-    return ti.math.popcnt(~mask & (mask - 1)) - 1
 
 
 @ti.dataclass

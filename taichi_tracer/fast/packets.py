@@ -17,6 +17,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.bvh_build import MAX_LEAF
+from taichi_tracer.fast.lanes import larger, smaller
 from taichi_tracer.ray import Ray, real
 from taichi_tracer.system import memory, runtime
 
@@ -30,18 +31,6 @@ GROUPS = 1 << GROUP_BITS
 
 lanes = ti.types.vector(LANES, real)
 flags = ti.types.vector(LANES, ti.i32)
-
-
-@ti.func
-def larger(a, b):
-    """max, written so that the compiler uses vector instructions."""
-    return ti.select(a > b, a, b)
-
-
-@ti.func
-def smaller(a, b):
-    """min, written so that the compiler uses vector instructions."""
-    return ti.select(a < b, a, b)
 
 
 @ti.func

@@ -9,14 +9,14 @@ import time
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_wide import BLOCK, BLOCK_BITS, LEAF_BITS, WIDTH, collapse, empty_tree, quantise
-from taichi_tracer.fast.leaf_blocks import LeafBlocks, aim_of, first_lane, in_blocks, lanes_of
+from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
+from taichi_tracer.fast.leaf_blocks import LeafBlocks, aim_of, in_blocks
 from taichi_tracer.fast.nearest import FastIntersector
 from taichi_tracer.fast.packet_triangles import packet_test
-from taichi_tracer.fast.packets import larger, slab, smaller
+from taichi_tracer.fast.packets import slab
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray import no_hit
@@ -226,9 +226,9 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def met_children(self, bounds, node, t_min, t_max):
-        """(t where the ray enters each of the eight boxes of a node, a mask of the boxes that it meets), see ``lanes_of``.
+        """(t where the ray enters each of the eight boxes of a node, ``lanes_of`` the boxes that it meets).
 
-        For each box, the arithmetic is that of ``box_interval``. For a box that is not met, t has no meaning.
+        For each box, the arithmetic is that of ``box_interval``. If a box is not met, its t has no meaning.
         """
         t_near = ti.Vector([t_min] * WIDTH)
         t_far = ti.Vector([t_max] * WIDTH)
