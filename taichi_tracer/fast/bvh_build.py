@@ -18,6 +18,8 @@ from taichi_tracer.fast.lanes import larger, smaller
 NUM_BINS = 16  # per axis; the planes between them are the candidates for a split
 FEWEST_BINS = 4  # of a range with few items, for which the bins would take more time than the items
 BIN_SCALE = 1 - 1e-6  # reduces the number of bins: rounding then cannot move the largest centre behind the last bin
+BLOCK_BITS = 2
+BLOCK = 1 << BLOCK_BITS  # a ray tests so many triangles of a leaf together; a kernel does not split them any further
 MAX_LEAF = 8  # the largest number of triangles in a leaf; the heuristic usually makes smaller leaves
 COST_OF_BOX = 1.2  # the cost of visiting a node, in units of the cost of one triangle test
 GROUP_FROM = 8192  # from this number of triangles on, the grouping saves time
@@ -221,7 +223,7 @@ def _build_ranges(
                 node_box[node, k] = low[k]
                 node_box[node, k + 3] = high[k]
             middle = -1
-            if end - begin > 1:
+            if end - begin > ti.min(BLOCK, max_leaf):
                 middle = split(task, box, order, begin, end, low, high, c_low, c_high, max_leaf, bins, areas)
             if middle >= 0:
                 left = 2 * middle

@@ -13,7 +13,8 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_wide import BLOCK, BLOCK_BITS, LEAF_BITS, leaf_reference
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
 from taichi_tracer.fast.lanes import lanes_of, larger, smaller
 from taichi_tracer.fast.packets import smaller_axes
 from taichi_tracer.formulas.triangles import moller_trumbore, watertight
@@ -28,7 +29,7 @@ def in_blocks(references: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
         count: the number of triangles in all leaves.
 
     Returns:
-        The same references to the moved leaves, int32, and the (count,) places of the triangles, int64.
+        The same references to the moved leaves, int32, and the (count,) places of the triangles, int32.
     """
     references = references.copy()
     is_leaf = references < 0
@@ -38,7 +39,7 @@ def in_blocks(references: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
     moved = np.where(size > 0, BLOCK * (np.cumsum(blocks) - blocks), 0)
     references[is_leaf] = leaf_reference(moved, moved + size)
     within = np.arange(count) - np.repeat(np.cumsum(size) - size, size)
-    places = np.empty(count, np.int64)
+    places = np.empty(count, np.int32)
     places[np.repeat(first, size) + within] = np.repeat(moved, size) + within
     return references, places
 
@@ -89,14 +90,23 @@ class LeafBlocks:
         block.dense(ti.j, BLOCK).place(self.ids)
 
     @ti.kernel
-    def load(self, corners: ti.types.ndarray(ndim=3), ids: ti.types.ndarray(ndim=1)):
-        """Copy the (places, 3, 3) vertices and the (places,) numbers of the primitives."""
-        for i in range(ids.shape[0]):
-            block, lane = i >> BLOCK_BITS, i & (BLOCK - 1)
-            self.ids[block, lane] = ids[i]
+    def load(
+        self,
+        vertices: ti.types.ndarray(ndim=2),
+        faces: ti.types.ndarray(ndim=2),
+        ids: ti.types.ndarray(ndim=1),
+        order: ti.types.ndarray(ndim=1),
+        places: ti.types.ndarray(ndim=1),
+    ):
+        """Put row ``order[i]`` of ``faces`` and ``ids`` at ``places[i]``. The other places stay empty."""
+        for block, row in ti.ndrange(self.vertices.shape[0], 9):
+            self.vertices[block, row] = ti.Vector([tm.nan] * BLOCK)
+        for i in range(order.shape[0]):
+            block, lane, item = places[i] >> BLOCK_BITS, places[i] & (BLOCK - 1), order[i]
+            self.ids[block, lane] = ids[item]
             for corner in ti.static(range(3)):
                 for axis in ti.static(range(3)):
-                    self.vertices[block, 3 * axis + corner][lane] = corners[i, corner, axis]
+                    self.vertices[block, 3 * axis + corner][lane] = vertices[faces[item, corner], axis]
 
     @ti.func
     def primitive(self, place):

@@ -11,7 +11,8 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.fast import bvh_build
-from taichi_tracer.fast.bvh_wide import BLOCK, BLOCK_BITS, LEAF_BITS, WIDTH, collapse, empty_tree, quantise
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree, quantise
 from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
 from taichi_tracer.fast.leaf_blocks import LeafBlocks, aim_of, in_blocks
 from taichi_tracer.fast.nearest import FastIntersector
@@ -25,12 +26,18 @@ from taichi_tracer.system import memory, runtime
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 
 
-def leaf_corners(geometry: Geometry, boxes: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) vertices of the triangles that rays can hit; for a sphere, the low and high corner of its box."""
-    mesh = geometry.mesh
-    corners = mesh.vertices[mesh.faces[geometry.hittable_triangles()]]
-    low, high = boxes[len(corners) :, :3], boxes[len(corners) :, 3:]
-    return np.concatenate([corners, np.stack([low, high, low], axis=1)])
+def leaf_triangles(geometry: Geometry, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(V, 3) vertices and (n, 3) vertex ids of what ``hittable`` lists; of a sphere, two corners of its box."""
+    vertices, faces = geometry.mesh.vertices, geometry.mesh.faces
+    rows = geometry.hittable_triangles()
+    if len(rows) < len(faces):
+        faces = faces[rows]
+    low, high = boxes[len(rows) :, :3], boxes[len(rows) :, 3:]
+    if len(low) > 0:
+        own = len(vertices) + np.arange(len(low), dtype=np.int32)
+        faces = np.concatenate([faces, np.stack([own, own + len(low), own], axis=1)])
+        vertices = np.concatenate([vertices, low, high])
+    return vertices, faces
 
 
 @ti.func
@@ -51,7 +58,6 @@ class WideBVH(FastIntersector):
         self.solve_packet = packet_test(self.solve)
         start = time.perf_counter()
         ids, boxes = geometry.hittable()
-        corners = leaf_corners(geometry, boxes)
         order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
         if len(ids) > 0:
             tree = bvh_build.build(boxes)
@@ -75,11 +81,10 @@ class WideBVH(FastIntersector):
         self.blocks = LeafBlocks(self._memory.fields, self.num_places, self.solve, geometry.effects.spheres)
         self._memory.allocate()
         grid = quantise(wide.planes)
-        self._load_nodes(grid.corner, grid.step, grid.numbers.astype(np.int32), children)
-        leaves = np.full((self.num_places, 3, 3), np.nan, runtime.dtype())
-        leaf_ids = np.full(self.num_places, -1, np.int32)
-        leaves[places], leaf_ids[places] = corners[order], ids[order]
-        self.blocks.load(leaves, leaf_ids)
+        number_type = np.uint8 if self.number_type == ti.u8 else np.int32
+        self._load_nodes(grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children)
+        if len(ids) > 0:
+            self.blocks.load(*leaf_triangles(geometry, boxes), ids.astype(np.int32), order, places)
         self.build_seconds = time.perf_counter() - start
 
     @property
@@ -108,7 +113,7 @@ class WideBVH(FastIntersector):
         self,
         corner: ti.types.ndarray(ndim=2),
         step: ti.types.ndarray(ndim=2),
-        numbers: ti.types.ndarray(dtype=ti.i32, ndim=3),
+        numbers: ti.types.ndarray(ndim=3),
         children: ti.types.ndarray(ndim=2),
     ):
         for i in range(numbers.shape[0]):
