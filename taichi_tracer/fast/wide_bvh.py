@@ -128,8 +128,13 @@ class WideBVH(FastIntersector):
     @ti.func
     def nearest(self, ray, t_min, t_max):
         """(t, id, u, v) of the nearest hit with t_min < t < t_max, lowest id if equal; else (t_max, −1, 0, 0)."""
-        t, primitive_id, u, v, _ = self.traverse(ray, t_min, t_max, False)
+        t, primitive_id, u, v, _ = self.nearest_place(ray, t_min, t_max)
         return t, primitive_id, u, v
+
+    @ti.func
+    def nearest_place(self, ray, t_min, t_max):
+        """``nearest``, and the place of the hit primitive, see ``leaf_blocks``."""
+        return self.traverse(ray, t_min, t_max, False)
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):
@@ -160,7 +165,7 @@ class WideBVH(FastIntersector):
                 first, count = leaf_range(reference)
                 for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
                     used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
-                    mask = self.blocks.candidates(ray, aim, block, used)
+                    mask = self.candidates(ray, aim, block, used)
                     while mask != 0:
                         place = (block << BLOCK_BITS) + first_lane(mask)
                         mask &= mask - 1
@@ -179,7 +184,7 @@ class WideBVH(FastIntersector):
     @ti.func
     def query_segment(self, ray, t_min, t_max):
         """HitData of the nearest hit with t_min < t < t_max. Its triangle is read where the search has just read it."""
-        t, primitive_id, u, v, place = self.traverse(ray, t_min, t_max, False)
+        t, primitive_id, u, v, place = self.nearest_place(ray, t_min, t_max)
         hit = no_hit()
         if primitive_id >= 0:
             v0, v1, v2 = self.leaf_triangle(place)
@@ -244,6 +249,11 @@ class WideBVH(FastIntersector):
             far = (far_plane - bounds.far_origin[k]) * bounds.inverse[k]
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, lanes_of(t_near <= t_far)
+
+    @ti.func
+    def candidates(self, ray, aim, block, used):
+        """``LeafBlocks.candidates``: the primitives of a block that the ray may hit."""
+        return self.blocks.candidates(ray, aim, block, used)
 
     @ti.func
     def leaf_triangle(self, i):
