@@ -50,6 +50,16 @@ class MitsubaScene:
 
         return call
 
+    def described(self, rays) -> Callable[[], None]:
+        """A function that finds ``nearest``, both normals and the position for every ray."""
+
+        def call() -> None:
+            hit = self.scene.ray_intersect(self.mi.Ray3f(*rays), self.mi.RayFlags.All, False)
+            self.dr.eval(hit.t, hit.prim_index, hit.uv, hit.n, hit.sh_frame.n, hit.p)
+            self.dr.sync_thread()
+
+        return call
+
     def normals(self, rays) -> Callable[[], None]:
         """A function that finds the shading normal for every ray; the rays are coherent."""
 

@@ -1,11 +1,13 @@
 """Rays per second, compared with Mitsuba 3 and Embree.
 
-The tables show primary rays, incoherent rays, occlusion rays, whole frames, and rays that come from and go to numpy.
+The tables show primary rays, whole frames, incoherent rays (t, id, u, v, and everything about the hit), occlusion rays,
+and rays that come from and go to numpy.
 
 python -m benchmarks.rays [TRIANGLES | FILE ...]
 """
 
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import taichi as ti
@@ -29,11 +31,12 @@ class RayKernels:
     """Kernels for rays that are stored in Taichi fields."""
 
     def __init__(self, scene: tt.SceneData, origins: np.ndarray, directions: np.ndarray) -> None:
-        self.intersector = scene.ray_intersector
+        self.scene, self.intersector = scene, scene.ray_intersector
         n = len(origins)
         self.origin, self.direction = ti.Vector.field(3, float, n), ti.Vector.field(3, float, n)
         self.t, self.triangle_id = ti.field(float, n), ti.field(ti.i32, n)
         self.uv = ti.Vector.field(2, float, n)
+        self.normal, self.geometric_normal, self.position = (ti.Vector.field(3, float, n) for _ in range(3))
         self.origin.from_numpy(origins)
         self.direction.from_numpy(directions)
 
@@ -50,9 +53,22 @@ class RayKernels:
             ray = Ray(origin=self.origin[i], direction=self.direction[i])
             self.triangle_id[i] = self.intersector.is_blocked(ray, 0.0, tm.inf)
 
+    @ti.kernel
+    def _described(self):
+        for i in self.t:
+            hit = self.intersector.query_ray(Ray(origin=self.origin[i], direction=self.direction[i]))
+            self.t[i], self.triangle_id[i], self.uv[i] = hit.distance, hit.triangle_id, hit.barycentric_coords
+            self.normal[i], self.geometric_normal[i] = hit.normal, hit.geometric_normal
+            self.position[i] = hit.position
+
     def nearest(self) -> None:
         """Find t, id, u and v for every ray."""
         self._nearest()
+        ti.sync()
+
+    def described(self) -> None:
+        """Find t, id, u and v for every ray, both normals and the position."""
+        self._described()
         ti.sync()
 
     def occluded(self) -> None:
@@ -127,21 +143,39 @@ def measure(name: str, vertices: np.ndarray, faces: np.ndarray) -> str:
 
     origins, directions = incoherent_rays(vertices.min(axis=0), vertices.max(axis=0))
     rays = peer.rays(origins, directions)
-    nearest, occluded = {base: peer.nearest(rays)}, {base: peer.occluded(rays)}
+    tables = {
+        "incoherent rays, t, id, u, v": {base: peer.nearest(rays)},
+        "incoherent rays, full hit data": {base: peer.described(rays)},
+        "occlusion rays": {base: peer.occluded(rays)},
+    }
     for test, scene in scenes.items():
         kernels = RayKernels(scene, origins, directions)
-        nearest[f"taichi_tracer, {test}"], occluded[f"taichi_tracer, {test}"] = kernels.nearest, kernels.occluded
-    report += ratio_table(f"{name}: incoherent rays", interleaved(nearest), base, "million rays/s", NUM_RAYS)
-    report += ratio_table(f"{name}: occlusion rays", interleaved(occluded), base, "million rays/s", NUM_RAYS)
+        calls = kernels.nearest, kernels.described, kernels.occluded
+        for candidates, call in zip(tables.values(), calls, strict=True):
+            candidates[f"taichi_tracer, {test}"] = call
+    for title, candidates in tables.items():
+        report += ratio_table(f"{name}: {title}", interleaved(candidates), base, "million rays/s", NUM_RAYS)
 
     embree = embree_scene(vertices, faces)
-    outside = {
-        "embreex": lambda: embree.run(origins, directions, output=True),
-        "taichi_tracer": lambda: scenes["watertight"].intersect(origins, directions),
-    }
-    return report + ratio_table(
-        f"{name}: numpy in and out, all outputs", interleaved(outside), "embreex", "million rays/s", NUM_RAYS
-    )
+    for count in (NUM_RAYS // 4, NUM_RAYS):
+        some = origins[:count], directions[:count]
+        outside = {
+            "embreex, two threads": lambda some=some: in_two_threads(embree, *some),
+            "embreex, one thread": lambda some=some: embree.run(*some, output=True),
+            "taichi_tracer": lambda some=some: scenes["watertight"].intersect(*some),
+        }
+        title = f"{name}: numpy in and out, all outputs, {count:,} rays"
+        report += ratio_table(title, interleaved(outside), "embreex, two threads", "million rays/s", count)
+    return report
+
+
+def in_two_threads(embree, origins: np.ndarray, directions: np.ndarray) -> None:
+    """Each of two threads traces half of the rays; embreex lets other threads run in the meantime."""
+    half = len(origins) // 2
+    with ThreadPoolExecutor(2) as threads:
+        parts = [threads.submit(embree.run, origins[p], directions[p], output=True) for p in np.s_[:half, half:]]
+    for part in parts:
+        part.result()
 
 
 def report(arguments: list[str]) -> str:

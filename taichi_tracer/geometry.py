@@ -278,8 +278,10 @@ class Geometry:
     def hittable(self) -> tuple[np.ndarray, np.ndarray]:
         """(n,) numbers of the primitives that a ray can hit, and their (n, 6) boxes."""
         rows = self.hittable_triangles()
-        corners = self.mesh.vertices[self.mesh.faces[rows]]
-        boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
+        v0, v1, v2 = (np.take(self.mesh.vertices, self.mesh.faces[rows, k], axis=0) for k in range(3))
+        boxes = np.empty((len(rows), 6), self.mesh.vertices.dtype)
+        np.minimum(np.minimum(v0, v1), v2, out=boxes[:, :3])
+        np.maximum(np.maximum(v0, v1), v2, out=boxes[:, 3:])
         ids = rows
         if self.n_spheres > 0:
             ids = np.flatnonzero(self.mesh.primitives() >= 0)[rows]
@@ -374,6 +376,11 @@ class Geometry:
         larger is the error of the normal.
         """
         v0, v1, v2 = self.triangle(triangle_id)
+        return self.position_on(triangle_id, u, v, v0, v1, v2)
+
+    @ti.func
+    def position_on(self, triangle_id, u, v, v0, v1, v2):
+        """``position`` with the vertices of the triangle."""
         w = 1 - u - v
         p = w * v0 + u * v1 + v * v2
         size = abs(w * v0) + abs(u * v1) + abs(v * v2) + (v0 - p).norm() * self.thinness[triangle_id]

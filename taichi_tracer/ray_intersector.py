@@ -256,9 +256,15 @@ class RayIntersector:
     @ti.func
     def describe_triangle(self, ray, t, triangle_id, u, v):
         """HitData from t and barycentric coordinates. Both normals face the origin of the ray (A1-13, C-17)."""
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        return self.describe_corners(ray, t, triangle_id, u, v, v0, v1, v2)
+
+    @ti.func
+    def describe_corners(self, ray, t, triangle_id, u, v, v0, v1, v2):
+        """``describe_triangle`` with the vertices of the triangle."""
         geometric_normal = self.geometry.unit_normals[triangle_id]
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
-        position, position_error = self.geometry.position(triangle_id, u, v)
+        position, position_error = self.geometry.position_on(triangle_id, u, v, v0, v1, v2)
         is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
         facing = ti.select(is_backfacing, -1, 1)
         return HitData(
@@ -314,11 +320,18 @@ class RayIntersector:
                 index = self.geometry.primitives[hit.triangle_id]
             if index >= 0:
                 v0, v1, v2 = self.geometry.triangle(index)
-                low, high = ti.min(v0, v1, v2), ti.max(v0, v1, v2)
-                t_near, t_far = box_interval(self.ray_bounds(ray), low, high, -tm.inf, tm.inf)
-                exact = plane_distance(ray.origin, ray.direction, v0, v1, v2)
-                if t_near <= exact and exact <= t_far and t_min < exact and exact < t_max:
-                    distance = exact
+                distance = self.exact_distance_of(ray, distance, v0, v1, v2, t_min, t_max)
+        return distance
+
+    @ti.func
+    def exact_distance_of(self, ray, distance, v0, v1, v2, t_min, t_max):
+        """``exact_distance`` of a hit on the triangle with these vertices, which has the given t."""
+        if ti.static(runtime.can_widen()):
+            low, high = ti.min(v0, v1, v2), ti.max(v0, v1, v2)
+            t_near, t_far = box_interval(self.ray_bounds(ray), low, high, -tm.inf, tm.inf)
+            exact = plane_distance(ray.origin, ray.direction, v0, v1, v2)
+            if t_near <= exact and exact <= t_far and t_min < exact and exact < t_max:
+                distance = exact
         return distance
 
 

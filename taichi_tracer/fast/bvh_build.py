@@ -13,9 +13,13 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.fast.lanes import larger, smaller
+
 NUM_BINS = 16  # per axis; the planes between them are the candidates for a split
-# The number of bins, reduced by a relative 1e-6: rounding then cannot move the largest centre behind the last bin.
-BIN_SCALE = NUM_BINS * (1 - 1e-6)
+FEWEST_BINS = 4  # of a range with few items, for which the bins would take more time than the items
+BIN_SCALE = 1 - 1e-6  # reduces the number of bins: rounding then cannot move the largest centre behind the last bin
+BLOCK_BITS = 2
+BLOCK = 1 << BLOCK_BITS  # a ray tests so many triangles of a leaf together; a kernel does not split them any further
 MAX_LEAF = 8  # the largest number of triangles in a leaf; the heuristic usually makes smaller leaves
 COST_OF_BOX = 1.2  # the cost of visiting a node, in units of the cost of one triangle test
 GROUP_FROM = 8192  # from this number of triangles on, the grouping saves time
@@ -219,7 +223,7 @@ def _build_ranges(
                 node_box[node, k] = low[k]
                 node_box[node, k + 3] = high[k]
             middle = -1
-            if end - begin > 1:
+            if end - begin > ti.min(BLOCK, max_leaf):
                 middle = split(task, box, order, begin, end, low, high, c_low, c_high, max_leaf, bins, areas)
             if middle >= 0:
                 left = 2 * middle
@@ -252,15 +256,15 @@ def bound(box: ti.template(), order: ti.template(), begin, end):
     c_low, c_high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
     for i in range(begin, end):
         a, b = corners(box, order[i])
-        low, high = ti.min(low, a), ti.max(high, b)
-        c_low, c_high = ti.min(c_low, a + b), ti.max(c_high, a + b)
+        low, high = smaller(low, a), larger(high, b)
+        c_low, c_high = smaller(c_low, a + b), larger(c_high, a + b)
     return low, high, c_low, c_high
 
 
 @ti.func
-def bin_of(centre, c_low, bins_per_unit):
+def bin_of(centre, c_low, bins_per_unit, num_bins):
     """The bin of a centre (multiplied by 2) along each axis."""
-    return tm.clamp(ti.cast((centre - c_low) * bins_per_unit, ti.i32), 0, NUM_BINS - 1)
+    return tm.clamp(ti.cast((centre - c_low) * bins_per_unit, ti.i32), 0, num_bins - 1)
 
 
 @ti.func
@@ -279,49 +283,53 @@ def split(
     areas: ti.template(),
 ):
     """Reorder a range so that it splits into [begin, middle) and [middle, end); returns −1 if a leaf is cheaper."""
+    n = end - begin
+    num_bins = tm.clamp(n, FEWEST_BINS, NUM_BINS)
     size = c_high - c_low
     bins_per_unit = tm.vec3(0)
     for k in ti.static(range(3)):
         if size[k] > 0:
-            bins_per_unit[k] = BIN_SCALE / size[k]
+            bins_per_unit[k] = num_bins * BIN_SCALE / size[k]
             if not bins_per_unit[k] < tm.inf:
                 bins_per_unit[k] = 0
-    fill_bins(task, box, order, begin, end, c_low, bins_per_unit, bins)
+    fill_bins(task, box, order, begin, end, c_low, bins_per_unit, num_bins, bins)
 
     best_cost, best_axis, best_bin = tm.inf, -1, -1
     for axis in range(3):
-        cost, last = cheapest_plane(task, axis, bins, areas)
+        cost, last = cheapest_plane(task, axis, num_bins, bins, areas)
         if cost < best_cost:
             best_cost, best_axis, best_bin = cost, axis, last
 
-    n = end - begin
     middle = -1
     leaf_is_cheaper = best_cost + COST_OF_BOX * half_area(low, high) >= n * half_area(low, high)
     if n > max_leaf or not leaf_is_cheaper:
         middle = (begin + end) // 2  # if all centres are equal, or if the areas overflow
         if best_axis >= 0:
-            middle = partition(box, order, begin, end, best_axis, best_bin, c_low, bins_per_unit)
+            middle = partition(box, order, begin, end, best_axis, best_bin, c_low, bins_per_unit, num_bins)
             if middle <= begin or middle >= end:  # with fast_math, an infinite cost may be compared wrongly
                 middle = (begin + end) // 2
     return middle
 
 
 @ti.func
-def fill_bins(task, box: ti.template(), order: ti.template(), begin, end, c_low, bins_per_unit, bins: ti.template()):
+def fill_bins(
+    task, box: ti.template(), order: ti.template(), begin, end, c_low, bins_per_unit, num_bins, bins: ti.template()
+):
     """Compute the box and the number of the items in every bin of every axis."""
-    for j in range(3 * NUM_BINS):
-        for k in ti.static(range(3)):
-            bins[task, j, k] = tm.inf
-            bins[task, j, k + 3] = -tm.inf
-        bins[task, j, 6] = 0
+    for axis in range(3):
+        for j in range(axis * NUM_BINS, axis * NUM_BINS + num_bins):
+            for k in ti.static(range(3)):
+                bins[task, j, k] = tm.inf
+                bins[task, j, k + 3] = -tm.inf
+            bins[task, j, 6] = 0
     for i in range(begin, end):
         a, b = corners(box, order[i])
-        where = bin_of(a + b, c_low, bins_per_unit)
+        where = bin_of(a + b, c_low, bins_per_unit, num_bins)
         for axis in ti.static(range(3)):
             j = axis * NUM_BINS + where[axis]
             for k in ti.static(range(3)):
-                bins[task, j, k] = ti.min(bins[task, j, k], a[k])
-                bins[task, j, k + 3] = ti.max(bins[task, j, k + 3], b[k])
+                bins[task, j, k] = smaller(bins[task, j, k], a[k])
+                bins[task, j, k + 3] = larger(bins[task, j, k + 3], b[k])
             bins[task, j, 6] += 1
 
 
@@ -333,23 +341,23 @@ def bin_corners(bins: ti.template(), task, j):
 
 
 @ti.func
-def cheapest_plane(task, axis, bins: ti.template(), areas: ti.template()):
+def cheapest_plane(task, axis, num_bins, bins: ti.template(), areas: ti.template()):
     """The minimum of area(left)·count(left) + area(right)·count(right) over the planes, and its last left bin."""
     low, high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
     count = 0.0
-    for step in range(NUM_BINS - 1):
-        j = NUM_BINS - 1 - step
+    for step in range(num_bins - 1):
+        j = num_bins - 1 - step
         a, b = bin_corners(bins, task, axis * NUM_BINS + j)
-        low, high = ti.min(low, a), ti.max(high, b)
+        low, high = smaller(low, a), larger(high, b)
         count += bins[task, axis * NUM_BINS + j, 6]
         areas[task, j] = tm.inf
         if count > 0:
             areas[task, j] = half_area(low, high) * count
     best, best_bin = tm.inf, -1
     low, high, count = tm.vec3(tm.inf), tm.vec3(-tm.inf), 0.0
-    for j in range(NUM_BINS - 1):
+    for j in range(num_bins - 1):
         a, b = bin_corners(bins, task, axis * NUM_BINS + j)
-        low, high = ti.min(low, a), ti.max(high, b)
+        low, high = smaller(low, a), larger(high, b)
         count += bins[task, axis * NUM_BINS + j, 6]
         if count > 0:
             cost = half_area(low, high) * count + areas[task, j + 1]
@@ -359,12 +367,12 @@ def cheapest_plane(task, axis, bins: ti.template(), areas: ti.template()):
 
 
 @ti.func
-def partition(box: ti.template(), order: ti.template(), begin, end, axis, last_left, c_low, bins_per_unit):
+def partition(box: ti.template(), order: ti.template(), begin, end, axis, last_left, c_low, bins_per_unit, num_bins):
     """Move the items of the bins up to ``last_left`` to the front; returns the position where the others begin."""
     i, j = begin, end - 1
     while i <= j:
         a, b = corners(box, order[i])
-        where = bin_of(a + b, c_low, bins_per_unit)
+        where = bin_of(a + b, c_low, bins_per_unit, num_bins)
         own = ti.select(axis == 0, where.x, ti.select(axis == 1, where.y, where.z))
         if own <= last_left:
             i += 1

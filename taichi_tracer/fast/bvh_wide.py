@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taichi_tracer.fast.bvh_build import MAX_LEAF, BinaryTree
+from taichi_tracer.fast.bvh_build import BLOCK, MAX_LEAF, BinaryTree
 
 WIDTH = 8
 LEAF_BITS = 4  # a reference to a leaf is the number −1 − (first·2^LEAF_BITS + count)
-ABSENT = 0  # marks an absent child; 0 is free, because the root is the child of no node
+ABSENT = -1  # the reference to an empty leaf, for a child that does not exist
 COST_OF_NODE = 1.0  # the cost of testing the eight boxes of a node
-COST_OF_TRIANGLE = 0.7  # the cost of testing one triangle; only the ratio of the two costs matters
+COST_OF_BLOCK = 0.7  # the cost of testing the triangles of a block; only the ratio of the two costs matters
 SMALLEST_AREA = 1e-300  # replaces the area 0 of a tree that is only a point or a line: no division by 0
 
 
@@ -73,7 +73,8 @@ class WideTree:
         children: (W, 8) int32, each the index of a node, a leaf (see ``leaf_reference``), or ``ABSENT``.
         depth: the number of nodes on the longest path from the root.
         stack_size: the largest number of references that wait at once during a traversal.
-        cost: the expected cost of a ray that meets the root's box, in triangle tests (the surface-area heuristic).
+        cost: the expected cost of a ray that meets the root's box, in tests of four triangles (the surface-area
+            heuristic).
     """
 
     planes: np.ndarray
@@ -96,21 +97,22 @@ def empty_tree(dtype: type) -> WideTree:
 
 def _single_leaf(begin: int, end: int, dtype: type) -> WideTree:
     root = int(leaf_reference(np.int64(begin), np.int64(end)))
-    return WideTree(np.zeros((1, 6, WIDTH), dtype), np.zeros((1, WIDTH), np.int32), root, 1, 1, float(end - begin))
+    cost = float(-(-(end - begin) // BLOCK))
+    return WideTree(np.zeros((1, 6, WIDTH), dtype), np.full((1, WIDTH), ABSENT, np.int32), root, 1, 1, cost)
 
 
 def collapse(tree: BinaryTree) -> WideTree:
     """The wide tree of the smallest cost that can be made from a binary tree."""
     plan = _Plan(tree)
     if plan.is_leaf[0]:
-        return _single_leaf(tree.begin[0], tree.end[0], tree.box.dtype)
+        return _single_leaf(int(plan.begin[0]), int(plan.end[0]), tree.box.dtype)
 
     members_of, inner_of, children_of = [], [], []
     level, first_of_next = np.array([0]), 1
     while len(level) > 0:
         members = plan.members(level)
         is_inner = (members >= 0) & ~plan.is_leaf[members]
-        children = np.where(members >= 0, leaf_reference(tree.begin[members], tree.end[members]), ABSENT)
+        children = np.where(members >= 0, leaf_reference(plan.begin[members], plan.end[members]), ABSENT)
         children[is_inner] = first_of_next + np.arange(is_inner.sum())
         for of, value in ((members_of, members), (inner_of, is_inner), (children_of, children)):
             of.append(value)
@@ -118,7 +120,7 @@ def collapse(tree: BinaryTree) -> WideTree:
         first_of_next += len(level)
 
     members = np.concatenate(members_of)
-    boxes = tree.box[members]
+    boxes = tree.box[plan.nodes[members]]
     boxes[members < 0] = [np.inf] * 3 + [-np.inf] * 3
     return WideTree(
         planes=np.ascontiguousarray(boxes.transpose(0, 2, 1)),
@@ -126,54 +128,83 @@ def collapse(tree: BinaryTree) -> WideTree:
         root=0,
         depth=len(members_of),
         stack_size=_stack_size(members_of, inner_of),
-        cost=float(plan.cost[0, 1] / max(plan.area[0], SMALLEST_AREA) / COST_OF_TRIANGLE),
+        cost=float(plan.cost / max(plan.area, SMALLEST_AREA) / COST_OF_BLOCK),
     )
 
 
 class _Plan:
     """The cheapest choice for every binary node: to become a leaf, a wide node, or to give its slots to its children.
 
+    The nodes are numbered anew, level by level from the root. Then the left children of a level are every other node of
+    the next level, and the right children are the nodes between them.
+
     Attributes:
-        cost: (N, 9) the cost of a subtree that may take up to i slots of the wide node above it.
-        slots: (N, 9) how many of the i slots the cheapest choice uses.
+        nodes: (N,) the number of each node in the binary tree.
+        begin, end: (N,) as in the binary tree.
+        child: (N,) the new number of the left child, which is followed by the right one; −1 in a leaf.
+        slots: (N, 9) how many of i slots of the wide node above it the cheapest choice uses.
         to_left: (N, 9) how many of these slots go to the left child.
         is_leaf: (N,) whether a node that takes one slot becomes a leaf.
+        cost, area: the cost of the whole tree, and half the surface area of its box.
     """
 
     def __init__(self, tree: BinaryTree) -> None:
-        self.child = tree.child
-        size = (tree.box[:, 3:] - tree.box[:, :3]).astype(np.float64)
-        self.area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
-        count = tree.end.astype(np.int64) - tree.begin
-        n = len(tree.child)
-        self.cost = np.zeros((n, WIDTH + 1), np.float32)
+        levels = _levels(tree.child)
+        self.nodes = np.concatenate(levels)
+        n = len(self.nodes)
+        self.begin, self.end = tree.begin[self.nodes].astype(np.int64), tree.end[self.nodes].astype(np.int64)
+        is_inner = tree.child[self.nodes] >= 0
+        self.child = np.where(is_inner, 2 * np.cumsum(is_inner) - 1, -1).astype(np.int32)
         self.slots = np.ones((n, WIDTH + 1), np.int8)
         self.to_left = np.zeros((n, WIDTH + 1), np.int8)
         self.is_leaf = np.ones(n, bool)
-        as_leaf = np.where(count <= MAX_LEAF, self.area * count * COST_OF_TRIANGLE, np.inf)
-        for level in reversed(_levels(tree.child)):
-            leaves = level[tree.child[level] < 0]
-            self.cost[leaves] = as_leaf[leaves, None]
-            self._decide(level[tree.child[level] >= 0], as_leaf)
+        cost, last = np.zeros((WIDTH + 1, 0), np.float32), n
+        for level in reversed(levels):
+            first = last - len(level)
+            cost, area = self._decide(slice(first, last), tree.box[level], is_inner[first:last], cost)
+            last = first
+        self.cost, self.area = float(cost[1, 0]), float(area[0])
 
-    def _decide(self, nodes: np.ndarray, as_leaf: np.ndarray) -> None:
-        """C(n, i) of the paper, for inner nodes whose children are already decided."""
-        left, right = self.cost[self.child[nodes]], self.cost[self.child[nodes] + 1]
-        shared = {}
+    def _decide(
+        self, level: slice, box: np.ndarray, is_inner: np.ndarray, below: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """C(n, i) of the paper: (9, m) the cost of each node of a level, if it may take up to i slots; and its area.
+
+        Args:
+            level: the numbers of the nodes. box: (m, 6). is_inner: (m,) bool.
+            below: the costs of the level below.
+        """
+        size = (box[:, 3:] - box[:, :3]).astype(np.float64)
+        area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
+        count = self.end[level] - self.begin[level]
+        as_leaf = np.where(count <= MAX_LEAF, area * -(-count // BLOCK) * COST_OF_BLOCK, np.inf)
+        cost = np.repeat(as_leaf[None].astype(np.float32), WIDTH + 1, axis=0)
+        if not is_inner.any():
+            return cost, area
+        left, right = np.ascontiguousarray(below[:, 0::2]), np.ascontiguousarray(below[:, 1::2])
+        shared = np.full((WIDTH + 1, left.shape[1]), np.inf, np.float32)
+        to_left = np.zeros((WIDTH + 1, left.shape[1]), np.int8)
         for i in range(2, WIDTH + 1):
-            options = np.stack([left[:, k] + right[:, i - k] for k in range(1, i)])
-            k = options.argmin(axis=0)
-            shared[i] = options[k, np.arange(len(nodes))]
-            self.to_left[nodes, i] = k + 1
-        as_node = shared[WIDTH] + self.area[nodes] * COST_OF_NODE
-        best = np.minimum(as_leaf[nodes], as_node)
-        self.is_leaf[nodes] = as_leaf[nodes] <= as_node
-        self.cost[nodes, 1] = best
+            for k in range(1, i):
+                option = left[k] + right[i - k]
+                is_better = option < shared[i]
+                np.copyto(shared[i], option, where=is_better)
+                np.copyto(to_left[i], k, where=is_better)
+            to_left[i][to_left[i] == 0] = 1  # if all costs are infinite
+        inner = np.flatnonzero(is_inner)
+        as_node = shared[WIDTH] + area[inner] * COST_OF_NODE
+        best = np.minimum(as_leaf[inner], as_node).astype(np.float32)
+        slots = np.ones((WIDTH + 1, len(inner)), np.int8)
+        costs = np.repeat(best[None], WIDTH + 1, axis=0)
         for i in range(2, WIDTH):
-            is_better = shared[i] < best
-            best = np.where(is_better, shared[i], best)
-            self.cost[nodes, i] = best
-            self.slots[nodes, i] = np.where(is_better, i, self.slots[nodes, i - 1])
+            is_better = shared[i] < costs[i - 1]
+            costs[i] = np.where(is_better, shared[i], costs[i - 1])
+            slots[i] = np.where(is_better, i, slots[i - 1])
+        cost[:, inner] = costs
+        inner += level.start
+        self.is_leaf[inner] = as_leaf[inner - level.start] <= as_node
+        self.slots[inner], self.to_left[inner] = slots.T, to_left.T
+        return cost, area
 
     def members(self, level: np.ndarray) -> np.ndarray:
         """(K, 8) the binary nodes that become the children of K wide nodes; −1 for absent children."""

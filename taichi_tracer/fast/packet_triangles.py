@@ -2,20 +2,21 @@
 
 import taichi as ti
 
-from taichi_tracer.fast.packets import any_lane, lanes, larger, smaller
+from taichi_tracer.fast.lanes import larger, smaller
+from taichi_tracer.fast.packets import any_lane, lanes
 from taichi_tracer.formulas.triangles import moller_trumbore, stable_normal, watertight
 from taichi_tracer.system import runtime
 
 
 @ti.func
-def packet_watertight(p: ti.template(), c, g, common, corners: ti.template(), i):
+def packet_watertight(p: ti.template(), c, g, common, blocks: ti.template(), i):
     """``watertight`` of sixteen rays on one triangle: (is_inside, is_undecided, t, u, v), each with sixteen lanes.
 
     A lane is undecided if one of its edge functions is exactly 0. The plain form computes such lanes in f64.
     """
-    p.x0[c, g], p.y0[c, g] = p.project(c, g, common, corners, i, 0)
-    p.x1[c, g], p.y1[c, g] = p.project(c, g, common, corners, i, 1)
-    p.x2[c, g], p.y2[c, g] = p.project(c, g, common, corners, i, 2)
+    p.x0[c, g], p.y0[c, g] = p.project(c, g, common, blocks, i, 0)
+    p.x1[c, g], p.y1[c, g] = p.project(c, g, common, blocks, i, 1)
+    p.x2[c, g], p.y2[c, g] = p.project(c, g, common, blocks, i, 2)
     ax, bx, cx = p.x0[c, g], p.x1[c, g], p.x2[c, g]
     ay, by, cy = p.y0[c, g], p.y1[c, g], p.y2[c, g]
     u_edge = cx * by - cy * bx
@@ -26,7 +27,7 @@ def packet_watertight(p: ti.template(), c, g, common, corners: ti.template(), i)
     is_undecided = lowest > highest  # a vector that is False in every lane
     t, u, v = lanes(0.0), lanes(0.0), lanes(0.0)
     if any_lane(is_inside):
-        v0, v1, v2 = corners[i, 0], corners[i, 1], corners[i, 2]
+        v0, v1, v2 = blocks.triangle(i)
         total = u_edge + v_edge + w_edge
         n = stable_normal(v0, v1, v2)
         det = -(p.d[c, g, 0] * n.x + p.d[c, g, 1] * n.y + p.d[c, g, 2] * n.z)
@@ -41,9 +42,9 @@ def packet_watertight(p: ti.template(), c, g, common, corners: ti.template(), i)
 
 
 @ti.func
-def packet_moller_trumbore(p: ti.template(), c, g, common, corners: ti.template(), i):
+def packet_moller_trumbore(p: ti.template(), c, g, common, blocks: ti.template(), i):
     """``moller_trumbore`` of sixteen rays on one triangle; it returns the same as ``packet_watertight``."""
-    v0, v1, v2 = corners[i, 0], corners[i, 1], corners[i, 2]
+    v0, v1, v2 = blocks.triangle(i)
     e1 = v1 - v0
     e2 = v2 - v0
     dx, dy, dz = p.d[c, g, 0], p.d[c, g, 1], p.d[c, g, 2]

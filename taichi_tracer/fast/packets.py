@@ -17,6 +17,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.bvh_build import MAX_LEAF
+from taichi_tracer.fast.lanes import larger, smaller
 from taichi_tracer.ray import Ray, real
 from taichi_tracer.system import memory, runtime
 
@@ -30,18 +31,6 @@ GROUPS = 1 << GROUP_BITS
 
 lanes = ti.types.vector(LANES, real)
 flags = ti.types.vector(LANES, ti.i32)
-
-
-@ti.func
-def larger(a, b):
-    """max, written so that the compiler uses vector instructions."""
-    return ti.select(a > b, a, b)
-
-
-@ti.func
-def smaller(a, b):
-    """min, written so that the compiler uses vector instructions."""
-    return ti.select(a < b, a, b)
 
 
 @ti.func
@@ -320,7 +309,7 @@ class Packets:
         """``try_triangle``; but spheres and triangles with backface culling are tried with one ray at a time."""
         if ti.static(intersector.is_plain_geometry):
             self.try_triangle(c, g, common, intersector, slot, i, t_min)
-        elif intersector.is_special(intersector.leaf_ids[i]):
+        elif intersector.is_special(intersector.blocks.primitive(i)):
             for lane in range(self.lanes[None]):
                 self.try_one(c, g, lane, common, intersector, i, t_min)
         else:
@@ -329,9 +318,9 @@ class Packets:
     @ti.func
     def try_triangle(self, c, g, common, intersector: ti.template(), slot, i, t_min):
         """``candidate`` of sixteen rays; the result is kept in the lanes where it is the nearest hit so far."""
-        is_inside, is_undecided, t, u, v = intersector.solve_packet(self, c, g, common, intersector.leaf_vertices, i)
+        is_inside, is_undecided, t, u, v = intersector.solve_packet(self, c, g, common, intersector.blocks, i)
         if any_lane(is_inside):
-            triangle_id = intersector.leaf_ids[i]
+            triangle_id = intersector.blocks.primitive(i)
             near_corner, far_corner = self.near_corner[c, slot], self.far_corner[c, slot]
             t_near, t_far = self.box_interval(c, g, common, near_corner, far_corner, lanes(-tm.inf), lanes(tm.inf))
             t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
@@ -351,10 +340,11 @@ class Packets:
                         self.try_one(c, g, lane, common, intersector, i, t_min)
 
     @ti.func
-    def project(self, c, g, common, corners: ti.template(), i, corner: ti.template()):
+    def project(self, c, g, common, blocks: ti.template(), i, corner: ti.template()):
         """A vertex on the plane of the two smaller axes of the rays, sheared along the largest axis (Woop et al.)."""
         kx, ky, kz = smaller_axes(common.heading)
-        x, y, z = corners[i, corner][kx], corners[i, corner][ky], corners[i, corner][kz]
+        x, y = blocks.component(i, corner, kx), blocks.component(i, corner, ky)
+        z = blocks.component(i, corner, kz)
         if ti.static(self.share_origin):
             x, y, z = x - common.sheared_origin.x, y - common.sheared_origin.y, z - common.sheared_origin.z
             return x - self.shear_x[c, g] * z, y - self.shear_y[c, g] * z
@@ -365,7 +355,7 @@ class Packets:
     def try_one(self, c, g, lane, common, intersector: ti.template(), i, t_min):
         """Compute one lane with the plain form: for spheres, and for rays exactly through an edge or a vertex."""
         v0, v1, v2 = intersector.leaf_triangle(i)
-        triangle_id = intersector.leaf_ids[i]
+        triangle_id = intersector.blocks.primitive(i)
         o, d = common.origin, tm.vec3(0)
         for k in ti.static(range(3)):
             d[k] = self.d[c, g, k][lane]

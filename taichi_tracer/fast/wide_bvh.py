@@ -9,42 +9,41 @@ import time
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 from taichi_tracer.fast import bvh_build
-from taichi_tracer.fast.bvh_wide import ABSENT, LEAF_BITS, WIDTH, collapse, empty_tree, quantise
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree, quantise
+from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
+from taichi_tracer.fast.leaf_blocks import LeafBlocks, aim_of, in_blocks
 from taichi_tracer.fast.nearest import FastIntersector
 from taichi_tracer.fast.packet_triangles import packet_test
-from taichi_tracer.fast.packets import larger, slab, smaller
+from taichi_tracer.fast.packets import slab
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
+from taichi_tracer.ray import no_hit
 from taichi_tracer.system import memory, runtime
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 
 
-def leaf_corners(geometry: Geometry, boxes: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) vertices of the triangles that rays can hit; for a sphere, the low and high corner of its box."""
-    mesh = geometry.mesh
-    corners = mesh.vertices[mesh.faces[geometry.hittable_triangles()]]
-    low, high = boxes[len(corners) :, :3], boxes[len(corners) :, 3:]
-    return np.concatenate([corners, np.stack([low, high, low], axis=1)])
+def leaf_triangles(geometry: Geometry, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(V, 3) vertices and (n, 3) vertex ids of what ``hittable`` lists; of a sphere, two corners of its box."""
+    vertices, faces = geometry.mesh.vertices, geometry.mesh.faces
+    rows = geometry.hittable_triangles()
+    if len(rows) < len(faces):
+        faces = faces[rows]
+    low, high = boxes[len(rows) :, :3], boxes[len(rows) :, 3:]
+    if len(low) > 0:
+        own = len(vertices) + np.arange(len(low), dtype=np.int32)
+        faces = np.concatenate([faces, np.stack([own, own + len(low), own], axis=1)])
+        vertices = np.concatenate([vertices, low, high])
+    return vertices, faces
 
 
 @ti.func
 def leaf_range(reference):
     """The first triangle and the number of triangles of a leaf, see ``leaf_reference``."""
     return (-1 - reference) >> LEAF_BITS, (-1 - reference) & ((1 << LEAF_BITS) - 1)
-
-
-@ti.func
-def entries(t_near, t_far):
-    """t where the ray enters each of eight boxes, ∞ for a miss; and a mask with one bit for each box that it meets."""
-    entry = ti.select(t_near <= t_far, t_near, ti.Vector([tm.inf] * WIDTH))
-    mask = 0
-    for k in ti.static(range(WIDTH)):
-        mask |= ti.cast(entry[k] < tm.inf, ti.i32) << k
-    return entry, mask
 
 
 @ti.data_oriented
@@ -59,40 +58,40 @@ class WideBVH(FastIntersector):
         self.solve_packet = packet_test(self.solve)
         start = time.perf_counter()
         ids, boxes = geometry.hittable()
-        corners = leaf_corners(geometry, boxes)
         order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
         if len(ids) > 0:
             tree = bvh_build.build(boxes)
             order, wide = tree.order, collapse(tree)
-        self.root, self.depth, self.stack_size = wide.root, wide.depth, wide.stack_size
+        references, places = in_blocks(np.append(wide.children, np.int32(min(wide.root, 0))), len(ids))
+        children, root = references[:-1].reshape(-1, WIDTH), references[-1]
+        self.root, self.depth, self.stack_size = int(root), wide.depth, wide.stack_size
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
+        self.num_places = BLOCK * -(-(int(places.max(initial=-1)) + 1) // BLOCK)
 
         self._memory = memory.Memory()
         self.corner, self.step = ti.Vector.field(3, float), ti.Vector.field(3, float)
         self.number_type = ti.u8 if runtime.has_f64() else ti.i32  # some Vulkan devices have no bytes
         self.numbers = ti.Vector.field(WIDTH, self.number_type)
         self.children = ti.field(ti.i32)
-        self.leaf_vertices = ti.Vector.field(3, float)
-        self.leaf_ids = ti.field(ti.i32)
-        # The fields are nested, so that the memory of a node is contiguous, and so is the memory of a triangle.
+        # The fields are nested, so that the memory of a node is contiguous.
         node = self._memory.fields.dense(ti.i, self.num_nodes)
         node.place(self.corner, self.step)
         node.dense(ti.j, 6).place(self.numbers)
         node.dense(ti.j, WIDTH).place(self.children)
-        triangle = self._memory.fields.dense(ti.i, max(1, len(ids)))
-        triangle.dense(ti.j, 3).place(self.leaf_vertices)
-        triangle.place(self.leaf_ids)
+        self.blocks = LeafBlocks(self._memory.fields, self.num_places, self.solve, geometry.effects.spheres)
         self._memory.allocate()
         grid = quantise(wide.planes)
-        nodes = grid.corner, grid.step, grid.numbers.astype(np.int32), wide.children
-        self._load(*nodes, np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
+        number_type = np.uint8 if self.number_type == ti.u8 else np.int32
+        self._load_nodes(grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children)
+        if len(ids) > 0:
+            self.blocks.load(*leaf_triangles(geometry, boxes), ids.astype(np.int32), order, places)
         self.build_seconds = time.perf_counter() - start
 
     @property
     def bytes(self) -> int:
-        """The memory of the nodes and of the triangles in the order of the leaves."""
+        """The memory of the nodes and of the blocks of triangles."""
         scalar, number = np.dtype(runtime.dtype()).itemsize, 1 if self.number_type == ti.u8 else 4
-        return self.num_nodes * (6 * scalar + WIDTH * (6 * number + 4)) + self.num_leaf_triangles * (9 * scalar + 4)
+        return self.num_nodes * (6 * scalar + WIDTH * (6 * number + 4)) + self.num_places * (9 * scalar + 4)
 
     def facts(self) -> dict[str, str]:
         """What ``taichi-tracer info`` prints about the tree."""
@@ -110,14 +109,12 @@ class WideBVH(FastIntersector):
         self._memory.free()
 
     @ti.kernel
-    def _load(
+    def _load_nodes(
         self,
         corner: ti.types.ndarray(ndim=2),
         step: ti.types.ndarray(ndim=2),
-        numbers: ti.types.ndarray(dtype=ti.i32, ndim=3),
+        numbers: ti.types.ndarray(ndim=3),
         children: ti.types.ndarray(ndim=2),
-        corners: ti.types.ndarray(ndim=3),
-        ids: ti.types.ndarray(ndim=1),
     ):
         for i in range(numbers.shape[0]):
             for k in ti.static(range(3)):
@@ -127,28 +124,32 @@ class WideBVH(FastIntersector):
                     self.numbers[i, plane][k] = ti.cast(numbers[i, plane, k], self.number_type)
             for k in range(WIDTH):
                 self.children[i, k] = children[i, k]
-        for i in range(ids.shape[0]):
-            self.leaf_ids[i] = ids[i]
-            for corner in ti.static(range(3)):
-                for k in ti.static(range(3)):
-                    self.leaf_vertices[i, corner][k] = corners[i, corner, k]
 
     @ti.func
     def nearest(self, ray, t_min, t_max):
         """(t, id, u, v) of the nearest hit with t_min < t < t_max, lowest id if equal; else (t_max, −1, 0, 0)."""
+        t, primitive_id, u, v, _ = self.nearest_place(ray, t_min, t_max)
+        return t, primitive_id, u, v
+
+    @ti.func
+    def nearest_place(self, ray, t_min, t_max):
+        """``nearest``, and the place of the hit primitive, see ``leaf_blocks``."""
         return self.traverse(ray, t_min, t_max, False)
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):
         """Whether anything is hit with t_min < t < t_max."""
-        t, triangle_id, u, v = self.traverse(ray, t_min, t_max, True)
-        return triangle_id >= 0
+        _t, primitive_id, _u, _v, _ = self.traverse(ray, t_min, t_max, True)
+        return primitive_id >= 0
 
     @ti.func
     def traverse(self, ray, t_min, t_max, any_hit: ti.template()):
-        """(t, id, u, v) of the nearest hit; with ``any_hit``, of the first hit found; (t_max, −1, 0, 0) for none."""
-        bounds = self.ray_bounds(ray)
-        best, best_id, best_u, best_v = t_max, -1, 0.0, 0.0
+        """(t, id, u, v, place) of the nearest hit; with ``any_hit``, of the first hit found.
+
+        It is (t_max, −1, 0, 0, 0) if nothing is hit.
+        """
+        bounds, aim = self.ray_bounds(ray), aim_of(ray)
+        best, best_id, best_u, best_v, best_place = t_max, -1, 0.0, 0.0, 0
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
         waiting_t = ti.Vector([0.0] * self.stack_size, float)
         top = 0
@@ -162,39 +163,55 @@ class WideBVH(FastIntersector):
                 following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
             else:
                 first, count = leaf_range(reference)
-                for i in range(first, first + count):
-                    v0, v1, v2 = self.leaf_triangle(i)
-                    t, u, v = self.try_primitive(ray, bounds, self.leaf_ids[i], v0, v1, v2, t_min)
-                    if t_min < t and t <= best:
-                        triangle_id = self.leaf_ids[i]
-                        if t < best or (triangle_id < best_id):
-                            best, best_id, best_u, best_v = t, triangle_id, u, v
-                if ti.static(any_hit):
-                    if best_id >= 0:
-                        top = 0
+                for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
+                    used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
+                    mask = self.candidates(ray, aim, block, used)
+                    while mask != 0:
+                        place = (block << BLOCK_BITS) + first_lane(mask)
+                        mask &= mask - 1
+                        primitive_id = self.blocks.primitive(place)
+                        v0, v1, v2 = self.leaf_triangle(place)
+                        t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
+                        if t_min < t and (t < best or (t == best and primitive_id < best_id)):
+                            best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
+                            if ti.static(any_hit):
+                                top, mask = 0, 0
             if following == NOTHING:
                 following, top = self.wake(waiting, waiting_t, top, best)
             reference = following
-        return best, best_id, best_u, best_v
+        return best, best_id, best_u, best_v, best_place
+
+    @ti.func
+    def query_segment(self, ray, t_min, t_max):
+        """HitData of the nearest hit with t_min < t < t_max. Its triangle is read where the search has just read it."""
+        t, primitive_id, u, v, place = self.nearest_place(ray, t_min, t_max)
+        hit = no_hit()
+        if primitive_id >= 0:
+            v0, v1, v2 = self.leaf_triangle(place)
+            hit = self.describe_met(ray, t, primitive_id, u, v, v0, v1, v2, t_min, t_max)
+        return hit
 
     @ti.func
     def enter(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
         """(the nearest child that the ray meets, or ``NOTHING``; the new top of the stack). The other children wait.
 
         The box of an absent child is inside out. A ray can still meet it, if the node is smaller than the padding of
-        the ray; therefore absent children are skipped here.
+        the ray; but an absent child is an empty leaf.
         """
-        nearest, nearest_t = NOTHING, tm.inf
-        while mask != 0:
-            k = ti.math.popcnt((mask & -mask) - 1)
+        nearest = NOTHING
+        if mask != 0:
+            k = first_lane(mask)
             mask &= mask - 1
-            child, t = self.children[node, k], t_near[k]
-            if child != ABSENT:
+            nearest = self.children[node, k]
+            nearest_t = t_near[k]
+            while mask != 0:
+                k = first_lane(mask)
+                mask &= mask - 1
+                child, t = self.children[node, k], t_near[k]
                 is_nearer = t < nearest_t
-                if nearest != NOTHING:
-                    waiting[top] = ti.select(is_nearer, nearest, child)
-                    waiting_t[top] = ti.select(is_nearer, nearest_t, t)
-                    top += 1
+                waiting[top] = ti.select(is_nearer, nearest, child)
+                waiting_t[top] = ti.select(is_nearer, nearest_t, t)
+                top += 1
                 nearest = ti.select(is_nearer, child, nearest)
                 nearest_t = ti.select(is_nearer, t, nearest_t)
         return nearest, top
@@ -219,7 +236,10 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def met_children(self, bounds, node, t_min, t_max):
-        """``box_interval`` for the eight boxes of a node; the result is that of ``entries``."""
+        """(t where the ray enters each of the eight boxes of a node, ``lanes_of`` the boxes that it meets).
+
+        For each box, the arithmetic is that of ``box_interval``. If a box is not met, its t has no meaning.
+        """
         t_near = ti.Vector([t_min] * WIDTH)
         t_far = ti.Vector([t_max] * WIDTH)
         for k in ti.static(range(3)):
@@ -228,16 +248,21 @@ class WideBVH(FastIntersector):
             near = (near_plane - bounds.near_origin[k]) * bounds.inverse[k]
             far = (far_plane - bounds.far_origin[k]) * bounds.inverse[k]
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
-        return entries(t_near, t_far)
+        return t_near, lanes_of(t_near <= t_far)
+
+    @ti.func
+    def candidates(self, ray, aim, block, used):
+        """``LeafBlocks.candidates``: the primitives of a block that the ray may hit."""
+        return self.blocks.candidates(ray, aim, block, used)
 
     @ti.func
     def leaf_triangle(self, i):
-        """The vertices of triangle i in the order of the leaves."""
-        return self.leaf_vertices[i, 0], self.leaf_vertices[i, 1], self.leaf_vertices[i, 2]
+        """The vertices of the triangle at place i, see ``leaf_blocks``."""
+        return self.blocks.triangle(i)
 
     @ti.func
     def leaf_box(self, i):
-        """The box of primitive i in the order of the leaves."""
+        """The box of the primitive at place i."""
         v0, v1, v2 = self.leaf_triangle(i)
         return smaller(v0, smaller(v1, v2)), larger(v0, larger(v1, v2))
 
@@ -281,4 +306,4 @@ class WideBVH(FastIntersector):
             to_near, to_far = near_plane - common.near_origin[k], far_plane - common.far_origin[k]
             low, high = ti.Vector([common.low[k]] * WIDTH), ti.Vector([common.high[k]] * WIDTH)
             t_near, t_far = slab(to_near, to_far, low, high, t_near, t_far)
-        return entries(t_near, t_far)
+        return t_near, lanes_of(t_near <= t_far)

@@ -35,7 +35,7 @@ def _both(
             store.put_rays(c, g, origin.x, origin.y, origin.z, dx, dy, dz)
         common = store.take_heading(c, store.next_heading(c), origin, intersector)
         for i in range(plain.shape[0]):
-            inside, undecided, t, u, v = packet_form(store, c, 0, common, intersector.leaf_vertices, i)
+            inside, undecided, t, u, v = packet_form(store, c, 0, common, intersector.blocks, i)
             v0, v1, v2 = intersector.leaf_triangle(i)
             for lane in ti.static(range(LANES)):
                 packed[i, lane, 0], packed[i, lane, 1] = ti.cast(inside[lane], ti.i32), ti.cast(undecided[lane], ti.i32)

@@ -1,0 +1,183 @@
+"""The triangles of the leaves, in blocks of four: a ray asks one instruction which of the four it may hit.
+
+In a block, the first components of four vertices are neighbours in memory, then the second ones, and so on. Therefore
+a CPU computes at once on which sides of their edges a ray passes four triangles. This only finds candidates: a triangle
+that the ray may hit is tried with the plain test afterwards. No triangle that the plain test accepts is left out. Thus
+t, u and v have the same bits as without blocks.
+
+A leaf begins with a new block. A *place* is the number of a triangle in this order: four places are a block, and the
+last places of a leaf's last block may be empty.
+"""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
+from taichi_tracer.fast.lanes import lanes_of, larger, smaller
+from taichi_tracer.fast.packets import smaller_axes
+from taichi_tracer.formulas.triangles import moller_trumbore, watertight
+from taichi_tracer.ray import real
+
+
+def in_blocks(references: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Move the leaves apart, so that each begins with a new block.
+
+    Args:
+        references: any array of references to nodes and leaves, see ``bvh_wide.leaf_reference``; each leaf occurs once.
+        count: the number of triangles in all leaves.
+
+    Returns:
+        The same references to the moved leaves, int32, and the (count,) places of the triangles, int32.
+    """
+    references = references.copy()
+    is_leaf = references < 0
+    codes = -1 - references[is_leaf].astype(np.int64)
+    first, size = codes >> LEAF_BITS, codes & ((1 << LEAF_BITS) - 1)
+    blocks = -(-size // BLOCK)
+    moved = np.where(size > 0, BLOCK * (np.cumsum(blocks) - blocks), 0)
+    references[is_leaf] = leaf_reference(moved, moved + size)
+    within = np.arange(count) - np.repeat(np.cumsum(size) - size, size)
+    places = np.empty(count, np.int32)
+    places[np.repeat(first, size) + within] = np.repeat(moved, size) + within
+    return references, places
+
+
+@ti.dataclass
+class Aim:
+    """A ray prepared for the projection of ``triangles.watertight``.
+
+    x, y, z: the two smaller axes of the direction, and its largest axis. shear_x, shear_y: how far the ray goes along
+    the smaller axes for each unit along the largest.
+    """
+
+    x: ti.i32
+    y: ti.i32
+    z: ti.i32
+    shear_x: real
+    shear_y: real
+
+
+@ti.func
+def aim_of(ray):
+    """The ``Aim`` of a ray."""
+    d = ray.direction
+    size = abs(d)
+    largest = ti.select(size.x > size.y and size.x > size.z, 0, ti.select(size.y > size.z, 1, 2))
+    x, y, z = smaller_axes(largest << 3)
+    return Aim(x=x, y=y, z=z, shear_x=d[x] / d[z], shear_y=d[y] / d[z])
+
+
+@ti.data_oriented
+class LeafBlocks:
+    """The vertices and the numbers of the primitives, by place.
+
+    Args:
+        fields: where the memory is taken from.
+        places: how many places there are.
+        solve: the triangle test. If it has no form for blocks, all triangles of a block are tried.
+        is_mixed: whether there are spheres among the triangles; then all primitives of a block are tried, too.
+    """
+
+    def __init__(self, fields: ti.FieldsBuilder, places: int, solve, is_mixed: bool) -> None:
+        self.test = None if is_mixed else BLOCK_TESTS.get(solve)
+        self.has_test = self.test is not None
+        self.vertices = ti.Vector.field(BLOCK, float)  # of block, 3 · axis + corner
+        self.ids = ti.field(ti.i32)  # of block, lane
+        block = fields.dense(ti.i, max(1, places // BLOCK))  # nested, so that the memory of a block is contiguous
+        block.dense(ti.j, 9).place(self.vertices)
+        block.dense(ti.j, BLOCK).place(self.ids)
+
+    @ti.kernel
+    def load(
+        self,
+        vertices: ti.types.ndarray(ndim=2),
+        faces: ti.types.ndarray(ndim=2),
+        ids: ti.types.ndarray(ndim=1),
+        order: ti.types.ndarray(ndim=1),
+        places: ti.types.ndarray(ndim=1),
+    ):
+        """Put row ``order[i]`` of ``faces`` and ``ids`` at ``places[i]``. The other places stay empty."""
+        for block, row in ti.ndrange(self.vertices.shape[0], 9):
+            self.vertices[block, row] = ti.Vector([tm.nan] * BLOCK)
+        for i in range(order.shape[0]):
+            block, lane, item = places[i] >> BLOCK_BITS, places[i] & (BLOCK - 1), order[i]
+            self.ids[block, lane] = ids[item]
+            for corner in ti.static(range(3)):
+                for axis in ti.static(range(3)):
+                    self.vertices[block, 3 * axis + corner][lane] = vertices[faces[item, corner], axis]
+
+    @ti.func
+    def primitive(self, place):
+        """The number of the primitive at a place."""
+        return self.ids[place >> BLOCK_BITS, place & (BLOCK - 1)]
+
+    @ti.func
+    def component(self, place, corner: ti.template(), axis):
+        """A component of a vertex."""
+        return self.vertices[place >> BLOCK_BITS, 3 * axis + corner][place & (BLOCK - 1)]
+
+    @ti.func
+    def triangle(self, place):
+        """The three vertices at a place."""
+        return self.vertex(place, 0), self.vertex(place, 1), self.vertex(place, 2)
+
+    @ti.func
+    def vertex(self, place, corner: ti.template()):
+        """One of the three vertices at a place."""
+        return tm.vec3(
+            self.component(place, corner, 0), self.component(place, corner, 1), self.component(place, corner, 2)
+        )
+
+    @ti.func
+    def candidates(self, ray, aim, block, used):
+        """A mask, see ``lanes_of``, of the primitives of a block that the ray may hit. ``used`` places are not empty.
+
+        At an empty place, the vertices are NaN, and no condition holds.
+        """
+        mask = (2 << used) - 2
+        if ti.static(self.has_test):
+            mask = lanes_of(self.test(self, ray, aim, block))
+        return mask
+
+    @ti.func
+    def projected(self, ray, aim, block, corner: ti.template()):
+        """Four vertices as the ray sees them, on the plane of the two smaller axes, sheared along the largest."""
+        along = self.vertices[block, 3 * aim.z + corner] - ray.origin[aim.z]
+        x = (self.vertices[block, 3 * aim.x + corner] - ray.origin[aim.x]) - aim.shear_x * along
+        y = (self.vertices[block, 3 * aim.y + corner] - ray.origin[aim.y]) - aim.shear_y * along
+        return x, y
+
+
+@ti.func
+def may_pass_inside(blocks: ti.template(), ray, aim, block):
+    """Whether the ray passes on the same side of all three edges, or exactly through one (``triangles.watertight``).
+
+    The three numbers are those of the plain test. It computes them again, exactly, if one is 0.
+    """
+    ax, ay = blocks.projected(ray, aim, block, 0)
+    bx, by = blocks.projected(ray, aim, block, 1)
+    cx, cy = blocks.projected(ray, aim, block, 2)
+    u, v, w = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
+    return (smaller(u, smaller(v, w)) >= 0) | (larger(u, larger(v, w)) <= 0)
+
+
+@ti.func
+def may_solve(blocks: ti.template(), ray, aim, block):
+    """Whether u ≥ 0, v ≥ 0 and u + v ≤ 1, with the arithmetic of ``triangles.moller_trumbore``."""
+    d, o = ray.direction, ray.origin
+    v0 = [blocks.vertices[block, 3 * axis] for axis in ti.static(range(3))]
+    e1 = [blocks.vertices[block, 3 * axis + 1] - v0[axis] for axis in ti.static(range(3))]
+    e2 = [blocks.vertices[block, 3 * axis + 2] - v0[axis] for axis in ti.static(range(3))]
+    s = [o[axis] - v0[axis] for axis in ti.static(range(3))]
+    # p = d × e2 and q = s × e1
+    px, py, pz = d.y * e2[2] - d.z * e2[1], d.z * e2[0] - d.x * e2[2], d.x * e2[1] - d.y * e2[0]
+    qx, qy, qz = s[1] * e1[2] - s[2] * e1[1], s[2] * e1[0] - s[0] * e1[2], s[0] * e1[1] - s[1] * e1[0]
+    det = e1[0] * px + e1[1] * py + e1[2] * pz
+    u = (s[0] * px + s[1] * py + s[2] * pz) / det
+    v = (d.x * qx + d.y * qy + d.z * qz) / det
+    return (u >= 0) & (v >= 0) & (u + v <= 1)
+
+
+BLOCK_TESTS = {watertight: may_pass_inside, moller_trumbore: may_solve}
