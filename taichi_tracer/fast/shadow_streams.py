@@ -7,23 +7,25 @@ rays of a list need nothing in common. A shadow ray only asks whether anything i
 and a blocked ray misses every further box (Wald, Gribble, Boulos & Kensler, "SIMD ray stream tracing", 2007; Barringer
 & Akenine-Möller, "Dynamic ray stream traversal", SIGGRAPH 2014).
 
-In a leaf, rays that pass a triangle by are found for four triangles at once, with the arithmetic of the plain test. The
-plain test then decides where a ray meets an edge. Therefore the answers are the same, to the last bit.
+In a leaf, rays that pass a triangle by are found for four triangles at once (``leaf_blocks``), and rays that start
+behind its plane are found next. The plain test then decides about the few that are left. Therefore the answers are the
+same, to the last bit.
 """
 
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_wide import ABSENT, WIDTH
-from taichi_tracer.fast.packets import larger, smaller
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_wide import WIDTH
+from taichi_tracer.fast.lanes import larger, smaller
+from taichi_tracer.fast.leaf_blocks import Aim, aim_of
 from taichi_tracer.fast.wide_bvh import leaf_range
 from taichi_tracer.formulas.boxes import RayBounds, box_interval
-from taichi_tracer.formulas.triangles import shear_axes, stable_normal
+from taichi_tracer.formulas.triangles import stable_normal
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory
 
 OCTANTS = 8  # one list at the root for each combination of signs of a direction
-FOUR = 4  # triangles of a leaf that are tested at once
 
 
 @ti.data_oriented
@@ -31,8 +33,8 @@ class ShadowStreams:
     """Memory for shadow rays, and their traversal. A place holds the rays of one thread.
 
     Fields of a ray in a place:
-        ray_o, ray_d: its origin and direction. near, inverse, far: its ``RayBounds``. x_axis, y_axis: its
-            ``shear_axes``. reach: −∞ if it is blocked, 0 if it is no legal ray, and otherwise ∞.
+        ray_o, ray_d: its origin and direction. near, inverse, far: its ``RayBounds``. axes, shear: its
+            ``leaf_blocks.Aim``. reach: −∞ if it is blocked, 0 if it is no legal ray, and otherwise ∞.
     Fields of a place:
         count: the number of rays. ids: all lists, each of which has the numbers of some rays.
 
@@ -46,12 +48,12 @@ class ShadowStreams:
         self.intersector = intersector
         self._memory = memory.Memory()
         self.ray_o, self.ray_d, self.near, self.inverse, self.far = (ti.Vector.field(3, float) for _ in range(5))
-        self.x_axis, self.y_axis = ti.Vector.field(3, float), ti.Vector.field(3, float)
+        self.axes, self.shear = ti.Vector.field(3, ti.i32), ti.Vector.field(2, float)
         self.reach, self.ids, self.count = ti.field(float), ti.field(ti.u16), ti.field(ti.i32)
         place = self._memory.fields.dense(ti.i, places)
         place.place(self.count)
         place.dense(ti.j, most).place(self.near, self.inverse, self.far, self.reach)
-        place.dense(ti.j, most).place(self.ray_o, self.ray_d, self.x_axis, self.y_axis)
+        place.dense(ti.j, most).place(self.ray_o, self.ray_d, self.axes, self.shear)
         # At each level of the tree, the lists of the eight children lie behind the list of their node.
         place.dense(ti.j, most * (1 + OCTANTS + WIDTH * (intersector.depth + 1))).place(self.ids)
         self._memory.allocate()
@@ -80,10 +82,12 @@ class ShadowStreams:
         m = self.count[c]
         counts = ti.Vector([0] * OCTANTS, ti.i32)
         for r in range(m):
-            ray = Ray(origin=self.ray_o[c, r], direction=self.ray_d[c, r])
+            ray = self.ray(c, r)
             bounds = self.intersector.ray_bounds(ray)
             self.near[c, r], self.inverse[c, r], self.far[c, r] = bounds.near_origin, bounds.inverse, bounds.far_origin
-            self.x_axis[c, r], self.y_axis[c, r] = shear_axes(ray.direction)
+            aim = aim_of(ray)
+            self.axes[c, r] = ti.Vector([aim.x, aim.y, aim.z])
+            self.shear[c, r] = tm.vec2(aim.shear_x, aim.shear_y)
             self.reach[c, r] = ti.select(self.intersector.is_legal(ray), tm.inf, 0.0)
             octant = 0
             for k in ti.static(range(3)):
@@ -110,7 +114,7 @@ class ShadowStreams:
                 counts = self.filter_children(c, octant, reference, at, count, lists)
                 for k in ti.static(range(WIDTH)):
                     child = self.intersector.children[reference, k]
-                    if counts[k] > 0 and child != ABSENT:
+                    if counts[k] > 0:
                         node[top], first[top], size[top] = child, lists + k * count, counts[k]
                         top += 1
             else:
@@ -144,91 +148,66 @@ class ShadowStreams:
     @ti.func
     def try_leaf(self, c, octant, reference, at, count, lists):
         """Try the primitives of a leaf with the rays of its list."""
-        begin, number = leaf_range(reference)
-        if ti.static(self.intersector.is_plain_geometry and self.intersector.triangle_test == "watertight"):
-            i = begin
-            while i < begin + number:
-                counts = self.filter_triangles(c, at, count, lists, i, begin + number - 1)
-                for k in ti.static(range(FOUR)):
-                    if counts[k] > 0 and i + k < begin + number:
-                        self.try_triangle(c, octant, lists + k * count, counts[k], i + k)
-                i += FOUR
+        first, number = leaf_range(reference)
+        if ti.static(self.intersector.blocks.has_test and self.intersector.is_plain_geometry):
+            for block in range(first >> BLOCK_BITS, (first + number + BLOCK - 1) >> BLOCK_BITS):
+                counts = self.filter_triangles(c, at, count, lists, block)
+                for k in ti.static(range(BLOCK)):
+                    if counts[k] > 0:
+                        self.try_triangle(c, octant, lists + k * count, counts[k], (block << BLOCK_BITS) + k)
         else:
-            for i in range(begin, begin + number):
-                low, high = self.intersector.leaf_box(i)
+            for place in range(first, first + number):
+                low, high = self.intersector.leaf_box(place)
                 for j in range(at, at + count):
                     r = ti.cast(self.ids[c, j], ti.i32)
                     t_near, t_far = box_interval(self.bounds(c, r), low, high, 0.0, self.reach[c, r])
                     if t_near <= t_far:
-                        self.decide(c, r, i)
+                        self.decide(c, r, place)
 
     @ti.func
-    def filter_triangles(self, c, at, count, lists, i, last):
-        """Write for each of four triangles the list of the rays whose line does not certainly pass it by.
-
-        The formulas are those of ``triangles.watertight``: a line passes a triangle by, if it passes two of its edges
-        on different sides. If a leaf has fewer triangles, the last one takes their places.
-        """
-        counts = ti.Vector([0] * FOUR, ti.i32)
-        p0, q0, r0 = self.intersector.leaf_triangle(i)
-        p1, q1, r1 = self.intersector.leaf_triangle(ti.min(i + 1, last))
-        p2, q2, r2 = self.intersector.leaf_triangle(ti.min(i + 2, last))
-        p3, q3, r3 = self.intersector.leaf_triangle(ti.min(i + 3, last))
-        px, py, pz = across(p0, p1, p2, p3, 0), across(p0, p1, p2, p3, 1), across(p0, p1, p2, p3, 2)
-        qx, qy, qz = across(q0, q1, q2, q3, 0), across(q0, q1, q2, q3, 1), across(q0, q1, q2, q3, 2)
-        rx, ry, rz = across(r0, r1, r2, r3, 0), across(r0, r1, r2, r3, 1), across(r0, r1, r2, r3, 2)
+    def filter_triangles(self, c, at, count, lists, block):
+        """Write for each triangle of a block the list of the rays whose line may meet it. Returns their lengths."""
+        counts = ti.Vector([0] * BLOCK, ti.i32)
         for j in range(at, at + count):
-            k = ti.cast(self.ids[c, j], ti.i32)
-            o, x_axis, y_axis = self.ray_o[c, k], self.x_axis[c, k], self.y_axis[c, k]
-            ax, ay = sheared(px - o.x, py - o.y, pz - o.z, x_axis), sheared(px - o.x, py - o.y, pz - o.z, y_axis)
-            bx, by = sheared(qx - o.x, qy - o.y, qz - o.z, x_axis), sheared(qx - o.x, qy - o.y, qz - o.z, y_axis)
-            cx, cy = sheared(rx - o.x, ry - o.y, rz - o.z, x_axis), sheared(rx - o.x, ry - o.y, rz - o.z, y_axis)
-            u_edge, v_edge, w_edge = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
-            lowest, highest = smaller(u_edge, smaller(v_edge, w_edge)), larger(u_edge, larger(v_edge, w_edge))
-            for i4 in ti.static(range(FOUR)):
-                self.ids[c, lists + i4 * count + counts[i4]] = ti.cast(k, ti.u16)
-            counts += ti.cast((lowest >= 0) | (highest <= 0), ti.i32)
+            r = ti.cast(self.ids[c, j], ti.i32)
+            aim = Aim(x=self.axes[c, r].x, y=self.axes[c, r].y, z=self.axes[c, r].z)
+            aim.shear_x, aim.shear_y = self.shear[c, r].x, self.shear[c, r].y
+            may_meet = self.intersector.blocks.test(self.intersector.blocks, self.ray(c, r), aim, block)
+            for k in ti.static(range(BLOCK)):
+                self.ids[c, lists + k * count + counts[k]] = ti.cast(r, ti.u16)
+            counts += ti.cast(may_meet, ti.i32)
         return counts
 
     @ti.func
-    def try_triangle(self, c, octant, at, count, i):
-        """Try a triangle with the rays of a list, whose lines it does not let pass by: is it in front of their origins?
-
-        The formulas are those of ``watertight`` and ``RayIntersector.candidate``. What depends only on the triangle is
-        the same for all rays.
-        """
-        v0, v1, v2 = self.intersector.leaf_triangle(i)
+    def try_triangle(self, c, octant, at, count, place):
+        """Try a triangle with the rays of a list. Most of them start behind its plane, because they leave it."""
+        v0, v1, v2 = self.intersector.leaf_triangle(place)
         n = stable_normal(v0, v1, v2)
-        low, high = self.intersector.leaf_box(i)
+        low, high = self.intersector.leaf_box(place)
         near_corner, far_corner = tm.vec3(0), tm.vec3(0)
         for k in ti.static(range(3)):
             near_corner[k] = ti.select((octant >> k) & 1 == 0, low[k], high[k])
             far_corner[k] = ti.select((octant >> k) & 1 == 0, high[k], low[k])
         for j in range(at, at + count):
             r = ti.cast(self.ids[c, j], ti.i32)
-            to_near, to_far = near_corner - self.near[c, r], far_corner - self.far[c, r]
-            t_near, t_far = -tm.inf, tm.inf
-            for k in ti.static(range(3)):
-                t_near = larger(to_near[k] * self.inverse[c, r][k], t_near)
-                t_far = smaller(to_far[k] * self.inverse[c, r][k], t_far)
-            det = -tm.dot(self.ray_d[c, r], n)
-            t = -tm.dot(v0 - self.ray_o[c, r], n) / det
-            t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
-            if (det != 0) & (t_near <= t_far) & (t > 0):
-                if self.meets_an_edge(c, r, v0, v1, v2):
-                    self.decide(c, r, i)
-                else:
-                    self.reach[c, r] = -tm.inf
+            if ti.static(self.intersector.triangle_test != "watertight"):
+                self.decide(c, r, place)
+            else:
+                # t and its interval, as ``watertight`` and ``RayIntersector.candidate`` compute them
+                to_near, to_far = near_corner - self.near[c, r], far_corner - self.far[c, r]
+                t_near, t_far = -tm.inf, tm.inf
+                for k in ti.static(range(3)):
+                    t_near = larger(to_near[k] * self.inverse[c, r][k], t_near)
+                    t_far = smaller(to_far[k] * self.inverse[c, r][k], t_far)
+                t = -tm.dot(v0 - self.ray_o[c, r], n) / -tm.dot(self.ray_d[c, r], n)
+                t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
+                if (t_near <= t_far) & (t > 0):
+                    self.decide(c, r, place)
 
     @ti.func
-    def meets_an_edge(self, c, r, v0, v1, v2):
-        """Whether the line of a ray seems to meet an edge of a triangle, so that only f64 can tell on which side."""
-        o, x_axis, y_axis = self.ray_o[c, r], self.x_axis[c, r], self.y_axis[c, r]
-        a, b, d = v0 - o, v1 - o, v2 - o
-        ax, ay = sheared(a.x, a.y, a.z, x_axis), sheared(a.x, a.y, a.z, y_axis)
-        bx, by = sheared(b.x, b.y, b.z, x_axis), sheared(b.x, b.y, b.z, y_axis)
-        cx, cy = sheared(d.x, d.y, d.z, x_axis), sheared(d.x, d.y, d.z, y_axis)
-        return (cx * by - cy * bx == 0) | (ax * cy - ay * cx == 0) | (bx * ay - by * ax == 0)
+    def ray(self, c, r):
+        """A ray of a place."""
+        return Ray(origin=self.ray_o[c, r], direction=self.ray_d[c, r])
 
     @ti.func
     def bounds(self, c, r):
@@ -236,24 +215,12 @@ class ShadowStreams:
         return RayBounds(inverse=self.inverse[c, r], near_origin=self.near[c, r], far_origin=self.far[c, r])
 
     @ti.func
-    def decide(self, c, r, i):
+    def decide(self, c, r, place):
         """Let the plain form decide whether a primitive blocks a ray."""
         if self.reach[c, r] > 0:
-            v0, v1, v2 = self.intersector.leaf_triangle(i)
-            ray = Ray(origin=self.ray_o[c, r], direction=self.ray_d[c, r])
-            primitive_id = self.intersector.leaf_ids[i]
-            t, u, v = self.intersector.try_primitive(ray, self.bounds(c, r), primitive_id, v0, v1, v2, 0.0)
+            v0, v1, v2 = self.intersector.leaf_triangle(place)
+            primitive_id = self.intersector.blocks.primitive(place)
+            ray, bounds = self.ray(c, r), self.bounds(c, r)
+            t, u, v = self.intersector.try_primitive(ray, bounds, primitive_id, v0, v1, v2, 0.0)
             if t > 0:
                 self.reach[c, r] = -tm.inf
-
-
-@ti.func
-def across(p0, p1, p2, p3, axis: ti.template()):
-    """One coordinate of four points."""
-    return ti.Vector([p0[axis], p1[axis], p2[axis], p3[axis]])
-
-
-@ti.func
-def sheared(x, y, z, axis):
-    """The dot product of an axis with four vectors."""
-    return axis.x * x + axis.y * y + axis.z * z
