@@ -5,8 +5,8 @@ import os
 
 from taichi_tracer.apps.interruption import EXIT_CODE, ignore, leave_at_once
 
-# New objects after which Python looks for cycles that nothing needs. With its usual 700, the search takes a tenth of the
-# time until the first picture, because modules and the syntax trees of kernels are many objects that stay.
+# New objects after which Python looks for cycles that nothing needs. With its usual 700, the search takes a tenth of
+# the time until the first picture, because modules and the syntax trees of kernels are many objects that stay.
 OBJECTS_BETWEEN_COLLECTIONS = 50_000
 
 

@@ -12,6 +12,10 @@ from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.tables import Tables
+
+# Triangles from which on the normals are computed in parallel: before, this takes less time than its translation.
+MANY_TRIANGLES = 20_000
 
 
 @dataclass(repr=False)
@@ -287,76 +291,57 @@ class Geometry:
             boxes = np.concatenate([boxes, self.sphere_boxes()])
         return ids, boxes
 
-    def load(self) -> None:
-        """Copy the arrays into the fields; call it after the fields were allocated."""
+    def load(self, others: Tables | None = None) -> None:
+        """Copy the arrays into the fields; call it after the fields were allocated.
+
+        Args:
+            others: further arrays, which are copied in the same kernel; None is none.
+        """
         mesh, dtype = self.mesh, runtime.dtype()
+        tables = Tables() if others is None else others
         if self.n_triangles > 0:
-            self._load_triangles(mesh.vertices, mesh.faces, np.ascontiguousarray(mesh.face_materials, np.int32))
-        if self.has_normals and self.n_triangles > 0:
-            normals, ids = mesh.normals, mesh.face_normals
-            if len(ids) == 0:
-                normals, ids = np.zeros((0, 3)), np.full((self.n_triangles, 3), -1, np.int32)
-            if self.completes_normals:
-                own = len(normals) + np.arange(self.n_triangles)[:, None]
-                normals, ids = np.concatenate([normals, self.unit_normals.to_numpy()]), np.where(ids < 0, own, ids)
-            if len(normals) == 0:
-                normals = np.zeros((1, 3))
-            self._load_normals(np.ascontiguousarray(normals, dtype), np.ascontiguousarray(ids, np.int32))
+            tables.put(self.vertices, mesh.vertices)
+            tables.put(self.triangle_vertex_ids, mesh.faces)
+            tables.put(self.triangle_material_ids, mesh.face_materials)
+        if self.has_normals and self.n_triangles > 0 and not self.completes_normals:
+            tables.put(self.normals, mesh.normals if len(mesh.normals) > 0 else np.zeros((1, 3), dtype))
+            ids = mesh.face_normals
+            tables.put(self.triangle_normal_ids, ids if len(ids) > 0 else np.full((self.n_triangles, 3), -1, np.int32))
         if self.effects.spheres and self.n_primitives > 0:
-            self._load_spheres(
-                np.ascontiguousarray(mesh.spheres, dtype),
-                np.ascontiguousarray(mesh.sphere_materials, np.int32),
-                mesh.primitives(),
-            )
+            tables.put(self.spheres, mesh.spheres)
+            tables.put(self.sphere_material_ids, mesh.sphere_materials)
+            tables.put(self.primitives, mesh.primitives())
         if self.effects.culling and mesh.face_culls is not None:
-            self._load_culls(mesh.face_culls.astype(np.int32))
+            tables.put(self.culls, mesh.face_culls.astype(np.int32))
+        self._load(tables, *tables.arguments())
+        if self.completes_normals and self.n_triangles > 0:
+            self._complete_normals()
 
     @ti.kernel
-    def _load_triangles(
+    def _load(
         self,
-        vertices: ti.types.ndarray(ndim=2),
-        faces: ti.types.ndarray(ndim=2),
-        materials: ti.types.ndarray(ndim=1),
+        tables: ti.template(),
+        numbers: ti.types.ndarray(ndim=1),
+        integers: ti.types.ndarray(dtype=ti.i32, ndim=1),
+        places: ti.types.ndarray(dtype=ti.i32, ndim=1),
     ):
-        for i in range(vertices.shape[0]):
-            for k in ti.static(range(3)):
-                self.vertices[i][k] = vertices[i, k]
-        for i in range(faces.shape[0]):
-            self.triangle_material_ids[i] = materials[i]
-            for k in ti.static(range(3)):
-                self.triangle_vertex_ids[i][k] = faces[i, k]
-        for i in range(faces.shape[0]):
+        tables.fill(numbers, integers, places)
+        ti.loop_config(serialize=self.n_triangles < MANY_TRIANGLES)
+        for i in range(self.n_triangles):
             v0, v1, v2 = self.triangle(i)
             self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
             self.thinness[i] = thinness(v0, v1, v2)
 
-    @ti.kernel
-    def _load_normals(self, normals: ti.types.ndarray(ndim=2), ids: ti.types.ndarray(ndim=2)):
-        for i in range(normals.shape[0]):
-            for k in ti.static(range(3)):
-                self.normals[i][k] = normals[i, k]
-        for i in range(ids.shape[0]):
-            for k in ti.static(range(3)):
-                self.triangle_normal_ids[i][k] = ids[i, k]
-
-    @ti.kernel
-    def _load_spheres(
-        self,
-        spheres: ti.types.ndarray(ndim=2),
-        materials: ti.types.ndarray(ndim=1),
-        primitives: ti.types.ndarray(ndim=1),
-    ):
-        for i in range(spheres.shape[0]):
-            self.sphere_material_ids[i] = materials[i]
-            for k in ti.static(range(4)):
-                self.spheres[i][k] = spheres[i, k]
-        for i in range(primitives.shape[0]):
-            self.primitives[i] = primitives[i]
-
-    @ti.kernel
-    def _load_culls(self, culls: ti.types.ndarray(ndim=1)):
-        for i in range(culls.shape[0]):
-            self.culls[i] = culls[i]
+    def _complete_normals(self) -> None:
+        """Give a normal to every corner: behind those of the file, the normals of the planes."""
+        normals, ids = self.mesh.normals, self.mesh.face_normals
+        if len(ids) == 0:
+            normals, ids = np.zeros((0, 3)), np.full((self.n_triangles, 3), -1, np.int32)
+        own = len(normals) + np.arange(self.n_triangles)[:, None]
+        tables = Tables()
+        tables.put(self.normals, np.concatenate([normals, self.unit_normals.to_numpy()]))
+        tables.put(self.triangle_normal_ids, np.where(ids < 0, own, ids))
+        tables.load()
 
     @ti.func
     def triangle(self, triangle_id):

@@ -26,7 +26,6 @@ from taichi.lang.ast import ast_transformer_utils
 
 from taichi_tracer.system.importing import frame_info
 
-
 MESSAGE_WIDTH = 80  # characters: where Taichi breaks the source lines of its messages
 KEPT_LINES = 1 << 14  # source lines whose wrapped form is kept
 OPENS_NO_BLOCK = ("#", ")", "]", "}")  # begins of lines that end no function, although they are not indented

@@ -1,7 +1,7 @@
 """The import of Taichi, in two thirds of its time and without its line about graphical shells.
 
-For each of its own functions with ``@ti.func``, Taichi asks ``inspect`` for the source line at which a frame stands, and
-``inspect`` searches all modules for the file that the frame already knows: a quarter of the time of the import.
+For each of its own functions with ``@ti.func``, Taichi asks ``inspect`` for the source line at which a frame stands,
+and ``inspect`` searches all modules for the file that the frame already knows: a quarter of the time of the import.
 Therefore ``inspect`` has ``frame_info`` in place of this search while Taichi is imported.
 """
 
