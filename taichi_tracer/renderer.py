@@ -358,6 +358,7 @@ class ProgressiveRenderer:
         """
         self.scene_data.check_alive()
         self._seconds_before = self.rendered_seconds if self.samples > 0 and self.is_current() else 0.0
+        self.eye_rays.passes = spp if spp is not None and time is None and error is None else 1
         render_until(self, Target(1 if spp is None and time is None and error is None else spp, time, error), watch)
         return self
 

@@ -1,7 +1,7 @@
 """Arrays that are copied into fields, many of them by one kernel.
 
-Each kernel costs time in every process: Python reads it, and Taichi translates or loads it. For small arrays, this takes
-much longer than the copying. A loop that runs in parallel costs most, therefore the copying does not.
+Each kernel costs time in every process: Python reads it, and Taichi translates or loads it. For small arrays, this
+takes much longer than the copying. A loop that runs in parallel costs most, therefore these loops do not.
 """
 
 from dataclasses import dataclass
