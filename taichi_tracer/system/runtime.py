@@ -19,7 +19,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import compiling, from_python, front_end, powers
+from taichi_tracer.system import compiling, from_python, front_end, powers, vector_sums
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 
@@ -103,6 +103,7 @@ def init(
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
     powers.write_as_products()
+    vector_sums.write_directly()
     from_python.explain()
     front_end.keep_what_is_read()
     compiling.watch()
