@@ -6,15 +6,12 @@ operations are put down directly, in the same order, so that the results have th
 """
 
 import functools
-import importlib
 from collections.abc import Callable
 from typing import Any
 
 from taichi import math
-from taichi.lang import impl, matrix, ops
+from taichi.lang import impl, matrix, matrix_ops, ops
 from taichi.lang.expr import Expr
-
-matrix_ops: Any = importlib.import_module("taichi.lang.matrix_ops")
 
 
 def components(vector: Expr) -> list:
