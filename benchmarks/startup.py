@@ -50,7 +50,7 @@ image = mi.render(mi.load_dict(scene), spp=1)
 mi.util.write_bitmap(sys.argv[1], image[:, :, :3])
 """
 
-# What a window calls when a key is pressed (``apps.choices``), and the next picture of 512². Prints seconds of the clock.
+# What a window calls when a key is pressed (``apps.choices``), and one picture of 512². Prints seconds of the clock.
 LIVE = """
 import time
 import taichi as ti

@@ -16,6 +16,7 @@ from taichi_tracer.system.tables import Tables
 
 # Triangles from which on the normals are computed in parallel: before, this takes less time than its translation.
 MANY_TRIANGLES = 20_000
+AT_ONCE = 1 << 14  # triangles whose corners are in memory in float64 at the same time
 
 
 @dataclass(repr=False)
@@ -147,12 +148,15 @@ def unhittable(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
     """Triangles that no ray can hit: (F,) bool with a NaN or infinite vertex, and (F,) bool without area.
 
     A NaN vertex would make every box that contains it NaN, and a triangle without area has no plane. The cross product
-    is computed in float64.
+    is computed in float64, for a part of the triangles at a time: so little memory stays in the cache of the CPU.
     """
-    with np.errstate(all="ignore"):
-        v0, v1, v2 = (vertices[faces[:, k]].astype(np.float64) for k in range(3))
-        not_finite = ~(np.isfinite(v0) & np.isfinite(v1) & np.isfinite(v2)).all(axis=1)
-        no_area = ~not_finite & (np.cross(v1 - v0, v2 - v0) == 0.0).all(axis=1)
+    not_finite, no_area = np.zeros(len(faces), bool), np.zeros(len(faces), bool)
+    for first in range(0, len(faces), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        with np.errstate(all="ignore"):
+            v0, v1, v2 = (vertices[faces[part, k]].astype(np.float64) for k in range(3))
+            not_finite[part] = ~(np.isfinite(v0) & np.isfinite(v1) & np.isfinite(v2)).all(axis=1)
+            no_area[part] = ~not_finite[part] & (np.cross(v1 - v0, v2 - v0) == 0.0).all(axis=1)
     return not_finite, no_area
 
 
