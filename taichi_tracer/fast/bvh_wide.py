@@ -16,6 +16,7 @@ ABSENT = 0  # marks an absent child; 0 is free, because the root is the child of
 COST_OF_NODE = 1.0  # the cost of testing the eight boxes of a node
 COST_OF_TRIANGLE = 0.7  # the cost of testing one triangle; only the ratio of the two costs matters
 SMALLEST_AREA = 1e-300  # replaces the area 0 of a tree that is only a point or a line: no division by 0
+AT_ONCE = 1 << 13  # nodes that are decided at the same time, so that their numbers fit into the cache of the CPU
 
 
 @dataclass
@@ -42,6 +43,12 @@ MOST_STEPS = 253  # the size of a node in steps, at most; two steps are left for
 
 def quantise(planes: np.ndarray) -> Grid:
     """``WideTree.planes``, rounded outwards to the grid of each node (Ylitie, Karras & Laine, section 3.2)."""
+    parts = [_quantised(planes[first : first + AT_ONCE]) for first in range(0, len(planes), AT_ONCE)]
+    return Grid(*map(np.concatenate, zip(*((p.corner, p.step, p.numbers) for p in parts), strict=True)))
+
+
+def _quantised(planes: np.ndarray) -> Grid:
+    """``quantise`` for a part of the nodes."""
     dtype = planes.dtype.type
     low, high = planes[:, :3], planes[:, 3:]
     corner = low.min(axis=2)
@@ -142,8 +149,9 @@ class _Plan:
 
     def __init__(self, tree: BinaryTree) -> None:
         self.child = tree.child
-        size = (tree.box[:, 3:] - tree.box[:, :3]).astype(np.float64)
-        self.area = size[:, 0] * size[:, 1] + size[:, 1] * size[:, 2] + size[:, 2] * size[:, 0]
+        x, y, z = ((tree.box[:, 3 + k] - tree.box[:, k]).astype(np.float64) for k in range(3))
+        self.area = x * y + y * z + z * x
+        del x, y, z
         count = tree.end.astype(np.int64) - tree.begin
         n = len(tree.child)
         self.cost = np.zeros((n, WIDTH + 1), np.float32)
@@ -154,7 +162,9 @@ class _Plan:
         for level in reversed(_levels(tree.child)):
             leaves = level[tree.child[level] < 0]
             self.cost[leaves] = as_leaf[leaves, None]
-            self._decide(level[tree.child[level] >= 0], as_leaf)
+            inner = level[tree.child[level] >= 0]
+            for first in range(0, len(inner), AT_ONCE):
+                self._decide(inner[first : first + AT_ONCE], as_leaf)
 
     def _decide(self, nodes: np.ndarray, as_leaf: np.ndarray) -> None:
         """C(n, i) of the paper, for inner nodes whose children are already decided."""
