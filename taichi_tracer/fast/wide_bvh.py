@@ -23,11 +23,13 @@ from taichi_tracer.system import memory, runtime
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 
 
-def leaf_corners(geometry: Geometry, boxes: np.ndarray) -> np.ndarray:
+def leaf_corners(geometry: Geometry) -> np.ndarray:
     """(n, 3, 3) vertices of the triangles that rays can hit; for a sphere, the low and high corner of its box."""
     mesh = geometry.mesh
     corners = mesh.vertices[mesh.faces[geometry.hittable_triangles()]]
-    low, high = boxes[len(corners) :, :3], boxes[len(corners) :, 3:]
+    if geometry.n_spheres == 0:
+        return corners
+    low, high = np.split(geometry.sphere_boxes(), 2, axis=1)
     return np.concatenate([corners, np.stack([low, high, low], axis=1)])
 
 
@@ -59,11 +61,12 @@ class WideBVH(FastIntersector):
         self.solve_packet = packet_test(self.solve)
         start = time.perf_counter()
         ids, boxes = geometry.hittable()
-        corners = leaf_corners(geometry, boxes)
         order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
         if len(ids) > 0:
             tree = bvh_build.build(boxes)
+            del boxes  # of a large mesh, all of these together would need the memory of the whole scene once more
             order, wide = tree.order, collapse(tree)
+            del tree
         self.root, self.depth, self.stack_size = wide.root, wide.depth, wide.stack_size
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
 
@@ -83,6 +86,7 @@ class WideBVH(FastIntersector):
         triangle.dense(ti.j, 3).place(self.leaf_vertices)
         triangle.place(self.leaf_ids)
         self._memory.allocate()
+        corners = leaf_corners(geometry)
         grid = quantise(wide.planes)
         nodes = grid.corner, grid.step, grid.numbers.astype(np.int32), wide.children
         self._load(*nodes, np.ascontiguousarray(corners[order]), ids[order].astype(np.int32))
