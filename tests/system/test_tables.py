@@ -13,6 +13,7 @@ ROWS = 5
 @pytest.fixture(scope="module")
 def fields(f32):
     """One field of each kind, in one tree."""
+    store = memory.Memory()
     made = {
         "vectors": ti.Vector.field(3, float),
         "ids": ti.Vector.field(3, ti.i32),
@@ -20,7 +21,6 @@ def fields(f32):
         "integers": ti.field(ti.i32),
         "table": ti.field(float),
     }
-    store = memory.Memory()
     for name, field in made.items():
         (store.fields.dense(ti.ij, (ROWS, 4)) if name == "table" else store.fields.dense(ti.i, ROWS)).place(field)
     store.allocate()
