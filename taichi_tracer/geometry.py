@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from taichi_tracer.formulas.convexity import named
 from taichi_tracer.formulas.triangles import stable_normal, thinness, unit
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
@@ -87,7 +88,7 @@ class Mesh:
 
     def used_materials(self) -> np.ndarray:
         """The ids of the materials that at least one primitive has, in ascending order."""
-        return np.unique(np.concatenate([self.face_materials, self.sphere_materials]))
+        return np.flatnonzero(np.bincount(np.concatenate([self.face_materials, self.sphere_materials])))
 
     def emits(self) -> np.ndarray:
         """(P,) bool: for each triangle and then for each sphere, whether its material has Ke > 0."""
@@ -268,7 +269,7 @@ class Geometry:
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         mesh = self.mesh
-        corners = [mesh.vertices[np.unique(mesh.faces)]] if len(mesh.faces) > 0 else []
+        corners = [mesh.vertices[named(mesh.faces, len(mesh.vertices))]] if len(mesh.faces) > 0 else []
         if len(mesh.spheres) > 0:
             corners += np.split(self.sphere_boxes(), 2, axis=1)
         used = np.concatenate(corners) if corners else np.zeros((1, 3))
