@@ -74,11 +74,12 @@ class Lifetime:
 class Memory:
     """The fields of one owner, which are freed together with the owner.
 
-    Taichi itself never frees fields, and has room for only 512 such groups. The memory of owners that no longer exist is
-    freed when some of it has come together, because kernels must be read again afterwards. First make this object, then make the
-    fields, place them in ``fields``, and call ``allocate``. No kernel can run in between. If an error can occur in
-    between, use ``with memory:``. It allocates the fields at the end. After an error, it forgets them: otherwise no
-    kernel could run any more.
+    Taichi itself never frees fields, and has room for only 512 such groups. The memory of owners that no longer exist
+    is freed when some of it has come together, because kernels must be read again afterwards.
+
+    First make this object, then make the fields, place them in ``fields``, and call ``allocate``. No kernel can run in
+    between. If an error can occur in between, use ``with memory:``. It allocates the fields at the end. After an error,
+    it forgets them: otherwise no kernel could run any more.
     """
 
     def __init__(self) -> None:
