@@ -80,14 +80,16 @@ def test_fields_without_an_owner_are_freed_when_others_are_made(monkeypatch):
 
 
 def abandoned(count=4):
-    """Leave fields behind whose owner no longer exists."""
+    """Leave fields behind whose owner no longer exists, and none of earlier tests."""
+    gc.collect()
+    memory._free_orphans()
     numbers(count)
     gc.collect()
 
 
 def test_kernels_are_kept_while_little_waits_to_be_freed():
     """When Taichi frees fields, Python must read all kernels again: a few small fields are not worth that."""
-    memory._free_orphans()
+    abandoned()
     _, field = numbers()
 
     @ti.kernel
@@ -95,7 +97,6 @@ def test_kernels_are_kept_while_little_waits_to_be_freed():
         field[0] += 1
 
     count()
-    abandoned()
     began = time.perf_counter()
     other, _ = numbers()
     count()
@@ -107,7 +108,6 @@ def test_kernels_are_kept_while_little_waits_to_be_freed():
 
 def test_much_memory_is_freed_when_others_are_made(monkeypatch):
     monkeypatch.setattr(memory, "MOST_BYTES_WAITING", 3999)
-    memory._free_orphans()
     abandoned(1000)
     assert len(memory._orphans) == 1
     other, _ = numbers()
@@ -116,7 +116,6 @@ def test_much_memory_is_freed_when_others_are_made(monkeypatch):
 
 
 def test_memory_that_waits_is_freed_before_more_is_refused(monkeypatch):
-    memory._free_orphans()
     abandoned()
     monkeypatch.setattr(memory, "free_bytes", lambda: 100 if memory._orphans else 1000)
     memory.ask_for(500, "the film")
