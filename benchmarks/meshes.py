@@ -24,6 +24,19 @@ def displaced_sphere(triangles: int) -> tuple[np.ndarray, np.ndarray]:
     return vertices, np.concatenate([upper, lower]).astype(np.int32)
 
 
+def write_ply(path: str, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """A binary PLY file of a mesh, with vertices in f32."""
+    rows = np.empty(len(faces), [("count", "u1"), ("ids", "<i4", 3)])
+    rows["count"], rows["ids"] = 3, faces
+    axes = "".join(f"property float {axis}\n" for axis in "xyz")
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n{axes}"
+    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    with open(path, "wb") as file:
+        file.write(head.encode())
+        file.write(vertices.astype("<f4").tobytes())
+        file.write(rows.tobytes())
+
+
 def from_arguments(arguments: list[str]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Name → mesh for every argument: a number of triangles, or a file. Without arguments, the usual sizes."""
     meshes = {}

@@ -1,10 +1,13 @@
-"""The time from the start of a process to a written picture, with and without Taichi's cache, compared with Mitsuba 3.
+"""The first second: from the start of a process to a picture, changes in the window, and the memory of a process.
 
-The picture is the normal view of the Cornell box, 512×512.
+Where Mitsuba 3 does the same, it is measured beside it. Each process is measured by the clock and in seconds of the
+processor, those of all threads; the latter say how much work there is, also if other programs keep the machine busy.
+"Cold" has no kernels from an earlier process; "warm" finds all of them in Taichi's folder.
 
 python -m benchmarks.startup
 """
 
+import json
 import os
 import statistics
 import subprocess
@@ -14,35 +17,31 @@ import time
 from pathlib import Path
 
 from benchmarks.measure import describe_machine
+from benchmarks.meshes import displaced_sphere, write_ply
 
 RUNS = 5
-OURS = ["-m", "taichi_tracer", "render", "cornell_box", "--view", "normal", "--size", "512x512", "-o"]
-PARTS = """
-import sys, time
-start = time.perf_counter()
-def lap(what):
-    global start
-    now = time.perf_counter()
-    print(what, f"{now - start:.2f} s", end="; ")
-    start = now
-import taichi_tracer as tt
-from taichi_tracer import renderer
-lap("imports")
-tt.init("cpu")
-lap("init")
-scene = tt.load_scene_data("cornell_box")
-lap("scene with its build kernels")
-picture = tt.A1Renderer(scene_data=scene, width=512, height=512).use("normal")
-lap("camera and film")
-picture.render(); image = picture.image()
-lap("compile and render")
-tt.save_image(sys.argv[1], image)
-lap("write")
+FEW_RUNS = 3  # of what takes many seconds
+TRIANGLES = 1_300_000
+MB = 1e6  # bytes
+CACHE = "TI_OFFLINE_CACHE_FILE_PATH"  # the variable of Taichi's folder for kernels
+VIEW = ["-m", "taichi_tracer", "render", "cornell_box", "--view", "normal", "--size", "512x512", "-o"]
+BRDF = ["-m", "taichi_tracer", "render", "specular_spheres", "--estimator", "brdf", "--size", "64x64", "--time", "3"]
+
+# Prints the seconds in which Taichi was started and kernels were read and translated, of the command in its arguments.
+COMPILING = """
+import sys
+from taichi_tracer.__main__ import main
+from taichi_tracer.system import compiling
+main()
+kernels = compiling.kernels()
+reading, making = sum(k.reading for k in kernels), sum(k.translating for k in kernels)
+print("RESULT", [reading + making, reading, len(kernels)])
 """
-MITSUBA = """
+
+MITSUBA_VIEW = """
 import sys
 import mitsuba as mi
-mi.set_variant("llvm_ad_rgb" if len(sys.argv) > 2 else "scalar_rgb")
+mi.set_variant("scalar_rgb")
 scene = mi.cornell_box()
 scene["integrator"] = {"type": "aov", "aovs": "n:sh_normal"}
 scene["sensor"]["film"] |= {"width": 512, "height": 512}
@@ -51,40 +50,162 @@ image = mi.render(mi.load_dict(scene), spp=1)
 mi.util.write_bitmap(sys.argv[1], image[:, :, :3])
 """
 
+# What a window calls when a key is pressed (``apps.choices``), and one picture of 512². Prints seconds of the clock.
+LIVE = """
+import time
+import taichi as ti
+import taichi_tracer as tt
+from taichi_tracer.apps import pace
+from taichi_tracer.apps.choices import Choices
+tt.init("cpu")
+scene = tt.load_scene_data("specular_spheres", environment="studio")
+choices = Choices(tt.A3Renderer(scene, 512, 512).use("brdf"))
+pace.warm_up(choices.renderer, choices.renderer.render, lambda text: None)
+def changed(change):
+    ti.sync()
+    begin = time.perf_counter()
+    change()
+    choices.renderer.render()
+    ti.sync()
+    return time.perf_counter() - begin
+def estimator(cls, name):
+    return lambda: choices.use(cls, name)
+def light(name):
+    return lambda: choices.set_environment(name)
+print("RESULT", [
+    changed(estimator(tt.A3Renderer, "mis")),
+    changed(estimator(tt.A4Renderer, "path")),
+    changed(estimator(tt.A3Renderer, "brdf")),
+    changed(light("sunny")),
+    changed(light("studio")),
+])
+"""
+LIVE_ROWS = (
+    "another estimator (MIS)",
+    "paths",
+    "back to the first estimator",
+    "another environment (sunny)",
+    "back to the first environment",
+)
 
-def seconds(command: list[str], **environment: str) -> float:
-    """The wall-clock time of a process; the program ends if the process fails."""
-    start = time.perf_counter()
-    done = subprocess.run([sys.executable, *command], env=os.environ | environment, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise SystemExit(f"{' '.join(command)} failed: {done.stderr.strip()[-500:]}")
-    return time.perf_counter() - start
+MEMORY = """
+import sys
+import taichi_tracer as tt
+scene = tt.load_scene_data(sys.argv[1])
+tt.A1Renderer(scene, 512, 512).use("normal").render().save(sys.argv[2])
+"""
+MITSUBA_MEMORY = """
+import sys
+import mitsuba as mi
+mi.set_variant("llvm_ad_rgb")
+to_world = mi.ScalarTransform4f().look_at(origin=[2, 1.5, 3], target=[0, 0, 0], up=[0, 1, 0])
+film = {"type": "hdrfilm", "width": 512, "height": 512}
+scene = mi.load_dict({
+    "type": "scene",
+    "integrator": {"type": "aov", "aovs": "n:sh_normal"},
+    "sensor": {"type": "perspective", "fov": 40, "to_world": to_world, "film": film},
+    "mesh": {"type": "ply", "filename": sys.argv[1]},
+})
+image = mi.render(scene, spp=1)
+mi.util.write_bitmap(sys.argv[2], image[:, :, :3])
+"""
+
+
+class Process:
+    """A process that has ended.
+
+    Attributes:
+        wall, processor: its seconds by the clock and of the processor. peak: its largest memory in bytes.
+        result: the list that it has printed after the word RESULT, or an empty list.
+    """
+
+    def __init__(self, command: list[str], **environment: str) -> None:
+        start = time.perf_counter()
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        with subprocess.Popen([sys.executable, *command], env=os.environ | environment, **pipes) as process:
+            printed, errors = process.stdout.read(), process.stderr.read()
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode != 0:
+            raise SystemExit(f"{' '.join(command)} failed: {errors.strip()[-500:]}")
+        self.wall = time.perf_counter() - start
+        self.processor = usage.ru_utime + usage.ru_stime
+        self.peak = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+        lines = [line.removeprefix("RESULT") for line in printed.splitlines() if line.startswith("RESULT")]
+        self.result = json.loads(lines[-1]) if lines else []
+
+
+def median(values) -> float:
+    """The median of some numbers."""
+    return statistics.median(list(values))
+
+
+def first_picture(folder: Path) -> str:
+    """A table of whole processes: the command with and without kernels, and Mitsuba."""
+    names = "taichi_tracer, cold", "taichi_tracer, warm", "Mitsuba scalar_rgb"
+    runs: dict[str, list[Process]] = {name: [] for name in names}
+    picture, peer, kept = str(folder / "x.png"), folder / "peer.py", {CACHE: str(folder / "kept")}
+    peer.write_text(MITSUBA_VIEW)
+    Process([*VIEW, picture], **kept)
+    for i in range(RUNS):
+        runs[names[0]].append(Process([*VIEW, picture], **{CACHE: str(folder / f"fresh{i}")}))
+        runs[names[1]].append(Process([*VIEW, picture], **kept))
+        runs[names[2]].append(Process([str(peer), picture]))
+    lines = ["\n**a new process to a written 512×512 normal view of the Cornell box**\n"]
+    lines += ["| | s | s of the processor |", "|---|--:|--:|"]
+    for name, done in runs.items():
+        lines.append(f"| {name} | {median(p.wall for p in done):.2f} | {median(p.processor for p in done):.2f} |")
+    return "\n".join(lines) + "\n"
+
+
+def compiling(folder: Path) -> str:
+    """How long the compiler keeps a small picture of direct light waiting, without kernels and with them."""
+    program, picture = folder / "compiling.py", str(folder / "brdf.png")
+    program.write_text(COMPILING)
+    lines = [f"\n**`{' '.join(BRDF[1:])}`: Taichi's compiler, s by the clock**\n"]
+    lines += ["| | compiling | of it, Python reads kernels | kernels |", "|---|--:|--:|--:|"]
+    caches = {"cold": [f"brdf{i}" for i in range(FEW_RUNS)], "warm": ["brdf0"] * FEW_RUNS}
+    for name, folders in caches.items():
+        words = [str(program), *BRDF[2:], "-o", picture]
+        done = [Process(words, **{CACHE: str(folder / cache)}).result for cache in folders]
+        whole, reading, kernels = (median(column) for column in zip(*done, strict=True))
+        lines.append(f"| {name} | {whole:.2f} | {reading:.2f} | {kernels:.0f} |")
+    return "\n".join(lines) + "\n"
+
+
+def live(folder: Path) -> str:
+    """From the change of what a window shows to its next picture, with kernels from an earlier process."""
+    program, kept = folder / "live.py", {CACHE: str(folder / "live")}
+    program.write_text(LIVE)
+    Process([str(program)], **kept)
+    done = [Process([str(program)], **kept).result for _ in range(FEW_RUNS)]
+    lines = ["\n**a change in the window: specular_spheres under studio, 512², warm**\n", "| | s |", "|---|--:|"]
+    medians = map(median, zip(*done, strict=True))
+    lines += [f"| {name} | {seconds:.2f} |" for name, seconds in zip(LIVE_ROWS, medians, strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def memory(folder: Path) -> str:
+    """The largest memory of a process that reads a large mesh and renders one view of it, and of Mitsuba's."""
+    mesh, picture, kept = str(folder / "mesh.ply"), str(folder / "mesh.png"), {CACHE: str(folder / "mesh")}
+    write_ply(mesh, *displaced_sphere(TRIANGLES))
+    for name, text in (("memory", MEMORY), ("peer_memory", MITSUBA_MEMORY)):
+        (folder / f"{name}.py").write_text(text)
+    Process([str(folder / "memory.py"), mesh, picture], **kept)
+    ours = Process([str(folder / "memory.py"), mesh, picture], **kept)
+    theirs = Process([str(folder / "peer_memory.py"), mesh, picture])
+    lines = [f"\n**a process that reads {TRIANGLES:,} triangles (PLY) and renders one normal view of 512²**\n"]
+    lines += ["| | MB at most | relative to Mitsuba | s | s of the processor |", "|---|--:|--:|--:|--:|"]
+    for name, done in (("taichi_tracer, warm", ours), ("Mitsuba llvm_ad_rgb", theirs)):
+        share = done.peak / theirs.peak
+        lines.append(f"| {name} | {done.peak / MB:,.0f} | {share:.2f} | {done.wall:.2f} | {done.processor:.2f} |")
+    return "\n".join(lines) + "\n"
 
 
 def report(_arguments: list[str]) -> str:
-    """A markdown table, and the time of each step."""
-    times = {name: [] for name in ("taichi_tracer, no cache", "taichi_tracer, cache", "Mitsuba scalar_rgb")}
+    """All tables."""
     with tempfile.TemporaryDirectory() as folder:
-        picture, programs = str(Path(folder) / "x.png"), {}
-        for name, text in (("peer", MITSUBA), ("parts", PARTS)):
-            programs[name] = str(Path(folder) / f"{name}.py")
-            Path(programs[name]).write_text(text)
-        kept = {"TI_OFFLINE_CACHE_FILE_PATH": str(Path(folder) / "kept")}
-        seconds([*OURS, picture], **kept)
-        for i in range(RUNS):
-            fresh = {"TI_OFFLINE_CACHE_FILE_PATH": str(Path(folder) / f"fresh{i}")}
-            times["taichi_tracer, no cache"].append(seconds([*OURS, picture], **fresh))
-            times["taichi_tracer, cache"].append(seconds([*OURS, picture], **kept))
-            times["Mitsuba scalar_rgb"].append(seconds([programs["peer"], picture]))
-        parts = {}
-        for name, cache in (("no cache", "parts"), ("cache", "parts")):
-            environment = os.environ | {"TI_OFFLINE_CACHE_FILE_PATH": str(Path(folder) / cache)}
-            command = [sys.executable, programs["parts"], picture]
-            parts[name] = subprocess.run(command, env=environment, capture_output=True, text=True).stdout.strip()
-    lines = ["\n**a new process to a written 512×512 normal view of the Cornell box**\n", "| | s |", "|---|--:|"]
-    lines += [f"| {name} | {statistics.median(values):.2f} |" for name, values in times.items()]
-    lines += [f"\nwhere it goes, {name}: {text}" for name, text in parts.items()]
-    return "\n".join(lines) + "\n"
+        return "".join(measured(Path(folder)) for measured in (first_picture, compiling, live, memory))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ A name is loaded when it is first used. Importing the package does not start Tai
 
 import importlib
 import os
-import sys
 
 # Taichi reads both variables when it is imported. They switch off its search for a new version and its banner.
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
@@ -76,29 +75,14 @@ _HOME_OF = {
 _PACKAGES = ("cluster", "studies", "teaching")
 
 
-def _import_taichi() -> None:
-    """Import Taichi without its line "Graphical python shell detected", which every notebook would show in red.
-
-    Taichi reads the variable when it is imported. Its warnings and errors are shown, and a level that the user has set
-    is kept.
-    """
-    if "taichi" in sys.modules or "TI_LOG_LEVEL" in os.environ:
-        return
-    os.environ["TI_LOG_LEVEL"] = "warn"
-    try:
-        taichi = importlib.import_module("taichi")
-    finally:
-        del os.environ["TI_LOG_LEVEL"]
-    taichi.set_logging_level(taichi.INFO)
-
-
 if not TYPE_CHECKING:
     __all__ = ["__version__", *_HOME_OF]
 
     def __getattr__(name: str) -> object:
         if name not in _HOME_OF and name not in _PACKAGES:
             raise AttributeError(f"module 'taichi_tracer' has no attribute {name!r}")
-        _import_taichi()
+        importing = importlib.import_module("taichi_tracer.system.importing")
+        importing.import_taichi()
         if name in _PACKAGES:
             return importlib.import_module(f"taichi_tracer.{name}")
         module = importlib.import_module(f"taichi_tracer.{_HOME_OF[name]}")

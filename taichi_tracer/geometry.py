@@ -7,11 +7,17 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from taichi_tracer.formulas.convexity import named
 from taichi_tracer.formulas.triangles import stable_normal, thinness, unit
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.tables import Tables
+
+# Triangles from which on the normals are computed in parallel: before, this takes less time than its translation.
+MANY_TRIANGLES = 20_000
+AT_ONCE = 1 << 14  # triangles whose corners are in memory in float64 at the same time
 
 
 @dataclass(repr=False)
@@ -82,7 +88,7 @@ class Mesh:
 
     def used_materials(self) -> np.ndarray:
         """The ids of the materials that at least one primitive has, in ascending order."""
-        return np.unique(np.concatenate([self.face_materials, self.sphere_materials]))
+        return np.flatnonzero(np.bincount(np.concatenate([self.face_materials, self.sphere_materials])))
 
     def emits(self) -> np.ndarray:
         """(P,) bool: for each triangle and then for each sphere, whether its material has Ke > 0."""
@@ -143,12 +149,15 @@ def unhittable(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
     """Triangles that no ray can hit: (F,) bool with a NaN or infinite vertex, and (F,) bool without area.
 
     A NaN vertex would make every box that contains it NaN, and a triangle without area has no plane. The cross product
-    is computed in float64.
+    is computed in float64, for a part of the triangles at a time: so little memory stays in the cache of the CPU.
     """
-    with np.errstate(all="ignore"):
-        v0, v1, v2 = (vertices[faces[:, k]].astype(np.float64) for k in range(3))
-        not_finite = ~(np.isfinite(v0) & np.isfinite(v1) & np.isfinite(v2)).all(axis=1)
-        no_area = ~not_finite & (np.cross(v1 - v0, v2 - v0) == 0.0).all(axis=1)
+    not_finite, no_area = np.zeros(len(faces), bool), np.zeros(len(faces), bool)
+    for first in range(0, len(faces), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        with np.errstate(all="ignore"):
+            v0, v1, v2 = (vertices[faces[part, k]].astype(np.float64) for k in range(3))
+            not_finite[part] = ~(np.isfinite(v0) & np.isfinite(v1) & np.isfinite(v2)).all(axis=1)
+            no_area[part] = ~not_finite[part] & (np.cross(v1 - v0, v2 - v0) == 0.0).all(axis=1)
     return not_finite, no_area
 
 
@@ -260,7 +269,7 @@ class Geometry:
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         mesh = self.mesh
-        corners = [mesh.vertices[np.unique(mesh.faces)]] if len(mesh.faces) > 0 else []
+        corners = [mesh.vertices[named(mesh.faces, len(mesh.vertices))]] if len(mesh.faces) > 0 else []
         if len(mesh.spheres) > 0:
             corners += np.split(self.sphere_boxes(), 2, axis=1)
         used = np.concatenate(corners) if corners else np.zeros((1, 3))
@@ -289,76 +298,57 @@ class Geometry:
             boxes = np.concatenate([boxes, self.sphere_boxes()])
         return ids, boxes
 
-    def load(self) -> None:
-        """Copy the arrays into the fields; call it after the fields were allocated."""
+    def load(self, others: Tables | None = None) -> None:
+        """Copy the arrays into the fields; call it after the fields were allocated.
+
+        Args:
+            others: further arrays, which are copied in the same kernel; None is none.
+        """
         mesh, dtype = self.mesh, runtime.dtype()
+        tables = Tables() if others is None else others
         if self.n_triangles > 0:
-            self._load_triangles(mesh.vertices, mesh.faces, np.ascontiguousarray(mesh.face_materials, np.int32))
-        if self.has_normals and self.n_triangles > 0:
-            normals, ids = mesh.normals, mesh.face_normals
-            if len(ids) == 0:
-                normals, ids = np.zeros((0, 3)), np.full((self.n_triangles, 3), -1, np.int32)
-            if self.completes_normals:
-                own = len(normals) + np.arange(self.n_triangles)[:, None]
-                normals, ids = np.concatenate([normals, self.unit_normals.to_numpy()]), np.where(ids < 0, own, ids)
-            if len(normals) == 0:
-                normals = np.zeros((1, 3))
-            self._load_normals(np.ascontiguousarray(normals, dtype), np.ascontiguousarray(ids, np.int32))
+            tables.put(self.vertices, mesh.vertices)
+            tables.put(self.triangle_vertex_ids, mesh.faces)
+            tables.put(self.triangle_material_ids, mesh.face_materials)
+        if self.has_normals and self.n_triangles > 0 and not self.completes_normals:
+            tables.put(self.normals, mesh.normals if len(mesh.normals) > 0 else np.zeros((1, 3), dtype))
+            ids = mesh.face_normals
+            tables.put(self.triangle_normal_ids, ids if len(ids) > 0 else np.full((self.n_triangles, 3), -1, np.int32))
         if self.effects.spheres and self.n_primitives > 0:
-            self._load_spheres(
-                np.ascontiguousarray(mesh.spheres, dtype),
-                np.ascontiguousarray(mesh.sphere_materials, np.int32),
-                mesh.primitives(),
-            )
+            tables.put(self.spheres, mesh.spheres)
+            tables.put(self.sphere_material_ids, mesh.sphere_materials)
+            tables.put(self.primitives, mesh.primitives())
         if self.effects.culling and mesh.face_culls is not None:
-            self._load_culls(mesh.face_culls.astype(np.int32))
+            tables.put(self.culls, mesh.face_culls.astype(np.int32))
+        self._load(tables, *tables.arguments())
+        if self.completes_normals and self.n_triangles > 0:
+            self._complete_normals()
 
     @ti.kernel
-    def _load_triangles(
+    def _load(
         self,
-        vertices: ti.types.ndarray(ndim=2),
-        faces: ti.types.ndarray(ndim=2),
-        materials: ti.types.ndarray(ndim=1),
+        tables: ti.template(),
+        numbers: ti.types.ndarray(ndim=1),
+        integers: ti.types.ndarray(dtype=ti.i32, ndim=1),
+        places: ti.types.ndarray(dtype=ti.i32, ndim=1),
     ):
-        for i in range(vertices.shape[0]):
-            for k in ti.static(range(3)):
-                self.vertices[i][k] = vertices[i, k]
-        for i in range(faces.shape[0]):
-            self.triangle_material_ids[i] = materials[i]
-            for k in ti.static(range(3)):
-                self.triangle_vertex_ids[i][k] = faces[i, k]
-        for i in range(faces.shape[0]):
+        tables.fill(numbers, integers, places)
+        ti.loop_config(serialize=self.n_triangles < MANY_TRIANGLES)
+        for i in range(self.n_triangles):
             v0, v1, v2 = self.triangle(i)
             self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
             self.thinness[i] = thinness(v0, v1, v2)
 
-    @ti.kernel
-    def _load_normals(self, normals: ti.types.ndarray(ndim=2), ids: ti.types.ndarray(ndim=2)):
-        for i in range(normals.shape[0]):
-            for k in ti.static(range(3)):
-                self.normals[i][k] = normals[i, k]
-        for i in range(ids.shape[0]):
-            for k in ti.static(range(3)):
-                self.triangle_normal_ids[i][k] = ids[i, k]
-
-    @ti.kernel
-    def _load_spheres(
-        self,
-        spheres: ti.types.ndarray(ndim=2),
-        materials: ti.types.ndarray(ndim=1),
-        primitives: ti.types.ndarray(ndim=1),
-    ):
-        for i in range(spheres.shape[0]):
-            self.sphere_material_ids[i] = materials[i]
-            for k in ti.static(range(4)):
-                self.spheres[i][k] = spheres[i, k]
-        for i in range(primitives.shape[0]):
-            self.primitives[i] = primitives[i]
-
-    @ti.kernel
-    def _load_culls(self, culls: ti.types.ndarray(ndim=1)):
-        for i in range(culls.shape[0]):
-            self.culls[i] = culls[i]
+    def _complete_normals(self) -> None:
+        """Give a normal to every corner: behind those of the file, the normals of the planes."""
+        normals, ids = self.mesh.normals, self.mesh.face_normals
+        if len(ids) == 0:
+            normals, ids = np.zeros((0, 3)), np.full((self.n_triangles, 3), -1, np.int32)
+        own = len(normals) + np.arange(self.n_triangles)[:, None]
+        tables = Tables()
+        tables.put(self.normals, np.concatenate([normals, self.unit_normals.to_numpy()]))
+        tables.put(self.triangle_normal_ids, np.where(ids < 0, own, ids))
+        tables.load()
 
     @ti.func
     def triangle(self, triangle_id):

@@ -12,6 +12,7 @@ from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.tables import Tables
 
 
 @dataclass(frozen=True, repr=False)
@@ -134,17 +135,13 @@ class MaterialLibrary:
         ]
         return np.array(rows, dtype=np.float64).reshape(len(rows), -1)
 
-    def load(self) -> None:
-        """Copy the materials into the fields; call it after the fields were allocated."""
+    def tables(self) -> Tables:
+        """The arrays for the fields, which are to be copied after the fields were allocated."""
+        tables = Tables()
         if len(self.materials) > 0:
-            self._load(self.as_table(self.materials).astype(runtime.dtype()), np.array(self.brdf_of, np.int32))
-
-    @ti.kernel
-    def _load(self, table: ti.types.ndarray(ndim=2), brdf_ids: ti.types.ndarray(ndim=1)):
-        for i in range(table.shape[0]):
-            self.brdf_ids[i] = brdf_ids[i]
-            for k in range(table.shape[1]):
-                self.table[i, k] = table[i, k]
+            tables.put(self.table, self.as_table(self.materials))
+            tables.put(self.brdf_ids, np.array(self.brdf_of, np.int32))
+        return tables
 
     @in_kernels
     def get(self, material_id):

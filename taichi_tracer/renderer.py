@@ -38,9 +38,10 @@ from taichi_tracer.picture.heat import Scale
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import DEFAULT_SAMPLER, RandomNumbers, Sampler, UniformSampler, sampler_of
-from taichi_tracer.scene_data import RayHits, SceneData, SceneInKernels
+from taichi_tracer.scene_data import KEPT_FORMS, RayHits, SceneData, SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import ERROR, EYE_RAYS, LIGHTS, SAMPLES, part
@@ -183,6 +184,7 @@ class ProgressiveRenderer:
             self._integrators["uniform"] = UniformSphere(directions)
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self._counted_of: Any = None  # the environment whose near misses the film counts
+        self._counters = Recent(KEPT_FORMS)
         self.progress = Progress(Target())
         self._seconds_before, self.error_curves = 0.0, ErrorCurves()
         self._explainer: Any = None
@@ -204,6 +206,13 @@ class ProgressiveRenderer:
             self.scene_data, self.camera, self.jitter, self.sampler, shares=self.shares, ranges=self.film.ranges
         )
         return hits, form
+
+    def share_eye_rays(self, other: "ProgressiveRenderer") -> None:
+        """Use the kept hits of a renderer with the same samples, if they are the same: nothing more is compiled."""
+        same = self.scene_data is other.scene_data and self.camera is other.camera and self.jitter == other.jitter
+        are_kept = isinstance(self.eye_rays, PrimaryHits) and isinstance(other.eye_rays, PrimaryHits)
+        if same and are_kept and self.film.ranges == other.film.ranges and not (self.adaptive or other.adaptive):
+            self.eye_rays = other.eye_rays
 
     # ── what is rendered ──
 
@@ -380,6 +389,7 @@ class ProgressiveRenderer:
         """
         self.scene_data.check_alive()
         self._seconds_before = self.rendered_seconds if self.samples > 0 and self.is_current() else 0.0
+        self.eye_rays.passes = spp if spp is not None and time is None and error is None else 1
         render_until(self, Target(1 if spp is None and time is None and error is None else spp, time, error), watch)
         return self
 
@@ -413,10 +423,17 @@ class ProgressiveRenderer:
     def _count_near_misses(self) -> None:
         """Give the film a counter of near misses of the present environment, if light can be missed."""
         environment = self.scene_data.environment if self.active.srgb else None
-        if environment is not self._counted_of or (self.film.near_misses and self.film.near_misses.is_over()):
-            scene = self.kernel_scene()
-            self.film.near_misses = counter_for(scene, self.width, self.height) if environment is not None else None
+        is_over = self.film.near_misses is not None and self.film.near_misses.is_over()
+        if environment is not self._counted_of or is_over:
+            if is_over:
+                self._counters = Recent(KEPT_FORMS)
+            self.film.near_misses = None if environment is None else self._counter()
             self._counted_of = environment
+
+    def _counter(self) -> Any:
+        """The counter of near misses for the scene as it is, see ``counter_for``."""
+        scene = self.kernel_scene()
+        return self._counters.get(scene, lambda: counter_for(scene, self.width, self.height))
 
     def begin_anew(self) -> None:
         """Let the next ``render`` start again after a change of the seed; adaptive sampling takes a new pilot."""

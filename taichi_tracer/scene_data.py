@@ -37,6 +37,7 @@ from taichi_tracer.sampler import BRDF, MeshLightSampler
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, part
@@ -44,6 +45,7 @@ from taichi_tracer.system.stopwatch import BUILD, LIGHTS, part
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
 FEW_LAMPS = 64  # up to so many, a choice by power alone takes less time than it loses to a hierarchy
+KEPT_FORMS = 4  # of a scene: with so many different lights, going back to an earlier one compiles nothing
 ROWS_SHOWN = 20  # of a table of hits in a notebook
 
 # What the parameters of a scene may be; ``SceneData`` says what each means.
@@ -162,7 +164,7 @@ def _cell(value: Any) -> str:
 
 @ti.data_oriented
 class SceneInKernels:
-    """The part of a scene that kernels use, compiled for its effects. After a change of the scene, a new one is made.
+    """The part of a scene that kernels use, compiled for its effects. After a change of the scene, it is another one.
 
     Attributes:
         geometry, ray_intersector, material_library, environment, background: those of ``SceneData``.
@@ -310,8 +312,7 @@ class SceneData:
             self.effects = self._derived()
             is_students = bool(replaced(chosen))
             self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
-        self.geometry.load()
-        self.material_library.load()
+        self.geometry.load(self.material_library.tables())
         with part(BUILD, waits=True):
             self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)
@@ -319,7 +320,7 @@ class SceneData:
             self.lamps = Lamps(self.geometry, self.material_library, lamp_choice_of(lamp_choice, mesh), two_sided_lamps)
         self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
         self._computed_view = self.view if view is None else None
-        self._in_kernels: SceneInKernels | None = None
+        self._in_kernels = Recent(KEPT_FORMS)
 
     def view_for(self, aspect: float) -> dict[str, Any]:
         """``view`` for a picture with this width / height: a computed view of a high picture is from farther away."""
@@ -344,7 +345,6 @@ class SceneData:
 
     def _changed(self) -> None:
         self.effects = self.geometry.effects = self._derived()
-        self._in_kernels = None
         self.version += 1
 
     def in_kernels(self, effects: Effects | None = None) -> SceneInKernels:
@@ -355,9 +355,8 @@ class SceneData:
         """
         if effects is not None:
             return SceneInKernels(self, effects)
-        if self._in_kernels is None:
-            self._in_kernels = SceneInKernels(self, self.effects)
-        return self._in_kernels
+        light = self.environment, self.background, *self.lights
+        return self._in_kernels.get((self.effects, light), lambda: SceneInKernels(self, self.effects))
 
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""

@@ -45,6 +45,7 @@ IMPORT_BY_NAME = {
     "__init__": "the public names, when they are first used",
     "system.registry": "the homes of the parts, when a part is first asked for; and the files of --parts",
     "apps.cli": "the command that was asked for",
+    "system.importing": "Taichi, whose import it makes shorter",
 }
 
 # Who names a part above it in an import that never runs, which only editors read.

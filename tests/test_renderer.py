@@ -1,5 +1,7 @@
 """Progressive rendering: what adds samples, what starts over, and what is refused."""
 
+import time
+
 import numpy as np
 import pytest
 import taichi as ti
@@ -11,6 +13,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.files.images import to_bytes, told_display
 from taichi_tracer.picture.aovs import AOVS
+from taichi_tracer.system import compiling
 from taichi_tracer.tones.display import Display
 
 
@@ -208,6 +211,22 @@ def test_any_change_of_light_camera_or_estimator_starts_over(lit):
         assert lit.samples == 1
         lit.render(2)
         assert lit.samples == 3
+
+
+def test_going_back_to_an_environment_compiles_nothing(lit):
+    def pictures():
+        for environment in environments:
+            lit.scene_data.set_environment(environment)
+            yield lit.use("brdf").render().image().tobytes()
+
+    environments = [tt.Environment(np.full((1, 2, 3), [[[k, 1, 2], [1, 1, k]]])) for k in (1, 5)]
+    before = lit.scene_data.environment
+    first = list(pictures())
+    began = time.perf_counter()
+    assert list(pictures()) == first
+    assert first[0] != first[1]
+    assert [kernel.name for kernel in compiling.kernels(since=began)] == []
+    lit.scene_data.set_environment(before)
 
 
 @pytest.mark.long

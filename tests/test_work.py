@@ -90,8 +90,7 @@ WORK: dict[tuple, dict[str, int]] = {
 KERNELS: dict[tuple, dict[str, int]] = {
     ("--view", "normal"): {
         "Film._write_image": 1,
-        "Geometry._load_triangles": 1,
-        "MaterialLibrary._load": 1,
+        "Geometry._load": 1,
         "PrimaryHits._trace_rays": 1,
         "ProgressiveRenderer._take_sample": 1,
         "ProjectiveCamera._load": 1,
@@ -100,8 +99,7 @@ KERNELS: dict[tuple, dict[str, int]] = {
         "Environment._load": 1,
         "Film._clear": 1,
         "Film._write_image": 1,
-        "Geometry._load_triangles": 1,
-        "MaterialLibrary._load": 1,
+        "Geometry._load": 1,
         "PrimaryHits._trace_rays": 1,
         "ProgressiveRenderer._take_sample": 1,
         "ProjectiveCamera._load": 1,

@@ -456,6 +456,9 @@ def load(target: str) -> Callable:
     """The function that "module:function" names, its module imported only now; one without dots is in this folder."""
     import importlib
 
+    from taichi_tracer.system.importing import import_taichi
+
+    import_taichi()  # almost every module needs it, and would import it slowly
     module, function = target.split(":")
     return getattr(importlib.import_module(module if "." in module else f"taichi_tracer.apps.{module}"), function)
 

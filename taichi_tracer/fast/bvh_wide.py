@@ -16,6 +16,7 @@ ABSENT = -1  # the reference to an empty leaf, for a child that does not exist
 COST_OF_NODE = 1.0  # the cost of testing the eight boxes of a node
 COST_OF_BLOCK = 0.7  # the cost of testing the triangles of a block; only the ratio of the two costs matters
 SMALLEST_AREA = 1e-300  # replaces the area 0 of a tree that is only a point or a line: no division by 0
+AT_ONCE = 1 << 13  # nodes that are quantised at the same time, so that their numbers fit into the cache of the CPU
 
 
 @dataclass
@@ -42,6 +43,12 @@ MOST_STEPS = 253  # the size of a node in steps, at most; two steps are left for
 
 def quantise(planes: np.ndarray) -> Grid:
     """``WideTree.planes``, rounded outwards to the grid of each node (Ylitie, Karras & Laine, section 3.2)."""
+    parts = [_quantised(planes[first : first + AT_ONCE]) for first in range(0, len(planes), AT_ONCE)]
+    return Grid(*map(np.concatenate, zip(*((p.corner, p.step, p.numbers) for p in parts), strict=True)))
+
+
+def _quantised(planes: np.ndarray) -> Grid:
+    """``quantise`` for a part of the nodes."""
     dtype = planes.dtype.type
     low, high = planes[:, :3], planes[:, 3:]
     corner = low.min(axis=2)

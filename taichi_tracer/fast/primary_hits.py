@@ -18,7 +18,10 @@ from taichi_tracer.system.seams import replaced, why_replaced
 
 PLACES = 256  # packets that are traced at the same time: enough for the threads of a CPU, and they fit into its cache
 LARGE_PICTURE = 256 * 256  # pixels; from this size on, the second picture already uses packets
-MANY_RAYS = 1 << 22  # about one second of single rays; after so many rays, a smaller picture uses packets too
+FEW_RAYS = 1 << 22  # about half a second of single rays; a picture that is known to need fewer uses no packets
+# About five seconds of single rays; after so many rays, a smaller picture uses packets too. Their translation takes up
+# to three seconds, and of a small picture, they make each pass only a fifth shorter.
+MANY_RAYS = 1 << 25
 CROWD = 8  # triangles per pixel; with more of them, neighbouring rays have too little in common for packets
 FIRST_DIMENSION = 0  # the dimension of the sampler that belongs to the pixel
 
@@ -65,6 +68,7 @@ class PrimaryHits:
             and getattr(intersector, "solve_packet", None) is not None
         )
         self.use_packets = use_packets
+        self.passes = 1  # how often rays are to be traced until this picture is complete; 1 also if this is unknown
         self.packets = None
         self.traces, self.forms = 0, frozenset()  # how often rays were traced, and in which forms
         side = SIDE * TILE  # of a packet, in pixels
@@ -110,7 +114,10 @@ class PrimaryHits:
         """Whether packets are worth the seconds of their compilation, as for large pictures from the second one on."""
         if self.scene_data.geometry.n_primitives > CROWD * self.width * self.height:
             return False
-        return self.traces > 0 and (self.pixels >= LARGE_PICTURE or self.pixels * self.traces >= MANY_RAYS)
+        if self.pixels < LARGE_PICTURE:
+            return self.pixels * self.traces >= MANY_RAYS
+        is_short = self.traces < self.passes and self.pixels * self.passes < FEW_RAYS
+        return self.traces > 0 and not is_short
 
     def to_image(self, name: str) -> np.ndarray:
         """(height, width) of "distance", "triangle_id", "u" or "v", top row first."""

@@ -26,14 +26,14 @@ from taichi_tracer.system import memory, runtime
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 
 
-def leaf_triangles(geometry: Geometry, boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def leaf_triangles(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
     """(V, 3) vertices and (n, 3) vertex ids of what ``hittable`` lists; of a sphere, two corners of its box."""
     vertices, faces = geometry.mesh.vertices, geometry.mesh.faces
     rows = geometry.hittable_triangles()
     if len(rows) < len(faces):
         faces = faces[rows]
-    low, high = boxes[len(rows) :, :3], boxes[len(rows) :, 3:]
-    if len(low) > 0:
+    if geometry.n_spheres > 0:
+        low, high = np.split(geometry.sphere_boxes(), 2, axis=1)
         own = len(vertices) + np.arange(len(low), dtype=np.int32)
         faces = np.concatenate([faces, np.stack([own, own + len(low), own], axis=1)])
         vertices = np.concatenate([vertices, low, high])
@@ -61,7 +61,9 @@ class WideBVH(FastIntersector):
         order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
         if len(ids) > 0:
             tree = bvh_build.build(boxes)
+            del boxes  # of a large mesh, all of these together would need the memory of the whole scene once more
             order, wide = tree.order, collapse(tree)
+            del tree
         references, places = in_blocks(np.append(wide.children, np.int32(min(wide.root, 0))), len(ids))
         children, root = references[:-1].reshape(-1, WIDTH), references[-1]
         self.root, self.depth, self.stack_size = int(root), wide.depth, wide.stack_size
@@ -84,7 +86,7 @@ class WideBVH(FastIntersector):
         number_type = np.uint8 if self.number_type == ti.u8 else np.int32
         self._load_nodes(grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children)
         if len(ids) > 0:
-            self.blocks.load(*leaf_triangles(geometry, boxes), ids.astype(np.int32), order, places)
+            self.blocks.load(*leaf_triangles(geometry), ids.astype(np.int32), order, places)
         self.build_seconds = time.perf_counter() - start
 
     @property

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.files.disk import check_is_file, read_bytes
+from taichi_tracer.files.ply_arrays import plain_triangles
 from taichi_tracer.files.ply_strips import without_strips
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
@@ -35,6 +36,9 @@ def read_mesh(path: str | Path) -> Mesh:
     path = Path(path)
     raw = read_bytes(path)
     kind = path.suffix[1:].lower()
+    plain = plain_triangles(raw) if kind == "ply" else None
+    if plain is not None:
+        return Mesh(*plain, source=str(path))
     materials: list[Material] = []
     notes: list[str] = []
     try:

@@ -8,6 +8,13 @@ CHUNK = 1 << 22  # of them at once
 ROUNDING = 4 * 2.0**-24
 
 
+def named(ids: np.ndarray, count: int) -> np.ndarray:
+    """(count,) bool: which of the numbers from 0 on are among the ids. It takes less time than sorting them."""
+    is_named = np.zeros(count, bool)
+    is_named[ids] = True
+    return is_named
+
+
 def sides_that_see_others(vertices: np.ndarray, faces: np.ndarray) -> str:
     """Which sides of its triangles can see other triangles: "none", only the "backs", or "all".
 
@@ -24,7 +31,7 @@ def sides_that_see_others(vertices: np.ndarray, faces: np.ndarray) -> str:
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
         if first == 0:
-            points = vertices[np.unique(faces)].astype(np.float64)
+            points = vertices[named(faces, len(vertices))].astype(np.float64)
             most = ROUNDING * np.abs(points).max()
         compared += len(points) * len(normals)
         heights = points @ normals.T - (normals * v0).sum(axis=1)

@@ -258,10 +258,12 @@ def lamp_table(geometry: Geometry, materials: list, two_sided: bool) -> LampTabl
     number = mesh.primitives()
     triangle_ids, sphere_ids = np.flatnonzero(number >= 0), np.flatnonzero(number < 0)
 
-    v = mesh.vertices.astype(np.float64)[mesh.faces]  # (F, 3, 3)
+    emitting = np.flatnonzero(emits[face_materials])
+    v = mesh.vertices[mesh.faces[emitting]].astype(np.float64)  # (n, 3, 3)
     cross = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
     twice = np.linalg.norm(cross, axis=1)
-    triangles = np.flatnonzero(emits[face_materials] & (twice > 0))
+    has_area = twice > 0
+    triangles, v, cross, twice = emitting[has_area], v[has_area], cross[has_area], twice[has_area]
     radius = mesh.spheres[:, 3].astype(np.float64)
     spheres = np.flatnonzero(emits[mesh.sphere_materials] & (radius > 0))
 
@@ -270,10 +272,10 @@ def lamp_table(geometry: Geometry, materials: list, two_sided: bool) -> LampTabl
     return LampTable(
         primitives=np.concatenate([triangles, -1 - spheres]).astype(np.int32),
         ids=np.concatenate([triangle_ids[triangles], sphere_ids[spheres]]).astype(np.int32),
-        areas=np.concatenate([twice[triangles] / 2, 4 * np.pi * r[:, 0] ** 2]),
+        areas=np.concatenate([twice / 2, 4 * np.pi * r[:, 0] ** 2]),
         radiance=luminance(colors[materials_of]),
-        low=np.concatenate([v[triangles].min(axis=1), centres - r]),
-        high=np.concatenate([v[triangles].max(axis=1), centres + r]),
-        normals=np.concatenate([cross[triangles] / twice[triangles, None], np.zeros((len(spheres), 3))]),
+        low=np.concatenate([v.min(axis=1), centres - r]),
+        high=np.concatenate([v.max(axis=1), centres + r]),
+        normals=np.concatenate([cross / twice[:, None], np.zeros((len(spheres), 3))]),
         two_sided=two_sided,
     )

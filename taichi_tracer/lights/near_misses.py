@@ -153,8 +153,14 @@ class NearMissCounter:
 
     def clear(self) -> None:
         """Forget all counts."""
-        for field in (self.near, self.met, self.per_pixel):
-            field.fill(0)
+        self._clear()
+
+    @ti.kernel
+    def _clear(self):
+        for x, y in self.per_pixel:
+            self.per_pixel[x, y] = 0
+        for level, kind in self.near:
+            self.near[level, kind], self.met[level, kind] = 0, 0
 
     def counts(self) -> NearMisses:
         """What was counted so far."""

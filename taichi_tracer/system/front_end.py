@@ -1,47 +1,157 @@
 """Taichi's front end without the work that it repeats: the same kernels in less than half of its time.
 
 Wherever a kernel calls a function, Taichi 1.7 finds and reads that function's source again, and for each expression it
-writes out the source lines that an error message would show. Together they take almost half of the time until the
-first picture, if the kernels are in the cache: 1.2 s instead of 2.1 s for a scene with direct light, on two cores. What
-is read and written is the same each time, so that it is kept here. Messages and kernels do not change.
+writes out the source lines that an error message would show. Together they take more than half of the time in which
+Python reads kernels. What is read and written is the same each time, so that it is kept here, and it is found by
+shorter ways. Messages and kernels do not change.
 
 For each function with ``@ti.func``, Taichi looks for the line of its class, and searches all modules for the file that
 it already knows. ``frame_info`` reads the line from this file, which makes the imports of this package shorter by a
 third.
 """
 
+import ast
 import functools
 import inspect
 import linecache
+import sys
 import textwrap
 import types
 import weakref
+from collections.abc import Callable
+from typing import Any
 
-from taichi.lang import kernel_impl
+from taichi.lang import impl, kernel_impl, matrix, snode, util
 from taichi.lang.ast import ast_transformer_utils
 
+from taichi_tracer.system.importing import frame_info
 
-class LineWrapper(textwrap.TextWrapper):
-    """A ``TextWrapper`` that does not look for words in a line that is short enough."""
-
-    def wrap(self, text: str) -> list[str]:
-        line = self._munge_whitespace(text)
-        if len(line) > self.width or not line.isascii():
-            return super().wrap(text)
-        line = line.rstrip(" ")
-        return [line] if line else []
+MESSAGE_WIDTH = 80  # characters: where Taichi breaks the source lines of its messages
+KEPT_LINES = 1 << 14  # source lines whose wrapped form is kept
+OPENS_NO_BLOCK = ("#", ")", "]", "}")  # begins of lines that end no function, although they are not indented
 
 
-def fill(line: str, width: int = 70, **options) -> str:
+def is_short(line: str, width: int) -> bool:
+    """Whether a line is wrapped by cutting off its last spaces: it fits, and has no other white space."""
+    return len(line) <= width and line.isascii() and line.isprintable()
+
+
+@functools.lru_cache(KEPT_LINES)
+def fill(line: str, width: int = 70, **options: Any) -> str:
     """``textwrap.fill``."""
-    return LineWrapper(width=width, **options).fill(line)
+    text = line.removesuffix("\n")
+    return text.rstrip(" ") if is_short(text, width) else textwrap.fill(line, width, **options)
 
 
-def frame_info(frame: types.FrameType) -> inspect.Traceback:
-    """``inspect.getframeinfo`` of a frame, without the search for its module."""
-    name, number = frame.f_code.co_filename, frame.f_lineno
-    line = linecache.getline(name, number, frame.f_globals)
-    return inspect.Traceback(name, number, frame.f_code.co_name, [line], 0)
+@functools.lru_cache(KEPT_LINES)
+def wrapped(line: str) -> list[str]:
+    """``textwrap.wrap``, for a source line in a message."""
+    if not is_short(line, MESSAGE_WIDTH):
+        return textwrap.wrap(line, MESSAGE_WIDTH)
+    line = line.rstrip(" ")
+    return [line] if line else []
+
+
+def marked(line: str, first: int, last: int) -> str:
+    """A source line, and below it a line that marks the columns from ``first`` to before ``last`` (Taichi's form).
+
+    Both are wrapped as texts, each by itself, so that the marks of a line that is too long are in unexpected places.
+    """
+    code = wrapped(line)
+    if not code:
+        return "\n\n"
+    marks = wrapped(" " * first + "^" * (last - first) + " " * (len(line) - max(first, last)))
+    return "".join([f"{text}\n{mark}\n" for text, mark in zip(code, marks, strict=False)])
+
+
+def position(self: Any, node: ast.stmt | ast.expr) -> str:
+    """``ASTTransformerContext.get_pos_info``: the source lines of a node, as messages show them."""
+    text = f'File "{self.file}", line {node.lineno + self.lineno_offset}, in {self.func.func.__name__}:\n'
+    begin, end = self.indent + node.col_offset, self.indent + node.end_col_offset
+    if node.lineno == node.end_lineno:
+        return text + marked(self.src[node.lineno - 1], begin, end)
+    last_line = node.end_lineno
+    if isinstance(node, (ast.For, ast.While, ast.FunctionDef, ast.If)):
+        last_line = max(node.body[0].lineno - 1, node.lineno)
+    for number in range(node.lineno, last_line + 1):
+        line = self.src[number - 1]
+        code = line.strip()
+        first = begin if number == node.lineno else line.index(code)
+        last = end if number == node.end_lineno and number != node.lineno else line.index(code) + len(code)
+        text += marked(line, first, last)
+    return text
+
+
+def source_lines(function: Callable) -> tuple[list[str], int]:
+    """``inspect.getsourcelines`` of a function, without reading its tokens.
+
+    The function ends before the first line that is indented as little as its own. If the compiler has seen a later
+    line, or if a text of several lines does not end there, ``inspect`` reads the tokens.
+    """
+    code = getattr(function, "__code__", None)
+    if code is None or hasattr(function, "__wrapped__") or not hasattr(code, "co_positions"):
+        return inspect.getsourcelines(function)
+    linecache.checkcache(code.co_filename)
+    lines, first = linecache.getlines(code.co_filename, function.__globals__), code.co_firstlineno
+    end = end_of_block(lines, first - 1)
+    seen = max((last for _, last, _, _ in code.co_positions() if last is not None), default=first)
+    found = lines[first - 1 : end]
+    has_whole_texts = all("".join(found).count(quotes) % 2 == 0 for quotes in ('"""', "'''"))
+    return (found, first) if seen <= end and has_whole_texts else inspect.getsourcelines(function)
+
+
+def end_of_block(lines: list[str], first: int) -> int:
+    """The index after the last line of the function, or of its decorators, that begins at an index; 0 if none does."""
+    if first >= len(lines):
+        return 0
+    indent = indentation(lines[first])
+    begun = False
+    for i in range(first, len(lines)):
+        line = lines[i].lstrip()
+        if line and not line.startswith(OPENS_NO_BLOCK):
+            is_inside = indentation(lines[i]) > indent
+            if begun and not is_inside:
+                return i
+            begun = begun or line.startswith("def ")
+    return len(lines) if begun else 0
+
+
+def indentation(line: str) -> int:
+    """The number of characters before the first that is no space."""
+    return len(line) - len(line.lstrip())
+
+
+@functools.lru_cache(KEPT_LINES)
+def described_frame(file: str, number: int, function: str) -> str:
+    """A line of code and its place, as ``traceback`` writes them."""
+    line = linecache.getline(file, number).strip()
+    return f'  File "{file}", line {number}, in {function}\n' + (f"    {line}\n" if line else "")
+
+
+def traceback_text(stacklevel: int = 1) -> str:
+    """``taichi.lang.util.get_traceback``: the callers of a function, the outermost first, without the last ones.
+
+    Taichi writes them for every field, because a message about a field would tell where it was made.
+    """
+    frame: types.FrameType | None = sys._getframe(1 + stacklevel)
+    texts = []
+    while frame is not None:
+        texts.append(described_frame(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name))
+        frame = frame.f_back
+    return "".join(reversed(texts))
+
+
+def shorter(usual: Callable, way: Callable) -> Callable:
+    """``way``, which does the same as ``usual`` in less time; where it fails, ``usual``."""
+
+    @functools.wraps(usual)
+    def found(*words):
+        try:
+            return way(*words)
+        except Exception:
+            return usual(*words)
+
+    return found
 
 
 def kept_per_function(find):
@@ -58,18 +168,62 @@ def kept_per_function(find):
 
 
 def kept_per_place(describe):
-    """``describe(self, node)``, written once for each place in the source of a function."""
+    """``describe(self, node)``, written once for each place in the source of a function.
+
+    A call of a function has a context of its own, in which the places of the function are kept as well.
+    """
     kept = weakref.WeakKeyDictionary()
 
     @functools.wraps(describe)
     def described(self, node):
-        places = kept.setdefault(self.func.func, {})
+        places = self.__dict__.get("places")
+        if places is None:
+            places = self.places = kept.setdefault(self.func.func, {})
         place = type(node), node.lineno, node.col_offset, node.end_lineno, node.end_col_offset
-        if place not in places:
-            places[place] = describe(self, node)
-        return places[place]
+        found = places.get(place)
+        if found is None:
+            found = places[place] = describe(self, node)
+        return found
 
     return described
+
+
+class Raising:
+    """A builder for which building any node raises an error that was raised before."""
+
+    def __init__(self, error: Exception) -> None:
+        self.error = error
+
+    def __getattr__(self, name: str) -> Callable:
+        def build(*_words: Any) -> None:
+            raise self.error
+
+        return build
+
+
+def building(usual: Callable) -> Callable:
+    """``Builder.__call__``, which builds a node, with less around each node; ``usual``, Taichi's own, tells errors."""
+
+    @functools.wraps(usual)
+    def build(self: Any, context: Any, node: ast.AST) -> Any:
+        method = getattr(self, BUILDING.get(type(node), "none"), None)
+        if method is None:
+            return usual(self, context, node)
+        places = impl.get_runtime().src_info_stack
+        try:
+            places.append(context.get_pos_info(node) if isinstance(node, (ast.stmt, ast.expr)) else "")
+            try:
+                return method(context, node)
+            finally:
+                places.pop()
+        except Exception as error:
+            return usual(Raising(error), context, node)
+
+    return build
+
+
+# Type of a node → the method of a builder that builds it.
+BUILDING = {kind: f"build_{kind.__name__}" for kind in vars(ast).values() if isinstance(kind, type)}
 
 
 @functools.lru_cache(maxsize=1)
@@ -82,8 +236,11 @@ def find_classes_quickly() -> None:
 def keep_what_is_read() -> None:
     """Let Taichi keep what it reads of a function's source, from now on."""
     kernel_impl.getsourcefile = kept_per_function(kernel_impl.getsourcefile)
-    kernel_impl.getsourcelines = kept_per_function(kernel_impl.getsourcelines)
+    kernel_impl.getsourcelines = kept_per_function(shorter(kernel_impl.getsourcelines, source_lines))
     kernel_impl.textwrap = types.SimpleNamespace(fill=fill, dedent=functools.lru_cache(4096)(textwrap.dedent))
-    ast_transformer_utils.TextWrapper = LineWrapper
     context = ast_transformer_utils.ASTTransformerContext
-    context.get_pos_info = kept_per_place(context.get_pos_info)
+    context.get_pos_info = kept_per_place(shorter(context.get_pos_info, position))
+    ast_transformer_utils.Builder.__call__ = building(ast_transformer_utils.Builder.__call__)
+    for module in (impl, matrix, snode):
+        if getattr(module, "get_traceback", None) is util.get_traceback:
+            module.get_traceback = traceback_text

@@ -11,6 +11,9 @@ from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
 
 KEPT_FREE = 0.1  # the fraction of the free memory that is left for other uses
+# Owners that no longer exist, and bytes of theirs, that may wait to be freed. When Taichi frees memory, it forgets all
+# kernels, so that Python must read again every kernel that is still in use.
+MOST_WAITING, MOST_BYTES_WAITING = 32, 1 << 27
 
 
 def ask_for(needed: int, what: str) -> None:
@@ -20,6 +23,9 @@ def ask_for(needed: int, what: str) -> None:
         needed: the memory in bytes. what: the name of what needs it, for the message.
     """
     free = free_bytes()
+    if free is not None and needed > (1 - KEPT_FREE) * free and _orphans:
+        _free_orphans()
+        free = free_bytes()
     if free is not None and needed > (1 - KEPT_FREE) * free:
         sizes = f"{needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB are free"
         raise InputError(f"{what} needs {sizes}: ask for less")
@@ -68,17 +74,20 @@ class Lifetime:
 class Memory:
     """The fields of one owner, which are freed together with the owner.
 
-    Taichi itself never frees fields, and has room for only 512 such groups. First make this object, then make the
-    fields, place them in ``fields``, and call ``allocate``. No kernel can run in between. If an error can occur in
-    between, use ``with memory:``. It allocates the fields at the end. After an error, it forgets them: otherwise no
-    kernel could run any more.
+    Taichi itself never frees fields, and has room for only 512 such groups. The memory of owners that no longer exist
+    is freed when some of it has come together, because kernels must be read again afterwards.
+
+    First make this object, then make the fields, place them in ``fields``, and call ``allocate``. No kernel can run in
+    between. If an error can occur in between, use ``with memory:``. It allocates the fields at the end. After an error,
+    it forgets them: otherwise no kernel could run any more.
     """
 
     def __init__(self) -> None:
-        _free_orphans()
+        if len(_orphans) > MOST_WAITING or sum(size for _, _, size in _orphans) > MOST_BYTES_WAITING:
+            _free_orphans()
         self._lifetime = Lifetime()
         self.fields = ti.FieldsBuilder()
-        self._tree = None
+        self._tree, self._bytes = None, 0
 
     def is_over(self) -> bool:
         """Whether Taichi was started again since then, or the memory was freed."""
@@ -87,6 +96,7 @@ class Memory:
     def allocate(self) -> None:
         """Allocate the fields. After that, no more fields can be placed."""
         self._tree = self.fields.finalize()
+        self._bytes = impl.get_runtime().prog.get_snode_root(self._tree.id).cell_size_bytes
 
     def __enter__(self) -> ti.FieldsBuilder:
         return self.fields
@@ -112,16 +122,16 @@ class Memory:
     def __del__(self) -> None:
         # The fields are not freed here, because Python may call this method while Taichi compiles a kernel.
         if getattr(self, "_tree", None) is not None and _orphans is not None:  # it is None when Python exits
-            _orphans.append((self._lifetime, self._tree))
+            _orphans.append((self._lifetime, self._tree, self._bytes))
 
 
-_orphans: list[tuple[Lifetime, Any]] = []
+_orphans: list[tuple[Lifetime, Any, int]] = []
 
 
 def _free_orphans() -> None:
     """Free the memory of owners that no longer exist."""
     while _orphans:
-        lifetime, tree = _orphans.pop()
+        lifetime, tree, _ = _orphans.pop()
         _destroy(tree, lifetime)
 
 

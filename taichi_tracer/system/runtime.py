@@ -13,12 +13,13 @@ import os
 import struct
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import compiling, from_python, front_end, powers
+from taichi_tracer.system import compiling, from_python, front_end, powers, vector_sums
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 
@@ -29,6 +30,8 @@ F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only in an extens
 CPU_BLOCK = 512
 # Threads per CPU, if all CPUs are used. With two threads for two CPUs, Linux often starts both on the same CPU.
 WORKERS_PER_CPU = 2
+# Where Linux shows its GPUs: those of the kernel's own drivers, those of NVIDIA, and the GPU of Windows, for WSL.
+LINUX_GPUS = ("/dev/dri", "/dev/nvidiactl", "/dev/dxg")
 PROPERTIES_SIZE = 1024  # bytes; a VkPhysicalDeviceProperties has 824
 
 
@@ -100,6 +103,7 @@ def init(
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
     powers.write_as_products()
+    vector_sums.write_directly()
     from_python.explain()
     front_end.keep_what_is_read()
     compiling.watch()
@@ -243,7 +247,10 @@ def has_device(arch: str) -> bool:
     ti.set_logging_level(ti.ERROR)  # otherwise Taichi reports every driver library that it does not find
     core = ti._lib.core
     if arch == "vulkan":
-        return core.with_vulkan() and any(not d.is_software for d in vulkan_devices())
+        # Its loader and the drivers take as long to load as a tenth of the time until the first picture.
+        if sys.platform.startswith("linux") and not any(Path(node).exists() for node in LINUX_GPUS):
+            return False
+        return any(not d.is_software for d in vulkan_devices()) and core.with_vulkan()  # the second takes longer
     return {"cuda": core.with_cuda, "metal": core.with_metal}[arch]()
 
 
@@ -270,9 +277,16 @@ class _InstanceCreateInfo(ctypes.Structure):
     )
 
 
+def vulkan_loader() -> str | None:
+    """The name of the Vulkan loader's library. On Linux, ``find_library`` would start other programs to find it."""
+    if sys.platform.startswith("linux"):
+        return "libvulkan.so.1"
+    return ctypes.util.find_library("vulkan") or ctypes.util.find_library("vulkan-1")
+
+
 def vulkan_devices() -> list[VulkanDevice]:
     """The devices of the Vulkan loader, without Taichi, which would end the process if there is no device."""
-    library = ctypes.util.find_library("vulkan") or ctypes.util.find_library("vulkan-1")
+    library = vulkan_loader()
     if library is None:
         return []
     try:

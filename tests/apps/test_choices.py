@@ -34,6 +34,23 @@ def test_views_and_estimators_are_offered_those_of_the_renderer_first(choices):
     assert names(Choices(renderer_of(A4Renderer))) == [paths, views, estimators, maps]
 
 
+def test_estimators_and_paths_share_their_eye_rays_and_the_pictures_are_those_of_others():
+    """The kernels of the eye rays are compiled once, although another renderer shows paths."""
+    scene = tt.scene_from_mesh(VERTICES, FACES, environment="white")
+    choices = Choices(A3Renderer(scene, width=8, height=6, seed=3).use("brdf").render(2))
+    first = choices.renderer
+    choices.use(A4Renderer, "path")
+    paths = choices.renderer
+    assert paths.eye_rays is first.eye_rays
+    alone = A4Renderer(scene, width=8, height=6, seed=3, camera=first.camera).use("path").render(3)
+    np.testing.assert_array_equal(paths.render(3).image(), alone.image())
+    choices.use(A1Renderer, "normal")
+    assert choices.renderer.eye_rays is not first.eye_rays  # a view looks through the centre of a pixel
+    before = first.image()
+    np.testing.assert_array_equal(first.render(1).image(), first.begin_anew() or first.render(3).image())
+    assert not np.array_equal(before, first.image())
+
+
 def test_a_renderer_of_ones_own_takes_the_place_of_the_packages():
     class Own(A1Renderer):
         """A student's."""

@@ -192,7 +192,15 @@ def test_packets_are_for_much_work_where_neighbours_have_something_in_common():
     assert large.is_much_work()
     assert not small.is_much_work()
     small.traces = 1 << 14
+    assert not small.is_much_work()  # at this size, packets gain little
+    small.traces = 1 << 17
     assert small.is_much_work()
+    large.passes = 4
+    assert not large.is_much_work()  # four pictures take less time than the compiler
+    large.passes = 64
+    assert large.is_much_work()
+    large.passes, large.traces = 4, 8  # the fifth picture was asked for, after all
+    assert large.is_much_work()
     crowded = PrimaryHits(scene, Camera(4, 4))
     crowded.traces = 1 << 18
     assert scene.geometry.n_primitives > 8 * 16

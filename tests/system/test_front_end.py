@@ -10,7 +10,7 @@ import taichi as ti
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import start
-from taichi.lang import kernel_impl
+from taichi.lang import kernel_impl, util
 from taichi.lang.ast import ast_transformer_utils
 
 from taichi_tracer.system import front_end
@@ -21,7 +21,7 @@ SHORT_AND_LONG = st.text(alphabet=st.sampled_from("ab_(-. \t\n\r\x0b\x0c\u3000")
 @settings(deadline=None)
 @given(line=SHORT_AND_LONG, width=st.integers(1, 50), tabsize=st.sampled_from([4, 8]))
 def test_lines_are_wrapped_as_by_the_standard_library(line, width, tabsize):
-    assert front_end.LineWrapper(width, tabsize=tabsize).wrap(line) == textwrap.wrap(line, width, tabsize=tabsize)
+    assert front_end.wrapped(4 * line) == textwrap.wrap(4 * line, front_end.MESSAGE_WIDTH)
     assert front_end.fill(line, width=width, tabsize=tabsize) == textwrap.fill(line, width=width, tabsize=tabsize)
 
 
@@ -64,6 +64,53 @@ def test_a_source_is_read_once(f32, monkeypatch):
 
     assert eight() == 2 + 4 + 6 + 16 + 40
     assert read == ["eight", "twice"]
+
+
+SOURCES = {
+    "usual": "def usual(a, b=1):\n    if a:\n        return b\n\n    return a\n",
+    "long": "def long(\n    a,\n    b=(\n        1,\n    ),\n):\n    c = [\n        a,\n]\n    return c\n",
+    "commented": "def commented(a):\n# not indented\n    while a:\n        a -= 1\n    else:\n        pass\n",
+    "short": "def short(): return 1\n",
+    "decorated": "@functools.lru_cache(\n    maxsize=1,\n)\ndef decorated():\n    return 1\n",
+    "text": 'def text():\n    a = """\ndef of_a_text\n"""\n    return a\n',
+    "dropped": 'def dropped():\n    1\n    """\ndef of_a_text\n"""\n',
+    "method": "class One:\n    def method(self):\n        return 1\n\n    size = 1\n",
+    "inner": "def outer():\n    def inner():\n        return 1\n    return inner\ninner = outer()\n",
+    "unnamed": "unnamed = lambda: (\n    1\n)\n",
+}
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_the_lines_of_a_function_are_those_of_the_standard_library(name, tmp_path):
+    """As far as they are code: comments and empty lines at the end may follow."""
+    file = tmp_path / f"{name}.py"
+    source = f"import functools\n\n{SOURCES[name]}\n\nafter = 1\n"
+    file.write_text(source)
+    names = {}
+    exec(compile(source, str(file), "exec"), names)
+    function = names["One"].method if name == "method" else inspect.unwrap(names[name])
+    lines, first = front_end.source_lines(function)
+    wanted, wanted_first = inspect.getsourcelines(function)
+    assert (first, lines[: len(wanted)]) == (wanted_first, wanted)
+    assert all(not line.strip() for line in lines[len(wanted) :])
+
+
+def test_without_a_short_way_the_usual_way_is_taken():
+    """As where another version of Taichi has other members than those that are read here."""
+
+    def fails(_):
+        raise AttributeError
+
+    assert front_end.shorter(len, fails)([1, 2]) == 2
+
+
+def test_the_place_of_a_field_is_told_as_by_taichi():
+    def both(level):
+        return util.get_traceback(level), front_end.traceback_text(level)
+
+    for level in (1, 2):
+        usual, found = both(level)
+        assert found == usual
 
 
 def counting(read):
@@ -133,7 +180,6 @@ def test_messages_are_those_of_taichi_alone():
     context = ast_transformer_utils.ASTTransformerContext
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(context, "get_pos_info", context.get_pos_info.__wrapped__)
-        patch.setattr(ast_transformer_utils, "TextWrapper", textwrap.TextWrapper)
         patch.setattr(kernel_impl, "textwrap", textwrap)
         for name in ("getsourcefile", "getsourcelines"):
             patch.setattr(kernel_impl, name, getattr(kernel_impl, name).__wrapped__)

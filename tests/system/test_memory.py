@@ -1,13 +1,14 @@
 """Fields live as long as their owner; using them afterwards is an error, and forgetting them frees the memory."""
 
 import gc
+import time
 
 import pytest
 import taichi as ti
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.system import memory
+from taichi_tracer.system import compiling, memory
 
 
 @pytest.fixture(autouse=True)
@@ -76,6 +77,49 @@ def test_fields_without_an_owner_are_freed_when_others_are_made(monkeypatch):
     _, field = numbers()
     field[1] = 5
     assert (field[0], field[1]) == (0, 5)
+
+
+def abandoned(count=4):
+    """Leave fields behind whose owner no longer exists, and none of earlier tests."""
+    gc.collect()
+    memory._free_orphans()
+    numbers(count)
+    gc.collect()
+
+
+def test_kernels_are_kept_while_little_waits_to_be_freed():
+    """When Taichi frees fields, Python must read all kernels again: a few small fields are not worth that."""
+    abandoned()
+    _, field = numbers()
+
+    @ti.kernel
+    def count():
+        field[0] += 1
+
+    count()
+    began = time.perf_counter()
+    other, _ = numbers()
+    count()
+    assert len(memory._orphans) == 1
+    assert not other.is_over()
+    assert compiling.kernels(since=began) == []
+    assert field[0] == 2
+
+
+def test_much_memory_is_freed_when_others_are_made(monkeypatch):
+    monkeypatch.setattr(memory, "MOST_BYTES_WAITING", 3999)
+    abandoned(1000)
+    assert len(memory._orphans) == 1
+    other, _ = numbers()
+    assert memory._orphans == []
+    assert not other.is_over()
+
+
+def test_memory_that_waits_is_freed_before_more_is_refused(monkeypatch):
+    abandoned()
+    monkeypatch.setattr(memory, "free_bytes", lambda: 100 if memory._orphans else 1000)
+    memory.ask_for(500, "the film")
+    assert memory._orphans == []
 
 
 def test_a_field_that_no_kernel_used_can_be_freed():

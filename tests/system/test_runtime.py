@@ -263,15 +263,23 @@ def test_asking_for_devices_harms_nothing():
 
 def test_software_vulkan_is_no_device(monkeypatch):
     monkeypatch.setattr(ti._lib.core, "with_vulkan", lambda: True)
+    monkeypatch.setattr(runtime, "LINUX_GPUS", ("/",))
     software, card = VulkanDevice("llvmpipe", True), VulkanDevice("card", False)
     for found, expected in [([], False), ([software], False), ([software, card], True)]:
         monkeypatch.setattr(runtime, "vulkan_devices", lambda found=found: found)
         assert runtime.has_device("vulkan") is expected
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux shows GPUs as files")
+def test_without_a_gpu_no_driver_is_loaded(monkeypatch):
+    monkeypatch.setattr(runtime, "LINUX_GPUS", ("/dev/there-is-no-such-gpu",))
+    monkeypatch.setattr(runtime, "vulkan_devices", lambda: pytest.fail("drivers were loaded"))
+    assert not runtime.has_device("vulkan")
+
+
 @pytest.mark.parametrize("library", [None, "libthere-is-no-such-library.so"])
 def test_without_a_vulkan_loader_there_are_no_devices(library, monkeypatch):
-    monkeypatch.setattr(runtime.ctypes.util, "find_library", lambda name: library)
+    monkeypatch.setattr(runtime, "vulkan_loader", lambda: library)
     assert runtime.vulkan_devices() == []
 
 

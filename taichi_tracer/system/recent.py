@@ -1,0 +1,24 @@
+"""What was made for something is kept for a while, because it is often needed again."""
+
+from collections.abc import Callable, Hashable
+from typing import Any
+
+
+class Recent:
+    """The objects that were made for the keys that were asked for last.
+
+    Args:
+        most: how many are kept.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self._kept: dict[Hashable, Any] = {}
+
+    def get(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        """What was made for a key; it is made if nothing is kept for it."""
+        found = self._kept.pop(key) if key in self._kept else make()
+        self._kept[key] = found
+        while len(self._kept) > self.most:
+            del self._kept[next(iter(self._kept))]
+        return found
