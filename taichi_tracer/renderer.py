@@ -126,6 +126,10 @@ class ProgressiveRenderer:
         adaptive: whether pixels take samples in proportion to their standard deviation, see ``picture.adaptive``.
         integrator: what to render, by name or as an object; None is the first integrator that the class offers.
         fast: False runs only the plain forms; None takes the setting of the scene.
+
+    Attributes:
+        use_tiles: whether samples are taken tile by tile, where that is possible: see ``fast.tiles``. None takes them
+            so if the picture will be rendered for so long that it is worth the compilation.
     """
 
     kind, name = "renderer", ""
@@ -190,7 +194,7 @@ class ProgressiveRenderer:
         self._explainer: Any = None
         self._other: OtherTechnique | None = None
         self._tiles: Tiles | None = None
-        self.use_tiles: bool | None = None  # None: if they are worth their compilation, see ``fast.tiles``
+        self.use_tiles: bool | None = None
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
