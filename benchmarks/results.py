@@ -31,7 +31,15 @@ BENCHMARKS = {
 RAYS = ["fast", "ray_intersector.py", "geometry.py"]
 LIGHT = [*RAYS, "integrators", "lights", "brdfs", "sampler.py", "environment.py", "renderer.py", "picture/film.py"]
 MEASURED = {
-    "startup": ["system", "fast", "scene_data.py", "scene_data_loader.py", "renderer.py", "apps/render.py"],
+    "startup": [
+        "system",
+        "fast",
+        "scene_data.py",
+        "scene_data_loader.py",
+        "renderer.py",
+        "apps/render.py",
+        "apps/choices.py",
+    ],
     "rays": [*RAYS, "scene_data.py"],
     "scaling": RAYS,
     "growth": [*LIGHT, "scene_data.py"],

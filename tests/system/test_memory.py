@@ -90,7 +90,7 @@ def abandoned(count=4):
 def test_kernels_are_kept_while_little_waits_to_be_freed():
     """When Taichi frees fields, Python must read all kernels again: a few small fields are not worth that."""
     abandoned()
-    _, field = numbers()
+    owner, field = numbers()
 
     @ti.kernel
     def count():
@@ -101,6 +101,7 @@ def test_kernels_are_kept_while_little_waits_to_be_freed():
     other, _ = numbers()
     count()
     assert len(memory._orphans) == 1
+    assert not owner.is_over()
     assert not other.is_over()
     assert compiling.kernels(since=began) == []
     assert field[0] == 2
