@@ -9,7 +9,7 @@ import taichi_tracer as tt
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import from_arguments
 from benchmarks.peers import MitsubaScene, embree_scene
-from taichi_tracer.fast.wide_bvh import BVHRayIntersector
+from taichi_tracer.fast.wide_bvh import WideBVH
 
 RUNS = 5  # builds of each candidate
 
@@ -20,7 +20,9 @@ def measure(name: str, vertices, faces) -> str:
     trees = []
 
     def ours() -> None:
-        trees[:] = [BVHRayIntersector(scene.geometry)]
+        for tree in trees:
+            tree.destroy()  # the memory of a field is not freed by itself
+        trees[:] = [WideBVH(scene.geometry)]
 
     def embree() -> None:
         one = vertices[:1].astype("f4")

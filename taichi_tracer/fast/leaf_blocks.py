@@ -89,24 +89,19 @@ class LeafBlocks:
         block.dense(ti.j, 9).place(self.vertices)
         block.dense(ti.j, BLOCK).place(self.ids)
 
-    @ti.kernel
-    def load(
-        self,
-        vertices: ti.types.ndarray(ndim=2),
-        faces: ti.types.ndarray(ndim=2),
-        ids: ti.types.ndarray(ndim=1),
-        order: ti.types.ndarray(ndim=1),
-        places: ti.types.ndarray(ndim=1),
-    ):
-        """Put row ``order[i]`` of ``faces`` and ``ids`` at ``places[i]``. The other places stay empty."""
-        for block, row in ti.ndrange(self.vertices.shape[0], 9):
-            self.vertices[block, row] = ti.Vector([tm.nan] * BLOCK)
-        for i in range(order.shape[0]):
-            block, lane, item = places[i] >> BLOCK_BITS, places[i] & (BLOCK - 1), order[i]
-            self.ids[block, lane] = ids[item]
-            for corner in ti.static(range(3)):
-                for axis in ti.static(range(3)):
-                    self.vertices[block, 3 * axis + corner][lane] = vertices[faces[item, corner], axis]
+    @ti.func
+    def clear(self, block, row):
+        """Make a row of a block empty: NaN, with which no condition holds."""
+        self.vertices[block, row] = ti.Vector([tm.nan] * BLOCK)
+
+    @ti.func
+    def put(self, place, item, vertices: ti.template(), faces: ti.template(), ids: ti.template()):
+        """Put row ``item`` of ``faces`` and ``ids`` at a place."""
+        block, lane = place >> BLOCK_BITS, place & (BLOCK - 1)
+        self.ids[block, lane] = ids[item]
+        for corner in ti.static(range(3)):
+            for axis in ti.static(range(3)):
+                self.vertices[block, 3 * axis + corner][lane] = vertices[faces[item, corner], axis]
 
     @ti.func
     def primitive(self, place):
