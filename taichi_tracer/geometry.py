@@ -309,7 +309,7 @@ class Geometry:
         if self.n_triangles > 0:
             tables.put(self.vertices, mesh.vertices)
             tables.put(self.triangle_vertex_ids, mesh.faces)
-            tables.put(self.triangle_material_ids, mesh.face_materials)
+            tables.put(self.triangle_material_ids, np.asarray(mesh.face_materials))
         if self.has_normals and self.n_triangles > 0 and not self.completes_normals:
             tables.put(self.normals, mesh.normals if len(mesh.normals) > 0 else np.zeros((1, 3), dtype))
             ids = mesh.face_normals

@@ -67,10 +67,10 @@ def marked(line: str, first: int, last: int) -> str:
 def position(self: Any, node: ast.stmt | ast.expr) -> str:
     """``ASTTransformerContext.get_pos_info``: the source lines of a node, as messages show them."""
     text = f'File "{self.file}", line {node.lineno + self.lineno_offset}, in {self.func.func.__name__}:\n'
-    begin, end = self.indent + node.col_offset, self.indent + node.end_col_offset
+    begin, end = self.indent + node.col_offset, self.indent + (node.end_col_offset or 0)
     if node.lineno == node.end_lineno:
         return text + marked(self.src[node.lineno - 1], begin, end)
-    last_line = node.end_lineno
+    last_line = node.end_lineno or node.lineno
     if isinstance(node, (ast.For, ast.While, ast.FunctionDef, ast.If)):
         last_line = max(node.body[0].lineno - 1, node.lineno)
     for number in range(node.lineno, last_line + 1):

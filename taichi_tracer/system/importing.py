@@ -26,7 +26,7 @@ def import_taichi() -> None:
     is_level_chosen = "TI_LOG_LEVEL" in os.environ  # Taichi reads it when it is imported
     if not is_level_chosen:
         os.environ["TI_LOG_LEVEL"] = "warn"
-    inspect.getframeinfo = frame_info
+    inspect.getframeinfo = frame_info  # type: ignore[assignment]
     try:
         taichi = importlib.import_module("taichi")
     finally:

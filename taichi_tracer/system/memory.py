@@ -95,8 +95,9 @@ class Memory:
 
     def allocate(self) -> None:
         """Allocate the fields. After that, no more fields can be placed."""
-        self._tree = self.fields.finalize()
-        self._bytes = impl.get_runtime().prog.get_snode_root(self._tree.id).cell_size_bytes
+        tree: Any = self.fields.finalize()
+        self._tree = tree
+        self._bytes = impl.get_runtime().prog.get_snode_root(tree.id).cell_size_bytes
 
     def __enter__(self) -> ti.FieldsBuilder:
         return self.fields

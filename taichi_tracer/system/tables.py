@@ -57,7 +57,8 @@ class Tables:
 
     def arguments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """All numbers, all integers, and for each table where its own begin and how many rows it has."""
-        places, parts = [], {False: [np.zeros(1, runtime.dtype())], True: [np.zeros(1, np.int32)]}
+        places: list[int] = []
+        parts: dict[bool, list[np.ndarray]] = {False: [np.zeros(1, runtime.dtype())], True: [np.zeros(1, np.int32)]}
         sizes = {False: 1, True: 1}
         for table in self.tables:
             places += [sizes[table.is_whole], len(table.array), table.width]

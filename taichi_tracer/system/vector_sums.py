@@ -55,7 +55,14 @@ def cross(x: Expr, y: Expr) -> Expr:
     return impl.expr_init(matrix.make_matrix([b * f - c * e, c * d - a * f, a * e - b * d]))
 
 
-DIRECT = {"sum": total, "norm_sqr": norm_sqr, "norm": norm, "normalized": normalized, "dot": dot, "cross": cross}
+DIRECT: dict[str, Callable] = {
+    "sum": total,
+    "norm_sqr": norm_sqr,
+    "norm": norm,
+    "normalized": normalized,
+    "dot": dot,
+    "cross": cross,
+}
 OF_MATH = ("dot", "cross")  # functions that ``taichi.math`` has under the same name
 
 
