@@ -25,7 +25,6 @@ from taichi_tracer.system.seams import in_kernels
 
 SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
-PLACES_PER_THREAD = 2  # so that a thread that is done early finds more work
 UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
 SMALL = 8  # primitives: so few are tried as quickly one by one
 LONG = 8.0  # seconds of rendering that are left: then, a picture gains more than the compilation takes
@@ -100,7 +99,7 @@ class Tiles:
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
         self.across, self.upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)
         self.tiles = self.across * self.upwards
-        self.places = min(self.tiles, PLACES_PER_THREAD * ti.cfg.cpu_max_num_threads)
+        self.places = min(self.tiles, ti.cfg.cpu_max_num_threads)
         most = SIDE * SIDE * integrator.techniques
         self.streams = ShadowStreams(scene.ray_intersector, self.places, most)
         self.look_ups = LookUps(scene.lights.far[0], self.places, most)
@@ -110,6 +109,8 @@ class Tiles:
         self.value, self.factor, self.origin, self.direction = (ti.Vector.field(3, float) for _ in range(4))
         self.kind, self.leaves, self.ray, self.code = (ti.field(ti.i32) for _ in range(4))
         place.place(self.pixels)
+        self.next_tile = ti.field(ti.i32)
+        self._memory.fields.place(self.next_tile)
         place.dense(ti.j, SIDE * SIDE).place(self.pixel, self.end, self.value)
         place.dense(ti.j, most).place(
             self.factor, self.kind, self.leaves, self.origin, self.direction, self.ray, self.code
@@ -132,10 +133,14 @@ class Tiles:
         seed: ti.u32,
         index: ti.u32,
     ):
+        self.next_tile[None] = 0
         for block in range(self.places * runtime.CPU_BLOCK):
-            # A block of iterations belongs to one place. Its first iteration takes all tiles of the place in turn.
+            # A block of iterations belongs to one place. Its first iteration takes one tile after the other, as long as
+            # there are some: so threads with light tiles take more of them.
             c = block // runtime.CPU_BLOCK
-            tile = c if block % runtime.CPU_BLOCK == 0 else self.tiles
+            tile = self.tiles
+            if block % runtime.CPU_BLOCK == 0:
+                tile = ti.atomic_add(self.next_tile[None], 1)
             while tile < self.tiles:
                 self.begin(c)
                 first_x, first_y = self.x0 + tile // self.upwards * SIDE, self.y0 + tile % self.upwards * SIDE
@@ -151,7 +156,7 @@ class Tiles:
                 self.find_light(c)
                 self.streams.trace(c)
                 self.add_light(c, renderer, near_misses, first_x, first_y, index)
-                tile += self.places
+                tile = ti.atomic_add(self.next_tile[None], 1)
 
     @in_kernels
     def begin(self, c) -> None:
