@@ -275,7 +275,7 @@ def code_of_look_up(kind, u, v, radiance) -> Any:
 
 @in_kernels
 def count_look_up(counter: NearMissCounter | None, x, y, code) -> None:
-    """Count a look-up of a pixel that was noted by ``code_of_look_up`` in another kernel."""
+    """Count a look-up of a pixel, which ``code_of_look_up`` has noted before anybody knew whether it is blocked."""
     if counter is not None:
         counter.count(x, y, code)
 
