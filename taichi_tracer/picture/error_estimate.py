@@ -27,6 +27,13 @@ freedom. Therefore the error lies between e / F and e F with 95 % probability, w
 quantile of this distribution. Because every v is rough, ν comes out too small rather than too large, and the interval a
 little wide.
 
+**Pixels that halves do not know.** A small bright spot, of which each half has met one sample, makes both halves alike:
+then v is 0, although one sample more or less would change the pixel by d = (m − μ)/n, if m is the largest of its n
+samples and μ is their mean. As long as such pixels are many, their v are right on average. But if a single pixel has
+most of the error, the picture would seem to be exact. Therefore, the upper end is that of the larger v, or of (β d)²
+with β = ``ONE_SAMPLE``, in each pixel, if this is larger than e F. (Independent samples need no such rule: their s² / n
+is never less than d².)
+
 **What no sample met.** Samples cannot tell of a small sun that no sample has met, nor of what a narrow lobe reflects if
 directions are drawn from the lights alone. ``unseen_light`` bounds the first by near misses, and ``other_technique``
 the second by samples of the other technique. The upper end of the interval is √((e F)² + unseen²).
@@ -40,6 +47,7 @@ import taichi.math as tm
 
 QUANTILE_RANGE = 30  # beyond this multiple of 1/√ν, practically nothing of the F-distribution is left
 TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
+ONE_SAMPLE = 0.7  # β: so large that the interval holds the truth (``python -m benchmarks.error calibration elsewhere``)
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
 
 
@@ -140,7 +148,12 @@ def percent(fraction: float) -> str:
 
 
 def relative_error(
-    variance: np.ndarray, groups: np.ndarray, image: np.ndarray, unseen: float = 0.0, is_bound: bool = False
+    variance: np.ndarray,
+    groups: np.ndarray,
+    image: np.ndarray,
+    unseen: float = 0.0,
+    is_bound: bool = False,
+    of_largest: np.ndarray | None = None,
 ) -> RelativeError:
     """Relative RMSE √M / mean of the picture, with its 95 % interval.
 
@@ -151,6 +164,7 @@ def relative_error(
         image: (h, w, 3) the picture.
         unseen: the relative RMSE that light may add that no sample met.
         is_bound: whether v̂ comes from the doubling of one sequence, so that it is a bound.
+        of_largest: (h, w) the d of every pixel, see above; None if v̂ comes from the spread of independent samples.
     """
     known = groups > 1
     mean = float(image[known].mean(dtype=np.float64)) if known.any() else 0.0
@@ -159,14 +173,20 @@ def relative_error(
     # The errors of the channels of a pixel are correlated: a light that a sample misses is missing in all of them.
     # Therefore the variances of the channels are added first, and only their sum is squared.
     v = np.where(known, np.maximum(variance, 0).sum(axis=2, dtype=np.float64), 0)
-    total = v.sum()
-    if not math.isfinite(total):
+    if not math.isfinite(v.sum()):
         return RelativeError(math.nan, math.nan, math.nan)
-    if total == 0:
-        return RelativeError(0.0, 0.0, unseen, unseen)
-    value = math.sqrt(total / (CHANNELS * known.sum())) / mean
-    factor = error_quantile(float(total**2 / (v**2).sum()))
-    return RelativeError(value, 0.0 if is_bound else value / factor, math.hypot(value * factor, unseen), unseen)
+    in_units_of_mean = 1 / (CHANNELS * known.sum() * mean**2)
+    value, factor = math.sqrt(v.sum() * in_units_of_mean), factor_of_interval(v)
+    high = value * factor
+    if of_largest is not None:
+        v = np.where(known, np.maximum(v, CHANNELS * (ONE_SAMPLE * of_largest) ** 2), 0)
+        high = max(high, math.sqrt(v.sum() * in_units_of_mean) * factor_of_interval(v))
+    return RelativeError(value, 0.0 if is_bound else value / factor, math.hypot(high, unseen), unseen)
+
+
+def factor_of_interval(v: np.ndarray) -> float:
+    """F for the variances v of the pixels; 1 if all of them are 0."""
+    return error_quantile(float(v.sum() ** 2 / (v**2).sum())) if v.any() else 1.0
 
 
 def error_quantile(nu: float) -> float:

@@ -52,6 +52,7 @@ class Film:
         deviation: [x, y] the sum of the squared deviations of the samples from their mean; only if it is kept.
         scale: [x, y] what deviations are multiplied by before they are squared: 1, or for very dim or very bright light
             another power of two, because the squares would be 0 or infinite in f32.
+        largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
         near_misses: the counter of near misses of bright spots, see ``lights.near_misses``; None if nothing is counted.
     """
@@ -92,6 +93,9 @@ class Film:
         if self.keeps_deviation:
             self.deviation, self.scale = ti.Vector.field(3, float), ti.field(float)
             pixel.place(self.deviation, self.scale)
+        if self.halves == 2:
+            self.largest = ti.field(float)
+            pixel.place(self.largest)
         # In memory, the numbers of a half lie side by side, but the two halves of the picture lie apart. A pass over
         # all pixels writes to only one half; then the memory of the other half need not be written back.
         self.half_count = ti.field(ti.i32)
@@ -127,6 +131,8 @@ class Film:
             self.count[x, y] = 0
             if ti.static(self.keeps_deviation):
                 self.deviation[x, y], self.scale[x, y] = tm.vec3(0), 1.0
+            if ti.static(self.halves == 2):
+                self.largest[x, y] = 0.0
             for half in ti.static(range(self.halves)):
                 self.half_count[x, y, half] = 0
                 self.clear_half(x, y, half)
@@ -155,6 +161,8 @@ class Film:
             half = self.half_of(x, y, sample)
             self.add_to_half(x, y, half, value)
             self.count_in_half(x, y, half, 1)
+            if ti.static(self.halves == 2):
+                self.largest[x, y] = ti.max(self.largest[x, y], (value / 3).sum())
             if ti.static(self.keeps_deviation):
                 mean_before, mean = self.canvas[x, y], self.mean(x, y)
                 self.canvas[x, y] = mean
@@ -280,6 +288,8 @@ class Film:
                     self.add_deviation(x, y, root, root)
                     difference = (other.mean(x, y) - self.mean(x, y)) * tm.sqrt(ti.cast(n, float) * m / (n + m))
                     self.add_deviation(x, y, difference, difference)  # Chan et al. 1979
+                if ti.static(self.halves == 2):
+                    self.largest[x, y] = ti.max(self.largest[x, y], other.largest[x, y])
                 if ti.static(self.doubles):
                     self.begin_doubling(x, y)
                 for half in ti.static(range(self.halves)):
@@ -346,7 +356,22 @@ class Film:
         unseen = unseen_light(self.counted(), self.samples, mean)
         if missed > 0 and mean > 0:
             unseen = math.hypot(unseen, missed / mean)
-        return relative_error(*self.spread(), image, unseen, self.doubles)
+        return relative_error(*self.spread(), image, unseen, self.doubles, self.share_of_largest(image))
+
+    def share_of_largest(self, image: np.ndarray) -> np.ndarray | None:
+        """What the largest sample of every pixel adds to its mean, beyond what a sample adds on average.
+
+        Args:
+            image: of ``image``.
+
+        Returns:
+            (m − μ)/n for the largest m of n samples with mean μ, of which each is a mean of red, green and blue:
+            (height, width) float64, top row first; None if all samples are independent, because their spread tells it.
+        """
+        if self.halves == 1:
+            return None
+        largest, n = (field.to_numpy().T[::-1].astype(np.float64) for field in (self.largest, self.count))
+        return np.maximum(0, largest - image.mean(axis=2, dtype=np.float64)) / np.maximum(n, 1)
 
     def variance_of_mean(self) -> np.ndarray:
         """(height, width, 3) float64, top row first: the variance of every pixel's mean; NaN where it is unknown."""
@@ -409,6 +434,7 @@ class Film:
             counts: [x, y, 0] the number of all samples, [x, y, 1] that of half 1, 0 if there is none; int32.
             non_finite: (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of each.
             scale: [x, y] of the deviation; only if it is not 1 everywhere.
+            largest: [x, y] the largest sample, in the running precision; only if there are two halves, and not 0 everywhere.
             residues: [x, y, half] RGB vectors in the running precision; only if they are not 0 everywhere.
             near_misses: (levels, 8) float64 and near_per_pixel: [x, y] int32, see ``NearMisses``: for each level its
                 radiance and its share, the near look-ups of each kind, and those that met it; only if they are counted.
@@ -428,6 +454,8 @@ class Film:
             arrays["residues"] = residues
         if self.keeps_deviation and (self.scale.to_numpy() != 1).any():
             arrays["scale"] = self.scale.to_numpy()
+        if self.halves == 2 and (largest := self.largest.to_numpy()).any():
+            arrays["largest"] = largest
         counted = self.counted()
         if counted is not None:
             arrays |= counted.to_arrays()
@@ -450,6 +478,8 @@ class Film:
         if self.keeps_deviation:
             parts.append((self.deviation, values[:, :, -1]))
             parts.append((self.scale, arrays.get("scale", np.ones(counts.shape[:2], values.dtype))))
+        if self.halves == 2:
+            parts.append((self.largest, arrays.get("largest", np.zeros(counts.shape[:2], values.dtype))))
         for field, array in parts:
             field.from_numpy(np.ascontiguousarray(array))
         self.non_finite_count[None] = int(non_finite[0, 0])

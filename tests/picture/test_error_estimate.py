@@ -58,6 +58,16 @@ def test_value_is_the_root_of_the_mean_variance_over_the_mean(rng):
     np.testing.assert_allclose([float(told), told.low, told.high], [expected, low, high], rtol=1e-4)
 
 
+@pytest.mark.parametrize("size", [0.02, 0.2, 2.0])
+def test_the_upper_end_knows_of_one_sample_more_or_less(rng, size):
+    """For largest samples that matter nowhere, in a few pixels, and in most pixels."""
+    variance, image = 0.01 * rng.random((5, 7, 3)), 1 + rng.random((5, 7, 3))
+    groups, of_largest = rng.integers(1, 4, (5, 7)), size * rng.random((5, 7)) ** 4
+    told = relative_error(variance, groups, image, 0.01, of_largest=of_largest)
+    expected = errors.relative_error(variance, groups, image, 0.01, of_largest)
+    np.testing.assert_allclose([float(told), told.low, told.high], expected, rtol=1e-4)
+
+
 @ti.kernel
 def _add(film: ti.template(), values: ti.types.ndarray(dtype=ti.f32, ndim=3)):
     for x, y in ti.ndrange(*film.ranges):
@@ -75,6 +85,29 @@ def test_the_variance_of_a_mean_is_unbiased(f32, rng, replicated):
     sigma = math.sqrt(2 / (groups - 1)) / n / size
     assert film.variance_of_mean().mean(dtype=np.float64) == pytest.approx(1 / n, abs=4 * sigma)
     np.testing.assert_array_equal(film.spread()[1], groups)
+
+
+@pytest.mark.parametrize("doubles", [False, True])
+def test_two_halves_that_met_one_bright_sample_each_do_not_seem_exact(f32, doubles):
+    """Of 16 samples, one of each half is 160 in one pixel: one more or less changes its mean, 20, by 8.75."""
+    samples = np.ones((8, 8, 16), np.float32)
+    samples[3, 5] = 0
+    samples[3, 5, [2, 11]] = 160
+    film = Film(8, 8, replicated=not doubles, doubles=doubles)
+    _add(film, samples)
+    image = film.image()
+    share = np.zeros((8, 8))
+    share[8 - 1 - 5, 3] = (160 - 20) / 16
+    np.testing.assert_allclose(film.share_of_largest(image), share, atol=1e-6)
+    told, mean = film.error(), (63 + 20) / 64
+    assert told == 0
+    assert told.high == pytest.approx(0.7 * 8.75 / 8 / mean * math.sqrt(stats.f.ppf(0.975, 2, 2)), rel=1e-4)
+    parts = [film.alike() for _ in range(3)]
+    for part, half in zip(parts, (samples[..., :8], samples[..., 8:]), strict=False):
+        _add(part, np.ascontiguousarray(half))
+    parts[2].from_arrays(parts[0].to_arrays(), 8)
+    parts[2].merge(parts[1])
+    assert parts[2].error().high == told.high
 
 
 def test_pixels_without_an_estimate_are_left_out_and_none_is_nan():
