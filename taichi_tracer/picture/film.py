@@ -434,7 +434,7 @@ class Film:
             counts: [x, y, 0] the number of all samples, [x, y, 1] that of half 1, 0 if there is none; int32.
             non_finite: (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of each.
             scale: [x, y] of the deviation; only if it is not 1 everywhere.
-            largest: [x, y] the largest sample, in the running precision; only if there are two halves, and not 0 everywhere.
+            largest: [x, y] the largest sample, in the running precision; only with two halves, and not 0 everywhere.
             residues: [x, y, half] RGB vectors in the running precision; only if they are not 0 everywhere.
             near_misses: (levels, 8) float64 and near_per_pixel: [x, y] int32, see ``NearMisses``: for each level its
                 radiance and its share, the near look-ups of each kind, and those that met it; only if they are counted.
