@@ -1,6 +1,6 @@
 """Is the estimated error of a picture true? Is the predicted number of samples right? What do the estimates cost?
 
-python -m benchmarks.error [calibration | elsewhere | paths | prediction | bookkeeping ...]
+python -m benchmarks.error [calibration | glints | elsewhere | paths | prediction | bookkeeping ...]
 """
 
 import math
@@ -52,15 +52,20 @@ def calibration() -> str:
     return table_of_cells(scenes)
 
 
+def glints() -> str:
+    """The same where the edge of a glossy sphere reflects a small sun; two of these cells chose ``ONE_SAMPLE``."""
+    return table_of_cells(under("three spheres", three_spheres, SPHERES_VIEW, tuple(SKIES)[:4]))
+
+
 def elsewhere() -> str:
     """The same for scenes and environments by which no threshold of the package was chosen."""
-    views = {"three spheres": (three_spheres, SPHERES_VIEW), "pillars": (pillars, PILLARS_VIEW)}
-    scenes = [
-        (name, sky, lambda m=mesh, v=view, s=sky: tt.SceneData(m(), view=v, environment=SKIES[s]()))
-        for name, (mesh, view) in views.items()
-        for sky in SKIES
-    ]
-    return table_of_cells(scenes)
+    scenes = under("pillars", pillars, PILLARS_VIEW, tuple(SKIES)[:4])
+    return table_of_cells(scenes + under("marbles", marbles, MARBLES_VIEW, tuple(SKIES)[4:]))
+
+
+def under(name: str, mesh: Callable[[], Mesh], view: dict, skies: tuple[str, ...]) -> list[tuple[str, str, Callable]]:
+    """A mesh under each of some skies, for ``table_of_cells``."""
+    return [(name, sky, lambda s=sky: tt.SceneData(mesh(), view=view, environment=SKIES[s]())) for sky in skies]
 
 
 def sky_with(*suns: tuple[tuple[float, float, float], float, float], ground: float = 0.2) -> np.ndarray:
@@ -81,8 +86,31 @@ SKIES = {
     "low sun, 3 degrees": lambda: sky_with(((0.7, 0.25, 0.4), 3.0, 400.0)),
     "two suns, 2 and 1.5 degrees": lambda: sky_with(((0.3, 1.0, 0.5), 2.0, 900.0), ((-1.0, 0.4, 0.6), 1.5, 250.0)),
     "a sun behind, 1.5 degrees": lambda: sky_with(((-0.2, 0.5, -1.0), 1.5, 3000.0)),
+    "noon, sun of 1.6 degrees": lambda: sky_with(((0.1, 1.0, -0.15), 1.6, 1500.0), ground=0.05),
+    "evening, sun of 2.5 degrees": lambda: sky_with(((0.5, 0.12, -1.0), 2.5, 300.0), ground=0.1),
+    "a window of 12 degrees": lambda: sky_with(((1.0, 0.6, 0.5), 12.0, 15.0), ground=0.0) * 0.2,
 }
 PILLARS_VIEW = {"eye": (2.5, 2.2, 4.5), "at": (0, 0.6, 0), "up": (0, 1, 0), "fov": 40.0}
+
+
+MARBLES_VIEW = {"eye": (-1.0, 1.1, 4.2), "at": (0, 0.35, -0.2), "up": (0, 1, 0), "fov": 38.0}
+
+
+def marbles() -> Mesh:
+    """Five spheres (Ns 5, 40, 120, 500 and a mirror) of different sizes before a wall, on a glossy floor."""
+    materials = [Material("floor", Kd=(0.4, 0.45, 0.5), Ns=30.0), Material("wall", Kd=(0.7, 0.65, 0.6))]
+    materials += [Material(f"Ns {ns:g}", Kd=(0.75, 0.6, 0.5), Ns=ns) for ns in (5.0, 40.0, 120.0, 500.0, 1e8)]
+    floor = [[-5, 0, 5], [5, 0, 5], [5, 0, -2], [-5, 0, -2]]
+    wall = [[-5, 0, -2], [5, 0, -2], [5, 1.2, -2], [-5, 1.2, -2]]
+    radii, places = (0.25, 0.5, 0.35, 0.6, 0.3), ((-1.5, 0.6), (-0.8, -0.5), (0.1, 0.5), (0.9, -0.6), (1.1, 0.7))
+    return Mesh(
+        vertices=np.array(floor + wall, float),
+        faces=np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], np.int32),
+        face_materials=np.array([0, 0, 1, 1], np.int32),
+        materials=materials,
+        spheres=np.array([[x, r, z, r] for r, (x, z) in zip(radii, places, strict=True)]),
+        sphere_materials=np.arange(2, 7, dtype=np.int32),
+    )
 
 
 def pillars() -> Mesh:
@@ -290,6 +318,7 @@ def bookkeeping() -> str:
 
 PARTS = {
     "calibration": calibration,
+    "glints": glints,
     "elsewhere": elsewhere,
     "paths": paths,
     "prediction": prediction,

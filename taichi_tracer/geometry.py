@@ -40,8 +40,9 @@ class Mesh:
         notes: what the user should know, such as how many triangles were dropped; one line each.
         dropped: the number of primitives that no ray can hit; ``clean`` sets it.
         spheres: (S, 4) float64 centre and radius.
-        sphere_ids: (S,) int32, the number of each sphere among all primitives, in ascending order.
-        sphere_materials: (S,) int32 ids into ``materials``.
+        sphere_ids: (S,) int32, the number of each sphere among all primitives, in ascending order; if it is left out,
+            the spheres follow the triangles.
+        sphere_materials: (S,) int32 ids into ``materials``; 0 if it is left out.
         face_culls: (F,) bool, whether rays pass through the back of a triangle; None if they pass through no back.
     """
 
@@ -62,6 +63,10 @@ class Mesh:
     def __post_init__(self) -> None:
         if self.face_materials is None:
             self.face_materials = np.zeros(len(self.faces), np.int32)
+        if len(self.sphere_ids) == 0:
+            self.sphere_ids = len(self.faces) + np.arange(len(self.spheres), dtype=np.int32)
+        if len(self.sphere_materials) == 0:
+            self.sphere_materials = np.zeros(len(self.spheres), np.int32)
 
     def __repr__(self) -> str:
         spheres = f", {len(self.spheres):,} spheres" if len(self.spheres) > 0 else ""
@@ -119,6 +124,22 @@ def check(mesh: Mesh) -> None:
                 f"{mesh.source}: triangle {triangle} has {name} index {ids[triangle, corner]}, which is out of range "
                 f"(there are {len(of)}, counted from 0)"
             )
+    if mesh.spheres.ndim != 2 or mesh.spheres.shape[1] != 4:
+        raise InputError(f"{mesh.source}: spheres must have the shape (n, 4), not {mesh.spheres.shape}")
+    for name, ids, count in (
+        ("face_materials", mesh.face_materials, len(mesh.faces)),
+        ("sphere_materials", mesh.sphere_materials, len(mesh.spheres)),
+        ("sphere_ids", mesh.sphere_ids, len(mesh.spheres)),
+    ):
+        if np.shape(ids) != (count,):
+            raise InputError(f"{mesh.source}: {name} must have the shape ({count},), not {np.shape(ids)}")
+        most = mesh.num_primitives if name == "sphere_ids" else len(mesh.materials)
+        out_of_range = np.flatnonzero((ids < 0) | (ids >= most))
+        if len(out_of_range) > 0:
+            i = out_of_range[0]
+            raise InputError(f"{mesh.source}: {name}[{i}] is {ids[i]}, which is out of range (0 to {most - 1})")
+    if (np.diff(mesh.sphere_ids) <= 0).any():
+        raise InputError(f"{mesh.source}: sphere_ids must ascend, and no number may occur twice")
 
 
 def smoothed(mesh: Mesh, smooth: bool | float) -> Mesh:

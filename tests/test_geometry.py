@@ -71,6 +71,14 @@ def test_small_and_large_triangles_stay(scale):
         ({"faces": np.zeros((1, 4), int)}, "faces must have the shape (n, 3), not (1, 4)"),
         ({"vertices": np.zeros((4, 2))}, "vertices must have the shape (n, 3), not (4, 2)"),
         ({"normals": np.ones((1, 3)), "face_normals": np.full((2, 3), 1)}, "triangle 0 has normal index 1"),
+        ({"face_materials": np.array([0, 3])}, "face_materials[1] is 3, which is out of range (0 to 0)"),
+        ({"face_materials": np.array([0])}, "face_materials must have the shape (2,), not (1,)"),
+        ({"spheres": np.zeros((1, 3))}, "spheres must have the shape (n, 4), not (1, 3)"),
+        ({"spheres": np.ones((2, 4))}, "sphere_materials must have the shape (2,), not (0,)"),
+        (
+            {"spheres": np.ones((2, 4)), "sphere_materials": np.zeros(2, int), "sphere_ids": np.array([1, 1])},
+            "sphere_ids must ascend",
+        ),
     ],
 )
 def test_arrays_that_do_not_fit_are_refused(change, message):
@@ -81,6 +89,13 @@ def test_arrays_that_do_not_fit_are_refused(change, message):
         check(mesh)
     assert str(error.value).startswith("square: ")
     assert message in str(error.value)
+
+
+def test_spheres_without_numbers_follow_the_triangles():
+    mesh = replace(square_with(), spheres=np.array([[0, 0, 0, 1.0], [2, 0, 0, 1.0]]))
+    check(mesh)
+    np.testing.assert_array_equal(mesh.primitives(), [0, 1, -1, -2])
+    np.testing.assert_array_equal(mesh.sphere_materials, [0, 0])
 
 
 @pytest.mark.long
