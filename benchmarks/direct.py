@@ -181,7 +181,6 @@ TARGETS = (0.05, 0.02)
 OURS = ("niederreiter_one", "niederreiter")
 THEIRS = ("multijitter", "ldsampler", "orthogonal")
 COUNTS = (4, 16, 64, 256)
-SEEDS = 3
 REFERENCE_SPP, REFERENCE_SEED = 4096, 1000  # of the picture that errors are measured against
 
 
@@ -206,7 +205,6 @@ def rms(values: list[float]) -> float:
 @functools.cache
 def curves() -> dict[str, tuple[list[float], list[int], list[float]]]:
     """Name → (errors, real counts, seconds of rendering), for the three spheres on a floor under sun and sky, MIS."""
-    found = {}
     scene = spheres_under_sun()
     ours = {name: tt.A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, sampler=name).use("mis") for name in OURS}
     reference = tt.A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, seed=REFERENCE_SEED).use("mis").render(REFERENCE_SPP)
@@ -215,37 +213,29 @@ def curves() -> dict[str, tuple[list[float], list[int], list[float]]]:
     their_truth = theirs["multijitter"].render(REFERENCE_SPP, seed=REFERENCE_SEED).astype(np.float64)
     for renderer in ours.values():
         renderer.render(3)
-    for name in (*OURS, *THEIRS):
-        found[name] = ([], [], [])
+    found = {name: ([], [], []) for name in (*OURS, *THEIRS)}
     for count in COUNTS:
-        calls = {}
-        for name, renderer in ours.items():
-            calls[name] = lambda renderer=renderer, count=count: (
-                renderer.begin_anew(),
-                renderer.render(count),
-                ti.sync(),
-            )
-        for name, peer in theirs.items():
-            calls[name] = lambda peer=peer, count=count: peer.render(count)
-        seconds = interleaved(calls, SEEDS)
-        for name, renderer in ours.items():
-            images = []
-            for renderer.seed in range(SEEDS):
-                renderer.begin_anew()
-                images.append(renderer.render(count).image())
-            errors = [relative_rmse(image, truth) for image in images]
-            add(found[name], rms(errors), count, seconds[name])
-        for name, peer in theirs.items():
-            errors = [relative_rmse(peer.render(count, seed=seed), their_truth) for seed in range(1, SEEDS + 1)]
-            add(found[name], rms(errors), peer.real_count(count), seconds[name])
+        images: dict[str, list[np.ndarray]] = {name: [] for name in found}
+        calls = {name: functools.partial(ours_of, r, count, images[name]) for name, r in ours.items()}
+        calls |= {name: functools.partial(theirs_of, peer, count, images[name]) for name, peer in theirs.items()}
+        seconds = interleaved(calls, RUNS)
+        for name in found:
+            error = rms([relative_rmse(image, truth if name in OURS else their_truth) for image in images[name]])
+            real = count if name in OURS else theirs[name].real_count(count)
+            add(found[name], error, real, seconds[name])
     return found
 
 
-def begin_and_render(renderer, count: int) -> None:
-    """A picture of so many samples."""
+def ours_of(renderer, count: int, images: list[np.ndarray]) -> None:
+    """One more of our pictures, with a seed of its own."""
+    renderer.seed = len(images)
     renderer.begin_anew()
-    renderer.render(count)
-    ti.sync()
+    images.append(renderer.render(count).image())
+
+
+def theirs_of(peer: MitsubaPicture, count: int, images: list[np.ndarray]) -> None:
+    """One more of Mitsuba's pictures, with a seed of its own."""
+    images.append(peer.render(count, seed=len(images) + 1))
 
 
 def add(curve: tuple[list, list, list], error: float, count: int, seconds: float) -> None:
