@@ -162,7 +162,7 @@ class Film:
             self.add_to_half(x, y, half, value)
             self.count_in_half(x, y, half, 1)
             if ti.static(self.halves == 2):
-                self.largest[x, y] = ti.max(self.largest[x, y], (value / 3).sum())
+                self.largest[x, y] = ti.max(self.largest[x, y], (value * ti.static(1 / 3)).sum())
             if ti.static(self.keeps_deviation):
                 mean_before, mean = self.canvas[x, y], self.mean(x, y)
                 self.canvas[x, y] = mean
