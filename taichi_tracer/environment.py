@@ -118,8 +118,8 @@ class Environment:
 
     @ti.func
     def elevation(self, y):
-        """v of a direction with this component."""
-        return 0.5 + ti.asin(tm.clamp(y, -1, 1)) / tm.pi
+        """v of a direction with this component, or of many directions, if it is a vector."""
+        return 0.5 + latitude(y) / tm.pi
 
     @ti.func
     def texel_of(self, u, v):
@@ -189,6 +189,26 @@ def azimuth(y, x):
     angle = ti.select(x < 0, tm.pi - angle, angle)
     angle = ti.select(y < 0, -angle, angle)
     return angle
+
+
+@ti.func
+def latitude(y):
+    """asin y, for many numbers at once as for one; in f32 with an error below 3e-7. Beyond ±1, it is that of ±1.
+
+    The polynomial for [0, 1/2] is that of Moshier's Cephes library. Beyond 1/2, asin y = π/2 − 2 asin √((1 − y)/2).
+    """
+    if ti.static(runtime.current().precision == "f64"):
+        return ti.asin(tm.clamp(y, -1, 1))
+    size = abs(y)
+    size = ti.select(size < 1, size, 1.0)
+    is_steep = size > 0.5
+    z = ti.select(is_steep, 0.5 * (1 - size), size * size)
+    x = ti.select(is_steep, ti.sqrt(z), size)
+    angle = x + x * z * (
+        0.16666752422 + z * (0.074953002686 + z * (0.045470025998 + z * (0.024181311049 + z * 0.042163199048)))
+    )
+    angle = ti.select(is_steep, tm.pi / 2 - 2 * angle, angle)
+    return ti.select(y < 0, -angle, angle)
 
 
 def checked(image, name: str) -> np.ndarray:

@@ -68,6 +68,8 @@ class EyeRays:
         traces: whether the ray is traced here. It is False if a replaced ``shade_ray`` traces the ray itself.
     """
 
+    has_groups = False  # see ``fast.primary_hits``
+
     def __init__(self, scene_data: SceneData, camera: ProjectiveCamera, jitter: bool, traces: bool = True) -> None:
         self.camera, self.intersector = camera, scene_data.ray_intersector
         self.jitter, self.traces = jitter, traces

@@ -60,6 +60,7 @@ class PrimaryHits:
         self.width, self.height = camera.width, camera.height
         intersector = scene_data.ray_intersector
         self.lanes = lanes_of(camera)
+        self.has_groups = self.lanes is not None  # whether the rays of a tile can be computed together
         self.can_use_packets = (
             runtime.ensure().arch == "cpu"
             and self.lanes is not None
@@ -184,11 +185,17 @@ class PrimaryHits:
                 k += 1
 
     @ti.func
+    def pixels_of(self, tile_x, tile_y):
+        """x and y of the pixels of a tile; of those beyond the picture, those of the nearest pixel."""
+        x = ti.Vector([ti.min(tile_x * TILE + lane // TILE, self.width - 1) for lane in range(LANES)])
+        y = ti.Vector([ti.min(tile_y * TILE + lane % TILE, self.height - 1) for lane in range(LANES)])
+        return x, y
+
+    @ti.func
     def put_rays(self, c, g, tile_x, tile_y, seed, index):
         """Put the eye rays of a tile into a group of a packet. Returns their origin, if they share it."""
         tile = tile_x * self.tiles_y + tile_y
-        x = ti.Vector([ti.min(tile_x * TILE + lane // TILE, self.width - 1) for lane in range(LANES)])
-        y = ti.Vector([ti.min(tile_y * TILE + lane % TILE, self.height - 1) for lane in range(LANES)])
+        x, y = self.pixels_of(tile_x, tile_y)
         xi_x, xi_y = lanes(0.5), lanes(0.5)
         if ti.static(self.jitter):
             pixel = ti.cast(y * self.width + x, ti.u32)
@@ -205,6 +212,22 @@ class PrimaryHits:
         if ti.static(self.lanes.share_origin):
             origin = tm.vec3(ox, oy, oz)
         return origin
+
+    @ti.func
+    def hits_nothing(self, tile_x, tile_y):
+        """Whether the rays of all pixels of a tile hit nothing. A pixel that is not traced counts as one that hits."""
+        return self.triangle_id[tile_x * self.tiles_y + tile_y].max() < 0
+
+    @ti.func
+    def directions_of(self, tile_x, tile_y):
+        """The components of the directions of the rays of a tile, which must have ``has_groups``."""
+        tile = tile_x * self.tiles_y + tile_y
+        x, y = self.pixels_of(tile_x, tile_y)
+        xi_x, xi_y = lanes(0.5), lanes(0.5)
+        if ti.static(self.jitter):
+            xi_x, xi_y = self.xi_x[tile], self.xi_y[tile]
+        _, _, _, dx, dy, dz = generate_rays(self.lanes, self.camera, x, y, xi_x, xi_y)
+        return lanes(0.0) + dx, lanes(0.0) + dy, lanes(0.0) + dz
 
     @ti.func
     def hit_data(self, x, y, ray):

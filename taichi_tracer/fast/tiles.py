@@ -5,6 +5,9 @@ The plain form looks up the light of a direction, and traces its shadow ray, whe
 all pixels of a tile are shaded, the light of all directions is looked up (``look_ups``), the rays that would find light
 are traced as streams (``shadow_streams``), and what is not blocked is added to the samples. A sample is a sum, so that
 it does not matter when its terms are found: the picture has the same bits.
+
+Where the eye rays of sixteen neighbouring pixels hit nothing, nothing is shaded: their directions and their look-ups
+are computed together.
 """
 
 import copy
@@ -14,6 +17,8 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.look_ups import LookUps, can_wait_for
+from taichi_tracer.fast.packets import TILE as GROUP
+from taichi_tracer.fast.packets import TILE_BITS as GROUP_BITS
 from taichi_tracer.fast.shadow_streams import ShadowStreams
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.wide_bvh import WideBVH
@@ -26,7 +31,6 @@ from taichi_tracer.system.seams import in_kernels
 SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
 UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
-SMALL = 8  # primitives: so few are tried as quickly one by one
 LONG = 8.0  # seconds of rendering that are left: then, a picture gains more than the compilation takes
 MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues a picture: more calls seem to follow
 TILES = Form("samples", "of a tile together, shadow rays in streams", "the picture takes long enough", True)
@@ -54,7 +58,7 @@ def can_take_tiles(renderer, scene, integrator) -> bool:
     is_plain = renderer.fast and not renderer.replaced and runtime.current().arch == "cpu"
     if not (integrator.adds_up and is_far and has_shadows and is_plain and renderer.is_random):
         return False
-    return effects.is_lit and not effects.background and intersector.num_leaf_triangles > SMALL
+    return effects.is_lit and not effects.background
 
 
 def waiting_class(cls: type, tiles: "Tiles") -> type:
@@ -144,19 +148,38 @@ class Tiles:
             while tile < self.tiles:
                 self.begin(c)
                 first_x, first_y = self.x0 + tile // self.upwards * SIDE, self.y0 + tile % self.upwards * SIDE
-                for x in range(first_x, ti.min(first_x + SIDE, self.x1)):
-                    for y in range(first_y, ti.min(first_y + SIDE, self.y1)):
-                        i, is_taken = renderer.shares.sample_of(x, y, index)
-                        if is_taken:
-                            begin_counting(near_misses, x, y, integrator)
-                            rng = renderer.sampler.start(seed, x, y, i)
-                            ray, hit = eye_rays.hit_of(x, y, rng)
-                            value = renderer.radiance(scene, integrator, ray, hit, rng)
-                            self.end_pixel(c, x - first_x, y - first_y, value)
+                end_x, end_y = ti.min(first_x + SIDE, self.x1), ti.min(first_y + SIDE, self.y1)
+                # Pixels come in groups, which are those whose eye rays are kept side by side.
+                for group_x in range(first_x >> GROUP_BITS, (end_x + GROUP - 1) >> GROUP_BITS):
+                    for group_y in range(first_y >> GROUP_BITS, (end_y + GROUP - 1) >> GROUP_BITS):
+                        is_empty = self.look_behind(c, eye_rays, group_x, group_y)
+                        low_x, low_y = group_x << GROUP_BITS, group_y << GROUP_BITS
+                        for x in range(ti.max(low_x, first_x), ti.min(low_x + GROUP, end_x)):
+                            for y in range(ti.max(low_y, first_y), ti.min(low_y + GROUP, end_y)):
+                                i, is_taken = renderer.shares.sample_of(x, y, index)
+                                if is_taken:
+                                    begin_counting(near_misses, x, y, integrator)
+                                    if is_empty:
+                                        self.end_empty_pixel(c, renderer, near_misses, x, y, i)
+                                    else:
+                                        rng = renderer.sampler.start(seed, x, y, i)
+                                        ray, hit = eye_rays.hit_of(x, y, rng)
+                                        value = renderer.radiance(scene, integrator, ray, hit, rng)
+                                        self.end_pixel(c, x - first_x, y - first_y, value)
                 self.find_light(c)
                 self.streams.trace(c)
                 self.add_light(c, renderer, near_misses, first_x, first_y, index)
                 tile = ti.atomic_add(self.next_tile[None], 1)
+
+    @ti.func
+    def look_behind(self, c, eye_rays: ti.template(), group_x, group_y):
+        """Whether the eye rays of all pixels of a group hit nothing. If so, it looks up what is behind all of them."""
+        is_empty = False
+        if ti.static(eye_rays.has_groups):
+            is_empty = eye_rays.hits_nothing(group_x, group_y)
+            if is_empty:
+                self.look_ups.find_group(c, *eye_rays.directions_of(group_x, group_y))
+        return is_empty
 
     @in_kernels
     def begin(self, c) -> None:
@@ -188,6 +211,14 @@ class Tiles:
         k = self.look_ups.add(c, ray.direction)
         self.factor[c, k], self.kind[c, k], self.leaves[c, k] = tm.vec3(1), kind_of_look_up(), 0
         return tm.vec3(0)
+
+    @ti.func
+    def end_empty_pixel(self, c, renderer: ti.template(), near_misses: ti.template(), x, y, index):
+        """Give the film the sample of a pixel of the group of ``look_behind``."""
+        u, v = self.look_ups.coords_of_group(c, (x & (GROUP - 1)) * GROUP + (y & (GROUP - 1)))
+        light = self.look_ups.environment.radiance_at(u, v)
+        count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(), u, v, light))
+        renderer.record(x, y, light, index)
 
     @ti.func
     def end_pixel(self, c, column, row, value):

@@ -59,8 +59,12 @@ def test_the_same_picture_with_every_estimator(scene, estimator):
     assert_same(*pictures(scene, estimator))
 
 
+OTHERS = [{"crop": (3, 39, 5, 21)}, {"adaptive": True}, {"sampler": "independent"}]
+OTHERS += [{"camera": "orthographic"}, {"jitter": False}]
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("options", [{"crop": (3, 39, 5, 21)}, {"adaptive": True}, {"sampler": "independent"}])
+@pytest.mark.parametrize("options", OTHERS)
 def test_the_same_picture_of_a_crop_and_with_other_samples(scene, options):
     assert_same(*pictures(scene, "brdf", **options))
 
