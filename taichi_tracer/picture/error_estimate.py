@@ -47,7 +47,7 @@ import taichi.math as tm
 
 QUANTILE_RANGE = 30  # beyond this multiple of 1/√ν, practically nothing of the F-distribution is left
 TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
-ONE_SAMPLE = 0.7  # β: so large that the interval holds the truth (``python -m benchmarks.error calibration elsewhere``)
+ONE_SAMPLE = 0.5  # β: so large that the interval holds the truth (``python -m benchmarks.error calibration elsewhere``)
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
 
 

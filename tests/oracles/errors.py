@@ -14,7 +14,7 @@ def relative_error(variance, groups, image, unseen=0.0, of_largest=None):
     value, factor = math.sqrt(sum(v) / (3 * len(known))) / mean, interval(v)
     high = value * factor
     if of_largest is not None:
-        w = [max(one, 3 * (0.7 * float(of_largest[p])) ** 2) for one, p in zip(v, known, strict=True)]
+        w = [max(one, 3 * (0.5 * float(of_largest[p])) ** 2) for one, p in zip(v, known, strict=True)]
         high = max(high, math.sqrt(sum(w) / (3 * len(known))) / mean * interval(w))
     return value, value / factor, math.sqrt(high**2 + unseen**2)
 
