@@ -49,6 +49,11 @@ class Brdf:
         return True
 
     @ti.func
+    def is_like_mirror(self, material):
+        """Whether the lobe is so much narrower than a small sun that only ``sample`` finds what it reflects."""
+        return False
+
+    @ti.func
     def eval(self, material, w_o, w_i, n):
         """f_r, a vec3 per steradian, without the cosine."""
         ti.static_assert(False, "a BRDF must say what eval(self, material, w_o, w_i, n) is")

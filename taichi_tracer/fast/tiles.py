@@ -199,7 +199,7 @@ class Tiles:
         if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
             c = self.place
             k = self.look_ups.add(c, w_i)
-            self.factor[c, k], self.kind[c, k] = factor, kind_of_look_up()
+            self.factor[c, k], self.kind[c, k] = factor, kind_of_look_up(factor)
             self.origin[c, k], self.direction[c, k] = surface.origin, w_i
             self.leaves[c, k] = ti.cast(may_meet(scene.effects, surface, w_i), ti.i32)
         return tm.vec3(0)
@@ -209,7 +209,7 @@ class Tiles:
         """``SceneLights.seen`` for a ray that hits nothing; but the result is 0, and the light is added later."""
         c = self.place
         k = self.look_ups.add(c, ray.direction)
-        self.factor[c, k], self.kind[c, k], self.leaves[c, k] = tm.vec3(1), kind_of_look_up(), 0
+        self.factor[c, k], self.kind[c, k], self.leaves[c, k] = tm.vec3(1), kind_of_look_up(tm.vec3(1)), 0
         return tm.vec3(0)
 
     @ti.func
@@ -217,7 +217,7 @@ class Tiles:
         """Give the film the sample of a pixel of the group of ``look_behind``."""
         u, v = self.look_ups.coords_of_group(c, (x & (GROUP - 1)) * GROUP + (y & (GROUP - 1)))
         light = self.look_ups.environment.radiance_at(u, v)
-        count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(), u, v, light))
+        count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(tm.vec3(1)), u, v, light))
         renderer.record(x, y, light, index)
 
     @ti.func

@@ -7,7 +7,9 @@ have not, light is missing. Therefore, for each level of brightness, such look-u
 much light may be missing.
 
 Only look-ups that decide what is found are counted: those of eye rays, of mirrors, and of lobes from which no sample of
-the lights is taken. An environment whose light is spread over large areas has no bright spot, and nothing is counted.
+the lights is taken. A lobe that is much narrower than a sun counts as a mirror's: samples of the lights hardly ever
+fall into it, and the few that do have a weight that is next to nothing. An environment whose light is spread over large
+areas has no bright spot, and nothing is counted.
 """
 
 from dataclasses import dataclass
@@ -29,6 +31,7 @@ ROWS = 64  # of the map of directions that are near; it has twice as many column
 KINDS = ("eye rays", "mirrors", "lobes")
 EYE, MIRROR, LOBE = range(len(KINDS))
 BITS = len(LEVELS)
+WEIGHT = 0.01  # what a look-up of a narrow lobe is multiplied by, at least, if it was drawn from the lobe itself
 ENOUGH = 1000  # look-ups that met a level: more need not be counted
 
 
@@ -169,10 +172,11 @@ class NearMissCounter:
         return NearMisses(levels, *(f.to_numpy().astype(np.int64) for f in (self.near, self.met, self.per_pixel)))
 
     @in_kernels
-    def begin(self, x, y, samples_lights: bool) -> None:
-        """Begin a sample of a pixel, of an integrator that takes samples of the lights or not."""
-        self.x, self.y, self.samples_lights = x, y, samples_lights
-        self.surfaces, self.is_scattered, self.is_delta = (impl.expr_init(0) for _ in range(3))
+    def begin(self, x, y, integrator) -> None:
+        """Begin a sample of a pixel."""
+        self.x, self.y = x, y
+        self.samples_lights, self.samples_brdf = integrator.samples_lights, integrator.samples_brdf
+        self.surfaces, self.is_scattered, self.is_delta, self.is_narrow = (impl.expr_init(0) for _ in range(4))
         NearMissCounter._begun_last = impl.get_runtime().compiling_callable, self
 
     @classmethod
@@ -186,22 +190,25 @@ class NearMissCounter:
         """Note that the path has reached a surface."""
         self.surfaces += 1
         self.is_delta = ti.cast(surface.is_delta(), ti.i32)
-        if self.is_delta == 0:
+        self.is_narrow = ti.cast(surface.is_like_mirror(), ti.i32)
+        if self.is_delta == 0 and self.is_narrow == 0:
             self.is_scattered = 1
 
     @ti.func
-    def look_up(self, direction, radiance):
-        """Count a ray that nothing blocks, with the radiance that it found."""
-        kind = self.kind()
+    def look_up(self, direction, radiance, factor):
+        """Count a ray that nothing blocks, with the radiance that it found, and what this is multiplied by."""
+        kind = self.kind(factor)
         if kind >= 0:
             u, v = self.light.environment.coords(self.light.with_y_up(direction))
             self.count(self.x, self.y, self.code(kind, u, v, radiance))
 
     @ti.func
-    def kind(self):
-        """Which of ``KINDS`` the next look-up is; −1 if it is not counted."""
+    def kind(self, factor):
+        """Which of ``KINDS`` the next look-up is, whose light is multiplied by ``factor``; −1 if it is not counted."""
         kind = ti.select(self.surfaces == 0, EYE, ti.select(self.is_scattered == 0, MIRROR, LOBE))
-        is_counted = kind != LOBE or self.is_delta == 1 or ti.static(not self.samples_lights)
+        is_counted = kind == EYE or self.is_delta == 1 or ti.static(not self.samples_lights)
+        if ti.static(self.samples_brdf):
+            is_counted = is_counted or (self.is_narrow == 1 and factor.max() >= WEIGHT)
         return ti.select(is_counted, kind, -1)
 
     @ti.func
@@ -240,7 +247,7 @@ class NearMissCounter:
 def begin_counting(counter: NearMissCounter | None, x, y, integrator) -> None:
     """Let the counter, if there is one, count the look-ups of one sample of a pixel."""
     if counter is not None:
-        counter.begin(x, y, integrator.samples_lights)
+        counter.begin(x, y, integrator)
 
 
 @in_kernels
@@ -252,18 +259,18 @@ def note_surface(surface) -> None:
 
 
 @in_kernels
-def note_look_up(direction, radiance) -> None:
-    """Tell the counter of the kernel, if there is one, what a ray finds that nothing blocks."""
+def note_look_up(direction, radiance, factor) -> None:
+    """Tell the counter of the kernel, if there is one, what a ray finds that nothing blocks; ``factor`` weighs it."""
     counter = NearMissCounter.of_this_kernel()
     if counter is not None:
-        counter.look_up(direction, radiance)
+        counter.look_up(direction, radiance, factor)
 
 
 @in_kernels
-def kind_of_look_up() -> Any:
-    """The kind of the next look-up, for ``code_of_look_up``."""
+def kind_of_look_up(factor) -> Any:
+    """The kind of the next look-up, which ``factor`` weighs, for ``code_of_look_up``."""
     counter = NearMissCounter.of_this_kernel()
-    return -1 if counter is None else counter.kind()
+    return -1 if counter is None else counter.kind(factor)
 
 
 @in_kernels

@@ -76,7 +76,7 @@ class SceneLights:
         light = tm.vec3(0)
         for one in ti.static(self.far):
             light += one.radiance(ray, no_hit())
-        note_look_up(ray.direction, light)
+        note_look_up(ray.direction, light, tm.vec3(1))
         return light
 
     @ti.func
@@ -183,7 +183,7 @@ class SceneLights:
             if is_blocked(self.effects, intersector, surface, w_i, tm.inf):
                 light = tm.vec3(0)
             else:
-                note_look_up(w_i, light)
+                note_look_up(w_i, light, factor)
         return light
 
     @ti.func

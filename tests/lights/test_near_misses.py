@@ -150,3 +150,17 @@ def test_a_sun_in_a_mirror_that_no_sample_met_is_in_the_upper_end():
     assert "light that no sample met may add" in str(told)
     even = tt.SceneData(mesh, view=view, environment=np.full((8, 16, 3), 0.5), intersector="brute_force")
     assert tt.A2Renderer(even, 12, 12).use("mis").render(8).error().unseen == 0
+
+
+@pytest.mark.long
+def test_a_lobe_that_is_narrower_than_the_sun_is_counted_like_a_mirror():
+    """By its own samples alone: about as often as a mirror's, and not by the many samples of the sun."""
+    mirror, narrow = (plane(Kd=(1,) * 3, Ns=ns) for ns in (1e14, 1e8))
+    found = {}
+    for name, scene, way in (("mirror", mirror, "mis"), ("mis", narrow, "mis"), ("lights", narrow, "environment")):
+        counted = tt.A2Renderer(scene, 32, 32).use(way).render(4).film.counted()
+        found[name] = counted.near[0, MIRROR], counted.met[0, MIRROR]
+        assert not counted.near[:, LOBE].any()
+    assert found["mis"][0] == pytest.approx(found["mirror"][0], rel=0.05)
+    assert found["mis"][1] <= found["mirror"][1] + 3
+    assert found["lights"] == (0, 0)
