@@ -14,6 +14,9 @@ the samples k = 1 … K of pixel i that are so rare, and 0 instead of the others
 
     u² = (1/N) Σ_i ((1/K) Σ_k E_ik)².
 
+Not even the other technique need find a small sun in a lobe that is much narrower. Its near misses are counted, and
+bound what both may miss: see ``picture.unseen_light``.
+
 Only the surfaces that eye rays hit are looked at. Estimators that use both techniques miss nothing in this way, and
 nothing is done or compiled for them.
 
@@ -28,8 +31,9 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
+from taichi_tracer.lights.near_misses import begin_counting, counter_for
 from taichi_tracer.picture.film import is_finite
-from taichi_tracer.picture.unseen_light import KNOWN
+from taichi_tracer.picture.unseen_light import KNOWN, unseen_light
 
 SAMPLES = 4  # of the other technique, in each pixel that is looked at
 MOST = 128  # pixels along each side that are looked at; of larger pictures, one pixel of each tile
@@ -37,6 +41,12 @@ ALIKE = 4.0  # directions that are up to so many times as probable are counted t
 SAFETY = 1.2  # times u: the tiles and the few samples of a pixel make u rough
 SEED = 0x85EBCA6B  # combined with the seed of the picture, so that these samples are not its own
 SPHERE = 4 * math.pi  # the solid angle of all directions
+
+
+class BothTechniques:
+    """What ``NearMissCounter`` must know of these samples: it counts only narrow lobes, and what mirrors find."""
+
+    samples_lights, samples_brdf = True, True
 
 
 def other_techniques(scene, integrator, pixels: int) -> tuple[str, ...]:
@@ -78,6 +88,7 @@ class OtherTechnique:
         self.step = math.ceil(max(size) / MOST)
         self.columns, self.rows = (-(-n // self.step) for n in size)
         self.pixels = size[0] * size[1]
+        self.near_misses = counter_for(scene, self.columns, self.rows) if "brdf" in techniques else None
         self.seen: object = None  # the state of the picture at which it was looked
         self.found: list[tuple[np.ndarray, np.ndarray]] = []
 
@@ -87,9 +98,13 @@ class OtherTechnique:
             return
         self.scene.lights.prepare()
         self.found = []
+        if self.near_misses is not None:
+            self.near_misses.clear()
         for technique in self.techniques:
             light, chance = (np.zeros((SAMPLES, self.rows, self.columns), np.float32) for _ in range(2))
-            self._sample(self.scene, technique == "brdf", (seed ^ SEED) % 2**32, light, chance)
+            from_brdf = technique == "brdf"
+            near_misses = self.near_misses if from_brdf else None
+            self._sample(self.scene, from_brdf, near_misses, (seed ^ SEED) % 2**32, light, chance)
             self.found.append((light, self.meetings(light, chance)))
         self.seen = state
 
@@ -98,6 +113,7 @@ class OtherTechnique:
         self,
         scene: ti.template(),
         from_brdf: ti.template(),
+        near_misses: ti.template(),
         seed: ti.u32,
         light: ti.types.ndarray(dtype=ti.f32, ndim=3),
         chance: ti.types.ndarray(dtype=ti.f32, ndim=3),
@@ -105,6 +121,7 @@ class OtherTechnique:
         for row, column in ti.ndrange(self.rows, self.columns):
             x, y = self.x0 + column * self.step, self.y0 + row * self.step
             for k in range(SAMPLES):
+                begin_counting(near_misses, column, row, BothTechniques)
                 rng = self.sampler.start(seed, x, y, ti.cast(k, ti.u32))
                 ray, hit = self.eye_rays.hit_of(x, y, rng)
                 if hit.is_hit:
@@ -147,8 +164,9 @@ class OtherTechnique:
         return np.where(is_lit, found, np.inf)
 
     def missed(self, samples: float) -> float:
-        """SAFETY · u in the unit of the picture, for a picture with so many samples per pixel."""
-        squares = 0.0
+        """SAFETY · u in the unit of the picture, for a picture with so many samples per pixel; and near misses."""
+        near = None if self.near_misses is None else self.near_misses.counts()
+        squares = (unseen_light(near, SAMPLES, mean=1.0) / SAFETY) ** 2
         for light, meetings in self.found:
             is_missed = samples * meetings < KNOWN
             squares += float(np.square(np.where(is_missed, light, 0).mean(axis=0, dtype=np.float64)).mean())

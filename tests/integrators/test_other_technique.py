@@ -120,3 +120,20 @@ def test_light_that_is_about_as_rare_is_counted_together():
     other.found = [(light, found)]
     n = KNOWN / found[1, 0, 0] * 0.99  # the left pixel is just missed, the right one was met
     assert other.missed(n) == pytest.approx(SAFETY * math.sqrt((1 - 1 / SAMPLES) ** 2 / 2))
+
+
+@pytest.mark.long
+def test_near_misses_of_a_narrow_lobe_bound_what_the_other_technique_did_not_find_either():
+    """A ball of 0.1 that mirrors a sun of one texel: the bright spot on it is smaller than a pixel."""
+    sky = np.full((128, 256, 3), 0.5)
+    sky[20, 200] = 1e6
+    mesh = Mesh(
+        vertices=np.zeros((0, 3)),
+        faces=np.zeros((0, 3), np.int32),
+        materials=[Material("narrow", Kd=(1,) * 3, Ns=1e8)],
+        spheres=np.array([[0, 0, 0, 0.5]]),
+    )
+    renderer = tt.A2Renderer(scene_of(mesh, sky), SIZE, SIZE).use("environment").render(16)
+    error = renderer.error()
+    assert renderer._other.near_misses.counts().near[0].tolist()[1] > 0
+    assert error < 1 < error.unseen <= error.high
