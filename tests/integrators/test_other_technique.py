@@ -108,7 +108,7 @@ def test_nothing_is_done_where_nothing_can_be_missed(narrow):
 def test_light_that_is_about_as_rare_is_counted_together():
     """Each sample stands for pixels / (rows · columns · SAMPLES) of the picture's."""
     other = OtherTechnique.__new__(OtherTechnique)
-    other.rows, other.columns, other.pixels = 1, 2, 80
+    other.rows, other.columns, other.pixels, other.near_misses = 1, 2, 80, None
     light, chance = np.ones((SAMPLES, 1, 2)), np.full((SAMPLES, 1, 2), 1e-3)
     chance[:, 0, 1] = 1e-3 * ALIKE * 1.01
     light[0, 0, 0] = 0  # what is dark is not counted
@@ -124,7 +124,7 @@ def test_light_that_is_about_as_rare_is_counted_together():
 
 @pytest.mark.long
 def test_near_misses_of_a_narrow_lobe_bound_what_the_other_technique_did_not_find_either():
-    """A ball of 0.1 that mirrors a sun of one texel: the bright spot on it is smaller than a pixel."""
+    """A ball that mirrors a sun of one texel: the bright spot on it is smaller than a pixel."""
     sky = np.full((128, 256, 3), 0.5)
     sky[20, 200] = 1e6
     mesh = Mesh(
