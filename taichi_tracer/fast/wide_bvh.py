@@ -302,7 +302,7 @@ class WideBVH(FastIntersector):
                 following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
             else:
                 first, count = leaf_range(reference)
-                packets.try_leaf(c, common, self, first, count, t_min, best)
+                packets.try_leaf(c, common, self, first, count, t_min)
                 best = packets.farthest(c)
             if following == NOTHING:
                 following, top = self.wake(waiting, waiting_t, top, best)
