@@ -645,7 +645,6 @@ class ProgressiveRenderer:
 
 
 @register
-@ti.data_oriented
 @seams("shade_hit", "shade_triangle_id", "shade_distance", "shade_barycentric", "shade_normal", "shade_material_id")
 class A1Renderer(ProgressiveRenderer):
     """Assignment 1: what did the eye ray hit? Six views of the hit (A1-15)."""
@@ -763,7 +762,6 @@ def warn_if_dark(scene_data: SceneData) -> None:
 
 
 @register
-@ti.data_oriented
 @seams()
 class A2Renderer(ProgressiveRenderer):
     """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
@@ -829,7 +827,6 @@ class A2Renderer(ProgressiveRenderer):
 
 
 @register
-@ti.data_oriented
 @seams()
 class A3Renderer(A2Renderer):
     """Assignment 3: direct illumination by surfaces that emit and by the environment (A3-1 … A3-5).
@@ -876,7 +873,6 @@ class A3Renderer(A2Renderer):
 
 
 @register
-@ti.data_oriented
 @seams()
 class A4Renderer(ProgressiveRenderer):
     """Assignment 4: paths, on which light bounces from surface to surface (A4-1 … A4-5).

@@ -1,4 +1,4 @@
-"""Views from kept hits, tile by tile: the rays of sixteen pixels are made at once, and each pixel is shaded with its own.
+"""Views from kept hits, tile by tile: the rays of sixteen pixels are made at once, each pixel is shaded with its own.
 
 The plain form makes the ray of each pixel again, and computes from its column and its row where its hit is kept. For a
 view, this takes more time than the shading itself. Here, a thread goes through the tiles in the order of the memory.
