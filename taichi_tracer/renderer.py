@@ -20,6 +20,7 @@ from taichi.lang import impl
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, plain_rays
 from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles
+from taichi_tracer.fast.view_tiles import ViewTiles, can_show
 from taichi_tracer.files.images import check_writable, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.base import Integrator
@@ -196,6 +197,7 @@ class ProgressiveRenderer:
         self._explainer: Any = None
         self._other: OtherTechnique | None = None
         self._tiles: Tiles | None = None
+        self._view_tiles: ViewTiles | None = None
         self.use_tiles: bool | None = None
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
@@ -354,10 +356,12 @@ class ProgressiveRenderer:
             scene.lights.prepare(self.active.samples_lights)
         with part(EYE_RAYS, waits=True):
             self.eye_rays.bring_up_to_date(self.seed, index)
-        tiles = self._tiles_for(scene)
+        tiles, view_tiles = self._tiles_for(scene), self._tiles_of_view()
         with part(SAMPLES, waits=True):
             if tiles is not None:
                 tiles.take(self.film.near_misses, self.seed, index)
+            elif view_tiles is not None:
+                view_tiles.take(self, scene, self.active, self.seed, index)
             else:
                 self._take_sample(scene, self.active, self.eye_rays, self.film.near_misses, self.seed, index)
 
@@ -370,6 +374,14 @@ class ProgressiveRenderer:
             is_possible = is_worth_it and can_take_tiles(self, scene, self.active)
             self._tiles = Tiles(self, scene, self.active) if is_possible else None
         return self._tiles
+
+    def _tiles_of_view(self) -> ViewTiles | None:
+        """What gives the pixels of a view their colours tile by tile, if that is possible."""
+        if self.use_tiles is False or not can_show(self):
+            return None
+        if self._view_tiles is None or self._view_tiles.hits is not self.eye_rays:
+            self._view_tiles = ViewTiles(self.eye_rays, self.film.ranges)
+        return self._view_tiles
 
     @property
     def forms(self) -> frozenset:
@@ -635,7 +647,6 @@ class ProgressiveRenderer:
 
 
 @register
-@ti.data_oriented
 @seams("shade_hit", "shade_triangle_id", "shade_distance", "shade_barycentric", "shade_normal", "shade_material_id")
 class A1Renderer(ProgressiveRenderer):
     """Assignment 1: what did the eye ray hit? Six views of the hit (A1-15)."""
@@ -753,7 +764,6 @@ def warn_if_dark(scene_data: SceneData) -> None:
 
 
 @register
-@ti.data_oriented
 @seams()
 class A2Renderer(ProgressiveRenderer):
     """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
@@ -819,7 +829,6 @@ class A2Renderer(ProgressiveRenderer):
 
 
 @register
-@ti.data_oriented
 @seams()
 class A3Renderer(A2Renderer):
     """Assignment 3: direct illumination by surfaces that emit and by the environment (A3-1 … A3-5).
@@ -866,7 +875,6 @@ class A3Renderer(A2Renderer):
 
 
 @register
-@ti.data_oriented
 @seams()
 class A4Renderer(ProgressiveRenderer):
     """Assignment 4: paths, on which light bounces from surface to surface (A4-1 … A4-5).

@@ -15,6 +15,7 @@ from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.scene_data import RayHit, RayHits, again, brdfs_of, described
+from taichi_tracer.system import reuse
 from taichi_tracer.system.registry import PARTS
 
 
@@ -59,6 +60,16 @@ def test_answers_have_the_promised_shapes_and_values(square):
     np.testing.assert_array_equal(hits.normal, [[0, 0, 1], [0, 0, 0]])
     np.testing.assert_array_equal(hits.material_id, [0, -1])
     assert len(hits) == 2
+
+
+def test_answers_that_are_kept_stay_as_they_are(square, monkeypatch):
+    """Their memory is used again only when the last part of them is gone."""
+    monkeypatch.setattr(reuse, "LARGE", 1)
+    kept = square.intersect([0.5, 0.25, 2], [0, 0, -1]).normal
+    others = [square.intersect([0.5, 0.25, -2], [0, 0, 1]) for _ in range(3)]
+    np.testing.assert_array_equal(kept, [[0, 0, 1]])
+    for other in others:
+        np.testing.assert_array_equal(other.normal, [[0, 0, -1]])
 
 
 def test_one_ray_meets_many_and_none_is_fine(square):

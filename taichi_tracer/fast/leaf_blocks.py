@@ -126,6 +126,12 @@ class LeafBlocks:
         )
 
     @ti.func
+    def extremes(self, block, axis: ti.template()):
+        """The smallest and the largest component along an axis of each primitive of a block."""
+        a, b, c = self.vertices[block, 3 * axis], self.vertices[block, 3 * axis + 1], self.vertices[block, 3 * axis + 2]
+        return smaller(a, smaller(b, c)), larger(a, larger(b, c))
+
+    @ti.func
     def candidates(self, ray, aim, block, used):
         """A mask, see ``lanes_of``, of the primitives of a block that the ray may hit. ``used`` places are not empty.
 

@@ -16,7 +16,7 @@ everything that depends only on this point is a single number.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_build import MAX_LEAF
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS, MAX_LEAF
 from taichi_tracer.fast.lanes import larger, smaller
 from taichi_tracer.ray import Ray, real
 from taichi_tracer.system import memory, runtime
@@ -120,7 +120,9 @@ class Packets:
         is_undecided: the lanes that a triangle test cannot decide in this precision.
     Fields of a place:
         group_low, group_high: for each axis, the smallest and the largest 1/d of each group.
-        near_corner, far_corner: for the box of each triangle of a leaf, the corners where rays enter and leave.
+        near_plane, far_plane: of the boxes of each four triangles of a leaf, for each axis, the planes where rays enter
+            and leave.
+        group_reach: the largest t at which a ray of each group can still find a nearer hit.
         met: which triangles of a leaf are tried with which groups.
 
     Args:
@@ -137,7 +139,8 @@ class Packets:
         self.reach = ti.Vector.field(LANES, float)
         self.triangle_id, self.heading, self.is_undecided = (ti.Vector.field(LANES, ti.i32) for _ in range(3))
         self.group_low, self.group_high = (ti.Vector.field(GROUPS, float) for _ in range(2))
-        self.near_corner, self.far_corner = (ti.Vector.field(3, float) for _ in range(2))
+        self.group_reach = ti.Vector.field(GROUPS, float)
+        self.near_plane, self.far_plane = (ti.Vector.field(BLOCK, float) for _ in range(2))
         self.met = ti.field(ti.i32)
         # LLVM unrolls a loop whose length is a constant, which makes the code much longer. Therefore the lengths are
         # read from memory.
@@ -146,7 +149,8 @@ class Packets:
 
         place = self._memory.fields.dense(ti.i, places)
         place.dense(ti.j, MAX_LEAF * GROUPS + 1).place(self.met)
-        place.dense(ti.j, MAX_LEAF).place(self.near_corner, self.far_corner)
+        place.dense(ti.j, -(-MAX_LEAF // BLOCK)).dense(ti.k, 3).place(self.near_plane, self.far_plane)
+        place.place(self.group_reach)
         place.dense(ti.j, 3).place(self.group_low, self.group_high)
         group = place.dense(ti.j, GROUPS)
         by_axis = [self.d, self.i]
@@ -263,11 +267,13 @@ class Packets:
         return self.f[c, g, axis]
 
     @ti.func
-    def box_interval(self, c, g, common, near_corner, far_corner, t_near, t_far):
-        """``box_interval`` of sixteen rays, from the corners where rays of this heading enter and leave the box."""
+    def box_interval(self, c, g, common, slot):
+        """``box_interval`` of sixteen rays and the box of a primitive of the present leaf, for any t."""
+        t_near, t_far = lanes(-tm.inf), lanes(tm.inf)
         for k in ti.static(range(3)):
-            to_near = near_corner[k] - self.near_origin(c, g, common, k)
-            to_far = far_corner[k] - self.far_origin(c, g, common, k)
+            near_plane, far_plane = self.near_and_far_plane(c, slot, k)
+            to_near = near_plane - self.near_origin(c, g, common, k)
+            to_far = far_plane - self.far_origin(c, g, common, k)
             near, far = to_near * self.i[c, g, k], to_far * self.i[c, g, k]
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, t_far
@@ -281,28 +287,45 @@ class Packets:
         return greatest(reach)
 
     @ti.func
-    def try_leaf(self, c, common, intersector: ti.template(), first, count, t_min, t_max):
-        """Try each primitive of a leaf with the groups that may meet its box before t_max.
+    def try_leaf(self, c, common, intersector: ti.template(), first, count, t_min):
+        """Try each primitive of a leaf with the groups that may meet its box before their farthest hit so far.
 
         All boxes are tested before all triangles, so that the iterations of the first loop do not depend on each other.
         """
-        signs = heading_signs(common.heading)
+        self.bound_leaf(c, common, intersector.blocks, first, count)
+        for g in range(self.groups[None]):
+            self.group_reach[c][g] = greatest(self.reach[c, g])
         met = 0
         for slot in range(count):
-            low, high = intersector.leaf_box(first + slot)
-            near_corner, far_corner = ti.select(signs > 0, low, high), ti.select(signs > 0, high, low)
-            self.near_corner[c, slot], self.far_corner[c, slot] = near_corner, far_corner
-            t_near, t_far = ti.Vector([t_min] * GROUPS), ti.Vector([t_max] * GROUPS)
+            t_near, t_far = ti.Vector([t_min] * GROUPS), self.group_reach[c]
             for k in ti.static(range(3)):
-                to_near, to_far = near_corner[k] - common.near_origin[k], far_corner[k] - common.far_origin[k]
+                near, far = self.near_and_far_plane(c, slot, k)
                 group_low, group_high = self.group_low[c, k], self.group_high[c, k]
-                t_near, t_far = slab(to_near, to_far, group_low, group_high, t_near, t_far)
+                t_near, t_far = slab(
+                    near - common.near_origin[k], far - common.far_origin[k], group_low, group_high, t_near, t_far
+                )
             for g in ti.static(range(GROUPS)):
                 self.met[c, met] = (slot << GROUP_BITS) + g
                 met += ti.cast(t_near[g] <= t_far[g], ti.i32)
         for k in range(met):
             slot, g = self.met[c, k] >> GROUP_BITS, self.met[c, k] & (GROUPS - 1)
             self.try_primitive(c, g, common, intersector, slot, first + slot, t_min)
+
+    @ti.func
+    def bound_leaf(self, c, common, blocks: ti.template(), first, count):
+        """Keep the boxes of a leaf's primitives, four at a time. At an empty place of a block, a box has no meaning."""
+        for b in range((count + BLOCK - 1) >> BLOCK_BITS):
+            for k in ti.static(range(3)):
+                low, high = blocks.extremes((first >> BLOCK_BITS) + b, k)
+                is_forward = (common.heading >> k) & 1 == 0
+                self.near_plane[c, b, k] = ti.select(is_forward, low, high)
+                self.far_plane[c, b, k] = ti.select(is_forward, high, low)
+
+    @ti.func
+    def near_and_far_plane(self, c, slot, axis: ti.template()):
+        """The planes, along an axis, where rays enter and leave the box of a primitive of the present leaf."""
+        b, lane = slot >> BLOCK_BITS, slot & (BLOCK - 1)
+        return self.near_plane[c, b, axis][lane], self.far_plane[c, b, axis][lane]
 
     @ti.func
     def try_primitive(self, c, g, common, intersector: ti.template(), slot, i, t_min):
@@ -321,8 +344,7 @@ class Packets:
         is_inside, is_undecided, t, u, v = intersector.solve_packet(self, c, g, common, intersector.blocks, i)
         if any_lane(is_inside):
             triangle_id = intersector.blocks.primitive(i)
-            near_corner, far_corner = self.near_corner[c, slot], self.far_corner[c, slot]
-            t_near, t_far = self.box_interval(c, g, common, near_corner, far_corner, lanes(-tm.inf), lanes(tm.inf))
+            t_near, t_far = self.box_interval(c, g, common, slot)
             t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
             reach, best_id = self.reach[c, g], self.triangle_id[c, g]
             is_nearer = (t < reach) | ((t == reach) & (triangle_id < best_id))

@@ -233,6 +233,11 @@ class PrimaryHits:
     def hit_data(self, x, y, ray):
         """The HitData of a pixel's eye ray."""
         tile, lane = self.tile_and_lane(x, y)
+        return self.hit_in(tile, lane, ray)
+
+    @ti.func
+    def hit_in(self, tile, lane, ray):
+        """The HitData of the eye ray in a lane of a tile."""
         data = no_hit()
         triangle_id = self.triangle_id[tile][lane]
         if triangle_id >= 0:

@@ -145,21 +145,7 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def nearest_place(self, ray, t_min, t_max):
-        """``nearest``, and the place of the hit primitive, see ``leaf_blocks``."""
-        return self.traverse(ray, t_min, t_max, False)
-
-    @ti.func
-    def is_blocked(self, ray, t_min, t_max):
-        """Whether anything is hit with t_min < t < t_max."""
-        _t, primitive_id, _u, _v, _ = self.traverse(ray, t_min, t_max, True)
-        return primitive_id >= 0
-
-    @ti.func
-    def traverse(self, ray, t_min, t_max, any_hit: ti.template()):
-        """(t, id, u, v, place) of the nearest hit; with ``any_hit``, of the first hit found.
-
-        It is (t_max, −1, 0, 0, 0) if nothing is hit.
-        """
+        """``nearest``, and the place of the hit primitive, see ``leaf_blocks``; 0 if nothing is hit."""
         bounds, aim = self.ray_bounds(ray), aim_of(ray)
         best, best_id, best_u, best_v, best_place = t_max, -1, 0.0, 0.0, 0
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
@@ -186,12 +172,54 @@ class WideBVH(FastIntersector):
                         t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
                         if t_min < t and (t < best or (t == best and primitive_id < best_id)):
                             best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
-                            if ti.static(any_hit):
-                                top, mask = 0, 0
             if following == NOTHING:
                 following, top = self.wake(waiting, waiting_t, top, best)
             reference = following
         return best, best_id, best_u, best_v, best_place
+
+    @ti.func
+    def is_blocked(self, ray, t_min, t_max):
+        """Whether anything is hit with t_min < t < t_max.
+
+        The search ends at the first hit. Therefore the children of a node are not sorted by their distance: that would
+        take more time than it saves.
+        """
+        bounds, aim = self.ray_bounds(ray), aim_of(ray)
+        blocked = False
+        waiting = ti.Vector([0] * self.stack_size, ti.i32)
+        top = 0
+        reference = NOTHING
+        if self.is_legal(ray):
+            reference = self.root
+        while reference != NOTHING:
+            following = NOTHING
+            if reference >= 0:
+                _, mask = self.met_children(bounds, reference, t_min, t_max)
+                if mask != 0:
+                    following = self.children[reference, first_lane(mask)]
+                    mask &= mask - 1
+                    while mask != 0:
+                        waiting[top] = self.children[reference, first_lane(mask)]
+                        mask &= mask - 1
+                        top += 1
+            else:
+                first, count = leaf_range(reference)
+                for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
+                    used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
+                    mask = self.candidates(ray, aim, block, used)
+                    while mask != 0:
+                        place = (block << BLOCK_BITS) + first_lane(mask)
+                        mask &= mask - 1
+                        v0, v1, v2 = self.leaf_triangle(place)
+                        t, _, _ = self.try_primitive(ray, bounds, self.blocks.primitive(place), v0, v1, v2, t_min)
+                        if t_min < t and t < t_max:
+                            blocked = True
+                            top, mask = 0, 0
+            if following == NOTHING and top > 0:
+                top -= 1
+                following = waiting[top]
+            reference = following
+        return blocked
 
     @ti.func
     def query_segment(self, ray, t_min, t_max):
@@ -289,7 +317,7 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def trace_heading(self, packets: ti.template(), c, common, t_min):
-        """``traverse`` for all rays of a heading together: into every box that at least one of them may meet."""
+        """``nearest`` for all rays of a heading together: into every box that at least one of them may meet."""
         best = packets.farthest(c)
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
         waiting_t = ti.Vector([0.0] * self.stack_size, float)
@@ -302,7 +330,7 @@ class WideBVH(FastIntersector):
                 following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
             else:
                 first, count = leaf_range(reference)
-                packets.try_leaf(c, common, self, first, count, t_min, best)
+                packets.try_leaf(c, common, self, first, count, t_min)
                 best = packets.farthest(c)
             if following == NOTHING:
                 following, top = self.wake(waiting, waiting_t, top, best)
