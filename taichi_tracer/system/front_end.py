@@ -3,7 +3,7 @@
 Wherever a kernel calls a function, Taichi 1.7 finds and reads that function's source again, and for each expression it
 writes out the source lines that an error message would show. Together they take more than half of the time in which
 Python reads kernels. What is read and written is the same each time, so that it is kept here, and it is found by
-shorter ways. Messages and kernels do not change.
+shorter ways. Messages and kernels do not change. What a kernel was given in its first call is not kept.
 
 For each function with ``@ti.func``, Taichi looks for the line of its class, and searches all modules for the file that
 it already knows. ``frame_info`` reads the line from this file, which makes the imports of this package shorter by a
@@ -188,6 +188,23 @@ def kept_per_place(describe):
     return described
 
 
+def letting_go(transform: Callable) -> Callable:
+    """``transform_tree``, after which the context of a function has none of its arguments.
+
+    A context belongs to a cycle of objects, which Python finds only when it looks for such cycles. The arrays and the
+    scene of a kernel's first call would stay in memory until then.
+    """
+
+    @functools.wraps(transform)
+    def transformed(tree: ast.AST, context: Any) -> Any:
+        try:
+            return transform(tree, context)
+        finally:
+            context.argument_data = ()
+
+    return transformed
+
+
 class Raising:
     """A builder for which building any node raises an error that was raised before."""
 
@@ -241,6 +258,7 @@ def keep_what_is_read() -> None:
     context = ast_transformer_utils.ASTTransformerContext
     context.get_pos_info = kept_per_place(shorter(context.get_pos_info, position))
     ast_transformer_utils.Builder.__call__ = building(ast_transformer_utils.Builder.__call__)
+    kernel_impl.transform_tree = letting_go(kernel_impl.transform_tree)
     for module in (impl, matrix, snode):
         if getattr(module, "get_traceback", None) is util.get_traceback:
             module.get_traceback = traceback_text

@@ -1,10 +1,13 @@
 """What Taichi keeps of sources is what it would read again: lines, messages, and functions that share a name."""
 
+import gc
 import inspect
 import linecache
 import sys
 import textwrap
+import weakref
 
+import numpy as np
 import pytest
 import taichi as ti
 from hypothesis import given, settings
@@ -102,6 +105,28 @@ def test_without_a_short_way_the_usual_way_is_taken():
         raise AttributeError
 
     assert front_end.shorter(len, fails)([1, 2]) == 2
+
+
+def test_what_a_kernel_was_given_is_freed_with_its_last_name(f32):
+    """Also after the first call, in which Taichi reads the kernel, and without a search for cycles of objects."""
+
+    @ti.func
+    def twice(values: ti.template(), i):
+        return 2 * values[i]
+
+    @ti.kernel
+    def first(values: ti.types.ndarray(dtype=ti.i32, ndim=1)) -> ti.i32:
+        return twice(values, 0)
+
+    values = np.array([21], np.int32)
+    kept = weakref.ref(values)
+    gc.disable()
+    try:
+        assert first(values) == 42
+        del values
+        assert kept() is None
+    finally:
+        gc.enable()
 
 
 def test_the_place_of_a_field_is_told_as_by_taichi():
