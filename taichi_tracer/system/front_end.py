@@ -12,6 +12,7 @@ third.
 
 import ast
 import functools
+import gc
 import inspect
 import linecache
 import sys
@@ -21,7 +22,9 @@ import weakref
 from collections.abc import Callable
 from typing import Any
 
-from taichi.lang import impl, kernel_impl, matrix, snode, util
+import numpy as np
+from taichi._lib import core
+from taichi.lang import expr, impl, kernel_impl, matrix, snode, util
 from taichi.lang.ast import ast_transformer_utils
 
 from taichi_tracer.system.importing import frame_info
@@ -167,29 +170,58 @@ def kept_per_function(find):
     return found
 
 
-def kept_per_place(describe):
-    """``describe(self, node)``, written once for each place in the source of a function.
+def kept_per_node(describe):
+    """``describe(self, node)``, written once for each node of a function's syntax tree.
 
-    A call of a function has a context of its own, in which the places of the function are kept as well.
+    A call of a function has a context of its own, in which the descriptions of the function are kept as well.
     """
     kept = weakref.WeakKeyDictionary()
 
     @functools.wraps(describe)
     def described(self, node):
-        places = self.__dict__.get("places")
-        if places is None:
-            places = self.places = kept.setdefault(self.func.func, {})
-        place = type(node), node.lineno, node.col_offset, node.end_lineno, node.end_col_offset
-        found = places.get(place)
+        descriptions = self.__dict__.get("descriptions")
+        if descriptions is None:
+            descriptions = self.descriptions = kept.setdefault(self.func.func, {})
+        found = descriptions.get(node)
         if found is None:
-            found = places[place] = describe(self, node)
+            found = descriptions[node] = describe(self, node)
         return found
 
     return described
 
 
-def letting_go(transform: Callable) -> Callable:
-    """``transform_tree``, after which the context of a function has none of its arguments.
+class Trees:
+    """Syntax trees of sources, which are used again and again.
+
+    Taichi writes into the nodes what it has built from them. Therefore a tree is given back after its use, as it was
+    before. Meanwhile, another tree of the same source is made, as for a function that calls itself at compile time.
+    """
+
+    def __init__(self) -> None:
+        self._free: dict[str, list[ast.AST]] = {}
+
+    def parse(self, source: str) -> ast.AST:
+        """The syntax tree of a source, as ``ast.parse`` makes it."""
+        free = self._free.setdefault(source, [])
+        if free:
+            return free.pop()
+        tree: Any = ast.parse(source)
+        members = [(node, dict(vars(node))) for node in ast.walk(tree) if vars(node)]
+        tree.source_of_tree, tree.members_of_nodes = source, members
+        return tree
+
+    def give_back(self, tree: Any) -> None:
+        """Let a tree be used again."""
+        source, members = getattr(tree, "source_of_tree", None), getattr(tree, "members_of_nodes", ())
+        for node, own in members:
+            node.__dict__ = dict(own)
+        if source is not None:
+            tree.source_of_tree, tree.members_of_nodes = source, members
+            self._free[source].append(tree)
+
+
+def letting_go(transform: Callable, trees: Trees) -> Callable:
+    """``transform_tree``, after which its tree can be used again, and the context has no arguments.
 
     A context belongs to a cycle of objects, which Python finds only when it looks for such cycles. The arrays and the
     scene of a kernel's first call would stay in memory until then.
@@ -201,8 +233,28 @@ def letting_go(transform: Callable) -> Callable:
             return transform(tree, context)
         finally:
             context.argument_data = ()
+            trees.give_back(tree)
 
     return transformed
+
+
+def without_collections(create: Callable) -> Callable:
+    """``Program.create_kernel``, which reads a kernel, while Python does not look for cycles of objects.
+
+    Nearly all of the many objects that are made while a kernel is read stay: the search would find nothing.
+    """
+
+    @functools.wraps(create)
+    def created(*words: Any) -> Any:
+        was_enabled = gc.isenabled()
+        gc.disable()
+        try:
+            return create(*words)
+        finally:
+            if was_enabled:
+                gc.enable()
+
+    return created
 
 
 class Raising:
@@ -256,9 +308,13 @@ def keep_what_is_read() -> None:
     kernel_impl.getsourcelines = kept_per_function(shorter(kernel_impl.getsourcelines, source_lines))
     kernel_impl.textwrap = types.SimpleNamespace(fill=fill, dedent=functools.lru_cache(4096)(textwrap.dedent))
     context = ast_transformer_utils.ASTTransformerContext
-    context.get_pos_info = kept_per_place(shorter(context.get_pos_info, position))
+    context.get_pos_info = kept_per_node(shorter(context.get_pos_info, position))
     ast_transformer_utils.Builder.__call__ = building(ast_transformer_utils.Builder.__call__)
-    kernel_impl.transform_tree = letting_go(kernel_impl.transform_tree)
+    trees = Trees()
+    kernel_impl.ast = types.SimpleNamespace(**vars(ast) | {"parse": trees.parse})
+    kernel_impl.transform_tree = letting_go(kernel_impl.transform_tree, trees)
+    core.Program.create_kernel = without_collections(core.Program.create_kernel)
+    expr.np = types.SimpleNamespace(**vars(np) | {"iinfo": functools.lru_cache(np.iinfo)})
     for module in (impl, matrix, snode):
         if getattr(module, "get_traceback", None) is util.get_traceback:
             module.get_traceback = traceback_text
