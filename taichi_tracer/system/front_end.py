@@ -257,6 +257,37 @@ def without_collections(create: Callable) -> Callable:
     return created
 
 
+def with_short_way(usual: Callable) -> Callable:
+    """``Expr.__init__``, with a shorter way for what most expressions are made from."""
+
+    @functools.wraps(usual)
+    def made(self: Any, *words: Any, dbg_info: Any = None, dtype: Any = None) -> None:
+        if len(words) != 1 or type(words[0]) is not core.Expr:
+            usual(self, *words, dbg_info=dbg_info, dtype=dtype)
+            return
+        self.ptr, self.dbg_info = words[0], dbg_info
+        if dbg_info:
+            self.ptr.set_dbg_info(dbg_info)
+        self.ptr.type_check(impl.pytaichi.prog.config())
+        self.ptr_type_checked = True
+
+    return made
+
+
+def initialised(usual: Callable) -> Callable:
+    """``impl.expr_init``, which makes a variable of a kernel, with a shorter way if its value is an expression."""
+
+    @functools.wraps(usual)
+    def variable(value: Any) -> Any:
+        if type(value) is not expr.Expr:
+            return usual(value)
+        runtime = impl.pytaichi
+        place = core.DebugInfo(runtime.src_info_stack[-1])
+        return expr.Expr(runtime.compiling_callable.ast_builder().expr_var(value.ptr, place))
+
+    return variable
+
+
 class Raising:
     """A builder for which building any node raises an error that was raised before."""
 
@@ -274,11 +305,14 @@ def building(usual: Callable) -> Callable:
     """``Builder.__call__``, which builds a node, with less around each node; ``usual``, Taichi's own, tells errors."""
 
     @functools.wraps(usual)
-    def build(self: Any, context: Any, node: ast.AST) -> Any:
+    def build(self: Any, context: Any, node: Any) -> Any:
+        if type(node) is ast.Constant:
+            node.ptr = node.value
+            return node.value
         method = getattr(self, BUILDING.get(type(node), "none"), None)
         if method is None:
             return usual(self, context, node)
-        places = impl.get_runtime().src_info_stack
+        places = impl.pytaichi.src_info_stack
         try:
             places.append(context.get_pos_info(node) if isinstance(node, (ast.stmt, ast.expr)) else "")
             try:
@@ -310,6 +344,8 @@ def keep_what_is_read() -> None:
     context = ast_transformer_utils.ASTTransformerContext
     context.get_pos_info = kept_per_node(shorter(context.get_pos_info, position))
     ast_transformer_utils.Builder.__call__ = building(ast_transformer_utils.Builder.__call__)
+    expr.Expr.__init__ = with_short_way(expr.Expr.__init__)
+    impl.expr_init = initialised(impl.expr_init)
     trees = Trees()
     kernel_impl.ast = types.SimpleNamespace(**vars(ast) | {"parse": trees.parse})
     kernel_impl.transform_tree = letting_go(kernel_impl.transform_tree, trees)
