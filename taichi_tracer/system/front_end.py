@@ -63,6 +63,8 @@ def marked(line: str, first: int, last: int) -> str:
     code = wrapped(line)
     if not code:
         return "\n\n"
+    if first < last <= MESSAGE_WIDTH and len(line) <= MESSAGE_WIDTH:  # the marks are not wrapped
+        return f"{code[0]}\n{' ' * first}{'^' * (last - first)}\n"
     marks = wrapped(" " * first + "^" * (last - first) + " " * (len(line) - max(first, last)))
     return "".join([f"{text}\n{mark}\n" for text, mark in zip(code, marks, strict=False)])
 
