@@ -12,6 +12,9 @@ import taichi as ti
 
 from taichi_tracer.system import runtime
 
+# Numbers from which on it saves time to copy them in parallel: a parallel loop takes 10 ms longer to translate or load.
+MANY_NUMBERS = 1 << 20
+
 
 @dataclass(frozen=True)
 class Table:
