@@ -349,12 +349,15 @@ class ProjectiveCamera(ABC):
         window: ti.types.ndarray(ndim=2),
         parameters: ti.types.ndarray(ndim=1),
     ):
-        for i, j in ti.static(ti.ndrange(4, 4)):
-            self.camera_to_world[None][i, j] = matrix[i, j]
-        for i in ti.static(range(2)):
-            self.half_size[None][i], self.centre[None][i] = window[0, i], window[1, i]
-        for i in ti.static(range(10)):
-            self._parameters[i] = parameters[i]
+        ti.loop_config(serialize=True)
+        for _ in range(1):  # the loops in it are not unrolled: Taichi translates them in half of the time
+            for i in range(4):
+                for j in range(4):
+                    self.camera_to_world[None][i, j] = matrix[i, j]
+            for i in range(2):
+                self.half_size[None][i], self.centre[None][i] = window[0, i], window[1, i]
+            for i in range(10):
+                self._parameters[i] = parameters[i]
 
     @ti.kernel
     def _load_own_matrix(self):

@@ -14,6 +14,7 @@ from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.seams import seams
+from taichi_tracer.system.tables import MANY_NUMBERS
 
 LOOKUPS = ("nearest", "bilinear")
 
@@ -101,9 +102,11 @@ class Environment:
 
     @ti.kernel
     def _load(self, pixels: ti.types.ndarray(ndim=3)):
-        for row, column in self.texels:
-            for k in ti.static(range(3)):
-                self.texels[row, column][k] = pixels[row, column, k]
+        ti.loop_config(serialize=self.width * self.height < MANY_NUMBERS)
+        for row in range(self.height):
+            for column in range(self.width):
+                for k in ti.static(range(3)):
+                    self.texels[row, column][k] = pixels[row, column, k]
 
     @ti.func
     def coords(self, direction):

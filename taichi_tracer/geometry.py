@@ -353,12 +353,21 @@ class Geometry:
         integers: ti.types.ndarray(dtype=ti.i32, ndim=1),
         places: ti.types.ndarray(dtype=ti.i32, ndim=1),
     ):
-        tables.fill(numbers, integers, places)
-        ti.loop_config(serialize=self.n_triangles < MANY_TRIANGLES)
-        for i in range(self.n_triangles):
-            v0, v1, v2 = self.triangle(i)
-            self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
-            self.thinness[i] = thinness(v0, v1, v2)
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            tables.fill(numbers, integers, places)
+            if ti.static(self.n_triangles < MANY_TRIANGLES):
+                for i in range(self.n_triangles):
+                    self._set_normal(i)
+        if ti.static(self.n_triangles >= MANY_TRIANGLES):
+            for i in range(self.n_triangles):
+                self._set_normal(i)
+
+    @ti.func
+    def _set_normal(self, i):
+        v0, v1, v2 = self.triangle(i)
+        self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
+        self.thinness[i] = thinness(v0, v1, v2)
 
     def _complete_normals(self) -> None:
         """Give a normal to every corner: behind those of the file, the normals of the planes."""

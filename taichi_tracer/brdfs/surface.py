@@ -38,8 +38,16 @@ class Surface:
     @in_kernels
     def scattering(self) -> "Surface":
         """The same surface without the delta BRDFs, for code that runs only where the surface has none of them."""
-        others = {i: b for i, b in zip(self.numbers, self.brdfs, strict=True) if not b.is_delta}
-        return Surface(others, self.brdf_id, self.material, self.origin, self.hit, self.w_o)
+        return self._with_brdfs(are_delta=False)
+
+    @in_kernels
+    def not_scattering(self) -> "Surface":
+        """The same surface with the delta BRDFs alone, for code that runs only where the surface has one of them."""
+        return self._with_brdfs(are_delta=True)
+
+    def _with_brdfs(self, are_delta: bool) -> "Surface":
+        some = {i: b for i, b in zip(self.numbers, self.brdfs, strict=True) if b.is_delta == are_delta}
+        return Surface(some, self.brdf_id, self.material, self.origin, self.hit, self.w_o)
 
     @property
     def may_transmit(self) -> bool:

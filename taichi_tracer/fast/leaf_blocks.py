@@ -20,6 +20,8 @@ from taichi_tracer.fast.packets import smaller_axes
 from taichi_tracer.formulas.triangles import moller_trumbore, watertight
 from taichi_tracer.ray import real
 
+NO_ROW = -1  # in place of the number of a triangle
+
 
 def in_blocks(references: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Move the leaves apart, so that each begins with a new block.
@@ -90,18 +92,21 @@ class LeafBlocks:
         block.dense(ti.j, BLOCK).place(self.ids)
 
     @ti.func
-    def clear(self, block, row):
-        """Make a row of a block empty: NaN, with which no condition holds."""
-        self.vertices[block, row] = ti.Vector([tm.nan] * BLOCK)
+    def fill(self, block, rows: ti.template(), vertices: ti.template(), faces: ti.template(), ids: ti.template()):
+        """Put rows of ``faces`` and ``ids`` into a block: ``rows`` has one for each place, or ``NO_ROW``.
 
-    @ti.func
-    def put(self, place, item, vertices: ti.template(), faces: ti.template(), ids: ti.template()):
-        """Put row ``item`` of ``faces`` and ``ids`` at a place."""
-        block, lane = place >> BLOCK_BITS, place & (BLOCK - 1)
-        self.ids[block, lane] = ids[item]
-        for corner in ti.static(range(3)):
-            for axis in ti.static(range(3)):
-                self.vertices[block, 3 * axis + corner][lane] = vertices[faces[item, corner], axis]
+        The vertices of an empty place are NaN, with which no condition holds.
+        """
+        for lane in range(BLOCK):
+            row = rows[BLOCK * block + lane]
+            if row != NO_ROW:
+                self.ids[block, lane] = ids[row]
+            for corner in range(3):
+                for axis in range(3):
+                    coordinate = tm.nan
+                    if row != NO_ROW:
+                        coordinate = vertices[faces[row, corner], axis]
+                    self.vertices[block, 3 * axis + corner][lane] = coordinate
 
     @ti.func
     def primitive(self, place):

@@ -14,11 +14,11 @@ from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree, quantise
 from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
-from taichi_tracer.fast.leaf_blocks import LeafBlocks, aim_of, in_blocks
+from taichi_tracer.fast.leaf_blocks import NO_ROW, LeafBlocks, aim_of, in_blocks
 from taichi_tracer.fast.nearest import FastIntersector
 from taichi_tracer.fast.packet_triangles import packet_test
 from taichi_tracer.fast.packets import slab
-from taichi_tracer.geometry import Geometry
+from taichi_tracer.geometry import MANY_TRIANGLES, Geometry
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system import memory, runtime
@@ -70,6 +70,8 @@ class WideBVH(FastIntersector):
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
         self.num_places = BLOCK * -(-(int(places.max(initial=-1)) + 1) // BLOCK)
 
+        grid = quantise(wide.planes)
+        del wide  # before the fields are made, which need as much memory
         self._memory = memory.Memory()
         self.corner, self.step = ti.Vector.field(3, float), ti.Vector.field(3, float)
         self.number_type = ti.u8 if runtime.has_f64() else ti.i32  # some Vulkan devices have no bytes
@@ -82,11 +84,11 @@ class WideBVH(FastIntersector):
         node.dense(ti.j, WIDTH).place(self.children)
         self.blocks = LeafBlocks(self._memory.fields, self.num_places, self.solve, geometry.effects.spheres)
         self._memory.allocate()
-        grid = quantise(wide.planes)
         number_type = np.uint8 if self.number_type == ti.u8 else np.int32
         nodes = grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children
-        triangles = *leaf_triangles(geometry), ids.astype(np.int32), order, places
-        self._load(*nodes, *triangles, self.num_places // BLOCK)
+        rows = np.full(self.num_places, NO_ROW, np.int32)
+        rows[places] = order
+        self._load(*nodes, *leaf_triangles(geometry), ids.astype(np.int32), rows)
         self.build_seconds = time.perf_counter() - start
 
     @property
@@ -120,22 +122,21 @@ class WideBVH(FastIntersector):
         vertices: ti.types.ndarray(ndim=2),
         faces: ti.types.ndarray(ndim=2),
         ids: ti.types.ndarray(ndim=1),
-        order: ti.types.ndarray(ndim=1),
-        places: ti.types.ndarray(ndim=1),
-        num_blocks: ti.i32,
+        rows: ti.types.ndarray(ndim=1),
     ):
-        for i in range(numbers.shape[0]):
-            for k in ti.static(range(3)):
-                self.corner[i][k], self.step[i][k] = corner[i, k], step[i, k]
-            for plane in range(6):
-                for k in ti.static(range(WIDTH)):
-                    self.numbers[i, plane][k] = ti.cast(numbers[i, plane, k], self.number_type)
-            for k in range(WIDTH):
-                self.children[i, k] = children[i, k]
-        for block, row in ti.ndrange(num_blocks, 9):
-            self.blocks.clear(block, row)
-        for i in range(order.shape[0]):  # row order[i] of faces and ids goes to places[i]
-            self.blocks.put(places[i], order[i], vertices, faces, ids)
+        num_nodes, num_blocks = numbers.shape[0], rows.shape[0] // BLOCK
+        ti.loop_config(serialize=self.num_leaf_triangles < MANY_TRIANGLES)
+        for i in range(ti.max(num_nodes, num_blocks)):  # one loop for both, which Taichi translates as one piece
+            if i < num_nodes:
+                for k in range(3):
+                    self.corner[i][k], self.step[i][k] = corner[i, k], step[i, k]
+                for plane in range(6):
+                    for k in range(WIDTH):
+                        self.numbers[i, plane][k] = ti.cast(numbers[i, plane, k], self.number_type)
+                for k in range(WIDTH):
+                    self.children[i, k] = children[i, k]
+            if i < num_blocks:
+                self.blocks.fill(i, rows, vertices, faces, ids)
 
     @ti.func
     def nearest(self, ray, t_min, t_max):

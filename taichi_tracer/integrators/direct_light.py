@@ -57,7 +57,7 @@ class DirectLight(Integrator):
         if ti.static(scene.lights.has_lamps):
             L = self.reflected_with_lamps(scene, surface, rng)
         elif ti.static(len(scene.lights.far) > 0):
-            xi_brdf, xi_light = rng.next_2d_of_term(), rng.next_2d()
+            xi_brdf, xi_light = self.random_pairs(rng)
             for technique in range(self.techniques):
                 w_i, f_cos_over_pdf = self.direction(scene, surface, technique, xi_brdf, xi_light)
                 L += f_cos_over_pdf * scene.visible_radiance(surface, w_i, f_cos_over_pdf)
@@ -68,7 +68,7 @@ class DirectLight(Integrator):
     @ti.func
     def reflected_with_lamps(self, scene, surface, rng):
         """One sample of the light from lamps and from far away: what the direction of ``sample`` leads to."""
-        xi_brdf, xi_light = rng.next_2d_of_term(), rng.next_2d()
+        xi_brdf, xi_light = self.random_pairs(rng)
         w_i, f_cos_over_pdf = self.direction(scene, surface, 0, xi_brdf, xi_light)
         L = tm.vec3(0)
         if f_cos_over_pdf.max() > 0:
@@ -77,14 +77,25 @@ class DirectLight(Integrator):
         return L
 
     @ti.func
+    def random_pairs(self, rng):
+        """(ξ for the BRDF, ξ for the lights). The second is not computed for an estimator of this file without it."""
+        xi_brdf, xi_light = rng.next_2d_of_term(), tm.vec2(0)
+        if ti.static(self.samples_lights or not self.adds_up):
+            xi_light = rng.next_2d()
+        else:
+            rng.skip_2d()
+        return xi_brdf, xi_light
+
+    @ti.func
     def direction(self, scene, surface, technique, xi_brdf, xi_light):
         """``sample``; but a mirror always gives ω_r, with its weight for technique 0 and with 0 for the others."""
         w_i, f_cos_over_pdf = tm.vec3(0), tm.vec3(0)
         if ti.static(surface.may_be_delta):
             if surface.is_delta():
-                w_i = surface.sample(xi_brdf)
+                mirror = surface.not_scattering()
+                w_i = mirror.sample(xi_brdf)
                 if technique == 0:
-                    f_cos_over_pdf = surface.weight(w_i)
+                    f_cos_over_pdf = mirror.weight(w_i)
             elif ti.static(scene.effects.scatters):
                 w_i, f_cos_over_pdf = self.sample(scene, surface.scattering(), technique, xi_brdf, xi_light)
         else:

@@ -17,6 +17,7 @@ from taichi_tracer.lights.base import Light
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import replaced
+from taichi_tracer.system.tables import MANY_NUMBERS
 
 
 @ti.data_oriented
@@ -66,16 +67,18 @@ class EnvironmentLight(Light):
         row_guide: ti.types.ndarray(dtype=ti.i32, ndim=1),
         column_guide: ti.types.ndarray(dtype=ti.i32, ndim=2),
     ):
-        for row, column in self.density:
-            self.density[row, column] = density[row, column]
-            self.column_guide[row, column] = column_guide[row, column]
-        for i in self.row_cdf:
-            self.row_cdf[i] = rows[i]
-            self.height_of_edge[i] = ti.cos(tm.pi * i / self.environment.height)
-        for i in self.row_guide:
-            self.row_guide[i] = row_guide[i]
-        for row, column in self.column_cdf:
-            self.column_cdf[row, column] = columns[row, column]
+        height, width = ti.static(self.environment.height, self.environment.width)
+        ti.loop_config(serialize=width * height < MANY_NUMBERS)
+        for row in range(height + 1):  # one loop for all tables, which Taichi translates as one piece
+            self.row_cdf[row] = rows[row]
+            self.height_of_edge[row] = ti.cos(tm.pi * row / height)
+            if row < height:
+                self.row_guide[row] = row_guide[row]
+                self.column_cdf[row, 0] = columns[row, 0]
+                for column in range(width):
+                    self.density[row, column] = density[row, column]
+                    self.column_guide[row, column] = column_guide[row, column]
+                    self.column_cdf[row, column + 1] = columns[row, column + 1]
 
     @ti.func
     def radiance(self, ray, hit):

@@ -22,6 +22,7 @@ from taichi.lang import impl
 from taichi_tracer.environment import Environment
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import in_kernels, replaced
+from taichi_tracer.system.tables import MANY_NUMBERS
 
 NEAR = np.radians(10.0)  # wide enough that a picture with few samples has near misses, and a sky is even within it
 LEVELS = (1 / 4, 1 / 40, 1 / 400)  # of the largest radiance: where each level ends below
@@ -148,7 +149,8 @@ class NearMissCounter:
         fields.dense(ti.ij, (width, height)).place(self.per_pixel)
         fields.dense(ti.ij, (len(levels), len(KINDS))).place(self.near, self.met)
         self._memory.allocate()
-        self.zones.from_numpy(zones)
+        self._zones = zones.astype(np.int32)
+        self.clear()
 
     def is_over(self) -> bool:
         """Whether its fields are gone, because Taichi was started again."""
@@ -156,14 +158,25 @@ class NearMissCounter:
 
     def clear(self) -> None:
         """Forget all counts."""
-        self._clear()
+        self._begin(self._zones)
 
     @ti.kernel
-    def _clear(self):
-        for x, y in self.per_pixel:
-            self.per_pixel[x, y] = 0
-        for level, kind in self.near:
-            self.near[level, kind], self.met[level, kind] = 0, 0
+    def _begin(self, zones: ti.types.ndarray(dtype=ti.i32, ndim=2)):
+        """Clear all counts. The zones are copied each time, because another kernel for them would have to be read."""
+        rows, columns = ti.static(self.zones.shape)
+        width, height = ti.static(self.per_pixel.shape)
+        levels, kinds = ti.static(self.near.shape)
+        ti.loop_config(serialize=width * height < MANY_NUMBERS)
+        for i in range(ti.static(max(width, rows, levels))):  # one loop for all, which Taichi translates as one piece
+            if i < width:
+                for y in range(height):
+                    self.per_pixel[i, y] = 0
+            if i < rows:
+                for column in range(columns):
+                    self.zones[i, column] = ti.cast(zones[i, column], ti.u8)
+            if i < levels:
+                for kind in range(kinds):
+                    self.near[i, kind], self.met[i, kind] = 0, 0
 
     def counts(self) -> NearMisses:
         """What was counted so far."""

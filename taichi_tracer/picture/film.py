@@ -15,7 +15,7 @@ from taichi_tracer.picture.error_estimate import (
     scale_for,
 )
 from taichi_tracer.picture.unseen_light import unseen_light
-from taichi_tracer.system import memory
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
 
 MAX_LOCATED = 16  # all non-finite samples are counted; this number of places is enough to find the cause
@@ -356,7 +356,9 @@ class Film:
         unseen = unseen_light(self.counted(), self.samples, mean)
         if missed > 0 and mean > 0:
             unseen = math.hypot(unseen, missed / mean)
-        return relative_error(*self.spread(), image, unseen, self.doubles, self.share_of_largest(image))
+        errors, groups, *of_largest = self._read_spread()
+        share = self._share_of_largest(image, *of_largest)
+        return relative_error(np.square(errors, dtype=np.float64), groups, image, unseen, self.doubles, share)
 
     def share_of_largest(self, image: np.ndarray) -> np.ndarray | None:
         """What the largest sample of every pixel adds to its mean, beyond what a sample adds on average.
@@ -368,10 +370,12 @@ class Film:
             (m − μ)/n for the largest m of n samples with mean μ, of which each is a mean of red, green and blue:
             (height, width) float64, top row first; None if all samples are independent, because their spread tells it.
         """
+        return self._share_of_largest(image, *self._read_spread()[2:])
+
+    def _share_of_largest(self, image: np.ndarray, largest: np.ndarray, counts: np.ndarray) -> np.ndarray | None:
         if self.halves == 1:
             return None
-        largest, n = (field.to_numpy().T[::-1].astype(np.float64) for field in (self.largest, self.count))
-        return np.maximum(0, largest - image.mean(axis=2, dtype=np.float64)) / np.maximum(n, 1)
+        return np.maximum(0, largest - image.mean(axis=2, dtype=np.float64)) / np.maximum(counts, 1)
 
     def variance_of_mean(self) -> np.ndarray:
         """(height, width, 3) float64, top row first: the variance of every pixel's mean; NaN where it is unknown."""
@@ -379,7 +383,7 @@ class Film:
 
     def standard_error(self) -> np.ndarray:
         """(height, width, 3) float32, top row first: the root of ``variance_of_mean``."""
-        return self._standard_errors()[0]
+        return self._read_spread()[0]
 
     def spread(self) -> tuple[np.ndarray, np.ndarray]:
         """The values of every pixel that ``relative_error`` needs, top row first.
@@ -388,24 +392,35 @@ class Film:
             The variance of the mean, (height, width, 3) float64, which is NaN where it is unknown; and the number of
             independent groups of samples from which it was estimated, (height, width) int32.
         """
-        errors, groups = self._standard_errors()
+        errors, groups, *_ = self._read_spread()
         return np.square(errors, dtype=np.float64), groups
 
-    def _standard_errors(self) -> tuple[np.ndarray, np.ndarray]:
+    def _read_spread(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Of every pixel, top row first: standard errors, groups, the largest sample and the number of samples.
+
+        The largest sample, in the running precision, is 0 if the film does not keep it.
+        """
         self.check_alive()
-        errors = np.empty((self.height, self.width, 3), np.float32)
-        groups = np.empty((self.height, self.width), np.int32)
-        self._write_spread(errors, groups)
-        return errors, groups
+        shape = self.height, self.width
+        errors, largest = np.empty((*shape, 3), np.float32), np.zeros(shape, runtime.dtype())
+        groups, counts = np.empty(shape, np.int32), np.empty(shape, np.int32)
+        self._write_spread(errors, groups, largest, counts)
+        return errors, groups, largest, counts
 
     @ti.kernel
     def _write_spread(
-        self, errors: ti.types.ndarray(dtype=ti.f32, ndim=3), groups: ti.types.ndarray(dtype=ti.i32, ndim=2)
+        self,
+        errors: ti.types.ndarray(dtype=ti.f32, ndim=3),
+        groups: ti.types.ndarray(dtype=ti.i32, ndim=2),
+        largest: ti.types.ndarray(ndim=2),
+        counts: ti.types.ndarray(dtype=ti.i32, ndim=2),
     ):
         for row, column in ti.ndrange(self.height, self.width):
             x, y = column, self.height - 1 - row
             k, e = self.count[x, y], tm.vec3(0)
+            counts[row, column] = k
             if ti.static(self.halves == 2):
+                largest[row, column] = self.largest[x, y]
                 n_even, n_odd = self.half_count[x, y, 0], self.half_count[x, y, 1]
                 k = ti.select(n_even > 0 and n_odd > 0, 2, 1)
                 e = error_from_halves(self.total[x, y, 0], n_even, self.total[x, y, 1], n_odd)

@@ -3,7 +3,7 @@
 Wherever a kernel calls a function, Taichi 1.7 finds and reads that function's source again, and for each expression it
 writes out the source lines that an error message would show. Together they take more than half of the time in which
 Python reads kernels. What is read and written is the same each time, so that it is kept here, and it is found by
-shorter ways. Messages and kernels do not change.
+shorter ways. Messages and kernels do not change. What a kernel was given in its first call is not kept.
 
 For each function with ``@ti.func``, Taichi looks for the line of its class, and searches all modules for the file that
 it already knows. ``frame_info`` reads the line from this file, which makes the imports of this package shorter by a
@@ -12,6 +12,7 @@ third.
 
 import ast
 import functools
+import gc
 import inspect
 import linecache
 import sys
@@ -21,7 +22,9 @@ import weakref
 from collections.abc import Callable
 from typing import Any
 
-from taichi.lang import impl, kernel_impl, matrix, snode, util
+import numpy as np
+from taichi._lib import core
+from taichi.lang import expr, impl, kernel_impl, matrix, snode, util
 from taichi.lang.ast import ast_transformer_utils
 
 from taichi_tracer.system.importing import frame_info
@@ -60,6 +63,8 @@ def marked(line: str, first: int, last: int) -> str:
     code = wrapped(line)
     if not code:
         return "\n\n"
+    if first < last <= MESSAGE_WIDTH and len(line) <= MESSAGE_WIDTH:  # the marks are not wrapped
+        return f"{code[0]}\n{' ' * first}{'^' * (last - first)}\n"
     marks = wrapped(" " * first + "^" * (last - first) + " " * (len(line) - max(first, last)))
     return "".join([f"{text}\n{mark}\n" for text, mark in zip(code, marks, strict=False)])
 
@@ -167,25 +172,122 @@ def kept_per_function(find):
     return found
 
 
-def kept_per_place(describe):
-    """``describe(self, node)``, written once for each place in the source of a function.
+def kept_per_node(describe):
+    """``describe(self, node)``, written once for each node of a function's syntax tree.
 
-    A call of a function has a context of its own, in which the places of the function are kept as well.
+    A call of a function has a context of its own, in which the descriptions of the function are kept as well.
     """
     kept = weakref.WeakKeyDictionary()
 
     @functools.wraps(describe)
     def described(self, node):
-        places = self.__dict__.get("places")
-        if places is None:
-            places = self.places = kept.setdefault(self.func.func, {})
-        place = type(node), node.lineno, node.col_offset, node.end_lineno, node.end_col_offset
-        found = places.get(place)
+        descriptions = self.__dict__.get("descriptions")
+        if descriptions is None:
+            descriptions = self.descriptions = kept.setdefault(self.func.func, {})
+        found = descriptions.get(node)
         if found is None:
-            found = places[place] = describe(self, node)
+            found = descriptions[node] = describe(self, node)
         return found
 
     return described
+
+
+class Trees:
+    """Syntax trees of sources, which are used again and again.
+
+    Taichi writes into the nodes what it has built from them. Therefore a tree is given back after its use, as it was
+    before. Meanwhile, another tree of the same source is made, as for a function that calls itself at compile time.
+    """
+
+    def __init__(self) -> None:
+        self._free: dict[str, list[ast.AST]] = {}
+
+    def parse(self, source: str) -> ast.AST:
+        """The syntax tree of a source, as ``ast.parse`` makes it."""
+        free = self._free.setdefault(source, [])
+        if free:
+            return free.pop()
+        tree: Any = ast.parse(source)
+        members = [(node, dict(vars(node))) for node in ast.walk(tree) if vars(node)]
+        tree.source_of_tree, tree.members_of_nodes = source, members
+        return tree
+
+    def give_back(self, tree: Any) -> None:
+        """Let a tree be used again."""
+        source, members = getattr(tree, "source_of_tree", None), getattr(tree, "members_of_nodes", ())
+        for node, own in members:
+            node.__dict__ = dict(own)
+        if source is not None:
+            tree.source_of_tree, tree.members_of_nodes = source, members
+            self._free[source].append(tree)
+
+
+def letting_go(transform: Callable, trees: Trees) -> Callable:
+    """``transform_tree``, after which its tree can be used again, and the context has no arguments.
+
+    A context belongs to a cycle of objects, which Python finds only when it looks for such cycles. The arrays and the
+    scene of a kernel's first call would stay in memory until then.
+    """
+
+    @functools.wraps(transform)
+    def transformed(tree: ast.AST, context: Any) -> Any:
+        try:
+            return transform(tree, context)
+        finally:
+            context.argument_data = ()
+            trees.give_back(tree)
+
+    return transformed
+
+
+def without_collections(create: Callable) -> Callable:
+    """``Program.create_kernel``, which reads a kernel, while Python does not look for cycles of objects.
+
+    Nearly all of the many objects that are made while a kernel is read stay: the search would find nothing.
+    """
+
+    @functools.wraps(create)
+    def created(*words: Any) -> Any:
+        was_enabled = gc.isenabled()
+        gc.disable()
+        try:
+            return create(*words)
+        finally:
+            if was_enabled:
+                gc.enable()
+
+    return created
+
+
+def with_short_way(usual: Callable) -> Callable:
+    """``Expr.__init__``, with a shorter way for what most expressions are made from."""
+
+    @functools.wraps(usual)
+    def made(self: Any, *words: Any, dbg_info: Any = None, dtype: Any = None) -> None:
+        if len(words) != 1 or type(words[0]) is not core.Expr:
+            usual(self, *words, dbg_info=dbg_info, dtype=dtype)
+            return
+        self.ptr, self.dbg_info = words[0], dbg_info
+        if dbg_info:
+            self.ptr.set_dbg_info(dbg_info)
+        self.ptr.type_check(impl.pytaichi.prog.config())
+        self.ptr_type_checked = True
+
+    return made
+
+
+def initialised(usual: Callable) -> Callable:
+    """``impl.expr_init``, which makes a variable of a kernel, with a shorter way if its value is an expression."""
+
+    @functools.wraps(usual)
+    def variable(value: Any) -> Any:
+        if type(value) is not expr.Expr:
+            return usual(value)
+        runtime = impl.pytaichi
+        place = core.DebugInfo(runtime.src_info_stack[-1])
+        return expr.Expr(runtime.compiling_callable.ast_builder().expr_var(value.ptr, place))
+
+    return variable
 
 
 class Raising:
@@ -205,11 +307,14 @@ def building(usual: Callable) -> Callable:
     """``Builder.__call__``, which builds a node, with less around each node; ``usual``, Taichi's own, tells errors."""
 
     @functools.wraps(usual)
-    def build(self: Any, context: Any, node: ast.AST) -> Any:
+    def build(self: Any, context: Any, node: Any) -> Any:
+        if type(node) is ast.Constant:
+            node.ptr = node.value
+            return node.value
         method = getattr(self, BUILDING.get(type(node), "none"), None)
         if method is None:
             return usual(self, context, node)
-        places = impl.get_runtime().src_info_stack
+        places = impl.pytaichi.src_info_stack
         try:
             places.append(context.get_pos_info(node) if isinstance(node, (ast.stmt, ast.expr)) else "")
             try:
@@ -239,8 +344,15 @@ def keep_what_is_read() -> None:
     kernel_impl.getsourcelines = kept_per_function(shorter(kernel_impl.getsourcelines, source_lines))
     kernel_impl.textwrap = types.SimpleNamespace(fill=fill, dedent=functools.lru_cache(4096)(textwrap.dedent))
     context = ast_transformer_utils.ASTTransformerContext
-    context.get_pos_info = kept_per_place(shorter(context.get_pos_info, position))
+    context.get_pos_info = kept_per_node(shorter(context.get_pos_info, position))
     ast_transformer_utils.Builder.__call__ = building(ast_transformer_utils.Builder.__call__)
+    expr.Expr.__init__ = with_short_way(expr.Expr.__init__)
+    impl.expr_init = initialised(impl.expr_init)
+    trees = Trees()
+    kernel_impl.ast = types.SimpleNamespace(**vars(ast) | {"parse": trees.parse})
+    kernel_impl.transform_tree = letting_go(kernel_impl.transform_tree, trees)
+    core.Program.create_kernel = without_collections(core.Program.create_kernel)
+    expr.np = types.SimpleNamespace(**vars(np) | {"iinfo": functools.lru_cache(np.iinfo)})
     for module in (impl, matrix, snode):
         if getattr(module, "get_traceback", None) is util.get_traceback:
             module.get_traceback = traceback_text

@@ -12,6 +12,9 @@ import taichi as ti
 
 from taichi_tracer.system import runtime
 
+# Numbers from which on it saves time to copy them in parallel: a parallel loop takes 10 ms longer to translate or load.
+MANY_NUMBERS = 1 << 20
+
 
 @dataclass(frozen=True)
 class Table:
@@ -79,23 +82,27 @@ class Tables:
         integers: ti.types.ndarray(dtype=ti.i32, ndim=1),
         places: ti.types.ndarray(dtype=ti.i32, ndim=1),
     ):
-        self.fill(numbers, integers, places)
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            self.fill(numbers, integers, places)
 
     @ti.func
     def fill(self, numbers: ti.template(), integers: ti.template(), places: ti.template()):
-        """Copy all arrays into their fields; at the beginning of a kernel that has the ``arguments``."""
-        ti.loop_config(serialize=True)
-        for _ in range(1):  # all loops in one, which Taichi translates as one piece
-            for table in ti.static(self.tables):
-                begin = 3 * table.number
-                first, rows, width = places[begin], places[begin + 1], places[begin + 2]
-                source = ti.static(integers if table.is_whole else numbers)
-                for i in range(rows):
-                    if ti.static(table.is_vector):
-                        for k in ti.static(range(table.width)):
-                            table.field[i][k] = source[first + i * width + k]
-                    elif ti.static(table.array.ndim == 2):
-                        for k in range(width):
-                            table.field[i, k] = source[first + i * width + k]
-                    else:
-                        table.field[i] = source[first + i]
+        """Copy all arrays into their fields, in a kernel that has the ``arguments``.
+
+        The caller is in a loop that is not parallel. All loops are inside this one, so that Taichi translates them as
+        one piece.
+        """
+        for table in ti.static(self.tables):
+            begin = 3 * table.number
+            first, rows, width = places[begin], places[begin + 1], places[begin + 2]
+            source = ti.static(integers if table.is_whole else numbers)
+            for i in range(rows):
+                if ti.static(table.is_vector):
+                    for k in ti.static(range(table.width)):
+                        table.field[i][k] = source[first + i * width + k]
+                elif ti.static(table.array.ndim == 2):
+                    for k in range(width):
+                        table.field[i, k] = source[first + i * width + k]
+                else:
+                    table.field[i] = source[first + i]

@@ -127,8 +127,9 @@ COMPILED = []  # filled while a kernel is compiled
 @in_kernels
 def _note(surface):
     """Keep what is known of a surface while a kernel is compiled."""
-    rest = surface.scattering()
+    rest, mirror = surface.scattering(), surface.not_scattering()
     COMPILED.append((surface.may_be_delta, len(surface.brdfs), len(rest.brdfs), rest.may_be_delta))
+    assert [brdf.is_delta for brdf in mirror.brdfs] == [True] * (len(surface.brdfs) - len(rest.brdfs))
 
 
 @ti.kernel

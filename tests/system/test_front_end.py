@@ -1,10 +1,14 @@
 """What Taichi keeps of sources is what it would read again: lines, messages, and functions that share a name."""
 
+import ast
+import gc
 import inspect
 import linecache
 import sys
 import textwrap
+import weakref
 
+import numpy as np
 import pytest
 import taichi as ti
 from hypothesis import given, settings
@@ -102,6 +106,82 @@ def test_without_a_short_way_the_usual_way_is_taken():
         raise AttributeError
 
     assert front_end.shorter(len, fails)([1, 2]) == 2
+
+
+def test_a_tree_is_used_again_as_it_was():
+    """Without what was written into its nodes; and never by two at the same time."""
+    trees, source = front_end.Trees(), "def f(a):\n    return a.b + 1\n"
+    tree = trees.parse(source)
+    other = trees.parse(source)
+    assert other is not tree
+    function = tree.body[0]
+    function.args.args, function.body[0].value.left.caller = [], "written by Taichi"
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.stmt, ast.expr)):
+            node.ptr = "written by Taichi"
+    trees.give_back(tree)
+    again = trees.parse(source)
+    assert again is tree
+    assert ast.dump(again) == ast.dump(ast.parse(source))
+    written = {"ptr", "caller"}
+    assert not any(written & set(vars(node)) for node in ast.walk(again))
+
+
+def test_a_function_that_calls_itself_while_it_is_read(f32):
+    @ti.func
+    def power(x, n: ti.template()):
+        result = x
+        if ti.static(n > 1):
+            result = x + (power(x + 1, n - 1) + x)
+        return result
+
+    @ti.kernel
+    def both(x: int) -> int:
+        return 100 * power(x, 3) + power(x, 2)
+
+    def expected(x, n):
+        return x if n == 1 else x + expected(x + 1, n - 1) + x
+
+    assert both(1) == 100 * expected(1, 3) + expected(1, 2)
+    assert both(2) == 100 * expected(2, 3) + expected(2, 2)
+
+
+def test_cycles_of_objects_are_looked_for_again_after_a_kernel_was_read(f32):
+    @ti.kernel
+    def right() -> int:
+        return 1
+
+    @ti.kernel
+    def wrong() -> int:
+        return not_defined_anywhere  # noqa: F821
+
+    assert right() == 1
+    assert gc.isenabled()
+    with pytest.raises(ti.TaichiNameError):
+        wrong()
+    assert gc.isenabled()
+
+
+def test_what_a_kernel_was_given_is_freed_with_its_last_name(f32):
+    """Also after the first call, in which Taichi reads the kernel, and without a search for cycles of objects."""
+
+    @ti.func
+    def twice(values: ti.template(), i):
+        return 2 * values[i]
+
+    @ti.kernel
+    def first(values: ti.types.ndarray(dtype=ti.i32, ndim=1)) -> ti.i32:
+        return twice(values, 0)
+
+    values = np.array([21], np.int32)
+    kept = weakref.ref(values)
+    gc.disable()
+    try:
+        assert first(values) == 42
+        del values
+        assert kept() is None
+    finally:
+        gc.enable()
 
 
 def test_the_place_of_a_field_is_told_as_by_taichi():
