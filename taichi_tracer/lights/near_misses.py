@@ -203,7 +203,8 @@ class NearMissCounter:
         """Note that the path has reached a surface."""
         self.surfaces += 1
         self.is_delta = ti.cast(surface.is_delta(), ti.i32)
-        self.is_narrow = ti.cast(surface.is_like_mirror(), ti.i32)
+        if ti.static(self.samples_lights):  # otherwise it counts as a lobe, as all others do
+            self.is_narrow = ti.cast(surface.is_like_mirror(), ti.i32)
         if self.is_delta == 0 and self.is_narrow == 0:
             self.is_scattered = 1
 
