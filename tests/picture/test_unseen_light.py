@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from taichi_tracer.lights.near_misses import EYE, KINDS, LOBE, MIRROR, NearMisses
-from taichi_tracer.picture.unseen_light import SAFETY, unseen_light
+from taichi_tracer.picture.unseen_light import KNOWN, SAFETY, unseen_light
 
 SHAPE = (4, 5)
 
@@ -45,8 +46,18 @@ def test_lobes_have_it_in_as_many_pixels_as_look_near():
     assert both[0] == pytest.approx(both[1] * math.sqrt(19 / 20))
 
 
+@pytest.mark.parametrize("met", range(KNOWN))
+def test_a_flat_mirror_that_looks_beside_the_sun_everywhere_misses_no_more_than_chance_could_hide(met):
+    """If M + K look-ups are expected, K or fewer meet the sun with a probability of 5 %."""
+    most = stats.chi2.ppf(0.95, 2 * met + 2) / 2 - met
+    expected = SAFETY * most * 37.5 / math.sqrt(20)
+    assert unseen_light(counted(MIRROR, 100_000, met), 16, 1.0) == pytest.approx(expected, rel=2e-3)
+
+
 def test_levels_and_kinds_add_as_squares():
-    several = NearMisses(np.array([[1000.0, 0.01], [10.0, 0.1]]), np.full((2, 3), 5), np.zeros((2, 3)), np.ones(SHAPE))
+    several = NearMisses(
+        np.array([[1000.0, 0.01], [10.0, 0.1]]), np.full((2, 3), 5), np.zeros((2, 3), int), np.ones(SHAPE)
+    )
     alone = []
     for level in range(2):
         for kind in range(3):
