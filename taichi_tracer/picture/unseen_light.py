@@ -6,12 +6,13 @@ directions in D are about even, the number of look-ups that should meet the sun 
 
     λ = (B + 2) Ω_S / Ω_D.
 
-Ω_S and Ω_D are the solid angles. The 2 is for what B itself could have missed. But a flat mirror may look beside the
-sun in all its pixels: then B is large, and nothing is missing. If more than M look-ups were missing, it would be
-improbable that only K met the sun: M is the upper 95 % limit of the mean of a Poisson distribution, less K. Therefore λ
-is at most M. A look-up that meets the sun adds about c = w L_S / n to its pixel, if the pixel has n samples, L_S is the
-radiance of the sun, and w is the reflectance. As long as K is small, the light λ c may be missing. It lies in N_eff
-pixels of N, so that it adds to the mean square error
+Ω_S and Ω_D are the solid angles. The 2 is for what B itself could have missed. K tells, too. If more than M look-ups
+were missing, it would be improbable that only K met the sun: M is the upper 95 % limit of the mean of a Poisson
+distribution, less K. Therefore λ is at most M. And a flat mirror may look beside the sun in all its pixels: then B is
+large, and the sun is not in the mirror. If λ is so large that K or fewer would meet the sun with a probability of less
+than 0.1 %, the directions are not even, and nothing is added. A look-up that meets the sun adds about c = w L_S / n to
+its pixel, if the pixel has n samples, L_S is the radiance of the sun, and w is the reflectance. As long as K is small,
+the light λ c may be missing. It lies in N_eff pixels of N, so that it adds to the mean square error
 
     u² = (λ c)² / (N_eff N).
 
@@ -28,6 +29,7 @@ from taichi_tracer.lights.near_misses import LOBE, NearMisses
 
 KNOWN = 10  # look-ups that met the light: from so many, the spread of the samples shows the error
 MOST_MISSED = (3.00, 3.74, 4.30, 4.75, 5.15, 5.51, 5.84, 6.15, 6.43, 6.71)  # M, for K from 0 to 9
+NOT_EVEN = (6.91, 9.23, 11.23, 13.06, 14.79, 16.45, 18.06, 19.63, 21.16, 22.66)  # the same at 99.9 %, not less K
 REFLECTED = 0.6  # of the light, by a surface that shows the sun: a bright one
 SAFETY = 4  # times u: so many that the interval holds the truth (``python -m benchmarks.error calibration``)
 
@@ -48,7 +50,9 @@ def unseen_light(near: NearMisses | None, samples: float, mean: float) -> float:
     for (radiance, share), looked, met in zip(near.levels, near.near, near.met, strict=True):
         for kind, (count, hits) in enumerate(zip(looked, met, strict=True)):
             if count > 0 and hits < KNOWN:
-                missed = min((count + 2) * share, MOST_MISSED[int(hits)])
-                missing = missed * REFLECTED * radiance / samples
+                expected = (count + 2) * share
+                if expected > NOT_EVEN[int(hits)]:
+                    continue
+                missing = min(expected, MOST_MISSED[int(hits)]) * REFLECTED * radiance / samples
                 squares += missing**2 / ((spread_of_lobes if kind == LOBE else 1.0) * pixels)
     return SAFETY * math.sqrt(squares) / mean

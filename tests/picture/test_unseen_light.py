@@ -47,11 +47,13 @@ def test_lobes_have_it_in_as_many_pixels_as_look_near():
 
 
 @pytest.mark.parametrize("met", range(KNOWN))
-def test_a_flat_mirror_that_looks_beside_the_sun_everywhere_misses_no_more_than_chance_could_hide(met):
+def test_no_more_is_missing_than_chance_could_hide_and_nothing_where_directions_are_not_even(met):
     """If M + K look-ups are expected, K or fewer meet the sun with a probability of 5 %."""
-    most = stats.chi2.ppf(0.95, 2 * met + 2) / 2 - met
-    expected = SAFETY * most * 37.5 / math.sqrt(20)
-    assert unseen_light(counted(MIRROR, 100_000, met), 16, 1.0) == pytest.approx(expected, rel=2e-3)
+    upper = stats.chi2.ppf([0.95, 0.999], 2 * met + 2) / 2
+    expected = SAFETY * (upper[0] - met) * 37.5 / math.sqrt(20)
+    for near in (100 * upper[0], 100 * upper[1] - 10):
+        assert unseen_light(counted(MIRROR, int(near), met), 16, 1.0) == pytest.approx(expected, rel=2e-3)
+    assert unseen_light(counted(MIRROR, int(100 * upper[1]) + 10, met), 16, 1.0) == 0  # a flat mirror beside the sun
 
 
 def test_levels_and_kinds_add_as_squares():
