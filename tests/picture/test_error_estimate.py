@@ -2,6 +2,7 @@
 
 import copy
 import math
+import time
 import warnings
 
 import numpy as np
@@ -17,6 +18,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.picture.error_estimate import RelativeError, error_quantile, percent, relative_error
 from taichi_tracer.picture.film import Film
 from taichi_tracer.studies.metrics import relative_rmse
+from taichi_tracer.system import compiling
 
 SHAPE = (24, 24)
 
@@ -215,3 +217,13 @@ def test_paths_know_their_error(name):
         told = renderer.render(32).error()
         covered += told.low <= relative_rmse(renderer.image(), truth) <= told.high
     assert covered >= stats.binom.ppf(1e-3, 60, 0.9) == 46
+
+
+def test_an_error_is_read_with_two_kernels(f32):
+    """The picture, and what is known of its spread: Taichi's own copies of fields would be kernels of their own."""
+    film = Film(8, 8, replicated=True)
+    _add(film, np.ones((8, 8, 4), np.float32))
+    began = time.perf_counter()
+    film.error()
+    found = [kernel.name for kernel in compiling.kernels(since=began)]
+    assert sorted(found) == ["Film._write_image", "Film._write_spread"]
