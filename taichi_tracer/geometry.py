@@ -127,7 +127,7 @@ def check(mesh: Mesh) -> None:
     if mesh.spheres.ndim != 2 or mesh.spheres.shape[1] != 4:
         raise InputError(f"{mesh.source}: spheres must have the shape (n, 4), not {mesh.spheres.shape}")
     for name, ids, count in (
-        ("face_materials", mesh.face_materials, len(mesh.faces)),
+        ("face_materials", np.asarray(mesh.face_materials), len(mesh.faces)),
         ("sphere_materials", mesh.sphere_materials, len(mesh.spheres)),
         ("sphere_ids", mesh.sphere_ids, len(mesh.spheres)),
     ):

@@ -309,7 +309,7 @@ def building(usual: Callable) -> Callable:
     @functools.wraps(usual)
     def build(self: Any, context: Any, node: Any) -> Any:
         if type(node) is ast.Constant:
-            node.ptr = node.value
+            node.ptr = node.value  # type: ignore[attr-defined]  # Taichi's own attribute
             return node.value
         method = getattr(self, BUILDING.get(type(node), "none"), None)
         if method is None:
