@@ -42,8 +42,11 @@ def pictures(scene, view, use_packets, **options):
 
 @pytest.mark.parametrize(
     ("view", "options"),
-    [("normal", {}), (Directions(), {"crop": (3, 21, 6, 19)}), ("barycentric", {"camera": "orthographic"})],
-    ids=["normal", "all rays, cropped", "orthographic"],
+    [
+        pytest.param("normal", {}, id="normal", marks=pytest.mark.long),
+        pytest.param(Directions(), {"crop": (3, 21, 6, 19)}, id="all rays, cropped"),
+        pytest.param("barycentric", {"camera": "orthographic"}, id="orthographic", marks=pytest.mark.long),
+    ],
 )
 def test_tiles_have_the_same_bits(scene, view, options):
     pixels, plain = pictures(scene, view, False, **options)
