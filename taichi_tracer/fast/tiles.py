@@ -43,7 +43,7 @@ def is_worth_tiles(progress: Progress, seconds_before: float) -> bool:
         progress: of the present call of ``render``. seconds_before: of earlier calls, for the same picture.
     """
     is_continued = seconds_before >= SECONDS_BEFORE and (progress.target.spp or 0) >= MANY_SAMPLES
-    return progress.seconds_left >= LONG or is_continued
+    return (progress.is_speed_known and progress.seconds_left >= LONG) or is_continued
 
 
 def can_take_tiles(renderer, scene, integrator) -> bool:

@@ -23,6 +23,7 @@ FIT_SPAN = 3  # the factor between the first and the last number of samples that
 CAUTION = 0.8
 MOST_EXTRA_SLOPE = 0.5  # beyond the 1/2 of 1/√n; a larger value comes from the noise of the estimates
 RECENT = 16  # the number of passes over which the time of a sample is measured
+SURE = 3  # passes from which the time of a pass is known well enough to decide by it
 
 
 @dataclass
@@ -102,6 +103,11 @@ class Progress:
     def seconds_per_sample(self) -> float:
         """The median time of the last passes, without compilation."""
         return statistics.median(self._recent) if self._recent else min(self._compiling, default=math.nan)
+
+    @property
+    def is_speed_known(self) -> bool:
+        """Whether a few passes have run that compiled nothing."""
+        return len(self._recent) >= SURE
 
     @property
     def compile_seconds(self) -> float:

@@ -122,8 +122,10 @@ def after(samples, seconds, **target):
 
 def test_only_long_pictures_are_worth_the_compilation():
     assert not is_worth_tiles(Progress(Target(spp=10**6)), 0.0)  # its speed is not known yet
-    assert is_worth_tiles(after(3, 0.1, spp=100), 0.0)
-    assert not is_worth_tiles(after(3, 0.1, spp=int(LONG / 0.1)), 0.0)
-    assert not is_worth_tiles(after(3, 0.01, time=3.0), 0.0)
+    assert not is_worth_tiles(after(1, 3.0, spp=100), 0.0)  # it was compiled, which took most of the time
+    assert not is_worth_tiles(after(3, 0.1, spp=100), 0.0)
+    assert is_worth_tiles(after(4, 0.1, spp=100), 0.0)
+    assert not is_worth_tiles(after(4, 0.1, spp=int(LONG / 0.1)), 0.0)
+    assert not is_worth_tiles(after(4, 0.01, time=3.0), 0.0)
     assert is_worth_tiles(Progress(Target(spp=16)), SECONDS_BEFORE)
     assert not is_worth_tiles(Progress(Target(spp=1)), 10 * SECONDS_BEFORE)  # a window shows each sample
