@@ -23,7 +23,7 @@ from benchmarks.meshes import displaced_sphere
 from benchmarks.mitsuba_scenes import MitsubaPicture, bsdf
 from benchmarks.peers import MitsubaScene
 from benchmarks.samplers import DIRECT, SPHERES_VIEW, spheres_under_sun, sun_and_sky, their_sky, three_spheres
-from taichi_tracer.fast.shadow_streams import ShadowStreams
+from taichi_tracer.fast.shadow_lanes import shadow_rays
 from taichi_tracer.fast.tiles import SIDE, Tiles
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.ray import Ray
@@ -123,7 +123,7 @@ class ShadowRays:
         self.begin, self.next_tile = ti.field(ti.i32, tiles + 1), ti.field(ti.i32, ())
         self.found, self.alone = ti.field(ti.i32, self.count), ti.field(ti.i32, self.count)
         self.begin.from_numpy(begin)
-        self.streams = ShadowStreams(self.intersector, self.places, SIDE * SIDE)
+        self.streams = shadow_rays(self.intersector, self.places, SIDE * SIDE)
 
     @ti.kernel
     def single_rays(self):
@@ -151,7 +151,7 @@ class ShadowRays:
                 tile = ti.atomic_add(self.next_tile[None], 1)
 
 
-def shadow_rays() -> str:
+def rays_per_second() -> str:
     """Tables: shadow rays of a picture, kernels only, against Mitsuba's on the same rays in the same order."""
     report = ""
     meshes = {
@@ -401,7 +401,7 @@ def processor(call: Callable[[], object]) -> float:
 
 PARTS = {
     "sample": per_sample,
-    "shadow": shadow_rays,
+    "shadow": rays_per_second,
     "error": to_error,
     "process": from_a_new_process,
     "compile": compilation,

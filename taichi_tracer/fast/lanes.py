@@ -6,6 +6,14 @@ does exactly the same. These functions are written so that LLVM recognises them.
 
 import taichi as ti
 
+from taichi_tracer.ray import real
+
+LANE_BITS = 4
+LANES = 1 << LANE_BITS  # rays or pixels that are computed side by side: sixteen numbers of 32 bits, as in AVX-512
+
+lanes = ti.types.vector(LANES, real)
+flags = ti.types.vector(LANES, ti.i32)
+
 
 @ti.func
 def larger(a, b):
@@ -17,6 +25,29 @@ def larger(a, b):
 def smaller(a, b):
     """min, written so that the compiler uses vector instructions."""
     return ti.select(a < b, a, b)
+
+
+@ti.func
+def any_lane(condition):
+    """Whether a condition holds in any lane. The compiler turns the chain of ``|`` into one test of a mask register."""
+    found = condition[0]
+    for k in ti.static(range(1, LANES)):
+        found = found | condition[k]
+    return found
+
+
+@ti.func
+def least(values):
+    """The smallest value of all lanes; each step halves their number."""
+    eight = ti.Vector([smaller(values[k], values[k + 8]) for k in range(8)])
+    four = ti.Vector([smaller(eight[k], eight[k + 4]) for k in range(4)])
+    return smaller(smaller(four[0], four[2]), smaller(four[1], four[3]))
+
+
+@ti.func
+def greatest(values):
+    """The largest value of all lanes."""
+    return -least(-values)
 
 
 @ti.func

@@ -6,7 +6,7 @@ before it. Sixteen directions need the same time as one.
 
 import taichi as ti
 
-from taichi_tracer.fast.packets import LANES
+from taichi_tracer.fast.lanes import LANES
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import replaced
 

@@ -69,6 +69,20 @@ class FastIntersector(RayIntersector):
         return special
 
     @ti.func
+    def is_sphere(self, primitive_id):
+        """Whether a primitive is a sphere."""
+        found = False
+        if ti.static(self.geometry.effects.spheres):
+            found = self.geometry.primitives[primitive_id] < 0
+        return found
+
+    @ti.func
+    def sphere(self, primitive_id):
+        """The centre and the radius of a primitive that is a sphere."""
+        sphere = self.geometry.spheres[-1 - self.geometry.primitives[primitive_id]]
+        return sphere.xyz, sphere.w
+
+    @ti.func
     def describe(self, ray, t, primitive_id, u, v, t_min=0.0, t_max=tm.inf):
         """HitData from t, number and barycentric coordinates; the same as in the plain form."""
         hit = no_hit()

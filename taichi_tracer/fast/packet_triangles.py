@@ -2,8 +2,7 @@
 
 import taichi as ti
 
-from taichi_tracer.fast.lanes import larger, smaller
-from taichi_tracer.fast.packets import any_lane, lanes
+from taichi_tracer.fast.lanes import any_lane, lanes, larger, smaller
 from taichi_tracer.formulas.triangles import moller_trumbore, stable_normal, watertight
 from taichi_tracer.system import runtime
 

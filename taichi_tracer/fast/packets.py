@@ -17,43 +17,17 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS, MAX_LEAF
-from taichi_tracer.fast.lanes import larger, smaller
-from taichi_tracer.ray import Ray, real
+from taichi_tracer.fast.lanes import LANE_BITS, LANES, any_lane, flags, greatest, lanes, larger, least, smaller
+from taichi_tracer.fast.packet_spheres import SphereLanes, sphere_distance
+from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
 
-TILE_BITS = 2
-TILE = 1 << TILE_BITS  # TILE × TILE pixels form a group
-LANES = TILE * TILE
+TILE_BITS = LANE_BITS // 2
+TILE = 1 << TILE_BITS  # TILE × TILE pixels form a group of sixteen
 SIDE_BITS = 1
 SIDE = 1 << SIDE_BITS  # SIDE × SIDE groups form a packet
 GROUP_BITS = 2 * SIDE_BITS
 GROUPS = 1 << GROUP_BITS
-
-lanes = ti.types.vector(LANES, real)
-flags = ti.types.vector(LANES, ti.i32)
-
-
-@ti.func
-def any_lane(condition):
-    """Whether a condition holds in any lane. The compiler turns the chain of ``|`` into one test of a mask register."""
-    found = condition[0]
-    for k in ti.static(range(1, LANES)):
-        found = found | condition[k]
-    return found
-
-
-@ti.func
-def least(values):
-    """The smallest value of all lanes; each step halves their number."""
-    eight = ti.Vector([smaller(values[k], values[k + 8]) for k in range(8)])
-    four = ti.Vector([smaller(eight[k], eight[k + 4]) for k in range(4)])
-    return smaller(smaller(four[0], four[2]), smaller(four[1], four[3]))
-
-
-@ti.func
-def greatest(values):
-    """The largest value of all lanes."""
-    return -least(-values)
 
 
 @ti.func
@@ -128,10 +102,11 @@ class Packets:
     Args:
         places: the number of packets that can be traced at the same time.
         share_origin: whether all rays of a packet start at one point.
+        has_spheres: whether there may be spheres among the primitives.
     """
 
-    def __init__(self, places: int, share_origin: bool = False) -> None:
-        self.share_origin = share_origin
+    def __init__(self, places: int, share_origin: bool = False, has_spheres: bool = False) -> None:
+        self.share_origin, self.has_spheres = share_origin, has_spheres
         self._memory = memory.Memory()
         self.d, self.i = (ti.Vector.field(LANES, float) for _ in range(2))
         self.shear_x, self.shear_y, self.t, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
@@ -166,6 +141,8 @@ class Packets:
         group.place(self.triangle_id, self.heading, self.is_undecided)
         self._memory.allocate()
         self.lanes[None], self.groups[None] = LANES, GROUPS
+        if has_spheres:
+            self.spheres = SphereLanes(places)
 
     @ti.func
     def put_rays(self, c, g, ox, oy, oz, dx, dy, dz):
@@ -269,11 +246,18 @@ class Packets:
     @ti.func
     def box_interval(self, c, g, common, slot):
         """``box_interval`` of sixteen rays and the box of a primitive of the present leaf, for any t."""
+        near_corner, far_corner = tm.vec3(0), tm.vec3(0)
+        for k in ti.static(range(3)):
+            near_corner[k], far_corner[k] = self.near_and_far_plane(c, slot, k)
+        return self.interval(c, g, common, near_corner, far_corner)
+
+    @ti.func
+    def interval(self, c, g, common, near_corner, far_corner):
+        """``box_interval`` of sixteen rays and a box that they enter and leave at the planes of two corners."""
         t_near, t_far = lanes(-tm.inf), lanes(tm.inf)
         for k in ti.static(range(3)):
-            near_plane, far_plane = self.near_and_far_plane(c, slot, k)
-            to_near = near_plane - self.near_origin(c, g, common, k)
-            to_far = far_plane - self.far_origin(c, g, common, k)
+            to_near = near_corner[k] - self.near_origin(c, g, common, k)
+            to_far = far_corner[k] - self.far_origin(c, g, common, k)
             near, far = to_near * self.i[c, g, k], to_far * self.i[c, g, k]
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, t_far
@@ -329,14 +313,24 @@ class Packets:
 
     @ti.func
     def try_primitive(self, c, g, common, intersector: ti.template(), slot, i, t_min):
-        """``try_triangle``; but spheres and triangles with backface culling are tried with one ray at a time."""
-        if ti.static(intersector.is_plain_geometry):
+        """``try_triangle`` or ``try_sphere``; triangles with backface culling are tried with one ray at a time."""
+        if ti.static(intersector.is_plain_geometry) or not intersector.is_special(intersector.blocks.primitive(i)):
             self.try_triangle(c, g, common, intersector, slot, i, t_min)
-        elif intersector.is_special(intersector.blocks.primitive(i)):
-            for lane in range(self.lanes[None]):
-                self.try_one(c, g, lane, common, intersector, i, t_min)
         else:
-            self.try_triangle(c, g, common, intersector, slot, i, t_min)
+            self.try_special(c, g, common, intersector, i, t_min)
+
+    @ti.func
+    def try_special(self, c, g, common, intersector: ti.template(), i, t_min):
+        """Try a sphere with sixteen rays at once, or a triangle with backface culling with one ray after the other."""
+        is_sphere = False
+        if ti.static(self.has_spheres):
+            is_sphere = intersector.is_sphere(intersector.blocks.primitive(i))
+            if is_sphere:
+                self.try_sphere(c, g, common, intersector, i, t_min)
+        if ti.static(intersector.geometry.effects.culling or not self.has_spheres):
+            if not is_sphere:
+                for lane in range(self.lanes[None]):
+                    self.try_one(c, g, lane, common, intersector, i, t_min)
 
     @ti.func
     def try_triangle(self, c, g, common, intersector: ti.template(), slot, i, t_min):
@@ -346,20 +340,44 @@ class Packets:
             triangle_id = intersector.blocks.primitive(i)
             t_near, t_far = self.box_interval(c, g, common, slot)
             t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
-            reach, best_id = self.reach[c, g], self.triangle_id[c, g]
-            is_nearer = (t < reach) | ((t == reach) & (triangle_id < best_id))
-            taken = is_inside & (t_near <= t_far) & (t > t_min) & is_nearer
-            self.reach[c, g] = ti.select(taken, t, reach)
-            self.t[c, g] = ti.select(taken, t, self.t[c, g])
-            self.triangle_id[c, g] = ti.select(taken, triangle_id, best_id)
-            self.u[c, g] = ti.select(taken, u, self.u[c, g])
-            self.v[c, g] = ti.select(taken, v, self.v[c, g])
+            self.keep(c, g, is_inside & (t_near <= t_far) & (t > t_min), t, triangle_id, u, v)
         if ti.static(runtime.can_widen() and intersector.triangle_test == "watertight"):
             if any_lane(is_undecided):
                 self.is_undecided[c, g] = ti.select(is_undecided, flags(1), flags(0))
                 for lane in range(self.lanes[None]):
                     if self.is_undecided[c, g][lane] != 0:
                         self.try_one(c, g, lane, common, intersector, i, t_min)
+
+    @ti.func
+    def keep(self, c, g, is_met, t, primitive_id, u, v):
+        """Keep the hits of sixteen rays on one primitive where they are the nearest so far."""
+        reach, best_id = self.reach[c, g], self.triangle_id[c, g]
+        taken = is_met & ((t < reach) | ((t == reach) & (primitive_id < best_id)))
+        self.reach[c, g] = ti.select(taken, t, reach)
+        self.t[c, g] = ti.select(taken, t, self.t[c, g])
+        self.triangle_id[c, g] = ti.select(taken, primitive_id, best_id)
+        self.u[c, g] = ti.select(taken, u, self.u[c, g])
+        self.v[c, g] = ti.select(taken, v, self.v[c, g])
+
+    @ti.func
+    def try_sphere(self, c, g, common, intersector: ti.template(), i, t_min):
+        """``sphere_candidate`` of sixteen rays; the result is kept in the lanes where it is the nearest hit so far."""
+        primitive_id = intersector.blocks.primitive(i)
+        centre, radius = intersector.sphere(primitive_id)
+        low, high = centre - radius, centre + radius
+        near_corner, far_corner = tm.vec3(0), tm.vec3(0)
+        for k in ti.static(range(3)):
+            is_forward = (common.heading >> k) & 1 == 0
+            near_corner[k] = ti.select(is_forward, low[k], high[k])
+            far_corner[k] = ti.select(is_forward, high[k], low[k])
+        t_near, t_far = self.interval(c, g, common, near_corner, far_corner)
+        self.spheres.take(c, self.d[c, g, 0], self.d[c, g, 1], self.d[c, g, 2])
+        ox, oy, oz = self.origin(c, g, common, 0), self.origin(c, g, common, 1), self.origin(c, g, common, 2)
+        may_meet = self.spheres.may_meet(c, ox, oy, oz, centre, radius, t_near) & (t_near <= t_far)
+        if any_lane(may_meet & (t_near <= self.reach[c, g])):
+            is_met, entry, exit = self.spheres.solve(c, radius)
+            t = sphere_distance(entry, exit, t_near, t_far, t_min)
+            self.keep(c, g, is_met & (t_near <= t_far) & (t > t_min), t, primitive_id, lanes(0.0), lanes(0.0))
 
     @ti.func
     def project(self, c, g, common, blocks: ti.template(), i, corner: ti.template()):

@@ -6,8 +6,9 @@ import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.fast.camera_lanes import generate_rays, lanes_of
+from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.nearest import FastIntersector
-from taichi_tracer.fast.packets import LANES, SIDE, SIDE_BITS, TILE, TILE_BITS, Packets, lanes
+from taichi_tracer.fast.packets import SIDE, SIDE_BITS, TILE, TILE_BITS, Packets
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.picture.adaptive import SHARE_BITS, Shares
 from taichi_tracer.ray import no_hit
@@ -108,7 +109,8 @@ class PrimaryHits:
             self._trace_rays(seed, index)
             return
         if self.packets is None:
-            self.packets = Packets(PLACES, self.lanes.share_origin)
+            has_spheres = self.scene_data.geometry.effects.spheres
+            self.packets = Packets(PLACES, self.lanes.share_origin, has_spheres)
         self._trace_packets(seed, index)
 
     def is_much_work(self) -> bool:

@@ -17,14 +17,16 @@ import taichi.math as tm
 
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import WIDTH
-from taichi_tracer.fast.lanes import larger, smaller
+from taichi_tracer.fast.lanes import LANES, larger, smaller
 from taichi_tracer.fast.leaf_blocks import Aim, aim_of
+from taichi_tracer.fast.leaf_lanes import LeafLanes
 from taichi_tracer.fast.wide_bvh import leaf_range
 from taichi_tracer.formulas.boxes import RayBounds, box_interval
 from taichi_tracer.formulas.triangles import stable_normal
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory
 
+FEW = 64  # of a scene with so few primitives, many rays come to each leaf
 OCTANTS = 8  # one list at the root for each combination of signs of a direction
 
 
@@ -57,6 +59,9 @@ class ShadowStreams:
         # At each level of the tree, the lists of the eight children lie behind the list of their node.
         place.dense(ti.j, most * (1 + OCTANTS + WIDTH * (intersector.depth + 1))).place(self.ids)
         self._memory.allocate()
+        self.in_lanes = intersector.num_leaf_triangles <= FEW and intersector.solve_packet is not None
+        if self.in_lanes:
+            self.leaf_lanes = LeafLanes(places)
 
     @ti.func
     def clear(self, c):
@@ -85,9 +90,10 @@ class ShadowStreams:
             ray = self.ray(c, r)
             bounds = self.intersector.ray_bounds(ray)
             self.near[c, r], self.inverse[c, r], self.far[c, r] = bounds.near_origin, bounds.inverse, bounds.far_origin
-            aim = aim_of(ray)
-            self.axes[c, r] = ti.Vector([aim.x, aim.y, aim.z])
-            self.shear[c, r] = tm.vec2(aim.shear_x, aim.shear_y)
+            if ti.static(not self.in_lanes):
+                aim = aim_of(ray)
+                self.axes[c, r] = ti.Vector([aim.x, aim.y, aim.z])
+                self.shear[c, r] = tm.vec2(aim.shear_x, aim.shear_y)
             self.reach[c, r] = ti.select(self.intersector.is_legal(ray), tm.inf, 0.0)
             octant = 0
             for k in ti.static(range(3)):
@@ -149,7 +155,9 @@ class ShadowStreams:
     def try_leaf(self, c, octant, reference, at, count, lists):
         """Try the primitives of a leaf with the rays of its list."""
         first, number = leaf_range(reference)
-        if ti.static(self.intersector.blocks.has_test and self.intersector.is_plain_geometry):
+        if ti.static(self.in_lanes):
+            self.try_in_lanes(c, at, count, first, number)
+        elif ti.static(self.intersector.blocks.has_test and self.intersector.is_plain_geometry):
             for block in range(first >> BLOCK_BITS, (first + number + BLOCK - 1) >> BLOCK_BITS):
                 counts = self.filter_triangles(c, at, count, lists, block)
                 for k in ti.static(range(BLOCK)):
@@ -163,6 +171,19 @@ class ShadowStreams:
                     t_near, t_far = box_interval(self.bounds(c, r), low, high, 0.0, self.reach[c, r])
                     if t_near <= t_far:
                         self.decide(c, r, place)
+
+    @ti.func
+    def try_in_lanes(self, c, at, count, first, number):
+        """Try the primitives of a leaf with sixteen rays of its list after the other."""
+        for begin in range((count + LANES - 1) // LANES):
+            for lane in range(self.leaf_lanes.lanes[None]):
+                r = ti.cast(self.ids[c, at + ti.min(begin * LANES + lane, count - 1)], ti.i32)
+                self.leaf_lanes.put(c, lane, self.ray_o[c, r], self.ray_d[c, r], self.reach[c, r])
+            self.leaf_lanes.prepare(c, self.intersector)
+            self.leaf_lanes.try_leaf(c, self.intersector, first, number)
+            for lane in range(self.leaf_lanes.lanes[None]):
+                r = ti.cast(self.ids[c, at + ti.min(begin * LANES + lane, count - 1)], ti.i32)
+                self.reach[c, r] = self.leaf_lanes.reach[c, 0][lane]
 
     @ti.func
     def filter_triangles(self, c, at, count, lists, block):

@@ -19,7 +19,7 @@ import taichi.math as tm
 from taichi_tracer.fast.look_ups import LookUps, can_wait_for
 from taichi_tracer.fast.packets import TILE as GROUP
 from taichi_tracer.fast.packets import TILE_BITS as GROUP_BITS
-from taichi_tracer.fast.shadow_streams import ShadowStreams
+from taichi_tracer.fast.shadow_lanes import shadow_rays
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.lights.near_misses import begin_counting, code_of_look_up, count_look_up, kind_of_look_up
@@ -105,7 +105,7 @@ class Tiles:
         self.tiles = self.across * self.upwards
         self.places = min(self.tiles, ti.cfg.cpu_max_num_threads)
         most = SIDE * SIDE * integrator.techniques
-        self.streams = ShadowStreams(scene.ray_intersector, self.places, most)
+        self.shadow_rays = shadow_rays(scene.ray_intersector, self.places, most)
         self.look_ups = LookUps(scene.lights.far[0], self.places, most)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, self.places)
@@ -167,7 +167,7 @@ class Tiles:
                                         value = renderer.radiance(scene, integrator, ray, hit, rng)
                                         self.end_pixel(c, x - first_x, y - first_y, value)
                 self.find_light(c)
-                self.streams.trace(c)
+                self.shadow_rays.trace(c)
                 self.add_light(c, renderer, near_misses, first_x, first_y, index)
                 tile = ti.atomic_add(self.next_tile[None], 1)
 
@@ -190,7 +190,7 @@ class Tiles:
     @ti.func
     def _clear(self, c):
         self.look_ups.clear(c)
-        self.streams.clear(c)
+        self.shadow_rays.clear(c)
         self.pixels[c] = 0
 
     @ti.func
@@ -238,7 +238,7 @@ class Tiles:
             if light.max() > 0:
                 ray = UNTRACED
                 if self.leaves[c, k] != 0:
-                    ray = self.streams.add(c, self.origin[c, k], self.direction[c, k])
+                    ray = self.shadow_rays.add(c, self.origin[c, k], self.direction[c, k])
             u, v = self.look_ups.coords(c, k)
             self.ray[c, k], self.code[c, k] = ray, code_of_look_up(self.kind[c, k], u, v, light)
             self.factor[c, k] *= light
@@ -254,7 +254,7 @@ class Tiles:
                 ray = self.ray[c, term]
                 is_seen = ray == UNTRACED
                 if ray >= 0:
-                    is_seen = not self.streams.is_blocked(c, ray)
+                    is_seen = not self.shadow_rays.is_blocked(c, ray)
                 if is_seen:
                     value += self.factor[c, term]
                     count_look_up(near_misses, x, y, self.code[c, term])

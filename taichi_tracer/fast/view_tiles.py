@@ -9,7 +9,8 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.camera_lanes import generate_rays
-from taichi_tracer.fast.packets import LANES, TILE, TILE_BITS, lanes
+from taichi_tracer.fast.lanes import LANES, lanes
+from taichi_tracer.fast.packets import TILE, TILE_BITS
 from taichi_tracer.fast.primary_hits import PLACES, PrimaryHits
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
