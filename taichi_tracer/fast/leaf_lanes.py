@@ -39,19 +39,19 @@ class LeafLanes:
         self._memory = memory.Memory()
         self.o, self.d, self.i, self.n, self.f = (ti.Vector.field(LANES, float) for _ in range(5))
         self.x0, self.x1, self.x2, self.y0, self.y1, self.y2 = (ti.Vector.field(LANES, float) for _ in range(6))
-        self.shear_x, self.shear_y, self.reach = (ti.Vector.field(LANES, float) for _ in range(3))
+        self.shear_x, self.shear_y, self.reach, self.pad = (ti.Vector.field(LANES, float) for _ in range(4))
         self.axis, self.is_undecided = (ti.Vector.field(LANES, ti.i32) for _ in range(2))
-        # LLVM unrolls a loop whose length is a constant. Therefore the length is read from memory.
-        self.lanes = ti.field(ti.i32)
-        self._memory.fields.place(self.lanes)
+        # LLVM unrolls a loop whose length is a constant. Therefore the lengths are read from memory.
+        self.lanes, self.axes = (ti.field(ti.i32) for _ in range(2))
+        self._memory.fields.place(self.lanes, self.axes)
         group = self._memory.fields.dense(ti.i, places).dense(ti.j, 1)
         for field in (self.o, self.d, self.i, self.n, self.f):
             group.dense(ti.k, 3).place(field)
         # Vectors that are stored together do not lie side by side, see ``packets.Packets``.
-        group.place(self.x0, self.shear_x, self.x1, self.shear_y, self.x2, self.axis)
+        group.place(self.x0, self.shear_x, self.x1, self.shear_y, self.x2, self.axis, self.pad)
         group.place(self.y0, self.reach, self.y1, self.is_undecided, self.y2)
         self._memory.allocate()
-        self.lanes[None] = LANES
+        self.lanes[None], self.axes[None] = LANES, 3
         self.spheres = SphereLanes(places)
 
     @ti.func
@@ -64,20 +64,17 @@ class LeafLanes:
     @ti.func
     def prepare(self, c, intersector: ti.template()):
         """Compute what depends on the rays only. A ray that is none (``is_legal``) reaches nothing."""
-        total, length = lanes(0.0), lanes(0.0)
-        for k in ti.static(range(3)):
-            total += abs(self.o[c, ONLY, k])
-            length += abs(self.d[c, ONLY, k])
+        low, high = tm.vec3(intersector.geometry.low), tm.vec3(intersector.geometry.high)
+        self.pad[c, ONLY], total, length = lanes(0.0), lanes(0.0), lanes(0.0)
+        for k in range(self.axes[None]):
+            o = self.o[c, ONLY, k]
+            self.pad[c, ONLY] = larger(self.pad[c, ONLY], larger(abs(low[k] - o), abs(high[k] - o)))
+            total, length = total + abs(o), length + abs(self.d[c, ONLY, k])
         is_legal = (total + length < tm.inf) & (length > 0)
         self.reach[c, ONLY] = ti.select(is_legal, self.reach[c, ONLY], lanes(0.0))
-        low, high = tm.vec3(intersector.geometry.low), tm.vec3(intersector.geometry.high)
-        reach = lanes(0.0)
-        for k in ti.static(range(3)):
-            o = self.o[c, ONLY, k]
-            reach = larger(reach, larger(abs(low[k] - o), abs(high[k] - o)))
-        for k in ti.static(range(3)):
+        for k in range(self.axes[None]):
             o, inverse = self.o[c, ONLY, k], 1 / self.d[c, ONLY, k]
-            pad = intersector.pad_factor * (reach + abs(o) / 4)
+            pad = intersector.pad_factor * (self.pad[c, ONLY] + abs(o) / 4)
             towards = ti.select(inverse >= 0, pad, -pad)
             self.i[c, ONLY, k] = inverse
             self.n[c, ONLY, k] = o + towards
@@ -122,21 +119,20 @@ class LeafLanes:
             is_sphere = intersector.is_sphere(primitive_id)
             if ti.static(intersector.geometry.effects.spheres):
                 if is_sphere:
-                    self.try_sphere(c, *intersector.sphere(primitive_id))
+                    self.try_sphere(c, *intersector.sphere(primitive_id), may_meet, t_near, t_far)
             if ti.static(intersector.geometry.effects.culling):
                 if not is_sphere:
                     self.decide(c, intersector, place, may_meet)
 
     @ti.func
-    def try_sphere(self, c, centre, radius):
+    def try_sphere(self, c, centre, radius, may_meet, t_near, t_far):
         """``RayIntersector.sphere_candidate`` of sixteen rays."""
-        t_near, t_far = self.box_interval(c, centre - radius, centre + radius)
         ox, oy, oz = self.o[c, ONLY, 0], self.o[c, ONLY, 1], self.o[c, ONLY, 2]
-        may_meet = self.spheres.may_meet(c, ox, oy, oz, centre, radius, t_near) & (t_near <= t_far)
-        if any_lane(may_meet & (self.reach[c, ONLY] > 0)):
+        may_meet = may_meet & self.spheres.may_meet(c, ox, oy, oz, centre, radius, t_near)
+        if any_lane(may_meet):
             is_met, entry, exit = self.spheres.solve(c, radius)
             t = sphere_distance(entry, exit, t_near, t_far, 0.0)
-            self.block(c, is_met & (t_near <= t_far) & (t > 0))
+            self.block(c, is_met & may_meet & (t > 0))
 
     @ti.func
     def try_triangle(self, c, intersector: ti.template(), place, may_meet, t_near, t_far):
@@ -152,11 +148,9 @@ class LeafLanes:
     def box_interval(self, c, low, high):
         """``box_interval`` of sixteen rays and one box, for any t."""
         t_near, t_far = lanes(-tm.inf), lanes(tm.inf)
-        for k in ti.static(range(3)):
+        for k in range(self.axes[None]):
             inverse = self.i[c, ONLY, k]
-            is_forward = inverse >= 0
-            near_plane = ti.select(is_forward, lanes(low[k]), lanes(high[k]))
-            far_plane = ti.select(is_forward, lanes(high[k]), lanes(low[k]))
+            near_plane, far_plane = ti.select(inverse >= 0, low[k], high[k]), ti.select(inverse >= 0, high[k], low[k])
             near, far = (near_plane - self.n[c, ONLY, k]) * inverse, (far_plane - self.f[c, ONLY, k]) * inverse
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, t_far

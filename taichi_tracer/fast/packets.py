@@ -246,18 +246,11 @@ class Packets:
     @ti.func
     def box_interval(self, c, g, common, slot):
         """``box_interval`` of sixteen rays and the box of a primitive of the present leaf, for any t."""
-        near_corner, far_corner = tm.vec3(0), tm.vec3(0)
-        for k in ti.static(range(3)):
-            near_corner[k], far_corner[k] = self.near_and_far_plane(c, slot, k)
-        return self.interval(c, g, common, near_corner, far_corner)
-
-    @ti.func
-    def interval(self, c, g, common, near_corner, far_corner):
-        """``box_interval`` of sixteen rays and a box that they enter and leave at the planes of two corners."""
         t_near, t_far = lanes(-tm.inf), lanes(tm.inf)
         for k in ti.static(range(3)):
-            to_near = near_corner[k] - self.near_origin(c, g, common, k)
-            to_far = far_corner[k] - self.far_origin(c, g, common, k)
+            near_plane, far_plane = self.near_and_far_plane(c, slot, k)
+            to_near = near_plane - self.near_origin(c, g, common, k)
+            to_far = far_plane - self.far_origin(c, g, common, k)
             near, far = to_near * self.i[c, g, k], to_far * self.i[c, g, k]
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, t_far
@@ -317,16 +310,16 @@ class Packets:
         if ti.static(intersector.is_plain_geometry) or not intersector.is_special(intersector.blocks.primitive(i)):
             self.try_triangle(c, g, common, intersector, slot, i, t_min)
         else:
-            self.try_special(c, g, common, intersector, i, t_min)
+            self.try_special(c, g, common, intersector, slot, i, t_min)
 
     @ti.func
-    def try_special(self, c, g, common, intersector: ti.template(), i, t_min):
+    def try_special(self, c, g, common, intersector: ti.template(), slot, i, t_min):
         """Try a sphere with sixteen rays at once, or a triangle with backface culling with one ray after the other."""
         is_sphere = False
         if ti.static(self.has_spheres):
             is_sphere = intersector.is_sphere(intersector.blocks.primitive(i))
             if is_sphere:
-                self.try_sphere(c, g, common, intersector, i, t_min)
+                self.try_sphere(c, g, common, intersector, slot, i, t_min)
         if ti.static(intersector.geometry.effects.culling or not self.has_spheres):
             if not is_sphere:
                 for lane in range(self.lanes[None]):
@@ -360,17 +353,11 @@ class Packets:
         self.v[c, g] = ti.select(taken, v, self.v[c, g])
 
     @ti.func
-    def try_sphere(self, c, g, common, intersector: ti.template(), i, t_min):
+    def try_sphere(self, c, g, common, intersector: ti.template(), slot, i, t_min):
         """``sphere_candidate`` of sixteen rays; the result is kept in the lanes where it is the nearest hit so far."""
         primitive_id = intersector.blocks.primitive(i)
         centre, radius = intersector.sphere(primitive_id)
-        low, high = centre - radius, centre + radius
-        near_corner, far_corner = tm.vec3(0), tm.vec3(0)
-        for k in ti.static(range(3)):
-            is_forward = (common.heading >> k) & 1 == 0
-            near_corner[k] = ti.select(is_forward, low[k], high[k])
-            far_corner[k] = ti.select(is_forward, high[k], low[k])
-        t_near, t_far = self.interval(c, g, common, near_corner, far_corner)
+        t_near, t_far = self.box_interval(c, g, common, slot)
         self.spheres.take(c, self.d[c, g, 0], self.d[c, g, 1], self.d[c, g, 2])
         ox, oy, oz = self.origin(c, g, common, 0), self.origin(c, g, common, 1), self.origin(c, g, common, 2)
         may_meet = self.spheres.may_meet(c, ox, oy, oz, centre, radius, t_near) & (t_near <= t_far)

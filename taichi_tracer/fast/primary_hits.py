@@ -8,9 +8,10 @@ from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.fast.camera_lanes import generate_rays, lanes_of
 from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.nearest import FastIntersector
+from taichi_tracer.fast.number_lanes import FIRST_DIMENSION, has_points, pairs_of
 from taichi_tracer.fast.packets import SIDE, SIDE_BITS, TILE, TILE_BITS, Packets
 from taichi_tracer.fast.stand_ins import Form
-from taichi_tracer.picture.adaptive import SHARE_BITS, Shares
+from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, sampler_of
 from taichi_tracer.system import memory, runtime
@@ -24,7 +25,6 @@ FEW_RAYS = 1 << 22  # about half a second of single rays; a picture that is know
 # to three seconds, and of a small picture, they make each pass only a fifth shorter.
 MANY_RAYS = 1 << 25
 CROWD = 8  # triangles per pixel; with more of them, neighbouring rays have too little in common for packets
-FIRST_DIMENSION = 0  # the dimension of the sampler that belongs to the pixel
 
 
 @ti.data_oriented
@@ -65,8 +65,7 @@ class PrimaryHits:
         self.can_use_packets = (
             runtime.ensure().arch == "cpu"
             and self.lanes is not None
-            and hasattr(self.sampler, "point")
-            and not replaced(self.sampler)
+            and has_points(self.sampler)
             and getattr(intersector, "solve_packet", None) is not None
         )
         self.use_packets = use_packets
@@ -200,13 +199,7 @@ class PrimaryHits:
         x, y = self.pixels_of(tile_x, tile_y)
         xi_x, xi_y = lanes(0.5), lanes(0.5)
         if ti.static(self.jitter):
-            pixel = ti.cast(y * self.width + x, ti.u32)
-            zero = ti.u32(0) * pixel  # added to a number that all lanes share, it makes a vector
-            sample = index + zero
-            if ti.static(self.shares.are_kept):
-                share = ti.Vector([self.shares.share[x[lane], y[lane]] for lane in range(LANES)])
-                sample = sample * share >> SHARE_BITS
-            xi_x, xi_y = self.sampler.point(seed + zero, pixel, sample, ti.u32(FIRST_DIMENSION) + zero)
+            xi_x, xi_y = pairs_of(self.sampler, self.shares, x, y, seed, index, FIRST_DIMENSION)
             self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
         ox, oy, oz, dx, dy, dz = generate_rays(self.lanes, self.camera, x, y, xi_x, xi_y)
         self.packets.put_rays(c, g, ox, oy, oz, dx, dy, dz)

@@ -17,6 +17,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.look_ups import LookUps, can_wait_for
+from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
 from taichi_tracer.fast.packets import TILE as GROUP
 from taichi_tracer.fast.packets import TILE_BITS as GROUP_BITS
 from taichi_tracer.fast.shadow_lanes import shadow_rays
@@ -106,6 +107,10 @@ class Tiles:
         self.places = min(self.tiles, ti.cfg.cpu_max_num_threads)
         most = SIDE * SIDE * integrator.techniques
         self.shadow_rays = shadow_rays(scene.ray_intersector, self.places, most)
+        self.has_numbers = renderer.eye_rays.has_groups and has_points(renderer.sampler)
+        if self.has_numbers:
+            pairs = 2 if integrator.samples_lights else 1
+            self.numbers = NumberLanes(renderer.sampler, renderer.shares, pairs, self.places)
         self.look_ups = LookUps(scene.lights.far[0], self.places, most)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, self.places)
@@ -153,6 +158,8 @@ class Tiles:
                 for group_x in range(first_x >> GROUP_BITS, (end_x + GROUP - 1) >> GROUP_BITS):
                     for group_y in range(first_y >> GROUP_BITS, (end_y + GROUP - 1) >> GROUP_BITS):
                         is_empty = self.look_behind(c, eye_rays, group_x, group_y)
+                        if not is_empty:
+                            self.find_numbers(c, eye_rays, group_x, group_y, seed, index)
                         low_x, low_y = group_x << GROUP_BITS, group_y << GROUP_BITS
                         for x in range(ti.max(low_x, first_x), ti.min(low_x + GROUP, end_x)):
                             for y in range(ti.max(low_y, first_y), ti.min(low_y + GROUP, end_y)):
@@ -162,7 +169,7 @@ class Tiles:
                                     if is_empty:
                                         self.end_empty_pixel(c, renderer, near_misses, x, y, i)
                                     else:
-                                        rng = renderer.sampler.start(seed, x, y, i)
+                                        rng = self.begin_numbers(c, renderer, seed, x, y, i)
                                         ray, hit = eye_rays.hit_of(x, y, rng)
                                         value = renderer.radiance(scene, integrator, ray, hit, rng)
                                         self.end_pixel(c, x - first_x, y - first_y, value)
@@ -180,6 +187,20 @@ class Tiles:
             if is_empty:
                 self.look_ups.find_group(c, *eye_rays.directions_of(group_x, group_y))
         return is_empty
+
+    @ti.func
+    def find_numbers(self, c, eye_rays: ti.template(), group_x, group_y, seed, index):
+        """Find the random numbers of a group, if they can be computed together."""
+        if ti.static(self.has_numbers):
+            x, y = eye_rays.pixels_of(group_x, group_y)
+            self.numbers.find(c, x, y, seed, index)
+
+    @in_kernels
+    def begin_numbers(self, c, renderer, seed, x, y, index):
+        """The random numbers of a pixel."""
+        if not self.has_numbers:
+            return renderer.sampler.start(seed, x, y, index)
+        return KeptNumbers(self.numbers, c, (x & (GROUP - 1)) * GROUP + (y & (GROUP - 1)))
 
     @in_kernels
     def begin(self, c) -> None:
