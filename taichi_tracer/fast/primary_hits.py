@@ -69,6 +69,7 @@ class PrimaryHits:
             and getattr(intersector, "solve_packet", None) is not None
         )
         self.use_packets = use_packets
+        self.is_long = False  # whether it is known that the picture takes long enough for every form
         self.passes = 1  # how often rays are to be traced until this picture is complete; 1 also if this is unknown
         self.packets = None
         self.traces, self.forms = 0, frozenset()  # how often rays were traced, and in which forms
@@ -116,6 +117,8 @@ class PrimaryHits:
         """Whether packets are worth the seconds of their compilation, as for large pictures from the second one on."""
         if self.scene_data.geometry.n_primitives > CROWD * self.width * self.height:
             return False
+        if self.is_long:
+            return True
         if self.pixels < LARGE_PICTURE:
             return self.pixels * self.traces >= MANY_RAYS
         is_short = self.traces < self.passes and self.pixels * self.passes < FEW_RAYS

@@ -100,6 +100,7 @@ class Tiles:
     def __init__(self, renderer, scene, integrator) -> None:
         self.renderer, self.scene, self.integrator = renderer, copy.copy(scene), integrator
         self.is_of = scene, integrator
+        renderer.eye_rays.is_long = True
         self.scene.__class__ = waiting_class(type(scene), self)
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
         self.across, self.upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)

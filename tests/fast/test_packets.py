@@ -9,35 +9,9 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.fast import packets
-from taichi_tracer.fast.packets import GROUPS, LANES, Packets, flags, lanes
+from taichi_tracer.fast.packets import GROUPS, LANES, Packets, lanes
 from taichi_tracer.formulas.boxes import RayBounds, box_interval
 from taichi_tracer.system import runtime
-
-
-@ti.func
-def _chains(rows: ti.template(), out: ti.template(), i):
-    values, ids = lanes(0.0), flags(0)
-    for k in ti.static(range(LANES)):
-        values[k], ids[k] = rows[i, k], ti.cast(rows[i, k] > rows[i, LANES], ti.i32)
-    out[i, 0], out[i, 1] = packets.least(values), packets.greatest(values)
-    out[i, 2] = ti.cast(packets.any_lane(ids != 0), ti.i32)
-    out[i, 3] = packets.larger(rows[i, 0], rows[i, 1])
-    out[i, 4] = packets.smaller(rows[i, 0], rows[i, 1])
-
-
-def test_the_extremes_of_all_lanes(precision, rng):
-    rows = rng.normal(size=(500, LANES + 1)).astype(runtime.dtype())
-    rows[:20, :LANES] = np.sort(rows[:20, :LANES], axis=1)
-    rows[20:40, :LANES] = -np.sort(rows[20:40, :LANES], axis=1)
-    rows[::3, LANES] += 3
-    out = ask(_chains, rows, 5)
-    values = rows[:, :LANES]
-    np.testing.assert_array_equal(out[:, 0], values.min(axis=1))
-    np.testing.assert_array_equal(out[:, 1], values.max(axis=1))
-    np.testing.assert_array_equal(out[:, 2] != 0, (values > rows[:, LANES:]).any(axis=1))
-    assert 0.2 < out[:, 2].mean() < 0.99
-    np.testing.assert_array_equal(out[:, 3], values[:, :2].max(axis=1))
-    np.testing.assert_array_equal(out[:, 4], values[:, :2].min(axis=1))
 
 
 def test_lanes_have_the_running_precision(precision):
