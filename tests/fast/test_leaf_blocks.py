@@ -41,7 +41,7 @@ def test_no_leaves_have_no_places():
     assert len(places) == 0
 
 
-def test_only_triangles_of_a_test_with_a_form_for_blocks_are_primitives_at_once():
+def test_only_triangles_of_a_test_with_a_form_for_blocks_are_tested_at_once():
     assert (
         primitives_at_once(watertight, is_mixed=False) == primitives_at_once(moller_trumbore, is_mixed=False) == BLOCK
     )
