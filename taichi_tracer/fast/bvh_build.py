@@ -21,13 +21,12 @@ BIN_SCALE = 1 - 1e-6  # reduces the number of bins: rounding then cannot move th
 BLOCK_BITS = 2
 BLOCK = 1 << BLOCK_BITS  # a ray tests so many triangles of a leaf together; a kernel does not split them any further
 MAX_LEAF = 8  # the largest number of triangles in a leaf; the heuristic usually makes smaller leaves
-COST_OF_BOX = 1.2  # the cost of visiting a node, in units of the cost of one triangle test
+COST_OF_BOX = 1.2  # the cost of visiting a node of a small tree, in units of the cost of one triangle test
 GROUP_FROM = 8192  # from this number of triangles on, the grouping saves time
 SMALL = 256  # up to this number of triangles, numpy is done (in 30 ms) before the kernel is loaded
 BATCH = 1 << 18  # triangles between two updates of the progress bar of a long build
 SHOW_PROGRESS_AFTER = 2.0  # seconds
-BITS_PER_AXIS = 5  # of a grid cell: three axes need 15 bits, and numpy sorts 16-bit codes fast, by radix sort
-CELLS_PER_AXIS = 1 << BITS_PER_AXIS
+MOST_BITS = 5  # of a grid cell along an axis: three axes need 15 bits, and numpy sorts 16-bit codes fast, by radix sort
 # Nodes that wait on the stack of one task. The larger half always waits, so that 33 entries suffice for 2^32 items.
 STACK_SIZE = 64
 
@@ -51,8 +50,14 @@ class BinaryTree:
     order: np.ndarray
 
 
-def build(box: np.ndarray) -> BinaryTree:
-    """The tree over (F, 6) boxes, F ≥ 1."""
+def build(box: np.ndarray, at_once: int = BLOCK) -> BinaryTree:
+    """The tree over (F, 6) boxes, F ≥ 1.
+
+    Args:
+        at_once: how many items a ray tests at the cost of one. A tree of more than ``SMALL`` items is split where the
+            parts need the fewest such tests. Thus the leaves of triangles, tested in blocks, are full more often, and
+            their memory is a seventh smaller.
+    """
     n = len(box)
     if n <= SMALL:
         return build_small(box)
@@ -65,7 +70,7 @@ def build(box: np.ndarray) -> BinaryTree:
     nodes = Nodes(2 * n + 2 * len(starts), box.dtype)
     for some in _batches(starts, n):
         scratch = _scratch(len(starts[some]), box.dtype)
-        _build_ranges(starts[some], ends[some], 0, MAX_LEAF, box, order, nodes.box, nodes.links, *scratch)
+        _build_ranges(starts[some], ends[some], 0, at_once, BLOCK, box, order, nodes.box, nodes.links, *scratch)
     if len(starts) == 1:
         return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
     return _join(nodes, starts, order)
@@ -149,6 +154,7 @@ def _join(nodes: Nodes, starts: np.ndarray, order: np.ndarray) -> BinaryTree:
         np.array([len(starts)], np.int32),
         base,
         1,
+        1,
         group_box,
         group_order,
         top.box,
@@ -164,16 +170,27 @@ def _join(nodes: Nodes, starts: np.ndarray, order: np.ndarray) -> BinaryTree:
     return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
 
 
+def bits_per_axis(n: int) -> int:
+    """log2 of the cells along each axis of the grid for n ≥ 1024 triangles.
+
+    A surface meets about four times as many cells if there are twice as many along an axis. Thus the groups of a
+    surface have about the same size for any n: small groups would have many leaves that are not full.
+    """
+    return min((n.bit_length() - 1) // 2 - 4, MOST_BITS)
+
+
 def grid_groups(box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Items sorted by the Morton code of their grid cell: (F,) int32 order and (G,) int32 start of every group."""
     centre = box[:, :3] + box[:, 3:]
     low, high = centre.min(axis=0), centre.max(axis=0)
     size = np.where(high > low, high - low, 1)
+    bits = bits_per_axis(len(box))
+    cells = 1 << bits
     code = np.zeros(len(box), np.uint16)
     for axis in range(3):
-        cell = ((centre[:, axis] - low[axis]) * (CELLS_PER_AXIS / size[axis])).astype(np.uint16)
-        np.minimum(cell, CELLS_PER_AXIS - 1, out=cell)
-        for bit in range(BITS_PER_AXIS):
+        cell = ((centre[:, axis] - low[axis]) * (cells / size[axis])).astype(np.uint16)
+        np.minimum(cell, cells - 1, out=cell)
+        for bit in range(bits):
             code |= ((cell >> bit) & 1) << (3 * bit + axis)
     order = np.argsort(code, kind="stable").astype(np.int32)
     sorted_code = code[order]
@@ -182,7 +199,7 @@ def grid_groups(box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _scratch(tasks: int, dtype: np.dtype) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """For each task: bins (3 axes × NUM_BINS boxes and counts), area × count right of every bin, a stack of nodes."""
+    """For each task: bins (3 axes × NUM_BINS boxes and counts), area × tests right of every bin, a stack of nodes."""
     bins = np.empty((tasks, 3 * NUM_BINS, 7), dtype)
     areas = np.empty((tasks, NUM_BINS), dtype)
     stack = np.empty((tasks, STACK_SIZE), np.int32)
@@ -194,7 +211,8 @@ def _build_ranges(
     starts: ti.types.ndarray(dtype=ti.i32, ndim=1),
     ends: ti.types.ndarray(dtype=ti.i32, ndim=1),
     base: ti.i32,
-    max_leaf: ti.i32,
+    at_once: ti.i32,
+    most: ti.i32,
     box: ti.types.ndarray(ndim=2),
     order: ti.types.ndarray(dtype=ti.i32, ndim=1),
     node_box: ti.types.ndarray(ndim=2),
@@ -206,7 +224,8 @@ def _build_ranges(
     """One tree for each range [starts, ends) of ``order``, with its root at node 2·start.
 
     At most one split happens at each position m of ``order``. Its children are the nodes 2m and 2m + 1, so that the
-    tasks need no shared counter. A link to a child is ``base`` + the index of the child.
+    tasks need no shared counter. A link to a child is ``base`` + the index of the child. A range of up to ``most``
+    items stays together.
     """
     for task in range(starts.shape[0]):
         root = 2 * starts[task]
@@ -222,10 +241,8 @@ def _build_ranges(
             for k in ti.static(range(3)):
                 node_box[node, k] = low[k]
                 node_box[node, k + 3] = high[k]
-            middle = -1
-            if end - begin > ti.min(BLOCK, max_leaf):
-                middle = split(task, box, order, begin, end, low, high, c_low, c_high, max_leaf, bins, areas)
-            if middle >= 0:
+            if end - begin > most:
+                middle = split(task, box, order, begin, end, c_low, c_high, at_once, bins, areas)
                 left = 2 * middle
                 links[node, 0] = base + left
                 links[left, 1], links[left, 2] = begin, middle
@@ -274,15 +291,13 @@ def split(
     order: ti.template(),
     begin,
     end,
-    low,
-    high,
     c_low,
     c_high,
-    max_leaf,
+    at_once,
     bins: ti.template(),
     areas: ti.template(),
 ):
-    """Reorder a range so that it splits into [begin, middle) and [middle, end); returns −1 if a leaf is cheaper."""
+    """Reorder a range so that it splits into [begin, middle) and [middle, end)."""
     n = end - begin
     num_bins = tm.clamp(n, FEWEST_BINS, NUM_BINS)
     size = c_high - c_low
@@ -296,18 +311,15 @@ def split(
 
     best_cost, best_axis, best_bin = tm.inf, -1, -1
     for axis in range(3):
-        cost, last = cheapest_plane(task, axis, num_bins, bins, areas)
+        cost, last = cheapest_plane(task, axis, num_bins, at_once, bins, areas)
         if cost < best_cost:
             best_cost, best_axis, best_bin = cost, axis, last
 
-    middle = -1
-    leaf_is_cheaper = best_cost + COST_OF_BOX * half_area(low, high) >= n * half_area(low, high)
-    if n > max_leaf or not leaf_is_cheaper:
-        middle = (begin + end) // 2  # if all centres are equal, or if the areas overflow
-        if best_axis >= 0:
-            middle = partition(box, order, begin, end, best_axis, best_bin, c_low, bins_per_unit, num_bins)
-            if middle <= begin or middle >= end:  # with fast_math, an infinite cost may be compared wrongly
-                middle = (begin + end) // 2
+    middle = (begin + end) // 2  # if all centres are equal, or if the areas overflow
+    if best_axis >= 0:
+        middle = partition(box, order, begin, end, best_axis, best_bin, c_low, bins_per_unit, num_bins)
+        if middle <= begin or middle >= end:  # with fast_math, an infinite cost may be compared wrongly
+            middle = (begin + end) // 2
     return middle
 
 
@@ -341,8 +353,8 @@ def bin_corners(bins: ti.template(), task, j):
 
 
 @ti.func
-def cheapest_plane(task, axis, num_bins, bins: ti.template(), areas: ti.template()):
-    """The minimum of area(left)·count(left) + area(right)·count(right) over the planes, and its last left bin."""
+def cheapest_plane(task, axis, num_bins, at_once, bins: ti.template(), areas: ti.template()):
+    """The minimum of area(left)·tests(left) + area(right)·tests(right) over the planes, and its last left bin."""
     low, high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
     count = 0.0
     for step in range(num_bins - 1):
@@ -352,7 +364,7 @@ def cheapest_plane(task, axis, num_bins, bins: ti.template(), areas: ti.template
         count += bins[task, axis * NUM_BINS + j, 6]
         areas[task, j] = tm.inf
         if count > 0:
-            areas[task, j] = half_area(low, high) * count
+            areas[task, j] = half_area(low, high) * ti.ceil(count / at_once)
     best, best_bin = tm.inf, -1
     low, high, count = tm.vec3(tm.inf), tm.vec3(-tm.inf), 0.0
     for j in range(num_bins - 1):
@@ -360,7 +372,7 @@ def cheapest_plane(task, axis, num_bins, bins: ti.template(), areas: ti.template
         low, high = smaller(low, a), larger(high, b)
         count += bins[task, axis * NUM_BINS + j, 6]
         if count > 0:
-            cost = half_area(low, high) * count + areas[task, j + 1]
+            cost = half_area(low, high) * ti.ceil(count / at_once) + areas[task, j + 1]
             if cost < best:
                 best, best_bin = cost, j
     return best, best_bin

@@ -83,8 +83,8 @@ class LeafBlocks:
     """
 
     def __init__(self, fields: ti.FieldsBuilder, places: int, solve, is_mixed: bool) -> None:
-        self.test = None if is_mixed else BLOCK_TESTS.get(solve)
-        self.has_test = self.test is not None
+        self.has_test = primitives_at_once(solve, is_mixed) == BLOCK
+        self.test = BLOCK_TESTS.get(solve) if self.has_test else None
         self.vertices = ti.Vector.field(BLOCK, float)  # of block, 3 · axis + corner
         self.ids = ti.field(ti.i32)  # of block, lane
         block = fields.dense(ti.i, max(1, places // BLOCK))  # nested, so that the memory of a block is contiguous
@@ -187,3 +187,8 @@ def may_solve(blocks: ti.template(), ray, aim, block):
 
 
 BLOCK_TESTS = {watertight: may_pass_inside, moller_trumbore: may_solve}
+
+
+def primitives_at_once(solve, is_mixed: bool) -> int:
+    """How many primitives a ray tests together; the arguments are those of ``LeafBlocks``."""
+    return BLOCK if solve in BLOCK_TESTS and not is_mixed else 1

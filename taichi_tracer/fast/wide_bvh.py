@@ -14,7 +14,7 @@ from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree, quantise
 from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
-from taichi_tracer.fast.leaf_blocks import NO_ROW, LeafBlocks, aim_of, in_blocks
+from taichi_tracer.fast.leaf_blocks import NO_ROW, LeafBlocks, aim_of, in_blocks, primitives_at_once
 from taichi_tracer.fast.nearest import FastIntersector
 from taichi_tracer.fast.packet_triangles import packet_test
 from taichi_tracer.fast.packets import slab
@@ -60,7 +60,7 @@ class WideBVH(FastIntersector):
         ids, boxes = geometry.hittable()
         order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
         if len(ids) > 0:
-            tree = bvh_build.build(boxes)
+            tree = bvh_build.build(boxes, primitives_at_once(self.solve, geometry.effects.spheres))
             del boxes  # of a large mesh, all of these together would need the memory of the whole scene once more
             order, wide = tree.order, collapse(tree)
             del tree

@@ -52,9 +52,24 @@ def test_grid_groups_are_cells(rng):
     order, starts = bvh_build.grid_groups(box)
     np.testing.assert_array_equal(np.sort(order), np.arange(len(box)))
     centre = (box[:, :3] + box[:, 3:])[order]
-    cell = 1.01 * np.ptp(centre, axis=0) / bvh_build.CELLS_PER_AXIS
+    cell = 1.01 * np.ptp(centre, axis=0) / 2 ** bvh_build.bits_per_axis(10_000)
     for begin, end in zip(starts, np.append(starts[1:], len(box)), strict=True):
         assert (np.ptp(centre[begin:end], axis=0) <= cell).all()
+
+
+def test_the_grid_has_the_same_number_of_triangles_in_a_cell_of_a_surface():
+    sizes = [bvh_build.GROUP_FROM, 4 * bvh_build.GROUP_FROM, 16 * bvh_build.GROUP_FROM, 1 << 30]
+    assert [bvh_build.bits_per_axis(n) for n in sizes] == [2, 3, 4, bvh_build.MOST_BITS]
+
+
+def test_leaves_are_almost_full(rng):
+    """A range is split where the parts need the fewest blocks."""
+    low = rng.random((5_000, 3)).astype(np.float32)
+    tree = bvh_build.build(np.concatenate([low, low + np.float32(0.01)], axis=1))
+    size = (tree.end - tree.begin)[(tree.child < 0) & (tree.begin >= 0)]
+    assert size.sum() == 5_000
+    assert (size <= bvh_build.BLOCK).all()
+    assert size.mean() > 0.85 * bvh_build.BLOCK
 
 
 def test_the_heuristic_separates_two_clusters(rng):

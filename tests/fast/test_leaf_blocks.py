@@ -11,7 +11,8 @@ import taichi_tracer as tt
 from taichi_tracer.fast.bvh_build import BLOCK
 from taichi_tracer.fast.bvh_wide import ABSENT, LEAF_BITS, leaf_reference
 from taichi_tracer.fast.lanes import first_lane
-from taichi_tracer.fast.leaf_blocks import aim_of, in_blocks
+from taichi_tracer.fast.leaf_blocks import aim_of, in_blocks, primitives_at_once
+from taichi_tracer.formulas.triangles import moller_trumbore, watertight
 from taichi_tracer.ray import Ray
 
 
@@ -38,6 +39,14 @@ def test_no_leaves_have_no_places():
     moved, places = in_blocks(np.array([ABSENT, 0], np.int32), 0)
     assert moved.tolist() == [ABSENT, 0]
     assert len(places) == 0
+
+
+def test_only_triangles_of_a_test_with_a_form_for_blocks_are_tested_at_once():
+    assert (
+        primitives_at_once(watertight, is_mixed=False) == primitives_at_once(moller_trumbore, is_mixed=False) == BLOCK
+    )
+    assert primitives_at_once(watertight, is_mixed=True) == 1
+    assert primitives_at_once(lambda o, d, v0, v1, v2: None, is_mixed=False) == 1
 
 
 @pytest.mark.parametrize("test", ["watertight", "moller_trumbore"])
