@@ -1,7 +1,7 @@
 """Look-ups of an environment that are made together: sixteen directions at once become texels, with the same bits.
 
-The longest part of a look-up are the two angles of its direction, chains of operations of which each waits for the one
-before it. Sixteen directions need the same time as one.
+The two angles of a direction take the longest time of a look-up: they are chains of operations, each of which waits for
+the one before it. Sixteen directions need the same time as one.
 """
 
 import taichi as ti
@@ -23,30 +23,30 @@ class LookUps:
     """Memory for directions, and their look-ups. A place holds the directions of one thread.
 
     Fields of sixteen directions in a place: ``x``, ``y`` and ``z``, their components; ``u`` and ``v``, their
-    ``Environment.coords``.
+    ``Environment.coords``. Directions that are added one by one come first, and whole groups of sixteen come behind.
 
     Args:
         light: an ``EnvironmentLight``.
         places: the number of lists that can be looked up at the same time.
-        most: the largest number of directions of a place.
+        most: the largest number of single directions of a place. most_groups: the same for groups.
     """
 
-    def __init__(self, light, places: int, most: int) -> None:
+    def __init__(self, light, places: int, most: int, most_groups: int) -> None:
         self.light, self.environment = light, light.environment
+        self.first_group = -(-most // LANES)
         self._memory = memory.Memory()
         self.x, self.y, self.z, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
-        self.group_u, self.group_v = (ti.Vector.field(LANES, float) for _ in range(2))
-        self.count = ti.field(ti.i32)
+        self.count, self.groups = ti.field(ti.i32), ti.field(ti.i32)
         place = self._memory.fields.dense(ti.i, places)
-        place.place(self.count, self.group_u, self.group_v)
+        place.place(self.count, self.groups)
         for field in (self.x, self.y, self.z, self.u, self.v):
-            place.dense(ti.j, -(-most // LANES)).place(field)
+            place.dense(ti.j, self.first_group + most_groups).place(field)
         self._memory.allocate()
 
     @ti.func
     def clear(self, c):
         """Forget the directions of a place."""
-        self.count[c] = 0
+        self.count[c], self.groups[c] = 0, 0
 
     @ti.func
     def add(self, c, direction):
@@ -59,26 +59,32 @@ class LookUps:
         return k
 
     @ti.func
+    def add_group(self, c, dx, dy, dz):
+        """Add sixteen unit directions at once."""
+        g = self.groups[c]
+        row = self.first_group + g
+        self.x[c, row], self.y[c, row], self.z[c, row] = dx, dy, dz
+        if ti.static(self.light.up_axis == "z"):
+            self.y[c, row], self.z[c, row] = dz, -dy
+        self.groups[c] = g + 1
+
+    @ti.func
+    def number_in_group(self, g, lane):
+        """The number of a direction of ``add_group``; g says which group of the place, counted from 0."""
+        return (self.first_group + g) * LANES + lane
+
+    @ti.func
     def find(self, c):
         """Compute u and v of all directions of a place."""
-        for i in range((self.count[c] + LANES - 1) // LANES):
-            self.u[c, i] = self.environment.longitude(self.z[c, i], self.x[c, i])
-            self.v[c, i] = self.environment.elevation(self.y[c, i])
-
-    @ti.func
-    def find_group(self, c, dx, dy, dz):
-        """Compute u and v of sixteen unit directions at once."""
-        self.group_u[c] = self.environment.longitude(dz, dx)
-        self.group_v[c] = self.environment.elevation(dy)
-
-    @ti.func
-    def coords_of_group(self, c, lane):
-        """``Environment.coords`` of a direction of ``find_group``."""
-        return self.group_u[c][lane], self.group_v[c][lane]
+        rows = (self.count[c] + LANES - 1) // LANES
+        for i in range(rows + self.groups[c]):
+            row = ti.select(i < rows, i, i - rows + self.first_group)
+            self.u[c, row] = self.environment.longitude(self.z[c, row], self.x[c, row])
+            self.v[c, row] = self.environment.elevation(self.y[c, row])
 
     @ti.func
     def coords(self, c, k):
-        """``Environment.coords`` of a direction."""
+        """``Environment.coords`` of a direction, by its number."""
         return self.u[c, k // LANES][k % LANES], self.v[c, k // LANES][k % LANES]
 
     @ti.func

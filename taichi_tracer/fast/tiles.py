@@ -31,6 +31,7 @@ from taichi_tracer.system.seams import in_kernels
 
 SIDE_BITS = 5
 SIDE = 1 << SIDE_BITS  # of a tile, in pixels: its rays are near enough to each other, and they stay in the CPU's cache
+GROUPS = (SIDE // GROUP + 1) ** 2  # at most, in a tile
 UNTRACED, NOTHING = -1, -2  # in place of the number of a ray: nothing can be in its way; it finds no light
 LONG = 8.0  # seconds of rendering that are left: then, a picture gains more than the compilation takes
 MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues a picture: more calls seem to follow
@@ -86,6 +87,7 @@ class Tiles:
     Fields of a pixel in each place:
         pixel: its column and row within the tile. value: its sample so far. end: the number of the first term that
             belongs to the next pixel.
+    Fields of an empty group in each place: ``group``, its column and its row among the groups of the picture.
     Fields of a term in each place; its number is that of its look-up:
         factor: by which its light is multiplied. kind: what its look-up is for ``NearMissCounter``.
         leaves: whether the direction leaves a surface, and something may be in its way; then it starts at ``origin``.
@@ -112,13 +114,15 @@ class Tiles:
         if self.has_numbers:
             pairs = 2 if integrator.samples_lights else 1
             self.numbers = NumberLanes(renderer.sampler, renderer.shares, pairs, self.places)
-        self.look_ups = LookUps(scene.lights.far[0], self.places, most)
+        self.look_ups = LookUps(scene.lights.far[0], self.places, most, GROUPS)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, self.places)
         self.pixels, self.pixel, self.end = (ti.field(ti.i32) for _ in range(3))
         self.value, self.factor, self.origin, self.direction = (ti.Vector.field(3, float) for _ in range(4))
         self.kind, self.leaves, self.ray, self.code = (ti.field(ti.i32) for _ in range(4))
+        self.group = ti.Vector.field(2, ti.i32)
         place.place(self.pixels)
+        place.dense(ti.j, GROUPS).place(self.group)
         self.next_tile = ti.field(ti.i32)
         self._memory.fields.place(self.next_tile)
         place.dense(ti.j, SIDE * SIDE).place(self.pixel, self.end, self.value)
@@ -158,35 +162,35 @@ class Tiles:
                 # Pixels come in groups, which are those whose eye rays are kept side by side.
                 for group_x in range(first_x >> GROUP_BITS, (end_x + GROUP - 1) >> GROUP_BITS):
                     for group_y in range(first_y >> GROUP_BITS, (end_y + GROUP - 1) >> GROUP_BITS):
-                        is_empty = self.look_behind(c, eye_rays, group_x, group_y)
-                        if not is_empty:
-                            self.find_numbers(c, eye_rays, group_x, group_y, seed, index)
+                        if self.looks_behind(c, eye_rays, group_x, group_y):
+                            continue
+                        self.find_numbers(c, eye_rays, group_x, group_y, seed, index)
                         low_x, low_y = group_x << GROUP_BITS, group_y << GROUP_BITS
                         for x in range(ti.max(low_x, first_x), ti.min(low_x + GROUP, end_x)):
                             for y in range(ti.max(low_y, first_y), ti.min(low_y + GROUP, end_y)):
                                 i, is_taken = renderer.shares.sample_of(x, y, index)
                                 if is_taken:
                                     begin_counting(near_misses, x, y, integrator)
-                                    if is_empty:
-                                        self.end_empty_pixel(c, renderer, near_misses, x, y, i)
-                                    else:
-                                        rng = self.begin_numbers(c, renderer, seed, x, y, i)
-                                        ray, hit = eye_rays.hit_of(x, y, rng)
-                                        value = renderer.radiance(scene, integrator, ray, hit, rng)
-                                        self.end_pixel(c, x - first_x, y - first_y, value)
+                                    rng = self.begin_numbers(c, renderer, seed, x, y, i)
+                                    ray, hit = eye_rays.hit_of(x, y, rng)
+                                    value = renderer.radiance(scene, integrator, ray, hit, rng)
+                                    self.end_pixel(c, x - first_x, y - first_y, value)
                 self.find_light(c)
                 self.shadow_rays.trace(c)
                 self.add_light(c, renderer, near_misses, first_x, first_y, index)
+                self.end_empty_groups(c, renderer, integrator, near_misses, first_x, first_y, index)
                 tile = ti.atomic_add(self.next_tile[None], 1)
 
     @ti.func
-    def look_behind(self, c, eye_rays: ti.template(), group_x, group_y):
-        """Whether the eye rays of all pixels of a group hit nothing. If so, it looks up what is behind all of them."""
+    def looks_behind(self, c, eye_rays: ti.template(), group_x, group_y):
+        """Whether the eye rays of all pixels of a group hit nothing. If so, what is behind them is looked up later."""
         is_empty = False
         if ti.static(eye_rays.has_groups):
             is_empty = eye_rays.hits_nothing(group_x, group_y)
             if is_empty:
-                self.look_ups.find_group(c, *eye_rays.directions_of(group_x, group_y))
+                g = self.look_ups.groups[c]
+                self.group[c, g] = tm.ivec2(group_x, group_y)
+                self.look_ups.add_group(c, *eye_rays.directions_of(group_x, group_y))
         return is_empty
 
     @ti.func
@@ -235,12 +239,30 @@ class Tiles:
         return tm.vec3(0)
 
     @ti.func
-    def end_empty_pixel(self, c, renderer: ti.template(), near_misses: ti.template(), x, y, index):
-        """Give the film the sample of a pixel of the group of ``look_behind``."""
-        u, v = self.look_ups.coords_of_group(c, (x & (GROUP - 1)) * GROUP + (y & (GROUP - 1)))
-        light = self.look_ups.environment.radiance_at(u, v)
-        count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(tm.vec3(1)), u, v, light))
-        renderer.record(x, y, light, index)
+    def end_empty_groups(
+        self,
+        c,
+        renderer: ti.template(),
+        integrator: ti.template(),
+        near_misses: ti.template(),
+        first_x,
+        first_y,
+        index,
+    ):
+        """Give the film the samples of the groups of ``looks_behind``."""
+        end_x, end_y = ti.min(first_x + SIDE, self.x1), ti.min(first_y + SIDE, self.y1)
+        for g in range(self.look_ups.groups[c]):
+            low_x, low_y = self.group[c, g].x << GROUP_BITS, self.group[c, g].y << GROUP_BITS
+            for x in range(ti.max(low_x, first_x), ti.min(low_x + GROUP, end_x)):
+                for y in range(ti.max(low_y, first_y), ti.min(low_y + GROUP, end_y)):
+                    i, is_taken = renderer.shares.sample_of(x, y, index)
+                    if is_taken:
+                        begin_counting(near_misses, x, y, integrator)
+                        k = self.look_ups.number_in_group(g, (x - low_x) * GROUP + y - low_y)
+                        u, v = self.look_ups.coords(c, k)
+                        light = self.look_ups.environment.radiance_at(u, v)
+                        count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(tm.vec3(1)), u, v, light))
+                        renderer.record(x, y, light, i)
 
     @ti.func
     def end_pixel(self, c, column, row, value):
