@@ -88,7 +88,10 @@ def test_a_search_of_every_primitive_equals_that_of_the_tree_bit_for_bit(rng, mo
     assert tree.searcher is scene.ray_intersector
     for view in VIEWS.values():
         camera.set_camera_parameters(**{"fov": 60.0, **view})
-        assert_same_bits(every, tree)
+        for hits in (every, tree):
+            hits.bring_up_to_date(0, 0)
+        for name in ("distance", "triangle_id", "u", "v"):
+            np.testing.assert_array_equal(every.to_image(name), tree.to_image(name))
 
 
 @pytest.mark.exhaustive
