@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.tables import Tables
 
 CORNERS = ("bl", "tl", "tr", "br")  # bottom left, top left, top right, bottom right: the order in the scene files
 
@@ -40,7 +41,9 @@ class Background:
         self.texels = ti.Vector.field(3, float)
         self._memory.fields.dense(ti.ij, (self.rows, self.columns)).place(self.texels)
         self._memory.allocate()
-        self._load(self.pixels)
+        tables = Tables()
+        tables.put(self.texels, self.pixels)
+        tables.load(self._memory)
 
     def destroy(self) -> None:
         """Free the memory now; the background cannot be used afterwards."""
@@ -49,12 +52,6 @@ class Background:
     def check_alive(self) -> None:
         """Raise a StaleSceneError if Taichi was initialised again after the background was made."""
         self._memory.check("background")
-
-    @ti.kernel
-    def _load(self, pixels: ti.types.ndarray(ndim=3)):
-        for row, column in self.texels:
-            for k in ti.static(range(3)):
-                self.texels[row, column][k] = pixels[row, column, k]
 
     @ti.func
     def between(self, pixel, pixels, texels: ti.template()):

@@ -25,6 +25,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, runs_in_kernels, seams, takes, takes_whole_numbers
+from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.types import Numbers
 
 HANDEDNESS = ("left", "right")
@@ -83,6 +84,7 @@ class ProjectiveCamera(ABC):
         self._memory.fields.place(self.camera_to_world, self.half_size, self.centre)
         self._memory.fields.dense(ti.i, 10).place(self._parameters)
         self._memory.allocate()
+        self._tables = Tables()
         self._update()
 
     def set_camera_parameters(
@@ -315,10 +317,12 @@ class ProjectiveCamera(ABC):
         return (l + r) / 2, (b + t) / 2
 
     def _update(self) -> None:
-        window = np.array([self.compute_half_size(), self.compute_centre()])
-        parameters = np.array([*self.eye, *self.at, *self.up, self._angle()])
-        dtype = runtime.dtype()
-        self._load(self.to_array(self.compute_matrix), window.astype(dtype), parameters.astype(dtype))
+        tables, dtype = self._tables, runtime.dtype()
+        tables.put(self.camera_to_world, self.to_array(self.compute_matrix))
+        tables.put(self.half_size, np.array(self.compute_half_size(), dtype))
+        tables.put(self.centre, np.array(self.compute_centre(), dtype))
+        tables.put(self._parameters, np.array([*self.eye, *self.at, *self.up, self._angle()], dtype))
+        tables.load(self._memory)
         if runs_in_kernels(self.compute_matrix):
             self._load_own_matrix()
         self.version += 1
@@ -341,23 +345,6 @@ class ProjectiveCamera(ABC):
         if matrix.shape != (4, 4):
             raise InputError(f"camera: compute_matrix must return a 4 x 4 matrix, not one of shape {matrix.shape}")
         return np.ascontiguousarray(matrix.astype(runtime.dtype()))
-
-    @ti.kernel
-    def _load(
-        self,
-        matrix: ti.types.ndarray(ndim=2),
-        window: ti.types.ndarray(ndim=2),
-        parameters: ti.types.ndarray(ndim=1),
-    ):
-        ti.loop_config(serialize=True)
-        for _ in range(1):  # the loops in it are not unrolled: Taichi translates them in half of the time
-            for i in range(4):
-                for j in range(4):
-                    self.camera_to_world[None][i, j] = matrix[i, j]
-            for i in range(2):
-                self.half_size[None][i], self.centre[None][i] = window[0, i], window[1, i]
-            for i in range(10):
-                self._parameters[i] = parameters[i]
 
     @ti.kernel
     def _load_own_matrix(self):

@@ -14,7 +14,7 @@ from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.seams import seams
-from taichi_tracer.system.tables import MANY_NUMBERS
+from taichi_tracer.system.tables import Tables
 
 LOOKUPS = ("nearest", "bilinear")
 
@@ -74,7 +74,10 @@ class Environment:
         builder.dense(ti.ij, (self.height, self.width)).place(self.texels)
         builder.dense(ti.i, 2).place(self.settings)  # the intensity, and the rotation as a fraction of a full turn
         self._memory.allocate()
-        self._load(self.pixels)
+        tables = Tables()
+        tables.put(self.texels, self.pixels)
+        tables.load(self._memory)
+        self.intensity, self.rotation = 1.0, 0.0
         self.set_intensity(intensity)
         self.set_rotation(rotation)
 
@@ -88,8 +91,7 @@ class Environment:
         if not 0 <= float(intensity) < math.inf:
             raise InputError(f"environment: intensity must be a finite number of at least 0, not {intensity!r}")
         self.intensity = float(intensity)
-        self.settings[0] = self.intensity
-        self.version += 1
+        self._write()
 
     def set_rotation(self, degrees: float) -> None:
         """Turn the environment about the axis that is up."""
@@ -97,16 +99,11 @@ class Environment:
         if not math.isfinite(degrees):
             raise InputError(f"environment: rotation must be a finite number of degrees, not {degrees!r}")
         self.rotation = float(degrees)
-        self.settings[1] = (self.rotation / 360) % 1.0
-        self.version += 1
+        self._write()
 
-    @ti.kernel
-    def _load(self, pixels: ti.types.ndarray(ndim=3)):
-        ti.loop_config(serialize=self.width * self.height < MANY_NUMBERS)
-        for row in range(self.height):
-            for column in range(self.width):
-                for k in ti.static(range(3)):
-                    self.texels[row, column][k] = pixels[row, column, k]
+    def _write(self) -> None:
+        self._memory.write(self.settings, (self.intensity, (self.rotation / 360) % 1.0))
+        self.version += 1
 
     @ti.func
     def coords(self, direction):

@@ -8,14 +8,16 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.formulas.convexity import named
+from taichi_tracer.formulas.triangle_arrays import thinness_of, unit_normals
 from taichi_tracer.formulas.triangles import stable_normal, thinness, unit
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.memory import Memory
 from taichi_tracer.system.tables import Tables
 
-# Triangles from which on the normals are computed in parallel: before, this takes less time than its translation.
+# Triangles from which on a kernel computes the normals: for fewer, numpy is done before the kernel is translated.
 MANY_TRIANGLES = 20_000
 AT_ONCE = 1 << 14  # triangles whose corners are in memory in float64 at the same time
 
@@ -319,11 +321,12 @@ class Geometry:
             boxes = np.concatenate([boxes, self.sphere_boxes()])
         return ids, boxes
 
-    def load(self, others: Tables | None = None) -> None:
+    def load(self, memory: Memory, others: Tables | None = None) -> None:
         """Copy the arrays into the fields; call it after the fields were allocated.
 
         Args:
-            others: further arrays, which are copied in the same kernel; None is none.
+            memory: of the fields.
+            others: further arrays for fields of the same memory, which are copied together; None is none.
         """
         mesh, dtype = self.mesh, runtime.dtype()
         tables = Tables() if others is None else others
@@ -331,6 +334,10 @@ class Geometry:
             tables.put(self.vertices, mesh.vertices)
             tables.put(self.triangle_vertex_ids, mesh.faces)
             tables.put(self.triangle_material_ids, np.asarray(mesh.face_materials))
+        if 0 < self.n_triangles < MANY_TRIANGLES:
+            corners = [mesh.vertices[mesh.faces[:, k]] for k in range(3)]
+            tables.put(self.unit_normals, unit_normals(*corners))
+            tables.put(self.thinness, thinness_of(*corners))
         if self.has_normals and self.n_triangles > 0 and not self.completes_normals:
             tables.put(self.normals, mesh.normals if len(mesh.normals) > 0 else np.zeros((1, 3), dtype))
             ids = mesh.face_normals
@@ -341,35 +348,20 @@ class Geometry:
             tables.put(self.primitives, mesh.primitives())
         if self.effects.culling and mesh.face_culls is not None:
             tables.put(self.culls, mesh.face_culls.astype(np.int32))
-        self._load(tables, *tables.arguments())
+        tables.load(memory)
+        if self.n_triangles >= MANY_TRIANGLES:
+            self._set_normals()
         if self.completes_normals and self.n_triangles > 0:
-            self._complete_normals()
+            self._complete_normals(memory)
 
     @ti.kernel
-    def _load(
-        self,
-        tables: ti.template(),
-        numbers: ti.types.ndarray(ndim=1),
-        integers: ti.types.ndarray(dtype=ti.i32, ndim=1),
-        places: ti.types.ndarray(dtype=ti.i32, ndim=1),
-    ):
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            tables.fill(numbers, integers, places)
-            if ti.static(self.n_triangles < MANY_TRIANGLES):
-                for i in range(self.n_triangles):
-                    self._set_normal(i)
-        if ti.static(self.n_triangles >= MANY_TRIANGLES):
-            for i in range(self.n_triangles):
-                self._set_normal(i)
+    def _set_normals(self):
+        for i in range(self.n_triangles):
+            v0, v1, v2 = self.triangle(i)
+            self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
+            self.thinness[i] = thinness(v0, v1, v2)
 
-    @ti.func
-    def _set_normal(self, i):
-        v0, v1, v2 = self.triangle(i)
-        self.unit_normals[i] = unit(stable_normal(v0, v1, v2))
-        self.thinness[i] = thinness(v0, v1, v2)
-
-    def _complete_normals(self) -> None:
+    def _complete_normals(self, memory: Memory) -> None:
         """Give a normal to every corner: behind those of the file, the normals of the planes."""
         normals, ids = self.mesh.normals, self.mesh.face_normals
         if len(ids) == 0:
@@ -378,7 +370,7 @@ class Geometry:
         tables = Tables()
         tables.put(self.normals, np.concatenate([normals, self.unit_normals.to_numpy()]))
         tables.put(self.triangle_normal_ids, np.where(ids < 0, own, ids))
-        tables.load()
+        tables.load(memory)
 
     @ti.func
     def triangle(self, triangle_id):

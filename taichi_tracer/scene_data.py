@@ -313,7 +313,7 @@ class SceneData:
             self.effects = self._derived()
             is_students = bool(replaced(chosen))
             self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
-        self.geometry.load(self.material_library.tables())
+        self.geometry.load(self._memory, self.material_library.tables())
         with part(BUILD, waits=True):
             self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
         self.forms = (form,)

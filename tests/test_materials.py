@@ -21,7 +21,7 @@ def library_of(materials, brdfs=SHIPPED):
     owner = memory.Memory()
     with owner as fields:
         library = MaterialLibrary(materials, list(brdfs), fields)
-    library.tables().load()
+    library.tables().load(owner)
     return library, owner
 
 

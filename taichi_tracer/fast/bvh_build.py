@@ -3,7 +3,7 @@
 The tree has two levels, as in HLBVH (Pantaleoni & Luebke 2010). The triangles are grouped by the cells of a coarse
 grid. One kernel builds a tree for each group, in parallel, and then a tree over the groups.
 
-A mesh of few triangles is done in numpy before this kernel is even compiled; see ``build_small``.
+Meshes of fewer triangles are done in numpy before this kernel is even compiled; see ``build_small`` and ``bvh_levels``.
 """
 
 from collections.abc import Iterator
@@ -13,17 +13,13 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.fast.bvh_levels import BIN_SCALE, BLOCK, FEWEST_BINS, NUM_BINS, build_levels
 from taichi_tracer.fast.lanes import larger, smaller
 
-NUM_BINS = 16  # per axis; the planes between them are the candidates for a split
-FEWEST_BINS = 4  # of a range with few items, for which the bins would take more time than the items
-BIN_SCALE = 1 - 1e-6  # reduces the number of bins: rounding then cannot move the largest centre behind the last bin
-BLOCK_BITS = 2
-BLOCK = 1 << BLOCK_BITS  # a ray tests so many triangles of a leaf together; a kernel does not split them any further
 MAX_LEAF = 8  # the largest number of triangles in a leaf; the heuristic usually makes smaller leaves
 COST_OF_BOX = 1.2  # the cost of visiting a node of a small tree, in units of the cost of one triangle test
-GROUP_FROM = 8192  # from this number of triangles on, the grouping saves time
-SMALL = 256  # up to this number of triangles, numpy is done (in 30 ms) before the kernel is loaded
+SMALL = 256  # up to this number of triangles, every plane is tried (in 30 ms)
+MEDIUM = 8192  # up to this number of triangles, numpy is done (in 60 ms) before the kernel is loaded
 BATCH = 1 << 18  # triangles between two updates of the progress bar of a long build
 SHOW_PROGRESS_AFTER = 2.0  # seconds
 MOST_BITS = 5  # of a grid cell along an axis: three axes need 15 bits, and numpy sorts 16-bit codes fast, by radix sort
@@ -61,11 +57,10 @@ def build(box: np.ndarray, at_once: int = BLOCK) -> BinaryTree:
     n = len(box)
     if n <= SMALL:
         return build_small(box)
-    if n < GROUP_FROM:
-        starts = np.array([0], np.int32)
-        order = np.arange(n, dtype=np.int32)
-    else:
-        order, starts = grid_groups(box)
+    if n <= MEDIUM:
+        node_box, links, order = build_levels(box, at_once)
+        return BinaryTree(node_box, links[:, 0], links[:, 1], links[:, 2], order)
+    order, starts = grid_groups(box)
     ends = np.append(starts[1:], n).astype(np.int32)
     nodes = Nodes(2 * n + 2 * len(starts), box.dtype)
     for some in _batches(starts, n):

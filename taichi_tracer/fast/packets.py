@@ -16,7 +16,8 @@ everything that depends only on this point is a single number.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS, MAX_LEAF
+from taichi_tracer.fast.bvh_build import MAX_LEAF
+from taichi_tracer.fast.bvh_levels import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.lanes import LANE_BITS, LANES, any_lane, flags, greatest, lanes, larger, least, smaller
 from taichi_tracer.fast.packet_spheres import SphereLanes, sphere_distance
 from taichi_tracer.ray import Ray

@@ -31,8 +31,7 @@ class LiveNumbers:
         self.version += 1
 
     def _write(self, numbers) -> None:
-        for i, number in enumerate(numbers):
-            self._field[i] = number
+        self._memory.write(self._field, numbers)
 
     @ti.func
     def get(self, i: ti.template()):

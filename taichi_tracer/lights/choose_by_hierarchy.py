@@ -17,6 +17,7 @@ from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
+from taichi_tracer.system.tables import Tables
 
 
 @dataclass
@@ -61,27 +62,12 @@ class ByHierarchy(LampChoice):
         leaf_of = np.zeros(len(lamps), np.int32)
         is_lamp = tree.lamps >= 0
         leaf_of[tree.lamps[is_lamp]] = np.flatnonzero(is_lamp)
-        numbers = [tree.low, tree.high, tree.axis, tree.cosine[:, None], tree.power[:, None]]
-        self._load(tree.lamps, leaf_of, np.concatenate(numbers, axis=1).astype(runtime.dtype()))
-
-    @ti.kernel
-    def _load(
-        self,
-        lamps: ti.types.ndarray(ndim=1),
-        leaf_of: ti.types.ndarray(ndim=1),
-        numbers: ti.types.ndarray(ndim=2),
-    ):
-        for i in self.lamps:
-            self.lamps[i] = lamps[i]
-        for i in self.leaf_of:
-            self.leaf_of[i] = leaf_of[i]
-        for i in self.power:
-            for k in ti.static(range(3)):
-                self.low[i][k] = numbers[i, k]
-                self.high[i][k] = numbers[i, 3 + k]
-                self.axis[i][k] = numbers[i, 6 + k]
-            self.cosine[i] = numbers[i, 9]
-            self.power[i] = numbers[i, 10]
+        tables = Tables()
+        tables.put(self.lamps, tree.lamps)
+        tables.put(self.leaf_of, leaf_of)
+        for name in ("low", "high", "axis", "cosine", "power"):
+            tables.put(getattr(self, name), getattr(tree, name).astype(runtime.dtype()))
+        tables.load(self._memory)
 
     @ti.func
     def choose(self, x, n, xi):

@@ -8,6 +8,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
+from taichi_tracer.system.tables import Tables
 
 CELLS = 1 << 24  # a random number in f32 is a multiple of 1/CELLS
 
@@ -34,12 +35,9 @@ class ByWeight(LampChoice):
         self.cdf = ti.field(float)
         self._memory.fields.dense(ti.i, self.count + 1).place(self.cdf)
         self._memory.allocate()
-        self._load(cdf.astype(runtime.dtype()))
-
-    @ti.kernel
-    def _load(self, cdf: ti.types.ndarray(ndim=1)):
-        for i in self.cdf:
-            self.cdf[i] = cdf[i]
+        tables = Tables()
+        tables.put(self.cdf, cdf.astype(runtime.dtype()))
+        tables.load(self._memory)
 
     @ti.func
     def choose(self, x, n, xi):

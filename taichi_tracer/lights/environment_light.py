@@ -17,7 +17,7 @@ from taichi_tracer.lights.base import Light
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import replaced
-from taichi_tracer.system.tables import MANY_NUMBERS
+from taichi_tracer.system.tables import Tables
 
 
 @ti.data_oriented
@@ -56,29 +56,14 @@ class EnvironmentLight(Light):
         fields.dense(ti.ij, (of.height, of.width)).place(self.column_guide)
         self._memory.allocate()
         rows, columns, density = sampling_tables(of.pixels, of.lookup, runtime.dtype())
-        self._load(density, rows, columns, guide_table(rows[None])[0], guide_table(columns))
-
-    @ti.kernel
-    def _load(
-        self,
-        density: ti.types.ndarray(ndim=2),
-        rows: ti.types.ndarray(ndim=1),
-        columns: ti.types.ndarray(ndim=2),
-        row_guide: ti.types.ndarray(dtype=ti.i32, ndim=1),
-        column_guide: ti.types.ndarray(dtype=ti.i32, ndim=2),
-    ):
-        height, width = ti.static(self.environment.height, self.environment.width)
-        ti.loop_config(serialize=width * height < MANY_NUMBERS)
-        for row in range(height + 1):  # one loop for all tables, which Taichi translates as one piece
-            self.row_cdf[row] = rows[row]
-            self.height_of_edge[row] = ti.cos(tm.pi * row / height)
-            if row < height:
-                self.row_guide[row] = row_guide[row]
-                self.column_cdf[row, 0] = columns[row, 0]
-                for column in range(width):
-                    self.density[row, column] = density[row, column]
-                    self.column_guide[row, column] = column_guide[row, column]
-                    self.column_cdf[row, column + 1] = columns[row, column + 1]
+        tables = Tables()
+        tables.put(self.density, density)
+        tables.put(self.row_cdf, rows)
+        tables.put(self.column_cdf, columns)
+        tables.put(self.row_guide, guide_table(rows[None])[0])
+        tables.put(self.column_guide, guide_table(columns))
+        tables.put(self.height_of_edge, heights_of_edges(of.height))
+        tables.load(self._memory)
 
     @ti.func
     def radiance(self, ray, hit):
@@ -203,6 +188,23 @@ def sampling_tables(pixels: np.ndarray, lookup: str, dtype: type) -> tuple[np.nd
     columns: np.ndarray = _cumulative(power).astype(dtype)
     probability = np.diff(rows.astype(np.float64))[:, None] * np.diff(columns.astype(np.float64), axis=1)
     return rows, columns, (probability / solid_angle[:, None]).astype(dtype)
+
+
+def heights_of_edges(rows: int) -> np.ndarray:
+    """(rows + 1,) the y coordinate of the directions on the edges of the rows, from the zenith down.
+
+    A kernel computes them, because the cosine of numpy has other bits in f32.
+    """
+    heights = np.empty(rows + 1, runtime.dtype())
+    _write_heights(rows, heights)
+    return heights
+
+
+@ti.kernel
+def _write_heights(rows: ti.i32, heights: ti.types.ndarray(ndim=1)):
+    ti.loop_config(serialize=True)
+    for row in range(rows + 1):
+        heights[row] = ti.cos(tm.pi * row / rows)
 
 
 def _cumulative(weights: np.ndarray) -> np.ndarray:

@@ -29,6 +29,7 @@ from taichi_tracer.materials import MaterialLibrary
 from taichi_tracer.ray import offset_origin
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import called, seams
+from taichi_tracer.system.tables import Tables
 
 # A triangle is near if its middle is closer than this, in units of the radius of a ball around it. Then points are
 # uniform in solid angle, which takes more time for a sample, and makes samples equally bright.
@@ -82,26 +83,14 @@ class Lamps(Light):
         lamp_of[self.table.ids] = np.arange(self.count)
         centre = (self.table.low + self.table.high) / 2
         radius = np.linalg.norm(self.table.high - self.table.low, axis=1, keepdims=True) / 2
-        balls = np.concatenate([centre, radius], axis=1)
-        numbers = np.concatenate([self.table.areas[:, None], balls], axis=1).astype(runtime.dtype())
-        self._load(self.table.primitives, numbers, lamp_of)
+        tables, dtype = Tables(), runtime.dtype()
+        tables.put(self.primitives, self.table.primitives)
+        tables.put(self.areas, self.table.areas.astype(dtype))
+        tables.put(self.balls, np.concatenate([centre, radius], axis=1).astype(dtype))
+        tables.put(self.lamp_of, lamp_of)
+        tables.load(self._memory)
         self.choice.geometry = self.geometry
         self.choice.prepare(self.table)
-
-    @ti.kernel
-    def _load(
-        self,
-        primitives: ti.types.ndarray(ndim=1),
-        numbers: ti.types.ndarray(ndim=2),
-        lamp_of: ti.types.ndarray(ndim=1),
-    ):
-        for i in self.primitives:
-            self.primitives[i] = primitives[i]
-            self.areas[i] = numbers[i, 0]
-            for k in ti.static(range(4)):
-                self.balls[i][k] = numbers[i, 1 + k]
-        for i in self.lamp_of:
-            self.lamp_of[i] = lamp_of[i]
 
     @ti.func
     def emitted(self, hit):

@@ -22,7 +22,7 @@ from taichi.lang import impl
 from taichi_tracer.environment import Environment
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import in_kernels, replaced
-from taichi_tracer.system.tables import MANY_NUMBERS
+from taichi_tracer.system.tables import Tables
 
 NEAR = np.radians(10.0)  # wide enough that a picture with few samples has near misses, and a sky is even within it
 LEVELS = (1 / 4, 1 / 40, 1 / 400)  # of the largest radiance: where each level ends below
@@ -149,8 +149,10 @@ class NearMissCounter:
         fields.dense(ti.ij, (width, height)).place(self.per_pixel)
         fields.dense(ti.ij, (len(levels), len(KINDS))).place(self.near, self.met)
         self._memory.allocate()
-        self._zones = zones.astype(np.int32)
-        self.clear()
+        self._memory.write(self.zones, zones)
+        self._zeros = Tables()
+        for field in (self.per_pixel, self.near, self.met):
+            self._zeros.put(field, np.zeros(field.shape, np.int32))
 
     def is_over(self) -> bool:
         """Whether its fields are gone, because Taichi was started again."""
@@ -158,31 +160,15 @@ class NearMissCounter:
 
     def clear(self) -> None:
         """Forget all counts."""
-        self._begin(self._zones)
-
-    @ti.kernel
-    def _begin(self, zones: ti.types.ndarray(dtype=ti.i32, ndim=2)):
-        """Clear all counts. The zones are copied each time, because another kernel for them would have to be read."""
-        rows, columns = ti.static(self.zones.shape)
-        width, height = ti.static(self.per_pixel.shape)
-        levels, kinds = ti.static(self.near.shape)
-        ti.loop_config(serialize=width * height < MANY_NUMBERS)
-        for i in range(ti.static(max(width, rows, levels))):  # one loop for all, which Taichi translates as one piece
-            if i < width:
-                for y in range(height):
-                    self.per_pixel[i, y] = 0
-            if i < rows:
-                for column in range(columns):
-                    self.zones[i, column] = ti.cast(zones[i, column], ti.u8)
-            if i < levels:
-                for kind in range(kinds):
-                    self.near[i, kind], self.met[i, kind] = 0, 0
+        self._zeros.load(self._memory)
 
     def counts(self) -> NearMisses:
         """What was counted so far."""
         intensity = self.light.environment.intensity
         levels = np.array([[level.radiance * intensity, level.share] for level in self.levels])
-        return NearMisses(levels, *(f.to_numpy().astype(np.int64) for f in (self.near, self.met, self.per_pixel)))
+        return NearMisses(
+            levels, *(self._memory.read(f).astype(np.int64) for f in (self.near, self.met, self.per_pixel))
+        )
 
     @in_kernels
     def begin(self, x, y, integrator) -> None:

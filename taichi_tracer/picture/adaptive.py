@@ -44,7 +44,7 @@ class Shares:
 
     def set(self, shares: np.ndarray) -> None:
         """Set the (height, width) shares of the pixels, top row first, in units of 1/256."""
-        self.share.from_numpy(np.ascontiguousarray(shares[::-1].T, np.uint32))
+        self._memory.write(self.share, shares[::-1].T)
         self.mean = float(shares.mean()) / WHOLE
         self.version += 1
 

@@ -1,6 +1,7 @@
 """The film: it adds up the samples of every pixel, shows their mean, and keeps what is needed to estimate its error."""
 
 import math
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -14,11 +15,15 @@ from taichi_tracer.picture.error_estimate import (
     relative_error,
     scale_for,
 )
+from taichi_tracer.picture.film_arrays import errors_from_deviations, errors_from_halves, exact_means
 from taichi_tracer.picture.unseen_light import unseen_light
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import direct, memory, runtime
 from taichi_tracer.system.errors import InputError
 
 MAX_LOCATED = 16  # all non-finite samples are counted; this number of places is enough to find the cause
+
+# Pixels up to which numpy reads the film: it takes less than 2 ms for them, and a kernel 0.1 s to translate and load.
+FEW_PIXELS = 128 * 128
 
 
 @ti.data_oriented
@@ -107,7 +112,7 @@ class Film:
         fields.dense(ti.i, MAX_LOCATED).place(self.non_finite_at)
         self._memory.allocate()
         if self.keeps_deviation:
-            self._clear()  # fields begin with 0, and the scale is 1
+            self.clear()  # fields begin with 0, and the scale is 1
 
     def check_alive(self) -> None:
         """Raise a StaleSceneError if Taichi was initialised again after the film was made."""
@@ -117,13 +122,24 @@ class Film:
         """Forget every sample. The canvas keeps its last picture until the next sample."""
         self.check_alive()
         if self.averages:
-            self._clear()
+            self.clear()
         elif self.samples > 0:
-            self.non_finite_count[None] = 0
+            self._memory.write(self.non_finite_count, 0)
         self.samples = 0
         self._near_misses_before = None
         if self.near_misses is not None:
             self.near_misses.clear()
+
+    def clear(self) -> None:
+        """Set all sums to those of no samples."""
+        if not direct.is_possible():
+            self._clear()
+            return
+        for field in (self.count, self.half_count, self.residue):
+            self._memory.clear(field)
+        if self.keeps_deviation:
+            self._memory.write(self.scale, 1)
+        self._memory.write(self.non_finite_count, 0)
 
     @ti.kernel
     def _clear(self):
@@ -263,8 +279,9 @@ class Film:
             raise InputError("film: samples of different samplers cannot be added")
         located = [*self.non_finite_samples(), *other.non_finite_samples()][:MAX_LOCATED]
         self._merge(other)
-        for i, place in enumerate(located):
-            self.non_finite_at[i] = place
+        places = self._memory.read(self.non_finite_at)
+        places[: len(located)] = np.reshape(located, (-1, 3))
+        self._memory.write(self.non_finite_at, places)
         self.samples += other.samples
         self._near_misses_before = _sum(self._near_misses_before, other.counted())
 
@@ -312,19 +329,33 @@ class Film:
     def non_finite(self) -> int:
         """How many samples were not finite."""
         self.check_alive()
-        return int(self.non_finite_count[None])
+        return int(self._memory.read(self.non_finite_count))
 
     def non_finite_samples(self) -> list[tuple[int, int, int]]:
         """(x, y, sample index) of the first ``MAX_LOCATED`` samples that were not finite."""
         located = min(self.non_finite, MAX_LOCATED)
-        return [tuple(int(number) for number in place) for place in self.non_finite_at.to_numpy()[:located]]
+        return [tuple(int(number) for number in place) for place in self._memory.read(self.non_finite_at)[:located]]
 
     def image(self) -> np.ndarray:
         """(height, width, 3) float32, linear, top row first."""
         self.check_alive()
+        if direct.is_possible() and not self.averages:
+            return upright(self._memory.array(self.canvas))
+        if self.is_read_by_numpy:
+            total, rest, residue, count, canvas = map(self._memory.array, self._summed())
+            means = exact_means(total, rest, residue, count)
+            return upright(np.where(count[..., None] > 0, means, canvas))
         image = np.empty((self.height, self.width, 3), np.float32)
         self._write_image(image)
         return image
+
+    @property
+    def is_read_by_numpy(self) -> bool:
+        """Whether the picture is so small that numpy is done with it before a kernel is loaded."""
+        return direct.is_possible() and self.width * self.height <= FEW_PIXELS
+
+    def _summed(self) -> tuple[Any, ...]:
+        return self.total, self.rest, self.residue, self.count, self.canvas
 
     @ti.kernel
     def _write_image(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):
@@ -404,8 +435,23 @@ class Film:
         shape = self.height, self.width
         errors, largest = np.empty((*shape, 3), np.float32), np.zeros(shape, runtime.dtype())
         groups, counts = np.empty(shape, np.int32), np.empty(shape, np.int32)
+        if self.is_read_by_numpy:
+            return self._spread_by_numpy()
         self._write_spread(errors, groups, largest, counts)
         return errors, groups, largest, counts
+
+    def _spread_by_numpy(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        memory = self._memory
+        groups = count = memory.array(self.count)
+        if self.halves == 2:
+            largest, halves = memory.array(self.largest), memory.array(self.half_count)
+            groups = np.where((halves > 0).all(axis=2), 2, 1)
+            errors = errors_from_halves(memory.array(self.total), halves)
+        else:
+            largest = np.zeros(count.shape, runtime.dtype())
+            errors = errors_from_deviations(memory.array(self.deviation), memory.array(self.scale), count)
+        errors = np.where(groups[..., None] > 1, errors, np.nan)
+        return upright(errors), upright(groups, np.int32), upright(largest, runtime.dtype()), upright(count, np.int32)
 
     @ti.kernel
     def _write_spread(
@@ -436,9 +482,9 @@ class Film:
         The film must keep deviations. The variances of the three channels are added.
         """
         self.check_alive()
-        n = self.count.to_numpy()
-        variance = self.deviation.to_numpy().sum(axis=2, dtype=np.float64) / np.maximum(n - 1, 1)
-        return (np.sqrt(variance) / self.scale.to_numpy()).T[::-1]
+        read = self._memory.read
+        variance = read(self.deviation).sum(axis=2, dtype=np.float64) / np.maximum(read(self.count) - 1, 1)
+        return (np.sqrt(variance) / read(self.scale)).T[::-1]
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """The complete content of the film, for a checkpoint.
@@ -455,21 +501,22 @@ class Film:
                 radiance and its share, the near look-ups of each kind, and those that met it; only if they are counted.
         """
         self.check_alive()
-        pairs = np.stack([self.total.to_numpy(), self.rest.to_numpy()], axis=3)  # [x, y, half, total or rest, channel]
+        read = self._memory.read
+        pairs = np.stack([read(self.total), read(self.rest)], axis=3)  # [x, y, half, total or rest, channel]
         values = pairs.reshape(self.width, self.height, 2 * self.halves, 3)
         if self.keeps_deviation:
-            values = np.concatenate([values, self.deviation.to_numpy()[:, :, None]], axis=2)
+            values = np.concatenate([values, read(self.deviation)[:, :, None]], axis=2)
         counts = np.zeros((self.width, self.height, 2), np.int32)
-        counts[..., 0] = self.count.to_numpy()
-        counts[..., 1 : self.halves] = self.half_count.to_numpy()[..., 1:]
-        non_finite = np.concatenate([[[self.non_finite, 0, 0]], self.non_finite_at.to_numpy()]).astype(np.int32)
+        counts[..., 0] = read(self.count)
+        counts[..., 1 : self.halves] = read(self.half_count)[..., 1:]
+        non_finite = np.concatenate([[[self.non_finite, 0, 0]], read(self.non_finite_at)]).astype(np.int32)
         arrays = {"values": values, "counts": counts, "non_finite": non_finite}
-        residues = self.residue.to_numpy()
+        residues = read(self.residue)
         if residues.any():
             arrays["residues"] = residues
-        if self.keeps_deviation and (self.scale.to_numpy() != 1).any():
-            arrays["scale"] = self.scale.to_numpy()
-        if self.halves == 2 and (largest := self.largest.to_numpy()).any():
+        if self.keeps_deviation and (read(self.scale) != 1).any():
+            arrays["scale"] = read(self.scale)
+        if self.halves == 2 and (largest := read(self.largest)).any():
             arrays["largest"] = largest
         counted = self.counted()
         if counted is not None:
@@ -496,8 +543,8 @@ class Film:
         if self.halves == 2:
             parts.append((self.largest, arrays.get("largest", np.zeros(counts.shape[:2], values.dtype))))
         for field, array in parts:
-            field.from_numpy(np.ascontiguousarray(array))
-        self.non_finite_count[None] = int(non_finite[0, 0])
+            self._memory.write(field, array)
+        self._memory.write(self.non_finite_count, non_finite[0, 0])
         self.samples = samples
         self._near_misses_before = NearMisses.from_arrays(arrays)
         if self.near_misses is not None:
@@ -517,6 +564,11 @@ class Film:
         for x, y in self.count:
             if self.count[x, y] > 0:
                 self.canvas[x, y] = self.mean(x, y)
+
+
+def upright(array: np.ndarray, dtype: type = np.float32) -> np.ndarray:
+    """[x, y, ...], y up, as an image: contiguous [row, column, ...] with the top row first."""
+    return np.ascontiguousarray(array.swapaxes(0, 1)[::-1], dtype)
 
 
 def _sum(first: NearMisses | None, second: NearMisses | None) -> NearMisses | None:

@@ -4,9 +4,13 @@ import weakref
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import taichi as ti
+from numpy.typing import ArrayLike
 from taichi.lang import impl
+from taichi.lang.util import to_numpy_type
 
+from taichi_tracer.system import direct
 from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
 
@@ -88,6 +92,7 @@ class Memory:
         self._lifetime = Lifetime()
         self.fields = ti.FieldsBuilder()
         self._tree, self._bytes = None, 0
+        self._root: int | None = None  # the address of the memory, if it was asked for
 
     def is_over(self) -> bool:
         """Whether Taichi was started again since then, or the memory was freed."""
@@ -98,6 +103,34 @@ class Memory:
         tree: Any = self.fields.finalize()
         self._tree = tree
         self._bytes = impl.get_runtime().prog.get_snode_root(tree.id).cell_size_bytes
+
+    def array(self, field: Any) -> np.ndarray:
+        """The memory of one of these fields as an array, see ``direct``; only where ``direct.is_possible``.
+
+        It must not be used any more when the memory was freed.
+        """
+        return direct.array_at(self._root_of(field), field)
+
+    def _root_of(self, field: Any) -> int:
+        self.check("field")
+        if self._root is None:
+            self._root = direct.root_address(field)
+        return self._root
+
+    def write(self, field: Any, numbers: ArrayLike) -> None:
+        """Set all numbers of one of these fields; ``numbers`` has the shape of ``field.to_numpy()``."""
+        if direct.is_possible():
+            self.array(field)[...] = numbers
+        else:
+            field.from_numpy(np.ascontiguousarray(numbers, to_numpy_type(field.dtype)))
+
+    def clear(self, field: Any) -> None:
+        """Set a field to 0, and all fields that were placed together with it; only where ``direct.is_possible``."""
+        direct.clear(self._root_of(field), field)
+
+    def read(self, field: Any) -> np.ndarray:
+        """``field.to_numpy()`` of one of these fields."""
+        return self.array(field).copy() if direct.is_possible() else field.to_numpy()
 
     def __enter__(self) -> ti.FieldsBuilder:
         return self.fields

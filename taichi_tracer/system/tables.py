@@ -1,7 +1,7 @@
-"""Arrays that are copied into fields, many of them by one kernel.
+"""Arrays that are copied into fields: on a CPU directly, elsewhere all of them by one kernel.
 
 Each kernel costs time in every process: Python reads it, and Taichi translates or loads it. For small arrays, this
-takes much longer than the copying. A loop that runs in parallel costs most, therefore these loops do not.
+takes much longer than the copying.
 """
 
 from dataclasses import dataclass
@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system import runtime
+from taichi_tracer.system import direct, runtime
+from taichi_tracer.system.memory import Memory
 
-# Numbers from which on it saves time to copy them in parallel: a parallel loop takes 10 ms longer to translate or load.
-MANY_NUMBERS = 1 << 20
+# Cells from which on a kernel copies them in parallel: a parallel loop takes 10 ms longer to translate or load.
+MANY_CELLS = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -21,9 +22,9 @@ class Table:
     """A field and the array for it.
 
     Attributes:
-        field: a scalar field with one or two indices, or a field of vectors with one index; of the running precision
-            or of i32.
-        array: (rows, width) or (rows,) numbers; they begin in the first row of the field.
+        field: of numbers or of vectors, with at most two indices; or one matrix without an index. Of the running
+            precision, or of integers.
+        array: its numbers, in the shape that ``field.to_numpy()`` has; it may have fewer rows, which are the first.
         number: of the table among all.
     """
 
@@ -32,48 +33,75 @@ class Table:
     number: int
 
     @property
-    def is_vector(self) -> bool:
-        """Whether a row of the field is a vector."""
-        return hasattr(self.field, "n")
+    def components(self) -> int:
+        """How many numbers a cell of the field has."""
+        return int(np.prod(self.array.shape[len(self.field.shape) :]))
+
+    @property
+    def columns(self) -> int:
+        """The columns of the m in an n × m matrix, which is a cell of the field; 1 for other cells."""
+        return getattr(self.field, "m", 1)
 
     @property
     def is_whole(self) -> bool:
         """Whether the numbers are integers."""
-        return self.field.dtype == ti.i32
+        return np.dtype(self.array.dtype).kind in "iub"
 
     @property
-    def width(self) -> int:
-        """The numbers of a row."""
-        return self.array.shape[1] if self.array.ndim == 2 else 1
+    def cells(self) -> int:
+        """How many cells of the field are written."""
+        return int(np.prod(self.array.shape[: len(self.field.shape)]))
+
+    @property
+    def is_large(self) -> bool:
+        """Whether a kernel copies the cells in parallel."""
+        return self.cells >= MANY_CELLS
 
 
 @ti.data_oriented
 class Tables:
-    """Fields and the arrays for them. A kernel calls ``fill`` with the ``arguments``; ``load`` is such a kernel."""
+    """Fields and the arrays for them."""
 
     def __init__(self) -> None:
         self.tables: list[Table] = []
 
     def put(self, field: Any, array: np.ndarray) -> None:
-        """Let ``fill`` copy an array into a field."""
-        self.tables.append(Table(field, array, len(self.tables)))
+        """Let ``load`` copy an array into a field, in place of an earlier array of the same shape for this field."""
+        numbers = [table.number for table in self.tables if table.field is field]
+        if numbers:
+            self.tables[numbers[0]] = Table(field, array, numbers[0])
+        else:
+            self.tables.append(Table(field, array, len(self.tables)))
+
+    def load(self, memory: Memory) -> None:
+        """Copy all arrays into their fields.
+
+        Args:
+            memory: of the fields, which were allocated.
+        """
+        if direct.is_possible():
+            for table in self.tables:
+                rows = slice(len(table.array)) if table.field.shape else ...
+                memory.array(table.field)[rows] = table.array
+        else:
+            self.load_by_kernel()
+
+    def load_by_kernel(self) -> None:
+        """The same, where kernels have memory of their own."""
+        self._load(*self.arguments())
 
     def arguments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All numbers, all integers, and for each table where its own begin and how many rows it has."""
+        """All numbers, all integers, and for each table where its own begin and how many cells it has."""
         places: list[int] = []
         parts: dict[bool, list[np.ndarray]] = {False: [np.zeros(1, runtime.dtype())], True: [np.zeros(1, np.int32)]}
         sizes = {False: 1, True: 1}
         for table in self.tables:
-            places += [sizes[table.is_whole], len(table.array), table.width]
+            places += [sizes[table.is_whole], table.cells]
             parts[table.is_whole].append(table.array.reshape(-1))
             sizes[table.is_whole] += table.array.size
         numbers = np.concatenate(parts[False], dtype=runtime.dtype(), casting="same_kind")
-        integers = np.concatenate(parts[True], dtype=np.int32, casting="same_kind")
+        integers = np.concatenate(parts[True], dtype=np.int32, casting="unsafe")
         return numbers, integers, np.array([*places, 0], np.int32)
-
-    def load(self) -> None:
-        """Copy all arrays into their fields."""
-        self._load(*self.arguments())
 
     @ti.kernel
     def _load(
@@ -83,26 +111,36 @@ class Tables:
         places: ti.types.ndarray(dtype=ti.i32, ndim=1),
     ):
         ti.loop_config(serialize=True)
-        for _ in range(1):
-            self.fill(numbers, integers, places)
+        for _ in range(1):  # all small tables are inside this loop, so that Taichi translates them as one piece
+            for table in ti.static([table for table in self.tables if not table.is_large]):
+                for i in range(places[2 * table.number + 1]):
+                    self.put_cell(table, numbers, integers, places[2 * table.number], i)
+        for table in ti.static([table for table in self.tables if table.is_large]):
+            for i in range(places[2 * table.number + 1]):
+                self.put_cell(table, numbers, integers, places[2 * table.number], i)
 
     @ti.func
-    def fill(self, numbers: ti.template(), integers: ti.template(), places: ti.template()):
-        """Copy all arrays into their fields, in a kernel that has the ``arguments``.
-
-        The caller is in a loop that is not parallel. All loops are inside this one, so that Taichi translates them as
-        one piece.
-        """
-        for table in ti.static(self.tables):
-            begin = 3 * table.number
-            first, rows, width = places[begin], places[begin + 1], places[begin + 2]
-            source = ti.static(integers if table.is_whole else numbers)
-            for i in range(rows):
-                if ti.static(table.is_vector):
-                    for k in ti.static(range(table.width)):
-                        table.field[i][k] = source[first + i * width + k]
-                elif ti.static(table.array.ndim == 2):
-                    for k in range(width):
-                        table.field[i, k] = source[first + i * width + k]
+    def put_cell(self, table: ti.template(), numbers: ti.template(), integers: ti.template(), first, i):
+        """Write the i-th cell of a field, whose numbers begin at ``first``."""
+        source = ti.static(integers if table.is_whole else numbers)
+        shape = ti.static(table.field.shape)
+        for k in ti.static(range(table.components)):
+            value = ti.cast(source[first + i * table.components + k], table.field.dtype)
+            if ti.static(len(shape) == 0):
+                if ti.static(table.columns > 1):
+                    table.field[None][k // table.columns, k % table.columns] = value
+                elif ti.static(hasattr(table.field, "n")):
+                    table.field[None][k] = value
                 else:
-                    table.field[i] = source[first + i]
+                    table.field[None] = value
+            elif ti.static(len(shape) == 1):
+                if ti.static(hasattr(table.field, "n")):
+                    table.field[i][k] = value
+                else:
+                    table.field[i] = value
+            else:
+                row, column = i // shape[1], i % shape[1]
+                if ti.static(hasattr(table.field, "n")):
+                    table.field[row, column][k] = value
+                else:
+                    table.field[row, column] = value

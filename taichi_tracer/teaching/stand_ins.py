@@ -89,7 +89,7 @@ def make_geometry(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, 
     store = memory.Memory()
     made = Geometry(clean(mesh, runtime.dtype()), Effects(**PLAIN_EFFECTS), store.fields, completes_normals=True)
     store.allocate()
-    made.load()
+    made.load(store)
     made.store = store  # the fields end with it
     return made
 

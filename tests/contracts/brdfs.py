@@ -47,7 +47,7 @@ class Bench:
         self._memory = memory.Memory()
         self.library = MaterialLibrary(self.materials, [brdf], self._memory.fields)
         self._memory.allocate()
-        self.library.tables().load()
+        self.library.tables().load(self._memory)
 
     def sample(self, which, w_o, n, xi):
         """(N, 3) directions of material number ``which``, float64."""

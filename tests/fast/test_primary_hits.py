@@ -8,7 +8,9 @@ from support import long_except, start
 
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera, OrthographicCamera
+from taichi_tracer.fast import primary_hits
 from taichi_tracer.fast.camera_lanes import PerspectiveLanes
+from taichi_tracer.fast.nearest import FastBruteForce
 from taichi_tracer.fast.packet_triangles import PACKET_TESTS
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
 from taichi_tracer.geometry import Mesh
@@ -71,6 +73,25 @@ def test_packets_equal_single_rays_bit_for_bit(test, rng):
     for name, view in VIEWS.items():
         camera.set_camera_parameters(**{"fov": 60.0, **view})
         assert (assert_same_bits(single, packets) >= 0).mean() > 0.1, name
+
+
+def test_a_search_of_every_primitive_equals_that_of_the_tree_bit_for_bit(rng, monkeypatch):
+    """Little work is done without a tree; many tests, and rays that are traced for every sample, are not."""
+    scene = tt.scene_from_mesh(*many_shapes(rng))
+    camera = Camera(61, 47)
+    monkeypatch.setattr(primary_hits, "FEW_TESTS", 1 << 60)
+    every = PrimaryHits(scene, camera, use_packets=False)
+    assert isinstance(every.searcher, FastBruteForce)
+    assert PrimaryHits(scene, camera, jitter=True).searcher is scene.ray_intersector
+    monkeypatch.setattr(primary_hits, "FEW_TESTS", 0)
+    tree = PrimaryHits(scene, camera, use_packets=False)
+    assert tree.searcher is scene.ray_intersector
+    for view in VIEWS.values():
+        camera.set_camera_parameters(**{"fov": 60.0, **view})
+        for hits in (every, tree):
+            hits.bring_up_to_date(0, 0)
+        for name in ("distance", "triangle_id", "u", "v"):
+            np.testing.assert_array_equal(every.to_image(name), tree.to_image(name))
 
 
 @pytest.mark.exhaustive

@@ -1,52 +1,106 @@
-"""Arrays that one kernel copies into fields arrive in their rows; the other rows stay."""
+"""Arrays that are copied into fields arrive in their rows; the other rows stay. Both ways do the same."""
 
 import numpy as np
 import pytest
 import taichi as ti
 
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import memory, runtime, tables
 from taichi_tracer.system.tables import Tables
 
 ROWS = 5
 
 
 @pytest.fixture(scope="module")
-def fields(f32):
-    """One field of each kind, in one tree."""
-    store = memory.Memory()
+def store(f32):
+    """The memory of one field of each kind, and the fields by name."""
+    owner = memory.Memory()
     made = {
         "vectors": ti.Vector.field(3, float),
         "ids": ti.Vector.field(3, ti.i32),
         "numbers": ti.field(float),
         "integers": ti.field(ti.i32),
         "table": ti.field(float),
+        "texels": ti.Vector.field(3, float),
+        "bytes": ti.field(ti.u8),
+        "matrix": ti.Matrix.field(4, 4, float),
+        "pair": ti.Vector.field(2, float),
+        "one": ti.field(ti.i32),
     }
     for name, field in made.items():
-        (store.fields.dense(ti.ij, (ROWS, 4)) if name == "table" else store.fields.dense(ti.i, ROWS)).place(field)
-    store.allocate()
-    return made
+        if name in ("table", "texels", "bytes"):
+            owner.fields.dense(ti.ij, (ROWS, 4)).place(field)
+        elif name in ("matrix", "pair", "one"):
+            owner.fields.place(field)
+        else:
+            owner.fields.dense(ti.i, ROWS).place(field)
+    owner.allocate()
+    return owner, made
 
 
+def loaded(owner, some, by_kernel):
+    """Copy by one of the two ways."""
+    if by_kernel:
+        some.load_by_kernel()
+    else:
+        some.load(owner)
+
+
+@pytest.mark.parametrize("by_kernel", [False, True])
 @pytest.mark.parametrize("rows", [ROWS, 2, 0])
-def test_every_array_arrives_in_the_first_rows(fields, rows):
-    random = np.random.default_rng(rows)
+def test_every_array_arrives_in_the_first_rows(store, rng, rows, by_kernel):
+    owner, fields = store
     arrays = {
-        "vectors": random.random((rows, 3)),
-        "ids": random.integers(-9, 9, (rows, 3)),
-        "numbers": random.random(rows).astype(runtime.dtype()),
-        "integers": random.integers(-9, 9, rows).astype(np.int32),
-        "table": random.random((rows, 4)),
+        "vectors": rng.random((rows, 3)),
+        "ids": rng.integers(-9, 9, (rows, 3)),
+        "numbers": rng.random(rows).astype(runtime.dtype()),
+        "integers": rng.integers(-9, 9, rows).astype(np.int32),
+        "table": rng.random((rows, 4)),
+        "texels": rng.random((rows, 4, 3)),
+        "bytes": rng.integers(0, 255, (rows, 4)).astype(np.uint8),
     }
-    tables = Tables()
+    some = Tables()
     for name, array in arrays.items():
-        fields[name].fill(7)
-        tables.put(fields[name], array)
-    tables.load()
+        owner.write(fields[name], 7)
+        some.put(fields[name], array)
+    loaded(owner, some, by_kernel)
     for name, array in arrays.items():
         found = fields[name].to_numpy()
         np.testing.assert_array_equal(found[:rows], array.astype(found.dtype))
         assert (found[rows:] == 7).all()
 
 
-def test_no_array_is_no_work(f32):
-    Tables().load()
+@pytest.mark.parametrize("by_kernel", [False, True])
+@pytest.mark.parametrize("many", [1, 1 << 18])
+def test_fields_without_an_index_and_large_ones_arrive(store, rng, monkeypatch, many, by_kernel):
+    """A table of ``MANY_CELLS`` has a loop of its own."""
+    monkeypatch.setattr(tables, "MANY_CELLS", many)
+    owner, fields = store
+    arrays = {
+        "matrix": rng.random((4, 4)),
+        "pair": rng.random(2),
+        "one": np.array(3),
+        "texels": rng.random((ROWS, 4, 3)),
+    }
+    some = Tables()
+    for name, array in arrays.items():
+        some.put(fields[name], array)
+    loaded(owner, some, by_kernel)
+    for name, array in arrays.items():
+        found = owner.read(fields[name])
+        np.testing.assert_array_equal(found, array.astype(found.dtype))
+
+
+def test_a_later_array_takes_the_place_of_an_earlier_one(store):
+    owner, fields = store
+    some = Tables()
+    for number in (1, 2):
+        some.put(fields["numbers"], np.full(ROWS, number, runtime.dtype()))
+    some.load(owner)
+    assert len(some.tables) == 1
+    assert (fields["numbers"].to_numpy() == 2).all()
+
+
+def test_no_array_is_no_work(store):
+    owner, _ = store
+    Tables().load(owner)
+    Tables().load_by_kernel()
