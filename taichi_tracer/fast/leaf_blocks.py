@@ -19,6 +19,7 @@ from taichi_tracer.fast.lanes import lanes_of, larger, smaller
 from taichi_tracer.fast.packets import smaller_axes
 from taichi_tracer.formulas.triangles import moller_trumbore, watertight
 from taichi_tracer.ray import real
+from taichi_tracer.system.tables import Tables
 
 NO_ROW = -1  # in place of the number of a triangle
 
@@ -90,6 +91,17 @@ class LeafBlocks:
         block = fields.dense(ti.i, max(1, places // BLOCK))  # nested, so that the memory of a block is contiguous
         block.dense(ti.j, 9).place(self.vertices)
         block.dense(ti.j, BLOCK).place(self.ids)
+
+    def put(self, tables: Tables, rows: np.ndarray, vertices: np.ndarray, faces: np.ndarray, ids: np.ndarray) -> None:
+        """Let ``tables`` do for all blocks what ``fill`` does for one."""
+        is_used = rows != NO_ROW
+        own = rows[is_used]
+        corners = np.full((len(rows), 3, 3), np.nan, vertices.dtype)  # of place, corner, axis
+        corners[is_used] = vertices[faces[own]]
+        numbers = np.zeros(len(rows), np.int32)
+        numbers[is_used] = ids[own]
+        tables.put(self.vertices, corners.reshape(-1, BLOCK, 3, 3).transpose(0, 3, 2, 1).reshape(-1, 9, BLOCK))
+        tables.put(self.ids, numbers.reshape(-1, BLOCK))
 
     @ti.func
     def fill(self, block, rows: ti.template(), vertices: ti.template(), faces: ti.template(), ids: ti.template()):

@@ -22,6 +22,7 @@ from taichi_tracer.geometry import MANY_TRIANGLES, Geometry
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.tables import Tables
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 
@@ -88,7 +89,15 @@ class WideBVH(FastIntersector):
         nodes = grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children
         rows = np.full(self.num_places, NO_ROW, np.int32)
         rows[places] = order
-        self._load(*nodes, *leaf_triangles(geometry), ids.astype(np.int32), rows)
+        triangles = *leaf_triangles(geometry), ids.astype(np.int32)
+        if len(ids) < MANY_TRIANGLES:
+            tables = Tables()
+            for field, array in zip((self.corner, self.step, self.numbers, self.children), nodes, strict=True):
+                tables.put(field, array)
+            self.blocks.put(tables, rows, *triangles)
+            tables.load(self._memory)
+        else:
+            self._load(*nodes, *triangles, rows)
         self.build_seconds = time.perf_counter() - start
 
     @property
@@ -125,7 +134,6 @@ class WideBVH(FastIntersector):
         rows: ti.types.ndarray(ndim=1),
     ):
         num_nodes, num_blocks = numbers.shape[0], rows.shape[0] // BLOCK
-        ti.loop_config(serialize=self.num_leaf_triangles < MANY_TRIANGLES)
         for i in range(ti.max(num_nodes, num_blocks)):  # one loop for both, which Taichi translates as one piece
             if i < num_nodes:
                 for k in range(3):
