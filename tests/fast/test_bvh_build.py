@@ -58,7 +58,7 @@ def test_grid_groups_are_cells(rng):
 
 
 def test_the_grid_has_the_same_number_of_triangles_in_a_cell_of_a_surface():
-    sizes = [bvh_build.MEDIUM, 4 * bvh_build.GROUP_FROM, 16 * bvh_build.GROUP_FROM, 1 << 30]
+    sizes = [bvh_build.MEDIUM, 4 * bvh_build.MEDIUM, 16 * bvh_build.MEDIUM, 1 << 30]
     assert [bvh_build.bits_per_axis(n) for n in sizes] == [2, 3, 4, bvh_build.MOST_BITS]
 
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
+from shapes import SQUARE, with_spheres
 from support import start
 
 import taichi_tracer as tt
+from taichi_tracer.fast.shadow_lanes import ShadowLanes
 from taichi_tracer.fast.tiles import LONG, SECONDS_BEFORE, SIDE, can_take_tiles, is_worth_tiles
 from taichi_tracer.integrators.direct_light import BrdfSampling
 from taichi_tracer.picture.progress import Progress, Target
@@ -57,6 +59,24 @@ def test_the_same_picture_with_mis(scene):
 @pytest.mark.parametrize("estimator", ["uniform", "brdf", "environment"])
 def test_the_same_picture_with_every_estimator(scene, estimator):
     assert_same(*pictures(scene, estimator))
+
+
+def test_the_same_picture_with_z_up():
+    """Also where groups of eye rays hit nothing."""
+    turned = tt.load_scene_data("specular_spheres", environment="sunny", up_axis="z")
+    assert_same(*pictures(turned, "brdf"))
+    turned.destroy()
+
+
+@pytest.mark.long
+def test_the_same_picture_of_a_few_spheres_and_triangles():
+    """All in one leaf: shadow rays are tried in lanes."""
+    few = tt.SceneData(with_spheres([[0, 0, 0, 1.0], [2, 0.5, 1, 0.7]], *SQUARE), environment="sunny")
+    for estimator in ("mis", "brdf"):
+        tiles, pixels = pictures(few, estimator)
+        assert type(tiles._tiles.shadow_rays) is ShadowLanes
+        assert_same(tiles, pixels)
+    few.destroy()
 
 
 OTHERS = [{"crop": (3, 39, 5, 21)}, {"adaptive": True}, {"sampler": "independent"}]
