@@ -1,6 +1,6 @@
-"""The random numbers of sixteen neighbouring pixels, computed at once, with the same bits.
+"""The random numbers of neighbouring pixels, computed at once, with the same bits.
 
-A pair of random numbers is a long chain of operations on whole numbers, and the same one for every pixel. For sixteen
+A pair of random numbers is a long chain of operations on whole numbers, and the same one for every pixel. For eight
 pixels side by side, it takes hardly longer than for one.
 """
 
@@ -8,12 +8,15 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.lanes import LANES
+from taichi_tracer.fast.lanes import smaller
+from taichi_tracer.fast.packets import TILE
 from taichi_tracer.picture.adaptive import SHARE_BITS
 from taichi_tracer.sampler import TERM_BIT
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import replaced
 
+EIGHT = 8  # pixels side by side: sixteen take no less time on many CPUs, and a third of a second longer to translate
+HALVES = TILE * TILE // EIGHT  # of a group of pixels
 FIRST_DIMENSION = 0  # the dimension of the sampler that belongs to the pixel
 
 
@@ -24,28 +27,28 @@ def has_points(sampler) -> bool:
 
 @ti.func
 def pairs_of(sampler: ti.template(), shares: ti.template(), x, y, seed, index, dimension):
-    """The pair of one dimension for sixteen pixels: (sixteen first numbers, sixteen second numbers).
+    """The pair of one dimension for several pixels: (their first numbers, their second numbers), in lanes.
 
     Args:
-        x, y: the columns and the rows of the pixels, sixteen lanes each.
+        x, y: the columns and the rows of the pixels, in lanes.
         index: the index of the present pass; ``shares`` says which sample of a pixel this is.
     """
     pixel = ti.cast(y * sampler.width + x, ti.u32)
     zero = ti.u32(0) * pixel  # added to a number that all lanes share, it makes a vector
     sample = index + zero
     if ti.static(shares.are_kept):
-        share = ti.Vector([shares.share[x[lane], y[lane]] for lane in range(LANES)])
+        share = ti.Vector([shares.share[x[lane], y[lane]] for lane in range(x.n)])
         sample = sample * share >> SHARE_BITS
     return sampler.point(seed + zero, pixel, sample, ti.u32(dimension) + zero)
 
 
 @ti.data_oriented
 class NumberLanes:
-    """The pairs that a sample of direct light takes, for sixteen pixels in each place.
+    """The pairs that a sample of direct light takes, for a group of 4 × 4 pixels in each place.
 
-    ``first`` and ``second`` are the numbers of a pair in a place, in sixteen lanes. The pairs have the dimensions that
-    ``RandomNumbers`` gives them behind that of the pixel: first that of ``next_2d_of_term``, then that of ``next_2d``,
-    if the estimator takes it.
+    ``first`` and ``second`` are the numbers of a pair of one half of a group, in eight lanes. The pairs have the
+    dimensions that ``RandomNumbers`` gives them behind that of the pixel: first that of ``next_2d_of_term``, then that
+    of ``next_2d``, if the estimator takes it.
 
     Args:
         sampler: a sampler that ``has_points``. shares: the ``Shares`` of the picture.
@@ -57,21 +60,31 @@ class NumberLanes:
         first = FIRST_DIMENSION + 1
         dimensions = (first | 1 << TERM_BIT, first) if sampler.shares_terms else (first, first + 1)
         self._memory = memory.Memory()
-        self.first, self.second = (ti.Vector.field(LANES, float) for _ in range(2))
-        self._memory.fields.dense(ti.i, places).dense(ti.j, pairs).place(self.first, self.second)
-        self.pairs, self.dimension = ti.field(ti.i32), ti.field(ti.u32)
-        self._memory.fields.place(self.pairs)
+        self.first, self.second = (ti.Vector.field(EIGHT, float) for _ in range(2))
+        self._memory.fields.dense(ti.i, places).dense(ti.j, HALVES * pairs).place(self.first, self.second)
+        self.rows, self.dimension = ti.field(ti.i32), ti.field(ti.u32)
+        self._memory.fields.place(self.rows)
         self._memory.fields.dense(ti.i, pairs).place(self.dimension)
         self._memory.allocate()
-        self.pairs[None] = pairs
-        self.dimension.from_numpy(np.array(dimensions[:pairs], np.uint32))
+        self.rows[None] = HALVES * pairs
+        self._memory.write(self.dimension, np.array(dimensions[:pairs], np.uint32))
 
     @ti.func
-    def find(self, c, x, y, seed, index):
-        """Compute the pairs of sixteen pixels."""
-        for k in range(self.pairs[None]):  # a length that LLVM does not know, so that it does not write the loop twice
-            first, second = pairs_of(self.sampler, self.shares, x, y, seed, index, self.dimension[k])
-            self.first[c, k], self.second[c, k] = first, second
+    def find(self, c, group_x, group_y, seed, index):
+        """Compute the pairs of the pixels of a group. Beyond the picture, they are those of the nearest pixel."""
+        for row in range(self.rows[None]):  # a length that LLVM does not know, so that it writes the loop only once
+            half, pair = row & (HALVES - 1), row // HALVES
+            x = ti.Vector([(lane // TILE) for lane in range(EIGHT)]) + (group_x * TILE + half * (TILE // HALVES))
+            y = ti.Vector([(lane % TILE) for lane in range(EIGHT)]) + group_y * TILE
+            x, y = smaller(x, self.sampler.width - 1), smaller(y, self.sampler.height - 1)
+            first, second = pairs_of(self.sampler, self.shares, x, y, seed, index, self.dimension[pair])
+            self.first[c, row], self.second[c, row] = first, second
+
+    @ti.func
+    def pair(self, c, k: ti.template(), lane):
+        """Pair k of a pixel; lanes are those of ``PrimaryHits.tile_and_lane``."""
+        row = HALVES * k + lane // EIGHT
+        return tm.vec2(self.first[c, row][lane % EIGHT], self.second[c, row][lane % EIGHT])
 
 
 class KeptNumbers:
@@ -85,12 +98,12 @@ class KeptNumbers:
     @ti.func
     def next_2d_of_term(self):
         """Two numbers in [0, 1)."""
-        return tm.vec2(self.numbers.first[self.c, 0][self.lane], self.numbers.second[self.c, 0][self.lane])
+        return self.numbers.pair(self.c, 0, self.lane)
 
     @ti.func
     def next_2d(self):
         """Two numbers in [0, 1)."""
-        return tm.vec2(self.numbers.first[self.c, 1][self.lane], self.numbers.second[self.c, 1][self.lane])
+        return self.numbers.pair(self.c, 1, self.lane)
 
     @ti.func
     def skip_2d(self):

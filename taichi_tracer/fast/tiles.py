@@ -164,7 +164,7 @@ class Tiles:
                     for group_y in range(first_y >> GROUP_BITS, (end_y + GROUP - 1) >> GROUP_BITS):
                         if self.looks_behind(c, eye_rays, group_x, group_y):
                             continue
-                        self.find_numbers(c, eye_rays, group_x, group_y, seed, index)
+                        self.find_numbers(c, group_x, group_y, seed, index)
                         low_x, low_y = group_x << GROUP_BITS, group_y << GROUP_BITS
                         for x in range(ti.max(low_x, first_x), ti.min(low_x + GROUP, end_x)):
                             for y in range(ti.max(low_y, first_y), ti.min(low_y + GROUP, end_y)):
@@ -194,11 +194,10 @@ class Tiles:
         return is_empty
 
     @ti.func
-    def find_numbers(self, c, eye_rays: ti.template(), group_x, group_y, seed, index):
+    def find_numbers(self, c, group_x, group_y, seed, index):
         """Find the random numbers of a group, if they can be computed together."""
         if ti.static(self.has_numbers):
-            x, y = eye_rays.pixels_of(group_x, group_y)
-            self.numbers.find(c, x, y, seed, index)
+            self.numbers.find(c, group_x, group_y, seed, index)
 
     @in_kernels
     def begin_numbers(self, c, renderer, seed, x, y, index):

@@ -164,7 +164,7 @@ class OtherTechnique:
         return np.where(is_lit, found, np.inf)
 
     def missed(self, samples: float) -> float:
-        """SAFETY · u in the unit of the picture, for a picture with so many samples per pixel; near misses add to u²."""
+        """SAFETY · u in the unit of the picture, for a picture with so many samples per pixel; u² has near misses."""
         near = None if self.near_misses is None else self.near_misses.counts()
         squares = (unseen_light(near, SAMPLES, mean=1.0) / SAFETY) ** 2
         for light, meetings in self.found:

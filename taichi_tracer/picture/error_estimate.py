@@ -30,9 +30,9 @@ little wide.
 **Pixels that halves do not know.** A small bright spot, of which each half has met one sample, makes both halves alike:
 then v is 0, although one sample more or less would change the pixel by d = (m − μ)/n, if m is the largest of its n
 samples and μ is their mean. As long as such pixels are many, their v are right on average. But if a single pixel has
-most of the error, the picture would seem to be exact. Therefore the upper end is computed with v or (β d)², whichever is
-larger in each pixel, with β = ``ONE_SAMPLE``; unless this gives less than e F. (Independent samples need no such rule:
-their s² / n is never less than d².)
+most of the error, the picture would seem to be exact. Therefore the upper end is computed with v or (β d)², whichever
+is larger in each pixel, with β = ``ONE_SAMPLE``; unless this gives less than e F. (Independent samples need no such
+rule: their s² / n is never less than d².)
 
 **What no sample met.** Samples cannot tell of a small sun that no sample has met, nor of what a narrow lobe reflects if
 directions are drawn from the lights alone. ``unseen_light`` bounds the first by near misses, and ``other_technique``

@@ -39,9 +39,7 @@ class Drawing:
     @ti.kernel
     def draw_together(self, index: ti.u32, out: ti.types.ndarray(ndim=2)):
         for _ in range(1):
-            x = ti.Vector([lane + 3 for lane in range(LANES)])
-            y = ti.Vector([lane // 2 for lane in range(LANES)])
-            self.numbers.find(0, x, y, ti.u32(7), index)
+            self.numbers.find(0, 3, 1, ti.u32(7), index)
             for lane in range(LANES):
                 rng = self.kept(lane)
                 rng.skip_2d()
@@ -51,8 +49,9 @@ class Drawing:
     @ti.kernel
     def draw_alone(self, index: ti.u32, out: ti.types.ndarray(ndim=2)):
         for lane in range(LANES):
-            i, _ = self.shares.sample_of(lane + 3, lane // 2, index)
-            rng = self.sampler.start(ti.u32(7), lane + 3, lane // 2, i)
+            x, y = 4 * 3 + lane // 4, 4 * 1 + lane % 4
+            i, _ = self.shares.sample_of(x, y, index)
+            rng = self.sampler.start(ti.u32(7), x, y, i)
             rng.skip_2d()
             first, second = rng.next_2d_of_term(), rng.next_2d()
             out[lane, 0], out[lane, 1], out[lane, 2], out[lane, 3] = first.x, first.y, second.x, second.y
