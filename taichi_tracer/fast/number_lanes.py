@@ -15,7 +15,8 @@ from taichi_tracer.sampler import TERM_BIT
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import replaced
 
-EIGHT = 8  # pixels side by side: sixteen take no less time on many CPUs, and a third of a second longer to translate
+# Pixels side by side. With sixteen, a pixel takes as long on many CPUs, and the kernel 0.3 s longer to translate.
+EIGHT = 8
 HALVES = TILE * TILE // EIGHT  # of a group of pixels
 FIRST_DIMENSION = 0  # the dimension of the sampler that belongs to the pixel
 
