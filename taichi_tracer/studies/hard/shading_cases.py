@@ -34,7 +34,7 @@ class _Brdfs:
         self.library = MaterialLibrary(materials, brdfs, self._memory.fields)
         self.brdfs = self.library.brdfs
         self._memory.allocate()
-        self.library.tables().load()
+        self.library.tables().load(self._memory)
 
     @ti.kernel
     def ask(
