@@ -8,7 +8,6 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.lanes import smaller
 from taichi_tracer.fast.packets import TILE
 from taichi_tracer.picture.adaptive import SHARE_BITS
 from taichi_tracer.sampler import TERM_BIT
@@ -22,8 +21,11 @@ FIRST_DIMENSION = 0  # the dimension of the sampler that belongs to the pixel
 
 
 def has_points(sampler) -> bool:
-    """Whether a sampler's pairs can be computed in lanes: it defines ``point``, and none of its methods is replaced."""
-    return hasattr(sampler, "point") and not replaced(sampler)
+    """Whether a sampler's pairs can be computed in lanes: it defines ``point``, and none of its methods is replaced.
+
+    With debug=True, Taichi checks sums and products of integers for overflow, and cannot do so for vectors.
+    """
+    return hasattr(sampler, "point") and not replaced(sampler) and not ti.cfg.debug
 
 
 @ti.func
@@ -75,9 +77,9 @@ class NumberLanes:
         """Compute the pairs of the pixels of a group. Beyond the picture, they are those of the nearest pixel."""
         for row in range(self.rows[None]):  # a length that LLVM does not know, so that it writes the loop only once
             half, pair = row & (HALVES - 1), row // HALVES
-            x = ti.Vector([(lane // TILE) for lane in range(EIGHT)]) + (group_x * TILE + half * (TILE // HALVES))
-            y = ti.Vector([(lane % TILE) for lane in range(EIGHT)]) + group_y * TILE
-            x, y = smaller(x, self.sampler.width - 1), smaller(y, self.sampler.height - 1)
+            low_x, low_y = group_x * TILE + half * (TILE // HALVES), group_y * TILE
+            x = ti.Vector([ti.min(low_x + lane // TILE, self.sampler.width - 1) for lane in range(EIGHT)])
+            y = ti.Vector([ti.min(low_y + lane % TILE, self.sampler.height - 1) for lane in range(EIGHT)])
             first, second = pairs_of(self.sampler, self.shares, x, y, seed, index, self.dimension[pair])
             self.first[c, row], self.second[c, row] = first, second
 
