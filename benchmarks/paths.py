@@ -14,7 +14,7 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks.direct import MOST_SECONDS, SPP_PER_CALL, curve, time_to
+from benchmarks.direct import SPP_PER_CALL
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.mitsuba_scenes import MitsubaPicture, path
 
@@ -22,7 +22,8 @@ SCENE = "cornell_box"
 SIZE, BOUNCES = 512, 5  # of the time per sample
 ERROR_SIZE = 256
 THEIRS = ("independent", "multijitter", "ldsampler", "orthogonal")
-SPP = (4, 16, 64, 256)  # of the points of a curve
+SPP = (4, 16, 64, 256)  # of the points of a curve of Mitsuba's
+MOST_SECONDS, MOST_SPP = 30, 4096  # a curve of ours ends at the first of these
 REFERENCE_SPP, REFERENCE_SEED = 1024, 1000
 MANY_SIZE, MANY_REFERENCE = 128, 4096
 COMPILE = """
@@ -80,6 +81,32 @@ def error_to(truth: np.ndarray) -> Callable[[np.ndarray], float]:
     """The function picture → its ``relative_rmse``."""
     exact = truth.astype(np.float64)
     return lambda image: relative_rmse(image, exact)
+
+
+def time_to(error_and_seconds: list[tuple[float, float]], target: float) -> float:
+    """The time at which the error reaches the target, interpolated linearly between the logarithms of the points."""
+    errors, seconds = np.log(np.array(error_and_seconds)).T
+    order = np.argsort(errors)
+    if not errors.min() <= np.log(target) <= errors.max():
+        return np.nan
+    return float(np.exp(np.interp(np.log(target), errors[order], seconds[order])))
+
+
+def curve(
+    renderer, error_of: Callable[[np.ndarray], float], most_seconds: float = MOST_SECONDS
+) -> list[tuple[float, float]]:
+    """(error, seconds) of a picture that doubles its samples; compiling is not counted."""
+    renderer.render(3)
+    renderer.begin_anew()
+    points, seconds, wanted = [], 0.0, 4
+    while seconds < most_seconds and wanted <= MOST_SPP:
+        start = time.perf_counter()
+        renderer.render(wanted - renderer.samples)
+        ti.sync()
+        seconds += time.perf_counter() - start
+        points.append((error_of(renderer.image()), seconds))
+        wanted *= 2
+    return points
 
 
 def their_curve(bounces: int, sampler: str, truth: np.ndarray) -> list[tuple[float, float]]:

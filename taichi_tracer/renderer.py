@@ -194,6 +194,8 @@ class ProgressiveRenderer:
         self._counters = Recent(KEPT_FORMS)
         self.progress = Progress(Target())
         self._seconds_before, self.error_curves = 0.0, ErrorCurves()
+        self._timed: Any = None  # the estimator of ``_seconds_of_others``
+        self._seconds_of_others = 0.0  # of rendering: of earlier pictures with the same estimator
         self._explainer: Any = None
         self._other: OtherTechnique | None = None
         self._tiles: Tiles | None = None
@@ -370,7 +372,9 @@ class ProgressiveRenderer:
         if self.use_tiles is False:
             return None
         if self._tiles is None or self._tiles.is_of != (scene, self.active):
-            is_worth_it = bool(self.use_tiles) or is_worth_tiles(self.progress, self._seconds_before)
+            is_worth_it = bool(self.use_tiles) or is_worth_tiles(
+                self.progress, self._seconds_before, self._seconds_of_others
+            )
             is_possible = is_worth_it and can_take_tiles(self, scene, self.active)
             self._tiles = Tiles(self, scene, self.active) if is_possible else None
         return self._tiles
@@ -406,7 +410,12 @@ class ProgressiveRenderer:
             watch: a function that is called with ``progress`` after each pass over all pixels.
         """
         self.scene_data.check_alive()
-        self._seconds_before = self.rendered_seconds if self.samples > 0 and self.is_current() else 0.0
+        is_continued = self.samples > 0 and self.is_current()
+        if self._timed is not self.active:
+            self._timed, self._seconds_of_others = self.active, 0.0
+        elif not is_continued:
+            self._seconds_of_others += self.rendered_seconds
+        self._seconds_before = self.rendered_seconds if is_continued else 0.0
         self.eye_rays.passes = spp if spp is not None and time is None and error is None else 1
         render_until(self, Target(1 if spp is None and time is None and error is None else spp, time, error), watch)
         return self

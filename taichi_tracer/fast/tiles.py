@@ -38,13 +38,15 @@ MANY_SAMPLES, SECONDS_BEFORE = 8, 2.0  # of a call of ``render`` that continues 
 TILES = Form("samples", "of a tile together, shadow rays in streams", "the picture takes long enough", True)
 
 
-def is_worth_tiles(progress: Progress, seconds_before: float) -> bool:
-    """Whether a picture will be rendered for so long that tiles are worth their compilation.
+def is_worth_tiles(progress: Progress, seconds_before: float, seconds_of_others: float = 0.0) -> bool:
+    """Whether so much will be rendered that tiles are worth their compilation.
 
     Args:
         progress: of the present call of ``render``. seconds_before: of earlier calls, for the same picture.
+        seconds_of_others: of earlier pictures of the same renderer. Who has waited for long will wait again.
     """
-    is_continued = seconds_before >= SECONDS_BEFORE and (progress.target.spp or 0) >= MANY_SAMPLES
+    has_taken_long = seconds_before >= SECONDS_BEFORE or seconds_before + seconds_of_others >= LONG
+    is_continued = has_taken_long and (progress.target.spp or 0) >= MANY_SAMPLES
     return (progress.is_speed_known and progress.seconds_left >= LONG) or is_continued
 
 

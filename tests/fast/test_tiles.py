@@ -140,6 +140,19 @@ def after(samples, seconds, **target):
     return progress
 
 
+def test_the_seconds_of_earlier_pictures_count_for_one_estimator(scene):
+    renderer = tt.A2Renderer(scene, 16, 16).use("brdf")
+    for _ in range(3):
+        renderer.begin_anew()
+        renderer.render(2)
+    first = renderer._seconds_of_others
+    assert first > 0
+    renderer.render(2)  # continues the picture
+    assert renderer._seconds_of_others == first
+    renderer.use("mis").render(1)
+    assert renderer._seconds_of_others == 0
+
+
 def test_only_long_pictures_are_worth_the_compilation():
     assert not is_worth_tiles(Progress(Target(spp=10**6)), 0.0)  # its speed is not known yet
     assert not is_worth_tiles(after(1, 3.0, spp=100), 0.0)  # it was compiled, which took most of the time
@@ -148,4 +161,7 @@ def test_only_long_pictures_are_worth_the_compilation():
     assert not is_worth_tiles(after(4, 0.1, spp=int(LONG / 0.1)), 0.0)
     assert not is_worth_tiles(after(4, 0.01, time=3.0), 0.0)
     assert is_worth_tiles(Progress(Target(spp=16)), SECONDS_BEFORE)
+    assert is_worth_tiles(Progress(Target(spp=16)), 0.0, LONG)  # other pictures have taken long
+    assert not is_worth_tiles(Progress(Target(spp=16)), 0.0, LONG / 2)
+    assert not is_worth_tiles(Progress(Target(spp=1)), 0.0, 10 * LONG)
     assert not is_worth_tiles(Progress(Target(spp=1)), 10 * SECONDS_BEFORE)  # a window shows each sample
