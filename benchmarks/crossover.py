@@ -36,7 +36,7 @@ def frame_milliseconds(intersector: str, triangles: int, use_packets: bool) -> f
     """The median time of a normal view after a move of the camera, in milliseconds."""
     scene = tt.scene_from_mesh(*mesh_of(triangles), intersector=intersector, view={**VIEW, "up": (0, 1, 0)})
     renderer = tt.A1Renderer(scene, RESOLUTION, RESOLUTION).use("normal")
-    renderer.eye_rays.use_packets = use_packets
+    renderer.eye_rays.use_packets, renderer.eye_rays.without_tree = use_packets, None
     seconds = []
     for _ in range(RUNS + WARM_UP):
         renderer.camera.version += 1

@@ -74,12 +74,18 @@ class RandomNumbers:
         many samples the two do not take all combinations. If you are not sure, use ``next_2d``.
         """
         dimension = ti.u32(self.dimension)
+        self.count_term()
+        if ti.static(self.sampler.shares_terms):
+            dimension |= ti.u32(self.terms) << TERM_BIT
+        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
+
+    @ti.func
+    def count_term(self):
+        """Count the pair of ``next_2d_of_term``."""
         if ti.static(self.sampler.shares_terms):
             self.terms += 1
-            dimension |= ti.u32(self.terms) << TERM_BIT
         else:
             self.dimension += 1
-        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
 
     @ti.func
     def next_1d(self):

@@ -10,7 +10,7 @@ import taichi.math as tm
 
 from taichi_tracer.fast.packets import TILE
 from taichi_tracer.picture.adaptive import SHARE_BITS
-from taichi_tracer.sampler import TERM_BIT
+from taichi_tracer.sampler import TERM_BIT, RandomNumbers
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import replaced
 
@@ -91,23 +91,30 @@ class NumberLanes:
 
 
 class KeptNumbers:
-    """``RandomNumbers`` of a pixel whose pairs are in ``NumberLanes``, for ``next_2d_of_term`` and then ``next_2d``."""
+    """``RandomNumbers`` of a pixel whose pairs are in ``NumberLanes``, for ``next_2d_of_term`` and then ``next_2d``.
+
+    A handout's method that draws its numbers itself (``sampler.given_or_drawn``) takes them from ``rng``. Therefore
+    ``rng`` counts the pairs, too, as it would without lanes.
+    """
 
     _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
 
-    def __init__(self, numbers: NumberLanes, c, lane) -> None:
-        self.numbers, self.c, self.lane = numbers, c, lane
+    def __init__(self, numbers: NumberLanes, rng: RandomNumbers, c, lane) -> None:
+        self.numbers, self.rng, self.c, self.lane = numbers, rng, c, lane
 
     @ti.func
     def next_2d_of_term(self):
         """Two numbers in [0, 1)."""
+        self.rng.count_term()
         return self.numbers.pair(self.c, 0, self.lane)
 
     @ti.func
     def next_2d(self):
         """Two numbers in [0, 1)."""
+        self.rng.skip_2d()
         return self.numbers.pair(self.c, 1, self.lane)
 
     @ti.func
     def skip_2d(self):
-        """Nothing: each pair is kept by itself."""
+        """Skip the pair of the next dimension."""
+        self.rng.skip_2d()

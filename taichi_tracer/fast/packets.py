@@ -308,10 +308,13 @@ class Packets:
     @ti.func
     def try_primitive(self, c, g, common, intersector: ti.template(), slot, i, t_min):
         """``try_triangle`` or ``try_sphere``; triangles with backface culling are tried with one ray at a time."""
-        if ti.static(intersector.is_plain_geometry) or not intersector.is_special(intersector.blocks.primitive(i)):
+        is_special = False
+        if ti.static(not intersector.is_plain_geometry):
+            is_special = intersector.is_special(intersector.blocks.primitive(i))
+            if is_special:
+                self.try_special(c, g, common, intersector, slot, i, t_min)
+        if not is_special:
             self.try_triangle(c, g, common, intersector, slot, i, t_min)
-        else:
-            self.try_special(c, g, common, intersector, slot, i, t_min)
 
     @ti.func
     def try_special(self, c, g, common, intersector: ti.template(), slot, i, t_min):

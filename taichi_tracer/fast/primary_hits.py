@@ -82,7 +82,7 @@ class PrimaryHits:
         self.ranges = ((0, self.width), (0, self.height)) if ranges is None else ranges
         (x0, x1), (y0, y1) = self.ranges
         self.pixels = (x1 - x0) * (y1 - y0)
-        self.searcher = self._searcher()
+        self.without_tree = self._search_without_tree()
         self.first = x0 // side, y0 // side  # of the packets that are traced
         self.across, self.upwards = -(-x1 // side) - x0 // side, -(-y1 // side) - y0 // side
         shape = self.tiles_x * self.tiles_y
@@ -98,15 +98,18 @@ class PrimaryHits:
         self._memory.allocate()
         self._traced = None  # the camera, and with jitter the sample, to which the hits belong
 
-    def _searcher(self) -> FastIntersector:
-        """What single rays search: every primitive, if that is little work and done once; otherwise the scene's tree.
-
-        Both give the same bits. The search without a tree is translated in half of the time.
-        """
+    def _search_without_tree(self) -> FastBruteForce | None:
+        """The search of every primitive. It has the bits of the tree's and is translated in half of the time."""
         geometry, of_scene = self.scene_data.geometry, self.scene_data.ray_intersector
-        if self.jitter or self.pixels * geometry.n_primitives > FEW_TESTS or type(of_scene) is not WideBVH:
-            return of_scene
+        if self.jitter or type(of_scene) is not WideBVH:
+            return None
         return FastBruteForce(geometry, TriangleTest(of_scene.triangle_test, of_scene.solve))
+
+    def searcher(self) -> FastIntersector:
+        """What single rays search: every primitive while that is little work in all; otherwise the scene's tree."""
+        tests = self.traces * self.pixels * self.scene_data.geometry.n_primitives
+        is_little = self.without_tree is not None and tests <= FEW_TESTS
+        return self.without_tree if is_little else self.scene_data.ray_intersector
 
     def bring_up_to_date(self, seed: int, index: int) -> None:
         """Trace, unless the hits belong to this sample. Without jitter, hits are valid until the camera moves."""
@@ -121,7 +124,7 @@ class PrimaryHits:
         self.traces += 1
         self.forms |= {use_packets}
         if not use_packets:
-            self._trace_rays(seed, index)
+            self._trace_rays(self.searcher(), seed, index)
             return
         if self.packets is None:
             has_spheres = self.scene_data.geometry.effects.spheres
@@ -167,7 +170,7 @@ class PrimaryHits:
         return ray, self.hit_data(x, y, ray)
 
     @ti.kernel
-    def _trace_rays(self, seed: ti.u32, index: ti.u32):
+    def _trace_rays(self, searcher: ti.template(), seed: ti.u32, index: ti.u32):
         for x, y in ti.ndrange(*self.ranges):
             tile, lane = self.tile_and_lane(x, y)
             if ti.static(self.jitter):
@@ -175,7 +178,7 @@ class PrimaryHits:
                 xi = self.sampler.start(seed, x, y, i).next_2d()
                 self.xi_x[tile][lane], self.xi_y[tile][lane] = xi.x, xi.y
             ray = self.eye_ray(x, y)
-            t, triangle_id, u, v = self.searcher.nearest(ray, 0.0, tm.inf)
+            t, triangle_id, u, v = searcher.nearest(ray, 0.0, tm.inf)
             self.distance[tile][lane], self.triangle_id[tile][lane] = t, triangle_id
             self.u[tile][lane], self.v[tile][lane] = u, v
 

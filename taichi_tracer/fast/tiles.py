@@ -204,9 +204,10 @@ class Tiles:
     @in_kernels
     def begin_numbers(self, c, renderer, seed, x, y, index):
         """The random numbers of a pixel."""
+        rng = renderer.sampler.start(seed, x, y, index)
         if not self.has_numbers:
-            return renderer.sampler.start(seed, x, y, index)
-        return KeptNumbers(self.numbers, c, (x & (GROUP - 1)) * GROUP + (y & (GROUP - 1)))
+            return rng
+        return KeptNumbers(self.numbers, rng, c, (x & (GROUP - 1)) * GROUP + (y & (GROUP - 1)))
 
     @in_kernels
     def begin(self, c) -> None:

@@ -432,11 +432,11 @@ class Film:
         The largest sample, in the running precision, is 0 if the film does not keep it.
         """
         self.check_alive()
+        if self.is_read_by_numpy:
+            return self._spread_by_numpy()
         shape = self.height, self.width
         errors, largest = np.empty((*shape, 3), np.float32), np.zeros(shape, runtime.dtype())
         groups, counts = np.empty(shape, np.int32), np.empty(shape, np.int32)
-        if self.is_read_by_numpy:
-            return self._spread_by_numpy()
         self._write_spread(errors, groups, largest, counts)
         return errors, groups, largest, counts
 

@@ -34,15 +34,15 @@ class Drawing:
         self.sampler, self.shares, self.numbers = sampler, shares, NumberLanes(sampler, shares, 2, 1)
 
     @in_kernels
-    def kept(self, lane):
-        return KeptNumbers(self.numbers, 0, lane)
+    def kept(self, rng, lane):
+        return KeptNumbers(self.numbers, rng, 0, lane)
 
     @ti.kernel
     def draw_together(self, index: ti.u32, out: ti.types.ndarray(ndim=2)):
         for _ in range(1):
             self.numbers.find(0, 3, 1, ti.u32(7), index)
             for lane in range(LANES):
-                rng = self.kept(lane)
+                rng = self.kept(self.sampler.start(ti.u32(7), 0, 0, index), lane)
                 rng.skip_2d()
                 first, second = rng.next_2d_of_term(), rng.next_2d()
                 out[lane, 0], out[lane, 1], out[lane, 2], out[lane, 3] = first.x, first.y, second.x, second.y

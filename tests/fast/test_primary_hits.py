@@ -81,17 +81,19 @@ def test_a_search_of_every_primitive_equals_that_of_the_tree_bit_for_bit(rng, mo
     camera = Camera(61, 47)
     monkeypatch.setattr(primary_hits, "FEW_TESTS", 1 << 60)
     every = PrimaryHits(scene, camera, use_packets=False)
-    assert isinstance(every.searcher, FastBruteForce)
-    assert PrimaryHits(scene, camera, jitter=True).searcher is scene.ray_intersector
-    monkeypatch.setattr(primary_hits, "FEW_TESTS", 0)
+    assert isinstance(every.searcher(), FastBruteForce)
+    assert PrimaryHits(scene, camera, jitter=True).searcher() is scene.ray_intersector
     tree = PrimaryHits(scene, camera, use_packets=False)
-    assert tree.searcher is scene.ray_intersector
+    tree.without_tree = None
+    assert tree.searcher() is scene.ray_intersector
     for view in VIEWS.values():
         camera.set_camera_parameters(**{"fov": 60.0, **view})
         for hits in (every, tree):
             hits.bring_up_to_date(0, 0)
         for name in ("distance", "triangle_id", "u", "v"):
             np.testing.assert_array_equal(every.to_image(name), tree.to_image(name))
+    monkeypatch.setattr(primary_hits, "FEW_TESTS", every.traces * every.pixels * scene.geometry.n_primitives - 1)
+    assert every.searcher() is scene.ray_intersector
 
 
 @pytest.mark.exhaustive

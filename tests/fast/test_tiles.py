@@ -10,7 +10,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.fast.shadow_lanes import ShadowLanes
 from taichi_tracer.fast.tiles import LONG, SECONDS_BEFORE, SIDE, can_take_tiles, is_worth_tiles
-from taichi_tracer.integrators.direct_light import BrdfSampling
+from taichi_tracer.integrators.direct_light import BrdfSampling, UniformSphere
 from taichi_tracer.picture.progress import Progress, Target
 
 
@@ -66,6 +66,18 @@ def test_the_same_picture_with_z_up():
     turned = tt.load_scene_data("specular_spheres", environment="sunny", up_axis="z")
     assert_same(*pictures(turned, "brdf"))
     turned.destroy()
+
+
+def test_a_method_that_draws_its_own_numbers_takes_those_of_the_sample(scene):
+    """As a handout's method without ``xi`` does."""
+
+    class Own(tt.UniformSampler):
+        @staticmethod
+        @ti.func
+        def sample_direction():
+            return tt.UniformSampler.sample_direction()
+
+    assert_same(*pictures(scene, UniformSphere(Own())))
 
 
 @pytest.mark.long
