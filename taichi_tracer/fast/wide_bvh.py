@@ -68,6 +68,7 @@ class WideBVH(FastIntersector):
         references, places = in_blocks(np.append(wide.children, np.int32(min(wide.root, 0))), len(ids))
         children, root = references[:-1].reshape(-1, WIDTH), references[-1]
         self.root, self.depth, self.stack_size = int(root), wide.depth, wide.stack_size
+        self.is_one_leaf = self.root < 0  # of a scene with few primitives: kernels have no code for nodes
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
         self.num_places = BLOCK * -(-(int(places.max(initial=-1)) + 1) // BLOCK)
 
@@ -157,34 +158,55 @@ class WideBVH(FastIntersector):
         """``nearest``, and the place of the hit primitive, see ``leaf_blocks``; 0 if nothing is hit."""
         bounds, aim = self.ray_bounds(ray), aim_of(ray)
         best, best_id, best_u, best_v, best_place = t_max, -1, 0.0, 0.0, 0
-        waiting = ti.Vector([0] * self.stack_size, ti.i32)
-        waiting_t = ti.Vector([0.0] * self.stack_size, float)
-        top = 0
-        reference = NOTHING
-        if self.is_legal(ray):
-            reference = self.root
-        while reference != NOTHING:
-            following = NOTHING
-            if reference >= 0:
-                t_near, mask = self.met_children(bounds, reference, t_min, best)
-                following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
-            else:
-                first, count = leaf_range(reference)
-                for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
-                    used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
-                    mask = self.candidates(ray, aim, block, used)
-                    while mask != 0:
-                        place = (block << BLOCK_BITS) + first_lane(mask)
-                        mask &= mask - 1
-                        primitive_id = self.blocks.primitive(place)
-                        v0, v1, v2 = self.leaf_triangle(place)
-                        t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
-                        if t_min < t and (t < best or (t == best and primitive_id < best_id)):
-                            best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
-            if following == NOTHING:
-                following, top = self.wake(waiting, waiting_t, top, best)
-            reference = following
+        if ti.static(self.is_one_leaf):
+            if self.is_legal(ray):
+                self.search_leaf(self.root, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place)
+        else:
+            waiting = ti.Vector([0] * self.stack_size, ti.i32)
+            waiting_t = ti.Vector([0.0] * self.stack_size, float)
+            top = 0
+            reference = NOTHING
+            if self.is_legal(ray):
+                reference = self.root
+            while reference != NOTHING:
+                following = NOTHING
+                if reference >= 0:
+                    t_near, mask = self.met_children(bounds, reference, t_min, best)
+                    following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
+                else:
+                    self.search_leaf(reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place)
+                if following == NOTHING:
+                    following, top = self.wake(waiting, waiting_t, top, best)
+                reference = following
         return best, best_id, best_u, best_v, best_place
+
+    @ti.func
+    def search_leaf(
+        self,
+        reference,
+        ray,
+        bounds,
+        aim,
+        t_min,
+        best: ti.template(),
+        best_id: ti.template(),
+        best_u: ti.template(),
+        best_v: ti.template(),
+        best_place: ti.template(),
+    ):
+        """Put the nearest hit in a leaf in place of the best one so far, if it is nearer."""
+        first, count = leaf_range(reference)
+        for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
+            used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
+            mask = self.candidates(ray, aim, block, used)
+            while mask != 0:
+                place = (block << BLOCK_BITS) + first_lane(mask)
+                mask &= mask - 1
+                primitive_id = self.blocks.primitive(place)
+                v0, v1, v2 = self.leaf_triangle(place)
+                t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
+                if t_min < t and (t < best or (t == best and primitive_id < best_id)):
+                    best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):
@@ -195,39 +217,51 @@ class WideBVH(FastIntersector):
         """
         bounds, aim = self.ray_bounds(ray), aim_of(ray)
         blocked = False
-        waiting = ti.Vector([0] * self.stack_size, ti.i32)
-        top = 0
-        reference = NOTHING
-        if self.is_legal(ray):
-            reference = self.root
-        while reference != NOTHING:
-            following = NOTHING
-            if reference >= 0:
-                _, mask = self.met_children(bounds, reference, t_min, t_max)
-                if mask != 0:
-                    following = self.children[reference, first_lane(mask)]
-                    mask &= mask - 1
-                    while mask != 0:
-                        waiting[top] = self.children[reference, first_lane(mask)]
+        if ti.static(self.is_one_leaf):
+            if self.is_legal(ray):
+                blocked = self.blocks_in_leaf(self.root, ray, bounds, aim, t_min, t_max)
+        else:
+            waiting = ti.Vector([0] * self.stack_size, ti.i32)
+            top = 0
+            reference = NOTHING
+            if self.is_legal(ray):
+                reference = self.root
+            while reference != NOTHING:
+                following = NOTHING
+                if reference >= 0:
+                    _, mask = self.met_children(bounds, reference, t_min, t_max)
+                    if mask != 0:
+                        following = self.children[reference, first_lane(mask)]
                         mask &= mask - 1
-                        top += 1
-            else:
-                first, count = leaf_range(reference)
-                for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
-                    used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
-                    mask = self.candidates(ray, aim, block, used)
-                    while mask != 0:
-                        place = (block << BLOCK_BITS) + first_lane(mask)
-                        mask &= mask - 1
-                        v0, v1, v2 = self.leaf_triangle(place)
-                        t, _, _ = self.try_primitive(ray, bounds, self.blocks.primitive(place), v0, v1, v2, t_min)
-                        if t_min < t and t < t_max:
-                            blocked = True
-                            top, mask = 0, 0
-            if following == NOTHING and top > 0:
-                top -= 1
-                following = waiting[top]
-            reference = following
+                        while mask != 0:
+                            waiting[top] = self.children[reference, first_lane(mask)]
+                            mask &= mask - 1
+                            top += 1
+                elif self.blocks_in_leaf(reference, ray, bounds, aim, t_min, t_max):
+                    blocked = True
+                    top = 0
+                if following == NOTHING and top > 0:
+                    top -= 1
+                    following = waiting[top]
+                reference = following
+        return blocked
+
+    @ti.func
+    def blocks_in_leaf(self, reference, ray, bounds, aim, t_min, t_max):
+        """Whether a leaf has a hit with t_min < t < t_max."""
+        blocked = False
+        first, count = leaf_range(reference)
+        for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
+            used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
+            mask = self.candidates(ray, aim, block, used)
+            while mask != 0:
+                place = (block << BLOCK_BITS) + first_lane(mask)
+                mask &= mask - 1
+                v0, v1, v2 = self.leaf_triangle(place)
+                t, _, _ = self.try_primitive(ray, bounds, self.blocks.primitive(place), v0, v1, v2, t_min)
+                if t_min < t and t < t_max:
+                    blocked = True
+                    mask = 0
         return blocked
 
     @ti.func
