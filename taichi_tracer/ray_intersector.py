@@ -289,8 +289,7 @@ class RayIntersector:
         """
         centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         o, d, c, r = widened(ray.origin), widened(ray.direction), widened(centre), widened(radius)
-        is_met, t_in, t_out = sphere_roots(o, d, c, r)
-        outward = sphere_normal(o, d, c, r, t_in, t_out, t)
+        outward = sphere_normal(o, d, c, r, t)
         is_backfacing = tm.dot(ray.direction, outward) > 0
         normal = ti.select(is_backfacing, -outward, outward)
         return HitData(

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import taichi as ti
 from oracles import light
-from probe import ask, put, vec3
+from probe import put, vec3
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.environment import Environment, azimuth, latitude, load_environment
+from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
 
@@ -117,27 +117,6 @@ def test_a_ray_of_any_length_from_anywhere_is_answered_by_its_direction(precisio
     assert np.isclose(out[:, :3], expected, rtol=1e-6).all(axis=1).mean() > 0.99
     _query(Environment(np.full((2, 4, 3), [3.0, 2, 1]), intensity=0.5), np.ascontiguousarray(d, runtime.dtype()), out)
     np.testing.assert_array_equal(out, np.tile([1.5, 1, 0.5], (1_000, 2)))
-    start("f32")
-
-
-@ti.func
-def _angles(rows: ti.template(), out: ti.template(), i):
-    out[i, 0], out[i, 1] = azimuth(rows[i, 0], rows[i, 1]), latitude(rows[i, 2])
-
-
-def test_both_angles_are_within_3e_7(precision, rng):
-    """In f32, of all quadrants, axes and signed zeros, and to the poles; in f64 they are atan2 and asin."""
-    start(precision)
-    rows = rng.normal(size=(100_000, 3)) * 10.0 ** rng.uniform(-10, 10, (100_000, 1))
-    rows[:, 2] = np.concatenate([rng.uniform(-1, 1, 50_000), np.sin(np.pi / 2 - 10.0 ** rng.uniform(-4, 0, 50_000))])
-    rows = rows.astype(runtime.dtype())
-    tolerance = 3e-7 if precision == "f32" else 1e-15
-    y, x, height = rows.T.astype(float)
-    np.testing.assert_allclose(ask(_angles, rows, 2).T, [np.arctan2(y, x), np.arcsin(height)], atol=tolerance)
-    ends = [[0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, -1.0, -1.0], [-1.0, 0.0, 1.0000001], [0.0, 0.0, -0.5]]
-    half = np.pi / 2
-    expected = [[0, half, np.pi, -half, 0], [0, half, -half, half, -np.pi / 6]]
-    np.testing.assert_allclose(ask(_angles, ends, 2).T, expected, atol=tolerance)
     start("f32")
 
 

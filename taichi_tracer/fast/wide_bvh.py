@@ -160,7 +160,9 @@ class WideBVH(FastIntersector):
         best, best_id, best_u, best_v, best_place = t_max, -1, 0.0, 0.0, 0
         if ti.static(self.is_one_leaf):
             if self.is_legal(ray):
-                self.search_leaf(self.root, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place)
+                best, best_id, best_u, best_v, best_place = self.search_leaf(
+                    self.root, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place
+                )
         else:
             waiting = ti.Vector([0] * self.stack_size, ti.i32)
             waiting_t = ti.Vector([0.0] * self.stack_size, float)
@@ -174,27 +176,17 @@ class WideBVH(FastIntersector):
                     t_near, mask = self.met_children(bounds, reference, t_min, best)
                     following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
                 else:
-                    self.search_leaf(reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place)
+                    best, best_id, best_u, best_v, best_place = self.search_leaf(
+                        reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place
+                    )
                 if following == NOTHING:
                     following, top = self.wake(waiting, waiting_t, top, best)
                 reference = following
         return best, best_id, best_u, best_v, best_place
 
     @ti.func
-    def search_leaf(
-        self,
-        reference,
-        ray,
-        bounds,
-        aim,
-        t_min,
-        best: ti.template(),
-        best_id: ti.template(),
-        best_u: ti.template(),
-        best_v: ti.template(),
-        best_place: ti.template(),
-    ):
-        """Put the nearest hit in a leaf in place of the best one so far, if it is nearer."""
+    def search_leaf(self, reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place):
+        """The nearest hit in a leaf, if it is nearer than the best one so far, which is given; otherwise that one."""
         first, count = leaf_range(reference)
         for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
             used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
@@ -207,6 +199,7 @@ class WideBVH(FastIntersector):
                 t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
                 if t_min < t and (t < best or (t == best and primitive_id < best_id)):
                     best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
+        return best, best_id, best_u, best_v, best_place
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):

@@ -66,4 +66,4 @@ def uniform_cone(axis, one_minus_cosine, xi):
     """A direction uniform in a cone around ``axis``; pdf 1/(2π (1 − cos θ)) per solid angle."""
     drop = xi.x * one_minus_cosine
     sine = ti.sqrt(ti.max(0.0, drop * (2 - drop)))
-    return from_frame(axis, 1 - drop, sine, 2 * tm.pi * xi.y)
+    return from_frame(axis, 1 - drop, sine, xi.y)

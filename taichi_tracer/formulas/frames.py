@@ -3,6 +3,8 @@
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.formulas.angles import on_circle
+
 
 @ti.func
 def frame_about(n):
@@ -14,10 +16,11 @@ def frame_about(n):
 
 
 @ti.func
-def from_frame(n, cosine, sine, phi):
-    """The unit vector at an angle θ from n, with the azimuth φ around n; the arguments are cos θ and sin θ."""
+def from_frame(n, cosine, sine, turn):
+    """The unit vector at an angle θ from n, which is given by cos θ and sin θ, and at an azimuth, in full turns."""
     x_axis, y_axis = frame_about(n)
-    return sine * ti.cos(phi) * x_axis + sine * ti.sin(phi) * y_axis + cosine * n
+    x, y = on_circle(turn)
+    return sine * x * x_axis + sine * y * y_axis + cosine * n
 
 
 @ti.func

@@ -3,6 +3,7 @@
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import runtime
 
 
@@ -55,22 +56,22 @@ def sphere_roots(o, d, centre, radius):
 
 
 @ti.func
-def sphere_normal(o, d, centre, radius, t_in, t_out, t):
-    """The outward unit normal at the entry or the exit of the ray, whichever is nearer to t.
+def sphere_normal(o, d, centre, radius, t):
+    """The outward unit normal at the entry of the ray, or at its exit if t is beyond the point nearest to the centre.
 
     The formula (l ∓ d √((r² − l·l)/a)) / r only has numbers of the size of the sphere, at any distance of the origin.
     """
-    w = d / abs(d).max()
+    largest = abs(d).max()
+    w = d / largest
     l, foot = nearest_to_centre(o, w, centre)
     a = tm.dot(w, w)
     rest = radius * radius - tm.dot(l, l)
     half = ti.sqrt(ti.select(rest > 0, rest, 0) / a)
-    is_entry = abs(t - t_in) <= abs(t_out - t)
-    n = l + ti.select(is_entry, -half, half) * w
+    n = l + ti.select(t * largest <= foot, -half, half) * w
     return ti.cast(n / n.norm(), float)
 
 
 @ti.func
 def longitude_latitude(n):
     """(u, v) in [0, 1]² of a unit vector: u around +y, v from the bottom, as in environments (A2-5)."""
-    return tm.vec2(0.5 + ti.atan2(n.z, n.x) / (2 * tm.pi), 0.5 + ti.asin(tm.clamp(n.y, -1, 1)) / tm.pi)
+    return tm.vec2(0.5 + azimuth(n.z, n.x) / (2 * tm.pi), 0.5 + latitude(n.y) / tm.pi)

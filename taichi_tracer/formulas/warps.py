@@ -3,6 +3,7 @@
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.frames import from_frame
 
 SMALLEST_XI = 2.0**-25  # replaces ξ = 0, whose logarithm is infinite; it is half of the smallest ξ above 0 in f32
@@ -15,20 +16,20 @@ def uniform_sphere(xi):
     """A direction uniform on the sphere; pdf 1/(4π) per solid angle (A2-6)."""
     z = 2 * xi.x - 1
     r = ti.sqrt(ti.max(0.0, 1 - z * z))
-    phi = 2 * tm.pi * xi.y
-    return tm.vec3(r * ti.cos(phi), r * ti.sin(phi), z)
+    x, y = on_circle(xi.y)
+    return tm.vec3(r * x, r * y, z)
 
 
 @ti.func
 def uniform_hemisphere(n, xi):
     """A direction uniform on the hemisphere around n; pdf 1/(2π) per solid angle."""
-    return from_frame(n, xi.x, ti.sqrt(ti.max(0.0, 1 - xi.x * xi.x)), 2 * tm.pi * xi.y)
+    return from_frame(n, xi.x, ti.sqrt(ti.max(0.0, 1 - xi.x * xi.x)), xi.y)
 
 
 @ti.func
 def cosine_hemisphere(n, xi):
     """A direction around n with pdf max(0, ω·n)/π per solid angle: ω_z = √ξ (A2-7, α = 1)."""
-    return from_frame(n, ti.sqrt(xi.x), ti.sqrt(1 - xi.x), 2 * tm.pi * xi.y)
+    return from_frame(n, ti.sqrt(xi.x), ti.sqrt(1 - xi.x), xi.y)
 
 
 @ti.func
@@ -41,4 +42,4 @@ def power_cosine(axis, exponent, xi):
     a = -2 * ti.log(ti.max(xi.x, SMALLEST_XI)) / (exponent + 1)
     sine_squared = ti.select(a < SERIES_BELOW, a - a * a / 2 + a * a * a / 6, 1 - ti.exp(-a))
     cosine = ti.sqrt(ti.max(0.0, 1 - sine_squared))
-    return from_frame(axis, cosine, ti.sqrt(ti.max(0.0, sine_squared)), 2 * tm.pi * xi.y)
+    return from_frame(axis, cosine, ti.sqrt(ti.max(0.0, sine_squared)), xi.y)

@@ -12,6 +12,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.environment import Environment
+from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.lights.base import Light
 from taichi_tracer.ray import Ray
@@ -108,8 +109,8 @@ class EnvironmentLight(Light):
         y_top, y_bottom = self.height_of_edge[row], self.height_of_edge[row + 1]
         y = y_top + from_row * (y_bottom - y_top)
         r = ti.sqrt(ti.max(0.0, 1 - y * y))
-        phi = 2 * tm.pi * (u - 0.5)
-        return self.as_in_scene(tm.vec3(r * ti.cos(phi), y, r * ti.sin(phi))), self.density[row, column]
+        x, z = on_circle(u - 0.5)
+        return self.as_in_scene(tm.vec3(r * x, y, r * z)), self.density[row, column]
 
     @ti.func
     def with_y_up(self, v):

@@ -39,8 +39,8 @@ def _from_frame(rows: ti.template(), out: ti.template(), i):
 
 
 def test_a_direction_in_a_frame_has_its_angle_and_unit_length(precision, rng):
-    n, theta, phi = directions(rng), rng.uniform(0, np.pi, 20_000), rng.uniform(0, 2 * np.pi, 20_000)
-    rows = np.column_stack([n, np.cos(theta), np.sin(theta), phi])
+    n, theta, turn = directions(rng), rng.uniform(0, np.pi, 20_000), rng.uniform(0, 1, 20_000)
+    rows = np.column_stack([n, np.cos(theta), np.sin(theta), turn])
     w = ask(_from_frame, rows, 3).astype(np.float64)
     tolerance = 1e-6 if precision == "f32" else 4e-15
     np.testing.assert_allclose((w * n).sum(axis=1), np.cos(theta), atol=tolerance)

@@ -20,8 +20,8 @@ def _roots(rows: ti.template(), out: ti.template(), i):
     o, d, c, r = vec3(rows, i, 0), vec3(rows, i, 3), vec3(rows, i, 6), rows[i, 9]
     is_met, t_in, t_out = formulas.sphere_roots(o, d, c, r)
     out[i, 0], out[i, 1], out[i, 2] = ti.cast(is_met, ti.i32), t_in, t_out
-    put(out, i, 3, formulas.sphere_normal(o, d, c, r, t_in, t_out, t_in))
-    put(out, i, 6, formulas.sphere_normal(o, d, c, r, t_in, t_out, t_out))
+    put(out, i, 3, formulas.sphere_normal(o, d, c, r, t_in))
+    put(out, i, 6, formulas.sphere_normal(o, d, c, r, t_out))
 
 
 def test_roots_and_normals_are_those_of_the_equation(precision, rng):
