@@ -1,6 +1,7 @@
 """Results say when they were measured and how busy the machine was, and are marked once their code has changed."""
 
 import datetime
+import importlib
 
 import pytest
 
@@ -24,6 +25,12 @@ def test_results_that_are_older_than_their_code_are_marked_once(changed):
     assert results.marked("build", once) == once
     assert results.marked("build", NEW) == NEW
     assert results.marked("obj_reader", OLD) == OLD
+
+
+@pytest.mark.parametrize("name", results.BENCHMARKS)
+def test_every_benchmark_can_be_imported(name):
+    """What a benchmark needs of the others and of the package is there; Mitsuba is imported later, where it is used."""
+    assert importlib.import_module(f"benchmarks.{name}").__doc__
 
 
 def test_results_without_a_date_are_doubted(changed):
