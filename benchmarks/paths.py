@@ -14,7 +14,7 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks.direct import SPP_PER_CALL
+from benchmarks.direct import RUNS, SPP_PER_CALL
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.mitsuba_scenes import MitsubaPicture, path
 
@@ -64,7 +64,7 @@ def per_sample() -> str:
 
     calls: dict[str, Callable[[], object]] = {"Mitsuba path, llvm": lambda: theirs.render(SPP_PER_CALL)}
     calls |= {name: lambda r=renderer: render(r) for name, renderer in ours.items()}
-    medians = {name: s / SPP_PER_CALL for name, s in interleaved(calls).items()}
+    medians = {name: s / SPP_PER_CALL for name, s in interleaved(calls, RUNS).items()}
     title = f"{SCENE}, {SIZE}², {BOUNCES} bounces, {SPP_PER_CALL} samples per call"
     return ratio_table(title, medians, "Mitsuba path, llvm", "ms per sample")
 

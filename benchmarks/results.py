@@ -28,7 +28,7 @@ BENCHMARKS = {
     "paths": ["sample", "compile"],
     "obj_reader": [],
     "grading": [],
-    "cluster": [],
+    "cluster": ["--seconds", "30"],
     "live": [],
 }
 COUNTED = ("error", "samplers")
