@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.measure import describe_machine
 from benchmarks.meshes import displaced_sphere
 from taichi_tracer.files.obj import read_obj
 
@@ -44,6 +45,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5, help="how often each file is read (default: %(default)s)")
     arguments = parser.parse_args()
 
+    print(describe_machine())
     points, triangles = displaced_sphere(arguments.triangles)
     print(f"{len(triangles)} triangles, {len(points)} vertices, median of {arguments.repeats}")
     with tempfile.TemporaryDirectory() as folder:

@@ -86,11 +86,16 @@ def main(names: list[str]) -> None:
         if done.returncode != 0:
             print(f"{name} failed: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
             continue
-        lines = [line for line in done.stdout.splitlines() if not line.startswith(("[Taichi]", "\x1b["))]
-        parts[name] = "\n" + "\n".join(lines).strip() + "\n\n"
+        parts[name] = f"\n{without_messages(done.stdout)}\n\n"
         write(parts)
         print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
     print(f"all: {(time.perf_counter() - begin) / 60:.1f} minutes")
+
+
+def without_messages(output: str) -> str:
+    """The output of a benchmark without the messages of Taichi, and without the coloured ones of Mitsuba."""
+    plain = re.sub(r"\x1b\[[1-9].*?\x1b\[0m", "", output, flags=re.DOTALL).replace("\x1b[0m", "")
+    return "\n".join(line for line in plain.splitlines() if not line.startswith("[Taichi]")).strip()
 
 
 def write(parts: dict[str, str]) -> None:

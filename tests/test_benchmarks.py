@@ -33,6 +33,11 @@ def test_every_benchmark_can_be_imported(name):
     assert importlib.import_module(f"benchmarks.{name}").__doc__
 
 
+def test_messages_of_others_are_left_out_and_what_stands_beside_them_is_kept():
+    told = "[Taichi] version 1.7.4\n\x1b[31mWARN  rounding to 4\n\x1b[0m2026-11-22 12:00 UTC; CPU\n| a |\n\x1b[0m"
+    assert results.without_messages(told) == "2026-11-22 12:00 UTC; CPU\n| a |"
+
+
 def test_results_without_a_date_are_doubted(changed):
     assert "it has no date" in results.marked("direct", "| a | b |")
 
