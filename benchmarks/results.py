@@ -126,11 +126,11 @@ def measured_at(text: str) -> datetime.datetime | None:
 
 
 def changed_at(path: str) -> datetime.datetime | None:
-    """When a file, or any file of a folder, was last changed by a commit; None if there is no commit of it."""
+    """The minute in which a commit last changed a file, or any file of a folder; None if there is no such commit."""
     command = ["git", "log", "-1", "--format=%cI", "--", path]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     when = done.stdout.strip()
-    return datetime.datetime.fromisoformat(when) if done.returncode == 0 and when else None
+    return datetime.datetime.fromisoformat(when).replace(second=0) if done.returncode == 0 and when else None
 
 
 if __name__ == "__main__":
