@@ -14,7 +14,7 @@ import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
-from benchmarks.direct import RUNS, SPP_PER_CALL
+from benchmarks.direct import RUNS, SPP_PER_CALL, relative_rmse
 from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.mitsuba_scenes import MitsubaPicture, path
 
@@ -70,11 +70,6 @@ def per_sample() -> str:
 
 
 WAYS = ("explicit", "path", "implicit")
-
-
-def relative_rmse(image: np.ndarray, truth: np.ndarray) -> float:
-    """RMSE relative to the mean of the reference."""
-    return float(np.sqrt(((image.astype(np.float64) - truth) ** 2).mean()) / truth.mean())
 
 
 def error_to(truth: np.ndarray) -> Callable[[np.ndarray], float]:

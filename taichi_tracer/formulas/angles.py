@@ -1,7 +1,9 @@
 """Angles of directions, and directions of angles: short polynomials in f32, the functions of Taichi in f64.
 
-In f32, they take a half to a fifth of the time of Taichi's functions, which are calls, and every sample needs them.
-They also work on vectors, for many numbers at once. Where a result is not used, LLVM leaves them out.
+In f32, Taichi's functions are calls of the C library, before which LLVM stores what it keeps in registers, and which it
+makes even where nobody uses the result. The polynomials are ordinary arithmetic: ``azimuth`` takes half the time of
+``ti.atan2``, and ``on_circle`` makes a sample of direct light about 5 % shorter. ``azimuth`` and ``latitude`` also work
+on vectors, for many numbers at once.
 """
 
 import taichi as ti

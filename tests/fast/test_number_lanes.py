@@ -1,4 +1,4 @@
-"""Random numbers of sixteen pixels: the bits of the numbers of single pixels."""
+"""Random numbers of many pixels at once: the bits of the numbers of single pixels."""
 
 import numpy as np
 import pytest
