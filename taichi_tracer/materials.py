@@ -1,5 +1,6 @@
 """What a surface is made of: the values of Wavefront MTL files (A1-17)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -11,7 +12,7 @@ from taichi.lang.expr import Expr
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
 
 
@@ -119,6 +120,10 @@ class MaterialLibrary:
         """Whether one of the materials with the ids ``used`` may have a narrow lobe that is no mirror's."""
         of_used = ((self.brdfs[self.brdf_of[i]], self.materials[i]) for i in map(int, used))
         return any(not brdf.is_delta and brdf.may_be_narrow(material) for brdf, material in of_used)
+
+    def reach_all(self, indices: Iterable[int]) -> bool:
+        """Whether some of ``brdfs`` are as written, and each of them ``reaches_all`` directions."""
+        return all(self.brdfs[i].reaches_all and not replaced(self.brdfs[i]) for i in indices)
 
     def _brdf_of(self, material: Material) -> int:
         dtype = runtime.dtype()

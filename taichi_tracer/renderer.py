@@ -345,11 +345,11 @@ class ProgressiveRenderer:
     @in_kernels
     def _shade_hit(self, ray, hit):
         rng = RandomNumbers.of_this_kernel()
-        return self.active.radiance(self.scene_data.in_kernels(), ray, hit, rng)
+        return self.active.radiance(self.kernel_scene(), ray, hit, rng)
 
     def kernel_scene(self) -> SceneInKernels:
         """The part of the scene that kernels use."""
-        return self.scene_data.in_kernels()
+        return self.scene_data.in_kernels(compensates=self.active.compensates)
 
     def add_sample(self, index: int) -> None:
         """Take one sample for every pixel."""

@@ -1,6 +1,7 @@
 """A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
 import copy
+import functools
 import hashlib
 import warnings
 from collections.abc import Iterator, Sequence
@@ -46,7 +47,7 @@ from taichi_tracer.system.stopwatch import BUILD, LIGHTS, part
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
 FEW_LAMPS = 64  # up to so many, a choice by power alone takes less time than it loses to a hierarchy
-KEPT_FORMS = 4  # of a scene: with so many different lights, going back to an earlier one compiles nothing
+KEPT_FORMS = 8  # of a scene: with so many different lights, going back to an earlier one compiles nothing
 ROWS_SHOWN = 20  # of a table of hits in a notebook
 
 # What the parameters of a scene may be; ``SceneData`` says what each means.
@@ -171,16 +172,18 @@ class SceneInKernels:
         geometry, ray_intersector, material_library, environment, background: those of ``SceneData``.
         lights: all lights, see ``lights.scene_lights``.
         effects: what is compiled, see ``effects.Effects``.
+        compensates: whether samples of the environment leave out what samples of the BRDF find, see
+            ``lights.environment_light``.
     """
 
-    def __init__(self, scene: "SceneData", effects: Effects) -> None:
-        self.effects = effects
+    def __init__(self, scene: "SceneData", effects: Effects, compensates: bool = False) -> None:
+        self.effects, self.compensates = effects, compensates
         self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
         self.material_library = scene.material_library
         self.environment, self.background = scene.environment, scene.background
         far: list[Light] = []
         if scene.environment is not None and effects.environment in ("constant", "image"):
-            far = [EnvironmentLight(scene.environment, effects, scene.up_axis)]
+            far = [EnvironmentLight(scene.environment, effects, scene.up_axis, compensates)]
         lamps = scene.lamps if effects.emitters else None
         self.lights = SceneLights([*far, *scene.lights], effects, lamps)
 
@@ -349,16 +352,20 @@ class SceneData:
         self.effects = self.geometry.effects = self._derived()
         self.version += 1
 
-    def in_kernels(self, effects: Effects | None = None) -> SceneInKernels:
+    def in_kernels(self, effects: Effects | None = None, compensates: bool = False) -> SceneInKernels:
         """The part of the scene that kernels use.
 
         Args:
             effects: the effects to compile, for comparison; None takes those that the scene calls for.
+            compensates: whether the integrator allows that samples of the environment leave out what samples of the
+                BRDF find. They do so if the environment is an image, and if all BRDFs find everything.
         """
+        compensates &= self.effects.environment == "image" and self.material_library.reach_all(self.effects.brdfs)
         if effects is not None:
-            return SceneInKernels(self, effects)
+            return SceneInKernels(self, effects, compensates)
         light = self.environment, self.background, *self.lights
-        return self._in_kernels.get((self.effects, light), lambda: SceneInKernels(self, self.effects))
+        make = functools.partial(SceneInKernels, self, self.effects, compensates)
+        return self._in_kernels.get((self.effects, light, compensates), make)
 
     def receipt(self) -> list[str]:
         """One line per effect and per form: what is simulated, which form runs, and why."""

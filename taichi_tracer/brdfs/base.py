@@ -26,6 +26,9 @@ class Brdf:
         transmits: whether it lets light through, so that ``sample`` may return a w_i below the horizon of n. Then
             ``material.Ni`` is the index of refraction behind the surface divided by that on the viewer's side.
         is_reciprocal: whether f_r(w_o, w_i) = f_r(w_i, w_o). The contract tests check it.
+        reaches_all: whether ``pdf`` is positive for every w_i in which f_r max(n·ω_i, 0) is. If it is so for all BRDFs
+            of a scene, samples of the lights may leave out what ``sample`` finds: see ``lights.environment_light``. The
+            contract tests check it.
         needs: the material that calls for it, for the receipt: "no triangle has *a material with Ns > 1*".
         parameters: name → default (a number or three numbers) of each value that it reads from the MTL file in addition
             to the usual keys. In kernels they are members of ``material``: ``parameters = {"roughness": 0.5}`` makes
@@ -33,6 +36,7 @@ class Brdf:
     """
 
     kind, name, is_delta, transmits, is_reciprocal = "BRDF", "", False, False, True
+    reaches_all = False
     needs = "a material for it"
     parameters: dict[str, float | tuple[float, float, float]] = {}
 

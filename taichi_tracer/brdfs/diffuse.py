@@ -18,6 +18,7 @@ class Diffuse(Brdf):
     """f_r = Kd/π."""
 
     name = "diffuse"
+    reaches_all = True
     needs = "a material with Ns of 1 or less"
 
     def describes(self, material: Any, dtype: type) -> bool:

@@ -19,7 +19,7 @@ class Mirror(Brdf):
     """f_r = Kd δ(ω_i − ω_r)."""
 
     name = "mirror"
-    is_delta = True
+    is_delta = reaches_all = True
     needs = f"a material with an Ns of {MIRROR_FROM:.0e} or more"
 
     def describes(self, material: Any, dtype: type) -> bool:

@@ -29,6 +29,7 @@ class Phong(Brdf):
     """
 
     name = "phong"
+    reaches_all = True
     needs = "a material with Ns > 1"
 
     def describes(self, material: Any, dtype: type) -> bool:

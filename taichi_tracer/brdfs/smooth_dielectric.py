@@ -28,7 +28,7 @@ class Dielectric(Brdf):
     """
 
     name = "dielectric"
-    is_delta, transmits = True, True
+    is_delta, transmits, reaches_all = True, True, True
     needs = "a material with illum 7, or with d < 1 and Ni"
 
     def describes(self, material, dtype: type) -> bool:

@@ -203,6 +203,11 @@ class MultipleImportanceSampling(DirectLight):
     def __init__(self, name: str, label: str, exponent: int, aliases: tuple[str, ...] = ()) -> None:
         self.name, self.label, self.exponent, self.aliases = name, label, exponent, aliases
 
+    @property
+    def compensates(self) -> bool:  # type: ignore[override]
+        """Whether it is as written here, so that both samples are weighted."""
+        return self.adds_up
+
     @ti.func
     def sample(self, scene, surface, technique, xi_brdf, xi_light):
         """(w_i, heuristic · f_r cos θ_i / pdf): technique 0 samples the BRDF, technique 1 the environment."""

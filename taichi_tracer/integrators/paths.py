@@ -22,6 +22,7 @@ from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.next_event import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import replaced
 
 
 @ti.data_oriented
@@ -150,6 +151,11 @@ class WeightedPaths(Paths):
     """Samples of the lights and hits of the rays, weighted by the power heuristic (A3-4, A4-1)."""
 
     name, label, aliases, exponent = "path", "Paths, MIS", ("path_mis",), 2
+
+    @property
+    def compensates(self) -> bool:  # type: ignore[override]
+        """Whether it is as written here, so that both samples are weighted."""
+        return type(self).__module__ == __name__ and not replaced(self)
 
     @ti.func
     def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):
