@@ -29,6 +29,7 @@ class MitsubaPicture:
         scene: the name of a scene of the package, or a mesh.
         integrator: Mitsuba's description of an integrator.
         environment: (h, w, 3) radiance; None for no environment. Mitsuba's map begins a quarter of a turn from ours.
+        compensates: whether samples of the environment leave to the BRDF what it finds; by default they do not.
         view: the camera; None for the scene's own, or the course's.
     """
 
@@ -42,6 +43,7 @@ class MitsubaPicture:
         sampler: str = "independent",
         environment: np.ndarray | None = None,
         view: dict | None = None,
+        compensates: bool = False,
     ) -> None:
         import mitsuba
 
@@ -56,7 +58,8 @@ class MitsubaPicture:
         if environment is not None:
             turned = mitsuba.ScalarTransform4f().rotate([0, 1, 0], 90)
             bitmap = mitsuba.Bitmap(environment.astype(np.float32))
-            description["light"] = {"type": "envmap", "bitmap": bitmap, "to_world": turned}
+            sky = {"type": "envmap", "bitmap": bitmap, "to_world": turned, "mis_compensation": compensates}
+            description["light"] = sky
         for i in mesh.used_materials():
             if (mesh.face_materials == i).any():
                 description[f"part{i}"] = self.part(mesh, int(i))

@@ -24,7 +24,7 @@ BENCHMARKS = {
     "crossover": [],
     "direct": [],
     "error": [],
-    "samplers": ["errors"],
+    "samplers": ["errors", "compensation"],
     "paths": ["sample", "compile"],
     "obj_reader": [],
     "grading": [],

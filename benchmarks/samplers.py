@@ -1,11 +1,14 @@
 """How large is the error of a picture with each sampler at equal counts, and what does a sample cost?
 
-python -m benchmarks.samplers [errors | mitsuba | times ...]
+python -m benchmarks.samplers [errors | compensation | mitsuba | times ...]
 
 ``errors`` compares the package's own samplers, and ``mitsuba`` those that tell their error with Mitsuba's. The error
 is the relative RMSE against a reference; a row is the root mean square over ``SEEDS`` renders. The slope is that of the
 line through the logarithms of counts and errors. Pixels in which a lamp is seen, and those beside them, are left out:
 their error is that of the lamp's edges. "sobol, one replica" and "niederreiter_one" give all samples to one sequence.
+
+``compensation`` compares samples of all light with samples of the light that is above the mean of the environment, see
+``lights.environment_light``.
 """
 
 import math
@@ -20,6 +23,7 @@ from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.mitsuba_scenes import MitsubaPicture, path
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.integrators.direct_light import MultipleImportanceSampling
 from taichi_tracer.materials import Material
 from taichi_tracer.sampler import SobolSampler
 from taichi_tracer.studies.metrics import relative_rmse
@@ -158,6 +162,53 @@ def error_of_counts(renderer, truth: np.ndarray, is_counted: np.ndarray, counts=
     return [math.sqrt(total / SEEDS) for total in squares]
 
 
+@ti.data_oriented
+class OfAllLight(MultipleImportanceSampling):
+    """MIS whose samples of the light leave nothing to the BRDF."""
+
+    compensates = False  # type: ignore[assignment]
+
+
+def on_floor(environment):
+    """What makes the three spheres on a floor."""
+    return lambda: tt.SceneData(three_spheres(), view=SPHERES_VIEW, environment=environment)
+
+
+def even_sky() -> np.ndarray:
+    """The sky of ``sun_and_sky``, without the sun."""
+    return np.minimum(sun_and_sky(), np.array([0.5, 0.7, 1.0]))
+
+
+# Environment → what makes the scene.
+COMPENSATED: dict[str, Callable] = {
+    "sky with a sun": spheres_under_sun,
+    "the same sky without it": lambda: on_floor(even_sky())(),
+    "sunny": on_floor("sunny"),
+    "studio": on_floor("studio"),
+}
+COMPENSATION_SPP = 64
+
+
+def compensation() -> str:
+    """A table: the error of MIS whose light's samples are of all light, and of the light above its mean."""
+    samplers = "independent", "niederreiter"
+    lines = [f"\n**three spheres on a floor, mis, {SIZE}², {COMPENSATION_SPP} samples**\n"]
+    heads = [f"{name}: {how}" for name in samplers for how in ("of all light", "above the mean")]
+    lines += [f"| relative RMSE, % | {' | '.join(heads)} |", "|---|" + "--:|" * len(heads)]
+    for title, load in COMPENSATED.items():
+        scene = load()
+        truth = direct(scene, "niederreiter", REFERENCE_SEED).render(REFERENCE_SPP).image().astype(np.float64)
+        everywhere, cells = np.ones(truth.shape[:2], bool), []
+        for sampler in samplers:
+            for estimator in (OfAllLight("of_all_light", "", 2), "mis"):
+                renderer = direct(scene, sampler).use(estimator)
+                (error,) = error_of_counts(renderer, truth, everywhere, (COMPENSATION_SPP,))
+                cells.append(f"{100 * error:.3g}")
+        lines.append(f"| {title} | {' | '.join(cells)} |")
+        scene.destroy()
+    return "\n".join(lines) + "\n"
+
+
 DIRECT = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 1}  # Mitsuba's MIS
 
 
@@ -232,7 +283,7 @@ def times() -> str:
     return report
 
 
-PARTS = {"errors": errors, "mitsuba": mitsuba, "times": times}
+PARTS = {"errors": errors, "compensation": compensation, "mitsuba": mitsuba, "times": times}
 
 
 if __name__ == "__main__":

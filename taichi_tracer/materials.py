@@ -1,6 +1,5 @@
 """What a surface is made of: the values of Wavefront MTL files (A1-17)."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -121,9 +120,10 @@ class MaterialLibrary:
         of_used = ((self.brdfs[self.brdf_of[i]], self.materials[i]) for i in map(int, used))
         return any(not brdf.is_delta and brdf.may_be_narrow(material) for brdf, material in of_used)
 
-    def reach_all(self, indices: Iterable[int]) -> bool:
-        """Whether some of ``brdfs`` are as written, and each of them ``reaches_all`` directions."""
-        return all(self.brdfs[i].reaches_all and not replaced(self.brdfs[i]) for i in indices)
+    def reach_all(self, used: np.ndarray) -> bool:
+        """Whether all BRDFs of the materials with the ids ``used`` have ``reaches_all``, and none was replaced."""
+        of_used = {self.brdf_of[i] for i in map(int, used)}
+        return all(self.brdfs[i].reaches_all and not replaced(self.brdfs[i]) for i in of_used)
 
     def _brdf_of(self, material: Material) -> int:
         dtype = runtime.dtype()

@@ -19,6 +19,7 @@ from taichi.lang import impl
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
 from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, plain_rays
+from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles
 from taichi_tracer.fast.view_tiles import ViewTiles, can_show
 from taichi_tracer.files.images import check_writable, save_image
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
 
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 29, 52
+COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
 
 SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]
 IntegratorChoice = str | Integrator | type[Integrator] | Enum
@@ -597,6 +599,8 @@ class ProgressiveRenderer:
         lines = [*self.scene_data.receipt(), str(self._form)]
         if self._tiles is not None:
             lines.append(str(TILES))
+        if self.active.compensates and self.kernel_scene().compensates:
+            lines.append(str(COMPENSATED))
         if self.replaced:
             lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
         return lines

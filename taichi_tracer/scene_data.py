@@ -358,9 +358,10 @@ class SceneData:
         Args:
             effects: the effects to compile, for comparison; None takes those that the scene calls for.
             compensates: whether the integrator allows that samples of the environment leave out what samples of the
-                BRDF find. They do so if the environment is an image, and if all BRDFs find everything.
+                BRDF find. They do so if the light depends on the direction, and if the BRDFs find all of it.
         """
-        compensates &= self.effects.environment == "image" and self.material_library.reach_all(self.effects.brdfs)
+        is_even = self.environment is None or self.environment.constant is not None
+        compensates &= not is_even and self.material_library.reach_all(self.mesh.used_materials())
         if effects is not None:
             return SceneInKernels(self, effects, compensates)
         light = self.environment, self.background, *self.lights

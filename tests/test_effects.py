@@ -155,7 +155,7 @@ def test_the_kernel_is_specialised_with_the_effects_that_the_receipt_prints(fast
     scene = scene_of(environment="studio", fast=fast)
     renderer = rendered(scene)
     (arguments,) = specialisations(ProgressiveRenderer._take_sample, renderer)
-    assert arguments[1] is scene.in_kernels()
+    assert arguments[1] is renderer.kernel_scene()
     assert arguments[1].effects is scene.effects is scene.geometry.effects
     assert arguments[2] is renderer.active
     assert arguments[3] is renderer.eye_rays

@@ -22,7 +22,7 @@ from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.next_event import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import replaced
+from taichi_tracer.system.seams import replaced, seams
 
 
 @ti.data_oriented
@@ -147,6 +147,7 @@ class Explicit(Paths):
 
 @register
 @ti.data_oriented
+@seams("radiance", "light_sample", "needs_hit", "share_of_hit")
 class WeightedPaths(Paths):
     """Samples of the lights and hits of the rays, weighted by the power heuristic (A3-4, A4-1)."""
 

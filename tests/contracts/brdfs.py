@@ -145,6 +145,7 @@ def check_brdf(brdf):
         check_delta(brdf)
     else:
         check_values_are_finite(brdf)
+        check_reaches_all(brdf)
         check_sample_follows_pdf(brdf)
         check_reciprocity(brdf)
 
@@ -205,6 +206,23 @@ def check_values_are_finite(brdf):
             for name, value in (("eval", f), ("pdf", pdf), ("weight", weight)):
                 wrong = value[~(np.isfinite(value) & (value >= 0))]
                 assert len(wrong) == 0, f"{what}, w_o = {viewed}: {name} is {wrong[0]}"
+
+
+def check_reaches_all(brdf):
+    """Where f_r cos θ is positive, pdf is, too, if the BRDF promises it."""
+    if not brdf.reaches_all:
+        return
+    bench = Bench(brdf)
+    for which, w_o, n, what in bench.cases():
+        near = 2 * (n @ w_o) * n - w_o + 0.1 * directions_everywhere(500, seed=4)  # around the mirrored direction
+        near /= np.linalg.norm(near, axis=1, keepdims=True)
+        w_i = np.concatenate(
+            [bench.sample(which, w_o, n, uniform_pairs(500, seed=9)), near, directions_everywhere(500)]
+        )
+        f, pdf, _ = bench.values(which, w_o, n, w_i)
+        f_cos = f.max(axis=1) * np.maximum(w_i @ n, 0)
+        lost = (f_cos > 1e-12 * f_cos.max()) & (pdf == 0)
+        assert not lost.any(), f"{what}: reflects from w_i = {w_i[lost][0]}, but its pdf is 0 there"
 
 
 def check_reciprocity(brdf):

@@ -117,6 +117,15 @@ class ForgetsPart(Diffuse):
 
 
 @ti.data_oriented
+class LeavesASide(Diffuse):
+    name = "broken: says that it reaches all directions"
+
+    @ti.func
+    def pdf(self, material, w_o, w_i, n):
+        return ti.select(w_i.x < 0, 0.0, 2 * ti.max(0.0, tm.dot(n, w_i)) / tm.pi)
+
+
+@ti.data_oriented
 class ScatteringMirror(Mirror):
     name = "broken: a delta BRDF with a pdf"
 
@@ -145,6 +154,7 @@ class TiltedMirror(Mirror):
         TooBright: "reflects 1.3",
         NanBelow: "eval is nan",
         ForgetsPart: "not those of pdf",
+        LeavesASide: "but its pdf is 0 there",
         ScatteringMirror: "pdf of a delta BRDF is 0",
         TiltedMirror: "does not reflect back",
     }

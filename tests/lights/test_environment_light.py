@@ -287,6 +287,31 @@ def test_tables_are_the_cumulative_power_of_rows_and_texels(rng):
     assert (columns[:, -1] == 1).all()
 
 
+def test_compensated_tables_are_those_of_the_light_above_its_mean(rng):
+    """max(0, luminance − mean) × solid angle, by hand; the mean is that over the sphere."""
+    image = random_image(rng, 4, 8).astype(np.float64)
+    image[1, 2] = 50
+    rows, columns, density = sampling_tables(image, "nearest", np.float64, compensates=True)
+    edges = np.cos(np.pi * np.arange(5) / 4)
+    solid_angle = np.repeat((edges[:-1] - edges[1:])[:, None] * 2 * np.pi / 8, 8, axis=1)
+    brightness = image @ [0.2126, 0.7152, 0.0722]
+    power = np.maximum(brightness - (brightness * solid_angle).sum() / (4 * np.pi), 0) * solid_angle
+    np.testing.assert_allclose(np.diff(rows), power.sum(axis=1) / power.sum(), rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(density, power / power.sum() / solid_angle, rtol=1e-9, atol=1e-15)
+    assert ((density > 0) == (power > 0)).all()
+    assert (power == 0).sum() > 8
+    assert (columns[:, -1] == 1).all()
+
+
+@pytest.mark.parametrize("lookup", ["nearest", "bilinear"])
+@pytest.mark.parametrize("spread", [0, 1e-6])
+def test_an_even_environment_has_nothing_to_compensate(rng, lookup, spread):
+    """What rounding leaves above the mean is not what samples of the light should go to."""
+    image = 0.3 * (1 + spread * random_image(rng, 4, 8).astype(np.float64))
+    usual, compensated = (sampling_tables(image, lookup, np.float32, how)[2] for how in (False, True))
+    np.testing.assert_array_equal(compensated, usual)
+
+
 def test_a_colour_without_luminance_is_sampled():
     """Outside the gamut, where a component is negative, a thousandth of the largest one is its share."""
     texels = np.array([[[1.0, 1.0, 1.0], [1000.0, -1000 * 0.2126 / 0.7152, 0.0]]])
