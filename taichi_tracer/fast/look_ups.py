@@ -5,8 +5,9 @@ the one before it. Sixteen directions need the same time as one.
 """
 
 import taichi as ti
+import taichi.math as tm
 
-from taichi_tracer.fast.lanes import LANES
+from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import replaced
 
@@ -79,8 +80,11 @@ class LookUps:
         rows = (self.count[c] + LANES - 1) // LANES
         for i in range(rows + self.groups[c]):
             row = ti.select(i < rows, i, i - rows + self.first_group)
-            self.u[c, row] = self.environment.longitude(self.z[c, row], self.x[c, row])
-            self.v[c, row] = self.environment.elevation(self.y[c, row])
+            x, y, z = self.x[c, row], self.y[c, row], self.z[c, row]
+            u, v = lanes(0.0), lanes(0.0)
+            for lane in range(LANES):
+                u[lane], v[lane] = self.environment.coords(tm.vec3(x[lane], y[lane], z[lane]))
+            self.u[c, row], self.v[c, row] = u, v
 
     @ti.func
     def coords(self, c, k):

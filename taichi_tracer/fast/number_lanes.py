@@ -1,57 +1,54 @@
 """The random numbers of neighbouring pixels, computed at once, with the same bits.
 
-A pair of random numbers is a long chain of operations on whole numbers, and the same one for every pixel. For eight
-pixels side by side, it takes hardly longer than for one.
+A pair of random numbers is a long chain of operations on whole numbers, and the same one for every pixel. Of a loop
+over pixels that only reads and writes variables of the kernel, LLVM makes vector instructions: eight pixels take hardly
+longer than one.
 """
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.packets import TILE
-from taichi_tracer.picture.adaptive import SHARE_BITS
 from taichi_tracer.sampler import TERM_BIT, RandomNumbers
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import replaced
 
-# Pixels side by side. With sixteen, a pixel takes as long on many CPUs, and the kernel 0.3 s longer to translate.
-EIGHT = 8
-HALVES = TILE * TILE // EIGHT  # of a group of pixels
 FIRST_DIMENSION = 0  # the dimension of the sampler that belongs to the pixel
 
 
 def has_points(sampler) -> bool:
-    """Whether a sampler's pairs can be computed in lanes: it defines ``point``, and none of its methods is replaced.
-
-    With debug=True, Taichi checks sums and products of integers for overflow, and cannot do so for vectors.
-    """
-    return hasattr(sampler, "point") and not replaced(sampler) and not ti.cfg.debug
+    """Whether a sampler's pairs can be computed in lanes: it defines ``point``, and none of its methods is replaced."""
+    return hasattr(sampler, "point") and not replaced(sampler)
 
 
 @ti.func
-def pairs_of(sampler: ti.template(), shares: ti.template(), x, y, seed, index, dimension):
-    """The pair of one dimension for several pixels: (their first numbers, their second numbers), in lanes.
+def pairs_of(sampler: ti.template(), shares: ti.template(), low_x, low_y, seed, index, dimension):
+    """The pair of one dimension for a group of 4 × 4 pixels: (their first numbers, their second numbers), in lanes.
+
+    Beyond the picture, they are those of the nearest pixel.
 
     Args:
-        x, y: the columns and the rows of the pixels, in lanes.
+        low_x, low_y: the lowest column and row of the group.
         index: the index of the present pass; ``shares`` says which sample of a pixel this is.
     """
-    pixel = ti.cast(y * sampler.width + x, ti.u32)
-    zero = ti.u32(0) * pixel  # added to a number that all lanes share, it makes a vector
-    sample = index + zero
-    if ti.static(shares.are_kept):
-        share = ti.Vector([shares.share[x[lane], y[lane]] for lane in range(x.n)])
-        sample = sample * share >> SHARE_BITS
-    return sampler.point(seed + zero, pixel, sample, ti.u32(dimension) + zero)
+    first, second = lanes(0.0), lanes(0.0)
+    for lane in range(LANES):
+        x, y = ti.min(low_x + lane // TILE, sampler.width - 1), ti.min(low_y + lane % TILE, sampler.height - 1)
+        sample, _ = shares.sample_of(x, y, index)
+        pixel = sampler.pixel_number(x, y)
+        first[lane], second[lane] = sampler.point(seed, pixel, sample, ti.u32(dimension))
+    return first, second
 
 
 @ti.data_oriented
 class NumberLanes:
     """The pairs that a sample of direct light takes, for a group of 4 × 4 pixels in each place.
 
-    ``first`` and ``second`` are the numbers of a pair of one half of a group, in eight lanes. The pairs have the
-    dimensions that ``RandomNumbers`` gives them behind that of the pixel: first that of ``next_2d_of_term``, then that
-    of ``next_2d``, if the estimator takes it.
+    ``first`` and ``second`` are the numbers of a pair of all pixels of a group. The pairs have the dimensions that
+    ``RandomNumbers`` gives them behind that of the pixel: first that of ``next_2d_of_term``, then that of ``next_2d``,
+    if the estimator takes it.
 
     Args:
         sampler: a sampler that ``has_points``. shares: the ``Shares`` of the picture.
@@ -63,31 +60,27 @@ class NumberLanes:
         first = FIRST_DIMENSION + 1
         dimensions = (first | 1 << TERM_BIT, first) if sampler.shares_terms else (first, first + 1)
         self._memory = memory.Memory()
-        self.first, self.second = (ti.Vector.field(EIGHT, float) for _ in range(2))
-        self._memory.fields.dense(ti.i, places).dense(ti.j, HALVES * pairs).place(self.first, self.second)
-        self.rows, self.dimension = ti.field(ti.i32), ti.field(ti.u32)
-        self._memory.fields.place(self.rows)
+        self.first, self.second = (ti.Vector.field(LANES, float) for _ in range(2))
+        self._memory.fields.dense(ti.i, places).dense(ti.j, pairs).place(self.first, self.second)
+        self.pairs, self.dimension = ti.field(ti.i32), ti.field(ti.u32)
+        self._memory.fields.place(self.pairs)
         self._memory.fields.dense(ti.i, pairs).place(self.dimension)
         self._memory.allocate()
-        self.rows[None] = HALVES * pairs
+        self.pairs[None] = pairs
         self._memory.write(self.dimension, np.array(dimensions[:pairs], np.uint32))
 
     @ti.func
     def find(self, c, group_x, group_y, seed, index):
         """Compute the pairs of the pixels of a group. Beyond the picture, they are those of the nearest pixel."""
-        for row in range(self.rows[None]):  # a length that LLVM does not know, so that it writes the loop only once
-            half, pair = row & (HALVES - 1), row // HALVES
-            low_x, low_y = group_x * TILE + half * (TILE // HALVES), group_y * TILE
-            x = ti.Vector([ti.min(low_x + lane // TILE, self.sampler.width - 1) for lane in range(EIGHT)])
-            y = ti.Vector([ti.min(low_y + lane % TILE, self.sampler.height - 1) for lane in range(EIGHT)])
-            first, second = pairs_of(self.sampler, self.shares, x, y, seed, index, self.dimension[pair])
-            self.first[c, row], self.second[c, row] = first, second
+        low_x, low_y = group_x * TILE, group_y * TILE
+        for k in range(self.pairs[None]):  # a length that LLVM does not know, so that it writes the loop only once
+            first, second = pairs_of(self.sampler, self.shares, low_x, low_y, seed, index, self.dimension[k])
+            self.first[c, k], self.second[c, k] = first, second
 
     @ti.func
     def pair(self, c, k: ti.template(), lane):
         """Pair k of a pixel; lanes are those of ``PrimaryHits.tile_and_lane``."""
-        row = HALVES * k + lane // EIGHT
-        return tm.vec2(self.first[c, row][lane % EIGHT], self.second[c, row][lane % EIGHT])
+        return tm.vec2(self.first[c, k][lane], self.second[c, k][lane])
 
 
 class KeptNumbers:

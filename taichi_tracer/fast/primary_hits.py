@@ -220,7 +220,7 @@ class PrimaryHits:
         x, y = self.pixels_of(tile_x, tile_y)
         xi_x, xi_y = lanes(0.5), lanes(0.5)
         if ti.static(self.jitter):
-            xi_x, xi_y = pairs_of(self.sampler, self.shares, x, y, seed, index, FIRST_DIMENSION)
+            xi_x, xi_y = pairs_of(self.sampler, self.shares, tile_x * TILE, tile_y * TILE, seed, index, FIRST_DIMENSION)
             self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
         ox, oy, oz, dx, dy, dz = generate_rays(self.lanes, self.camera, x, y, xi_x, xi_y)
         self.packets.put_rays(c, g, ox, oy, oz, dx, dy, dz)

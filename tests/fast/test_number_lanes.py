@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import taichi as ti
-from support import DEBUG, long_except, start
+from support import long_except, start
 
 from taichi_tracer.fast.lanes import LANES
 from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
@@ -16,7 +16,6 @@ from taichi_tracer.sampler import (
 )
 from taichi_tracer.system.seams import in_kernels
 
-pytestmark = pytest.mark.skipif(DEBUG, reason="with debug=True, Taichi has no sums of vectors of integers")
 SAMPLERS = [SobolSampler, NiederreiterSampler, OneNiederreiterSampler, IndependentSampler]
 WIDTH, HEIGHT = 20, 12
 
