@@ -22,7 +22,15 @@ from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.meshes import displaced_sphere
 from benchmarks.mitsuba_scenes import MitsubaPicture, bsdf
 from benchmarks.peers import MitsubaScene
-from benchmarks.samplers import DIRECT, SPHERES_VIEW, spheres_under_sun, sun_and_sky, their_sky, three_spheres
+from benchmarks.samplers import (
+    DIRECT,
+    SPHERES_VIEW,
+    spheres_on_floor,
+    spheres_under_sun,
+    sun_and_sky,
+    their_sky,
+    three_spheres,
+)
 from taichi_tracer.fast.shadow_lanes import shadow_rays
 from taichi_tracer.fast.tiles import SIDE, Tiles
 from taichi_tracer.geometry import Mesh
@@ -50,7 +58,7 @@ SCENES: dict[str, tuple[Callable, Callable]] = {
         lambda how, size: MitsubaPicture("specular_spheres", how, size, size, environment=their_sky()),
     ),
     "three spheres on a floor": (
-        lambda: tt.SceneData(three_spheres(), view=SPHERES_VIEW, environment="studio"),
+        lambda: spheres_on_floor("studio"),
         lambda how, size: MitsubaPicture(three_spheres(), how, size, size, environment=their_sky(), view=SPHERES_VIEW),
     ),
     f"displaced sphere of {BLOB:,} triangles": (

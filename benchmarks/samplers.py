@@ -82,9 +82,14 @@ def three_spheres() -> Mesh:
     )
 
 
+def spheres_on_floor(environment) -> tt.SceneData:
+    """The three spheres on a floor."""
+    return tt.SceneData(three_spheres(), view=SPHERES_VIEW, environment=environment)
+
+
 def spheres_under_sun() -> tt.SceneData:
     """Three spheres on a floor, under sun and sky."""
-    return tt.SceneData(three_spheres(), view=SPHERES_VIEW, environment=sun_and_sky())
+    return spheres_on_floor(sun_and_sky())
 
 
 def under_studio(name):
@@ -169,22 +174,16 @@ class OfAllLight(MultipleImportanceSampling):
     compensates = False  # type: ignore[assignment]
 
 
-def on_floor(environment):
-    """What makes the three spheres on a floor."""
-    return lambda: tt.SceneData(three_spheres(), view=SPHERES_VIEW, environment=environment)
-
-
 def even_sky() -> np.ndarray:
     """The sky of ``sun_and_sky``, without the sun."""
     return np.minimum(sun_and_sky(), np.array([0.5, 0.7, 1.0]))
 
 
-# Environment → what makes the scene.
-COMPENSATED: dict[str, Callable] = {
-    "sky with a sun": spheres_under_sun,
-    "the same sky without it": lambda: on_floor(even_sky())(),
-    "sunny": on_floor("sunny"),
-    "studio": on_floor("studio"),
+COMPENSATED = {
+    "sky with a sun": sun_and_sky(),
+    "the same sky without it": even_sky(),
+    "sunny": "sunny",
+    "studio": "studio",
 }
 COMPENSATION_SPP = 64
 
@@ -195,8 +194,8 @@ def compensation() -> str:
     lines = [f"\n**three spheres on a floor, mis, {SIZE}², {COMPENSATION_SPP} samples**\n"]
     heads = [f"{name}: {how}" for name in samplers for how in ("of all light", "above the mean")]
     lines += [f"| relative RMSE, % | {' | '.join(heads)} |", "|---|" + "--:|" * len(heads)]
-    for title, load in COMPENSATED.items():
-        scene = load()
+    for title, environment in COMPENSATED.items():
+        scene = spheres_on_floor(environment)
         truth = direct(scene, "niederreiter", REFERENCE_SEED).render(REFERENCE_SPP).image().astype(np.float64)
         everywhere, cells = np.ones(truth.shape[:2], bool), []
         for sampler in samplers:

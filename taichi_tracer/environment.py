@@ -109,18 +109,8 @@ class Environment:
     @ti.func
     def coords(self, direction):
         """(u, v) in [0, 1] of a unit direction: u around +y, v from the bottom (C-1)."""
-        return self.longitude(direction.z, direction.x), self.elevation(direction.y)
-
-    @ti.func
-    def longitude(self, z, x):
-        """u of a direction with these components. They may also be vectors, for many directions at once."""
-        u = 0.5 + azimuth(z, x) / (2 * tm.pi) - self.settings[1]
-        return u - ti.floor(u)
-
-    @ti.func
-    def elevation(self, y):
-        """v of a direction with this component, or of many directions, if it is a vector."""
-        return 0.5 + latitude(y) / tm.pi
+        u = 0.5 + azimuth(direction.z, direction.x) / (2 * tm.pi) - self.settings[1]
+        return u - ti.floor(u), 0.5 + latitude(direction.y) / tm.pi
 
     @ti.func
     def texel_of(self, u, v):

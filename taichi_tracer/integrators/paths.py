@@ -22,7 +22,7 @@ from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.next_event import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import replaced, seams
+from taichi_tracer.system.seams import is_as_written, seams
 
 
 @ti.data_oriented
@@ -156,7 +156,7 @@ class WeightedPaths(Paths):
     @property
     def compensates(self) -> bool:  # type: ignore[override]
         """Whether it is as written here, so that both samples are weighted."""
-        return type(self).__module__ == __name__ and not replaced(self)
+        return is_as_written(self, __name__)
 
     @ti.func
     def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):

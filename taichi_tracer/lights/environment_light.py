@@ -27,7 +27,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import replaced
 from taichi_tracer.system.tables import Tables
 
-EVEN = 1e-3  # of its light is above the mean, at most: then an environment is even, and nothing is to be compensated
+EVEN = 1e-3  # an environment is even if less than this share of its light is above the mean
 
 
 @ti.data_oriented
@@ -193,7 +193,7 @@ def sampling_tables(
     uniformly.
 
     Args:
-        compensates: whether only the light above the mean is sampled; not if the image is ``EVEN``.
+        compensates: whether only the light above the mean is sampled. An ``EVEN`` image is sampled as a whole.
     """
     h, w = pixels.shape[:2]
     brightness = luminance(pixels)

@@ -48,6 +48,11 @@ def replaced(part) -> tuple[str, ...]:
     return tuple(name for name in shipped if name in own or inspect.getattr_static(cls, name) is not shipped[name])
 
 
+def is_as_written(part, module: str) -> bool:
+    """Whether the class of an object is one of the module with this name, and none of its methods was replaced."""
+    return type(part).__module__ == module and not replaced(part)
+
+
 def assigned() -> list[str]:
     """The methods of the package's classes that were replaced by an assignment, as "Camera.generate_ray"."""
     return [f"{cls.__name__}.{name}" for cls in _SHIPPED for name in replaced(cls)]
