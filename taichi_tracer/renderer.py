@@ -6,6 +6,7 @@ assignments define which integrators they offer, and have the methods of the han
 
 import copy
 import functools
+import math
 import warnings
 from collections.abc import Callable, Sequence
 from enum import Enum
@@ -18,7 +19,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
-from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, plain_rays
+from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, plain_rays, why_not_kept
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles
 from taichi_tracer.fast.view_tiles import ViewTiles, can_show
@@ -206,12 +207,19 @@ class ProgressiveRenderer:
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
-    def _make_eye_rays(self) -> tuple[Any, Any]:
-        """The object that gives the kernel its rays and hits, and the ``Form`` that describes it."""
+    def _make_eye_rays(self, is_long: bool = False) -> tuple[Any, Any]:
+        """The object that gives the kernel its rays and hits, and the ``Form`` that describes it.
+
+        Args:
+            is_long: whether it is known that the picture takes long.
+        """
         form = kept_hits_form(self.scene_data, self.camera, self.sampler, self.fast)
         if "shade_ray" in self.replaced:
             form = plain_rays(why_replaced(self))
             return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), form
+        if form.is_fast and self.jitter and not is_long:
+            why = why_not_kept(self.scene_data, self.camera, self.sampler, self.film.ranges)
+            form = plain_rays(why) if why else form
         if not form.is_fast:
             return EyeRays(self.scene_data, self.camera, self.jitter), form
         hits = PrimaryHits(
@@ -358,9 +366,10 @@ class ProgressiveRenderer:
         with part(LIGHTS):
             scene = self.kernel_scene()
             scene.lights.prepare(self.active.samples_lights)
+        tiles = self._tiles_for(scene)
         with part(EYE_RAYS, waits=True):
             self.eye_rays.bring_up_to_date(self.seed, index)
-        tiles, view_tiles = self._tiles_for(scene), self._tiles_of_view()
+        view_tiles = self._tiles_of_view()
         with part(SAMPLES, waits=True):
             if tiles is not None:
                 tiles.take(self.film.near_misses, self.seed, index)
@@ -378,6 +387,8 @@ class ProgressiveRenderer:
                 self.progress, self._seconds_before, self._seconds_of_others
             )
             is_possible = is_worth_it and can_take_tiles(self, scene, self.active)
+            if is_possible and isinstance(self.eye_rays, EyeRays):
+                self.eye_rays, self._form = self._make_eye_rays(is_long=True)
             self._tiles = Tiles(self, scene, self.active) if is_possible else None
         return self._tiles
 
@@ -418,7 +429,8 @@ class ProgressiveRenderer:
         elif not is_continued:
             self._seconds_of_others += self.rendered_seconds
         self._seconds_before = self.rendered_seconds if is_continued else 0.0
-        self.eye_rays.passes = spp if spp is not None and time is None and error is None else 1
+        has_other_end = time is not None or error is not None
+        self.eye_rays.passes = spp if spp is not None else math.inf if has_other_end else 1
         render_until(self, Target(1 if spp is None and time is None and error is None else spp, time, error), watch)
         return self
 

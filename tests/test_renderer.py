@@ -11,8 +11,10 @@ from shapes import SQUARE
 from support import start
 
 import taichi_tracer as tt
+from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.files.images import to_bytes, told_display
 from taichi_tracer.picture.aovs import AOVS
+from taichi_tracer.renderer import EyeRays
 from taichi_tracer.system import compiling
 from taichi_tracer.tones.display import Display
 
@@ -57,6 +59,23 @@ def test_the_second_picture_by_packets_equals_the_first(renderer):
     renderer.eye_rays.use_packets = True
     np.testing.assert_array_equal(renderer.render().image(), first)
     assert renderer.eye_rays.packets is not None
+
+
+def test_small_random_pictures_trace_their_rays_in_the_kernel_and_large_ones_keep_the_hits():
+    """With the same bits."""
+    scene = tt.scene_from_mesh(*SQUARE, environment="white")
+
+    def renderer_of(size):
+        return tt.A3Renderer(scene, size, size, seed=3).use("brdf")
+
+    small = renderer_of(24)
+    assert isinstance(small.eye_rays, EyeRays)
+    assert any("too small for packets" in line for line in small.receipt())
+    kept = renderer_of(24)
+    kept.eye_rays, _ = kept._make_eye_rays(is_long=True)
+    assert isinstance(kept.eye_rays, PrimaryHits)
+    np.testing.assert_array_equal(small.render(3).image(), kept.render(3).image())
+    assert isinstance(renderer_of(256).eye_rays, PrimaryHits)
 
 
 def test_every_view_of_the_handout_has_a_setter_that_is_use(renderer):

@@ -94,7 +94,6 @@ KERNELS: dict[tuple, dict[str, int]] = {
         "_address": 3,
     },
     ("--estimator", "brdf"): {
-        "PrimaryHits._trace_rays": 1,
         "ProgressiveRenderer._take_sample": 1,
         "_address": 4,
     },

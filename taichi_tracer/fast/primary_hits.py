@@ -23,12 +23,12 @@ from taichi_tracer.system.seams import replaced, why_replaced
 PLACES = 256  # packets that are traced at the same time: enough for the threads of a CPU, and they fit into its cache
 LARGE_PICTURE = 256 * 256  # pixels; from this size on, the second picture already uses packets
 FEW_RAYS = 1 << 22  # about half a second of single rays; a picture that is known to need fewer uses no packets
-# About five seconds of single rays; after so many rays, a smaller picture uses packets too. Their translation takes up
+# About five seconds of single rays; after so many rays, a smaller view uses packets too. Their translation takes up
 # to three seconds, and of a small picture, they make each pass only a fifth shorter.
 MANY_RAYS = 1 << 25
 # Tests of a ray and a primitive that take less time than it takes to translate the search of a tree.
 FEW_TESTS = 1 << 24
-CROWD = 8  # triangles per pixel; with more of them, neighbouring rays have too little in common for packets
+CROWD = 8  # triangles per pixel; see ``is_crowded``
 
 
 @ti.data_oriented
@@ -63,18 +63,13 @@ class PrimaryHits:
         self.sampler = sampler_of(PARTS.find("sampler", DEFAULT_SAMPLER), camera) if samples is None else samples
         self.shares = Shares(camera.width, camera.height) if shares is None else shares
         self.width, self.height = camera.width, camera.height
-        intersector = scene_data.ray_intersector
         self.lanes = lanes_of(camera)
         self.has_groups = self.lanes is not None  # whether the rays of a tile can be computed together
-        self.can_use_packets = (
-            runtime.ensure().arch == "cpu"
-            and self.lanes is not None
-            and has_points(self.sampler)
-            and getattr(intersector, "solve_packet", None) is not None
-        )
+        self.can_use_packets = have_packets(scene_data, camera, self.sampler)
         self.use_packets = use_packets
         self.is_long = False  # whether it is known that the picture takes long enough for every form
-        self.passes = 1  # how often rays are to be traced until this picture is complete; 1 also if this is unknown
+        # How often rays are to be traced until this picture is complete: 1 if nobody knows, ∞ if time or error ends it.
+        self.passes = 1.0
         self.packets = None
         self.traces, self.forms = 0, frozenset()  # how often rays were traced, and in which forms
         side = SIDE * TILE  # of a packet, in pixels
@@ -132,15 +127,19 @@ class PrimaryHits:
         self._trace_packets(seed, index)
 
     def is_much_work(self) -> bool:
-        """Whether packets are worth the seconds of their compilation, as for large pictures from the second one on."""
-        if self.scene_data.geometry.n_primitives > CROWD * self.width * self.height:
+        """Whether packets are worth the seconds of their compilation.
+
+        They are for large pictures: from the first pass on if many are to come, otherwise from the second one on.
+        """
+        if is_crowded(self.scene_data, self.camera):
             return False
         if self.is_long:
             return True
-        if self.pixels < LARGE_PICTURE:
+        if is_small(self.ranges):
             return self.pixels * self.traces >= MANY_RAYS
         is_short = self.traces < self.passes and self.pixels * self.passes < FEW_RAYS
-        return self.traces > 0 and not is_short
+        comes_again = self.traces > 0 or (self.jitter and self.passes > 1)
+        return comes_again and not is_short
 
     def to_image(self, name: str) -> np.ndarray:
         """(height, width) of "distance", "triangle_id", "u" or "v", top row first."""
@@ -261,6 +260,38 @@ class PrimaryHits:
                 ray, self.distance[tile][lane], triangle_id, self.u[tile][lane], self.v[tile][lane]
             )
         return data
+
+
+def is_small(ranges: tuple[tuple[int, int], tuple[int, int]]) -> bool:
+    """Whether a picture has so few pixels that packets gain little; ``ranges`` as for ``PrimaryHits``."""
+    (x0, x1), (y0, y1) = ranges
+    return (x1 - x0) * (y1 - y0) < LARGE_PICTURE
+
+
+def is_crowded(scene_data, camera: ProjectiveCamera) -> bool:
+    """Whether there are so many triangles for each pixel that neighbouring rays have too little in common."""
+    return scene_data.geometry.n_primitives > CROWD * camera.width * camera.height
+
+
+def have_packets(scene_data, camera: ProjectiveCamera, sampler: Sampler) -> bool:
+    """Whether camera, sampler and intersector have a form for packets."""
+    has_form = lanes_of(camera) is not None and has_points(sampler)
+    has_search = getattr(scene_data.ray_intersector, "solve_packet", None) is not None
+    return runtime.ensure().arch == "cpu" and has_form and has_search
+
+
+def why_not_kept(scene_data, camera: ProjectiveCamera, sampler: Sampler, ranges) -> str:
+    """Why a picture with new rays in each pass does not keep their hits; "" if it does.
+
+    The hits of such rays are used once. To write and to read them pays only if packets find them.
+    """
+    if is_small(ranges):
+        return "new rays in each pass, and the picture is too small for packets"
+    if is_crowded(scene_data, camera):
+        return f"new rays in each pass, and more than {CROWD} triangles for each pixel"
+    if runtime.ensure().arch == "cpu" and not have_packets(scene_data, camera, sampler):
+        return "new rays in each pass, and they have no packets"
+    return ""
 
 
 def plain_rays(why: str) -> Form:

@@ -5,6 +5,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.choices import Choices, after
+from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.maps import MapRenderer
 from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer
 
@@ -37,12 +38,13 @@ def test_views_and_estimators_are_offered_those_of_the_renderer_first(choices):
 def test_estimators_and_paths_share_their_eye_rays_and_the_pictures_are_those_of_others():
     """The kernels of the eye rays are compiled once, although another renderer shows paths."""
     scene = tt.scene_from_mesh(VERTICES, FACES, environment="white")
-    choices = Choices(A3Renderer(scene, width=8, height=6, seed=3).use("brdf").render(2))
+    choices = Choices(A3Renderer(scene, width=256, height=256, seed=3).use("brdf").render(2))
     first = choices.renderer
     choices.use(A4Renderer, "path")
     paths = choices.renderer
+    assert isinstance(paths.eye_rays, PrimaryHits)
     assert paths.eye_rays is first.eye_rays
-    alone = A4Renderer(scene, width=8, height=6, seed=3, camera=first.camera).use("path").render(3)
+    alone = A4Renderer(scene, width=256, height=256, seed=3, camera=first.camera).use("path").render(3)
     np.testing.assert_array_equal(paths.render(3).image(), alone.image())
     choices.use(A1Renderer, "normal")
     assert choices.renderer.eye_rays is not first.eye_rays  # a view looks through the centre of a pixel

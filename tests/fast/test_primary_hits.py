@@ -1,5 +1,7 @@
 """Packets and single rays give the same bits, and both what the intersector says."""
 
+import math
+
 import numpy as np
 import pytest
 import taichi as ti
@@ -12,7 +14,7 @@ from taichi_tracer.fast import primary_hits
 from taichi_tracer.fast.camera_lanes import PerspectiveLanes
 from taichi_tracer.fast.nearest import FastBruteForce
 from taichi_tracer.fast.packet_triangles import PACKET_TESTS
-from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form
+from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, why_not_kept
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
@@ -224,10 +226,29 @@ def test_packets_are_for_much_work_where_neighbours_have_something_in_common():
     assert large.is_much_work()
     large.passes, large.traces = 4, 8  # the fifth picture was asked for, after all
     assert large.is_much_work()
+    large.passes, large.traces = 64, 0
+    assert not large.is_much_work()  # without jitter, the rays of all passes are the same
+    jittered = PrimaryHits(scene, Camera(256, 256), jitter=True)
+    assert not jittered.is_much_work()
+    jittered.passes = 64
+    assert jittered.is_much_work()  # single rays need not be compiled first
+    jittered.passes = math.inf
+    assert jittered.is_much_work()
     crowded = PrimaryHits(scene, Camera(4, 4))
     crowded.traces = 1 << 18
     assert scene.geometry.n_primitives > 8 * 16
     assert not crowded.is_much_work()
+
+
+def test_hits_of_new_rays_in_each_pass_are_kept_only_if_packets_may_find_them(monkeypatch):
+    scene, large = tt.scene_from_mesh(*sphere()), ((0, 256), (0, 256))
+    camera, points = Camera(256, 256), sampler_of(SobolSampler(), Camera(256, 256))
+    assert why_not_kept(scene, camera, points, large) == ""
+    assert "too small" in why_not_kept(scene, camera, points, ((0, 255), (0, 256)))
+    brute = tt.scene_from_mesh(*sphere(), intersector=BruteForceRayIntersector.name)
+    assert "no packets" in why_not_kept(brute, camera, points, large)
+    monkeypatch.setattr(primary_hits, "CROWD", scene.num_triangles / 256**2 / 2)
+    assert "triangles for each pixel" in why_not_kept(scene, camera, points, large)
 
 
 def test_brute_force_and_replaced_cameras_go_ray_by_ray():
