@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import math
 import time
 from typing import TYPE_CHECKING, Any, cast
 
@@ -79,7 +80,7 @@ class MapRenderer(ProgressiveRenderer):
             scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast
         )
 
-    def _make_eye_rays(self, is_long: bool = False) -> tuple[Any, Any]:
+    def _make_eye_rays(self, passes: float = math.inf, in_tiles: bool = False) -> tuple[Any, Any]:
         """Rays that are not traced: the maps trace them, so that their work counts."""
         return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), plain_rays("their work is counted")
 

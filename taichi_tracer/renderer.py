@@ -19,7 +19,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera, through_pixel
-from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, plain_rays, why_not_kept
+from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, pixels_in, plain_rays, why_not_kept
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles
 from taichi_tracer.fast.view_tiles import ViewTiles, can_show
@@ -77,7 +77,7 @@ class EyeRays:
     def __init__(self, scene_data: SceneData, camera: ProjectiveCamera, jitter: bool, traces: bool = True) -> None:
         self.camera, self.intersector = camera, scene_data.ray_intersector
         self.jitter, self.traces = jitter, traces
-        self.forms, self.can_use_packets, self.use_packets = frozenset({"plain"}), False, False
+        self.forms, self.can_use_packets, self.use_packets, self.passes = frozenset({"plain"}), False, False, 1.0
 
     def bring_up_to_date(self, seed: int, index: int) -> None:
         """Do nothing: the plain form keeps no hits that could be out of date."""
@@ -207,18 +207,19 @@ class ProgressiveRenderer:
         self.display = Display()
         self.use(self.offers[0] if integrator is None else integrator)
 
-    def _make_eye_rays(self, is_long: bool = False) -> tuple[Any, Any]:
+    def _make_eye_rays(self, passes: float = math.inf, in_tiles: bool = False) -> tuple[Any, Any]:
         """The object that gives the kernel its rays and hits, and the ``Form`` that describes it.
 
         Args:
-            is_long: whether it is known that the picture takes long.
+            passes: how many passes the picture will have; ∞ if this is unknown.
+            in_tiles: whether samples are taken tile by tile.
         """
         form = kept_hits_form(self.scene_data, self.camera, self.sampler, self.fast)
         if "shade_ray" in self.replaced:
             form = plain_rays(why_replaced(self))
             return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), form
-        if form.is_fast and self.jitter and not is_long:
-            why = why_not_kept(self.scene_data, self.camera, self.sampler, self.film.ranges)
+        if form.is_fast and self.jitter and not in_tiles:
+            why = why_not_kept(self.scene_data, self.camera, self.sampler, self.film.ranges, passes)
             form = plain_rays(why) if why else form
         if not form.is_fast:
             return EyeRays(self.scene_data, self.camera, self.jitter), form
@@ -226,6 +227,21 @@ class ProgressiveRenderer:
             self.scene_data, self.camera, self.jitter, self.sampler, shares=self.shares, ranges=self.film.ranges
         )
         return hits, form
+
+    def _expect(self, target: Target, samples: int) -> None:
+        """Choose the form of the eye rays, now that it is known how long the picture takes, if none is compiled yet.
+
+        Args:
+            target: of a call of ``render``. samples: how many samples the picture has before it.
+        """
+        passes = target.passes(pixels_in(self.film.ranges))
+        kept = self.eye_rays if isinstance(self.eye_rays, PrimaryHits) else None
+        is_free = kept is None or (kept.traces == 0 and kept.use_packets is None)
+        if is_free and passes > 1:  # single samples are those of a window, which goes on for as long as somebody looks
+            eye_rays, form = self._make_eye_rays(samples + passes)
+            if type(eye_rays) is not type(self.eye_rays):
+                self.eye_rays, self._form = eye_rays, form
+        self.eye_rays.passes = math.inf if target.spp is None else target.spp
 
     def share_eye_rays(self, other: "ProgressiveRenderer") -> None:
         """Use the kept hits of a renderer with the same samples, if they are the same: nothing more is compiled."""
@@ -388,7 +404,7 @@ class ProgressiveRenderer:
             )
             is_possible = is_worth_it and can_take_tiles(self, scene, self.active)
             if is_possible and isinstance(self.eye_rays, EyeRays):
-                self.eye_rays, self._form = self._make_eye_rays(is_long=True)
+                self.eye_rays, self._form = self._make_eye_rays(in_tiles=True)
             self._tiles = Tiles(self, scene, self.active) if is_possible else None
         return self._tiles
 
@@ -429,9 +445,9 @@ class ProgressiveRenderer:
         elif not is_continued:
             self._seconds_of_others += self.rendered_seconds
         self._seconds_before = self.rendered_seconds if is_continued else 0.0
-        has_other_end = time is not None or error is not None
-        self.eye_rays.passes = spp if spp is not None else math.inf if has_other_end else 1
-        render_until(self, Target(1 if spp is None and time is None and error is None else spp, time, error), watch)
+        target = Target(1 if spp is None and time is None and error is None else spp, time, error)
+        self._expect(target, self.samples if is_continued else 0)
+        render_until(self, target, watch)
         return self
 
     # ── whether the samples belong to the present state ──

@@ -14,6 +14,7 @@ import taichi_tracer as tt
 from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.files.images import to_bytes, told_display
 from taichi_tracer.picture.aovs import AOVS
+from taichi_tracer.picture.progress import Target
 from taichi_tracer.renderer import EyeRays
 from taichi_tracer.system import compiling
 from taichi_tracer.tones.display import Display
@@ -72,10 +73,33 @@ def test_small_random_pictures_trace_their_rays_in_the_kernel_and_large_ones_kee
     assert isinstance(small.eye_rays, EyeRays)
     assert any("too small for packets" in line for line in small.receipt())
     kept = renderer_of(24)
-    kept.eye_rays, _ = kept._make_eye_rays(is_long=True)
+    kept.eye_rays, _ = kept._make_eye_rays(in_tiles=True)
     assert isinstance(kept.eye_rays, PrimaryHits)
     np.testing.assert_array_equal(small.render(3).image(), kept.render(3).image())
     assert isinstance(renderer_of(256).eye_rays, PrimaryHits)
+
+
+def test_the_form_of_new_rays_is_chosen_when_the_length_of_the_picture_is_known():
+    scene = tt.scene_from_mesh(*SQUARE, environment="white")
+
+    def form_for(first, then=None):
+        """The class of the eye rays after one or two calls of render."""
+        renderer = tt.A3Renderer(scene, 256, 256).use("brdf")
+        for options in (first, then):
+            if options is not None:
+                renderer._expect(Target(**options), renderer.samples)
+        return type(renderer.eye_rays)
+
+    assert form_for({"spp": 1}) is PrimaryHits  # as in a window: nobody knows how many more there will be
+    assert form_for({"spp": 64}) is EyeRays
+    assert form_for({"spp": 1024}) is PrimaryHits
+    assert form_for({"time": 1.0}) is EyeRays
+    assert form_for({"time": 60.0}) is PrimaryHits
+    assert form_for({"error": 0.02}) is EyeRays
+    assert form_for({"spp": 64}, {"spp": 1024}) is PrimaryHits
+    renderer = tt.A3Renderer(scene, 256, 256).use("brdf").render()
+    renderer.render(4)
+    assert isinstance(renderer.eye_rays, PrimaryHits)  # it is compiled already
 
 
 def test_every_view_of_the_handout_has_a_setter_that_is_use(renderer):

@@ -1,5 +1,7 @@
 """The hits of the eye rays: a kernel finds them once, and every view and every estimator uses them."""
 
+import math
+
 import numpy as np
 import taichi as ti
 import taichi.math as tm
@@ -22,9 +24,8 @@ from taichi_tracer.system.seams import replaced, why_replaced
 
 PLACES = 256  # packets that are traced at the same time: enough for the threads of a CPU, and they fit into its cache
 LARGE_PICTURE = 256 * 256  # pixels; from this size on, the second picture already uses packets
-FEW_RAYS = 1 << 22  # about half a second of single rays; a picture that is known to need fewer uses no packets
-# About five seconds of single rays; after so many rays, a smaller view uses packets too. Their translation takes up
-# to three seconds, and of a small picture, they make each pass only a fifth shorter.
+# About five seconds of single rays. A picture that is known to need fewer uses no packets, and a smaller view uses
+# packets only after so many. Their translation takes up to three seconds, and they make a pass a fourth shorter.
 MANY_RAYS = 1 << 25
 # Tests of a ray and a primitive that take less time than it takes to translate the search of a tree.
 FEW_TESTS = 1 << 24
@@ -75,22 +76,12 @@ class PrimaryHits:
         side = SIDE * TILE  # of a packet, in pixels
         self.tiles_x, self.tiles_y = -(-self.width // side) * SIDE, -(-self.height // side) * SIDE
         self.ranges = ((0, self.width), (0, self.height)) if ranges is None else ranges
+        self.pixels = pixels_in(self.ranges)
         (x0, x1), (y0, y1) = self.ranges
-        self.pixels = (x1 - x0) * (y1 - y0)
         self.without_tree = self._search_without_tree()
         self.first = x0 // side, y0 // side  # of the packets that are traced
         self.across, self.upwards = -(-x1 // side) - x0 // side, -(-y1 // side) - y0 // side
-        shape = self.tiles_x * self.tiles_y
-        self._memory = memory.Memory()
-        self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
-        self.triangle_id = ti.Vector.field(LANES, ti.i32)
-        for field in (self.distance, self.triangle_id, self.u, self.v):
-            self._memory.fields.dense(ti.i, shape).place(field)
-        if jitter:  # the points are kept, because computing them again costs more than reading them
-            self.xi_x, self.xi_y = (ti.Vector.field(LANES, float) for _ in range(2))
-            for field in (self.xi_x, self.xi_y):
-                self._memory.fields.dense(ti.i, shape).place(field)
-        self._memory.allocate()
+        self._memory: memory.Memory | None = None
         self._traced = None  # the camera, and with jitter the sample, to which the hits belong
 
     def _search_without_tree(self) -> FastBruteForce | None:
@@ -106,6 +97,19 @@ class PrimaryHits:
         is_little = self.without_tree is not None and tests <= FEW_TESTS
         return self.without_tree if is_little else self.scene_data.ray_intersector
 
+    def _allocate(self) -> None:
+        """Make the fields, when they are needed for the first time: another form of the rays may be chosen before."""
+        self._memory = memory.Memory()
+        self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
+        self.triangle_id = ti.Vector.field(LANES, ti.i32)
+        fields = [self.distance, self.triangle_id, self.u, self.v]
+        if self.jitter:  # the points are kept, because computing them again costs more than reading them
+            self.xi_x, self.xi_y = (ti.Vector.field(LANES, float) for _ in range(2))
+            fields += [self.xi_x, self.xi_y]
+        for field in fields:
+            self._memory.fields.dense(ti.i, self.tiles_x * self.tiles_y).place(field)
+        self._memory.allocate()
+
     def bring_up_to_date(self, seed: int, index: int) -> None:
         """Trace, unless the hits belong to this sample. Without jitter, hits are valid until the camera moves."""
         wanted = (self.camera.version, *((seed, index, self.shares.version) if self.jitter else ()))
@@ -115,6 +119,8 @@ class PrimaryHits:
 
     def trace(self, seed: int = 0, index: int = 0) -> None:
         """Send one eye ray through every pixel; with jitter, the ray of one sample."""
+        if self._memory is None:
+            self._allocate()
         use_packets = self.can_use_packets and self.is_much_work() if self.use_packets is None else self.use_packets
         self.traces += 1
         self.forms |= {use_packets}
@@ -137,7 +143,7 @@ class PrimaryHits:
             return True
         if is_small(self.ranges):
             return self.pixels * self.traces >= MANY_RAYS
-        is_short = self.traces < self.passes and self.pixels * self.passes < FEW_RAYS
+        is_short = self.traces < self.passes and self.pixels * self.passes < MANY_RAYS
         comes_again = self.traces > 0 or (self.jitter and self.passes > 1)
         return comes_again and not is_short
 
@@ -262,10 +268,15 @@ class PrimaryHits:
         return data
 
 
+def pixels_in(ranges: tuple[tuple[int, int], tuple[int, int]]) -> int:
+    """The number of pixels that are traced; ``ranges`` as for ``PrimaryHits``."""
+    (x0, x1), (y0, y1) = ranges
+    return (x1 - x0) * (y1 - y0)
+
+
 def is_small(ranges: tuple[tuple[int, int], tuple[int, int]]) -> bool:
     """Whether a picture has so few pixels that packets gain little; ``ranges`` as for ``PrimaryHits``."""
-    (x0, x1), (y0, y1) = ranges
-    return (x1 - x0) * (y1 - y0) < LARGE_PICTURE
+    return pixels_in(ranges) < LARGE_PICTURE
 
 
 def is_crowded(scene_data, camera: ProjectiveCamera) -> bool:
@@ -280,13 +291,18 @@ def have_packets(scene_data, camera: ProjectiveCamera, sampler: Sampler) -> bool
     return runtime.ensure().arch == "cpu" and has_form and has_search
 
 
-def why_not_kept(scene_data, camera: ProjectiveCamera, sampler: Sampler, ranges) -> str:
+def why_not_kept(scene_data, camera: ProjectiveCamera, sampler: Sampler, ranges, passes: float = math.inf) -> str:
     """Why a picture with new rays in each pass does not keep their hits; "" if it does.
 
     The hits of such rays are used once. To write and to read them pays only if packets find them.
+
+    Args:
+        ranges: as for ``PrimaryHits``. passes: how often its rays are traced; ∞ if this is unknown.
     """
     if is_small(ranges):
         return "new rays in each pass, and the picture is too small for packets"
+    if pixels_in(ranges) * passes < MANY_RAYS:
+        return "new rays in each pass, and too few for packets"
     if is_crowded(scene_data, camera):
         return f"new rays in each pass, and more than {CROWD} triangles for each pixel"
     if runtime.ensure().arch == "cpu" and not have_packets(scene_data, camera, sampler):

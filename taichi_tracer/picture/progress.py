@@ -11,6 +11,7 @@ from taichi_tracer.picture.adaptive import adapt
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.system.errors import InputError
 
+SAMPLES_PER_SECOND = 7e6  # of simple scenes: enough to tell short pictures from long ones
 FIRST_ERROR = 8  # samples per pixel before an estimated error may end the rendering; fewer could miss some light
 COST_OF_LOOKING = 0.02  # the fraction of the time that estimates of the error may take, if no target depends on them
 # If the error is a target: the smallest and the largest number of new samples before the next estimate, as a fraction
@@ -48,6 +49,13 @@ class Target:
             value = getattr(self, name)
             if value is not None and not 0 < value < math.inf:
                 raise InputError(f"render: {name} must be more than 0, not {value!r}")
+
+    def passes(self, pixels: int) -> float:
+        """Roughly how many passes over all pixels come before the end, as far as this is known beforehand."""
+        by_time = math.inf if self.time is None else max(1.0, self.time * SAMPLES_PER_SECOND / pixels)
+        by_count = math.inf if self.spp is None else self.spp
+        known = min(by_time, by_count)
+        return known if known < math.inf else FIRST_ERROR
 
 
 @dataclass(repr=False)

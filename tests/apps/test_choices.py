@@ -38,7 +38,7 @@ def test_views_and_estimators_are_offered_those_of_the_renderer_first(choices):
 def test_estimators_and_paths_share_their_eye_rays_and_the_pictures_are_those_of_others():
     """The kernels of the eye rays are compiled once, although another renderer shows paths."""
     scene = tt.scene_from_mesh(VERTICES, FACES, environment="white")
-    choices = Choices(A3Renderer(scene, width=256, height=256, seed=3).use("brdf").render(2))
+    choices = Choices(A3Renderer(scene, width=256, height=256, seed=3).use("brdf").render().render())
     first = choices.renderer
     choices.use(A4Renderer, "path")
     paths = choices.renderer

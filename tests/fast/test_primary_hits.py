@@ -222,15 +222,15 @@ def test_packets_are_for_much_work_where_neighbours_have_something_in_common():
     assert small.is_much_work()
     large.passes = 4
     assert not large.is_much_work()  # four pictures take less time than the compiler
-    large.passes = 64
+    large.passes = 1024
     assert large.is_much_work()
     large.passes, large.traces = 4, 8  # the fifth picture was asked for, after all
     assert large.is_much_work()
-    large.passes, large.traces = 64, 0
+    large.passes, large.traces = 1024, 0
     assert not large.is_much_work()  # without jitter, the rays of all passes are the same
     jittered = PrimaryHits(scene, Camera(256, 256), jitter=True)
     assert not jittered.is_much_work()
-    jittered.passes = 64
+    jittered.passes = 1024
     assert jittered.is_much_work()  # single rays need not be compiled first
     jittered.passes = math.inf
     assert jittered.is_much_work()
@@ -247,6 +247,8 @@ def test_hits_of_new_rays_in_each_pass_are_kept_only_if_packets_may_find_them(mo
     assert "too small" in why_not_kept(scene, camera, points, ((0, 255), (0, 256)))
     brute = tt.scene_from_mesh(*sphere(), intersector=BruteForceRayIntersector.name)
     assert "no packets" in why_not_kept(brute, camera, points, large)
+    assert "too few" in why_not_kept(scene, camera, points, large, passes=64)
+    assert why_not_kept(scene, camera, points, large, passes=1024) == ""
     monkeypatch.setattr(primary_hits, "CROWD", scene.num_triangles / 256**2 / 2)
     assert "triangles for each pixel" in why_not_kept(scene, camera, points, large)
 

@@ -59,7 +59,7 @@ def test_tiles_have_the_same_bits(scene, view, options):
 
 def test_random_samples_are_taken_pixel_by_pixel(scene):
     renderer = tt.A1Renderer(scene, WIDTH, HEIGHT, jitter=True)
-    renderer.eye_rays, _ = renderer._make_eye_rays(is_long=True)
+    renderer.eye_rays, _ = renderer._make_eye_rays(in_tiles=True)
     renderer.eye_rays.use_packets = True
     renderer.render()
     assert renderer.eye_rays.packets is not None
