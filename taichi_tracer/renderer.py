@@ -58,6 +58,7 @@ if TYPE_CHECKING:
 
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 29, 52
+AGAIN = 4  # how often more passes are expected, if nothing is known of them: as many as there were, so many times
 COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
 
 SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]
@@ -197,6 +198,7 @@ class ProgressiveRenderer:
         self._counters = Recent(KEPT_FORMS)
         self.progress = Progress(Target())
         self._seconds_before, self.error_curves = 0.0, ErrorCurves()
+        self._passes = 0  # over all pixels, for all pictures so far
         self._timed: Any = None  # the estimator of ``_seconds_of_others``
         self._seconds_of_others = 0.0  # of rendering: of earlier pictures with the same estimator
         self._explainer: Any = None
@@ -228,17 +230,16 @@ class ProgressiveRenderer:
         )
         return hits, form
 
-    def _expect(self, target: Target, samples: int) -> None:
+    def _expect(self, target: Target) -> None:
         """Choose the form of the eye rays, now that it is known how long the picture takes, if none is compiled yet.
 
-        Args:
-            target: of a call of ``render``. samples: how many samples the picture has before it.
+        Who has rendered something will render more: earlier passes are expected ``AGAIN`` times.
         """
         passes = target.passes(pixels_in(self.film.ranges))
         kept = self.eye_rays if isinstance(self.eye_rays, PrimaryHits) else None
         is_free = kept is None or (kept.traces == 0 and kept.use_packets is None)
         if is_free and passes > 1:  # single samples are those of a window, which goes on for as long as somebody looks
-            eye_rays, form = self._make_eye_rays(samples + passes)
+            eye_rays, form = self._make_eye_rays(passes + AGAIN * self._passes)
             if type(eye_rays) is not type(self.eye_rays):
                 self.eye_rays, self._form = eye_rays, form
         self.eye_rays.passes = math.inf if target.spp is None else target.spp
@@ -379,6 +380,7 @@ class ProgressiveRenderer:
 
     def add_sample(self, index: int) -> None:
         """Take one sample for every pixel."""
+        self._passes += 1
         with part(LIGHTS):
             scene = self.kernel_scene()
             scene.lights.prepare(self.active.samples_lights)
@@ -446,7 +448,7 @@ class ProgressiveRenderer:
             self._seconds_of_others += self.rendered_seconds
         self._seconds_before = self.rendered_seconds if is_continued else 0.0
         target = Target(1 if spp is None and time is None and error is None else spp, time, error)
-        self._expect(target, self.samples if is_continued else 0)
+        self._expect(target)
         render_until(self, target, watch)
         return self
 

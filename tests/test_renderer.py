@@ -87,7 +87,8 @@ def test_the_form_of_new_rays_is_chosen_when_the_length_of_the_picture_is_known(
         renderer = tt.A3Renderer(scene, 256, 256).use("brdf")
         for options in (first, then):
             if options is not None:
-                renderer._expect(Target(**options), renderer.samples)
+                renderer._expect(Target(**options))
+                renderer._passes += options.get("spp", 0)
         return type(renderer.eye_rays)
 
     assert form_for({"spp": 1}) is PrimaryHits  # as in a window: nobody knows how many more there will be
@@ -97,6 +98,8 @@ def test_the_form_of_new_rays_is_chosen_when_the_length_of_the_picture_is_known(
     assert form_for({"time": 60.0}) is PrimaryHits
     assert form_for({"error": 0.02}) is EyeRays
     assert form_for({"spp": 64}, {"spp": 1024}) is PrimaryHits
+    assert form_for({"spp": 64}, {"spp": 64}) is EyeRays
+    assert form_for({"spp": 120}, {"spp": 64}) is PrimaryHits  # more pictures seem to follow
     renderer = tt.A3Renderer(scene, 256, 256).use("brdf").render()
     renderer.render(4)
     assert isinstance(renderer.eye_rays, PrimaryHits)  # it is compiled already
