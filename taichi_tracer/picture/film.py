@@ -123,7 +123,7 @@ class Film:
         self.check_alive()
         if self.averages:
             self.clear()
-        elif self.samples > 0:
+        elif self.samples > 0 or direct.is_possible():  # also if it is 0: so its place is found together with others
             self._memory.write(self.non_finite_count, 0)
         self.samples = 0
         self._near_misses_before = None

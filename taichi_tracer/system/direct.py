@@ -1,10 +1,11 @@
 """The memory of Taichi's fields as numpy arrays: on a CPU, numpy reads and writes them without a kernel.
 
 A kernel that only copies takes 0.1 s to translate and to load, in every new process, and copies for a millisecond. The
-one kernel here tells where a group of fields is in memory, and is the smallest that there can be.
+one kernel here tells where groups of fields are in memory, and is the smallest that there can be.
 """
 
 import ctypes
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,17 +20,21 @@ def is_possible() -> bool:
     return ensure().arch == "cpu"
 
 
-def root_address(field: Any) -> int:
-    """The address at which the memory of a field's group begins: of all fields that were allocated with it."""
-    offset, _, _ = layout(components(field)[0])
-    return int(_address(field, len(field.shape))) - offset
+def root_addresses(fields: Sequence[Any]) -> list[int]:
+    """For each field, the address at which the memory of its group begins: of all fields that were allocated with it.
+
+    They are found by one kernel, however many there are.
+    """
+    found = np.zeros(len(fields), np.uint64)
+    Addresses(fields).find(found)
+    return [int(address) - layout(components(f)[0])[0] for address, f in zip(found, fields, strict=True)]
 
 
 def array_at(root: int, field: Any) -> np.ndarray:
     """The memory of a field: the array has the shape of the field, and for vectors and matrices theirs behind it.
 
     Args:
-        root: the ``root_address`` of the field.
+        root: one of the ``root_addresses``.
     """
     parts = [layout(place) for place in components(field)]
     offset, shape, strides = parts[0]
@@ -49,7 +54,7 @@ def clear(root: int, field: Any) -> None:
     """Set the memory of a field to 0, and of all fields that share its cells; at the speed of the memory.
 
     Args:
-        root: the ``root_address`` of the field.
+        root: one of the ``root_addresses``.
     """
     offset, node = 0, components(field)[0].parent
     size = node.cell_size_bytes
@@ -91,6 +96,15 @@ def extents(node: Any) -> dict[int, int]:
     return {node.get_physical_index_position()[k]: node.get_shape_along_axis(k) for k in range(count)}
 
 
-@ti.kernel
-def _address(field: ti.template(), indices: ti.template()) -> ti.u64:
-    return ti.get_addr(field, [0] * indices)
+@ti.data_oriented
+class Addresses:
+    """Tells where fields are in memory: the address of the first cell of each."""
+
+    def __init__(self, fields: Sequence[Any]) -> None:
+        self.fields, self.indices = tuple(fields), [len(field.shape) for field in fields]
+
+    @ti.kernel
+    def find(self, found: ti.types.ndarray(dtype=ti.u64, ndim=1)):
+        """Write the addresses into an array of as many numbers."""
+        for k, field in ti.static(enumerate(self.fields)):
+            found[k] = ti.get_addr(field, [0] * ti.static(self.indices[k]))

@@ -1,13 +1,22 @@
-"""Taichi fields that are freed together with their owner, and errors instead of crashes when they are gone."""
+"""Taichi fields that are freed together with their owner, and errors instead of crashes when they are gone.
 
+On a CPU, numpy writes the fields (``direct``). For this, a kernel must tell where they are, and each such kernel takes
+0.03 s to translate. Therefore small arrays wait until a kernel or Python could read a field: then one kernel tells the
+places of all fields for which something waits.
+"""
+
+import functools
 import weakref
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import taichi as ti
 from numpy.typing import ArrayLike
+from taichi._lib import core
 from taichi.lang import impl
+from taichi.lang.field import Field
 from taichi.lang.util import to_numpy_type
 
 from taichi_tracer.system import direct
@@ -18,6 +27,8 @@ KEPT_FREE = 0.1  # the fraction of the free memory that is left for other uses
 # Owners that no longer exist, and bytes of theirs, that may wait to be freed. When Taichi frees memory, it forgets all
 # kernels, so that Python must read again every kernel that is still in use.
 MOST_WAITING, MOST_BYTES_WAITING = 32, 1 << 27
+LARGE = 1 << 22  # bytes: an array that is not copied, to be written later
+MOST_WRITES = 100  # that wait at the same time
 
 
 def ask_for(needed: int, what: str) -> None:
@@ -114,19 +125,41 @@ class Memory:
     def _root_of(self, field: Any) -> int:
         self.check("field")
         if self._root is None:
-            self._root = direct.root_address(field)
+            _write_what_waits((self, field))
+        assert self._root is not None
         return self._root
 
     def write(self, field: Any, numbers: ArrayLike) -> None:
         """Set all numbers of one of these fields; ``numbers`` has the shape of ``field.to_numpy()``."""
         if direct.is_possible():
-            self.array(field)[...] = numbers
+            self.put(field, ..., np.asarray(numbers))
         else:
             field.from_numpy(np.ascontiguousarray(numbers, to_numpy_type(field.dtype)))
 
+    def put(self, field: Any, rows: Any, numbers: np.ndarray) -> None:
+        """Set some rows of one of these fields, now or before anything can read them; where ``direct.is_possible``.
+
+        Args:
+            rows: an index of ``array``. numbers: for ``array[rows]``.
+        """
+        if self._root is not None or numbers.nbytes > LARGE:
+            self.array(field)[rows] = numbers
+        else:
+            self._let_wait(Waiting(self, field, rows, numbers.copy()))
+
     def clear(self, field: Any) -> None:
         """Set a field to 0, and all fields that were placed together with it; only where ``direct.is_possible``."""
-        direct.clear(self._root_of(field), field)
+        if self._root is not None:
+            direct.clear(self._root_of(field), field)
+        else:
+            self._let_wait(Waiting(self, field))
+
+    def _let_wait(self, waiting: "Waiting") -> None:
+        self.check("field")
+        _let_readers_tell()
+        _waiting.append(waiting)
+        if len(_waiting) > MOST_WRITES:
+            _write_what_waits()
 
     def read(self, field: Any) -> np.ndarray:
         """``field.to_numpy()`` of one of these fields."""
@@ -157,6 +190,81 @@ class Memory:
         # The fields are not freed here, because Python may call this method while Taichi compiles a kernel.
         if getattr(self, "_tree", None) is not None and _orphans is not None:  # it is None when Python exits
             _orphans.append((self._lifetime, self._tree, self._bytes))
+
+
+@dataclass
+class Waiting:
+    """Something that is to be written before anybody reads it.
+
+    Attributes:
+        owner: the owner of the memory, which is not freed before.
+        field: one of its fields. rows: an index of the array that is its memory. numbers: for these rows; None sets the
+            field, and all that were placed together with it, to 0.
+    """
+
+    owner: Memory
+    field: Any
+    rows: Any = None
+    numbers: np.ndarray | None = None
+
+    def write(self) -> None:
+        """Write it, unless the memory was freed."""
+        if self.owner.is_over():
+            return
+        if self.numbers is None:
+            self.owner.clear(self.field)
+        else:
+            self.owner.put(self.field, self.rows, self.numbers)
+
+
+_waiting: list[Waiting] = []
+_is_asking = False  # whether the kernel runs that tells places
+
+
+def _write_what_waits(*also: tuple[Memory, Any]) -> None:
+    """Find the places of all fields for which something waits, and of some more, and write.
+
+    Args:
+        also: owners of memory whose place is to be found, each with one of its fields.
+    """
+    global _is_asking
+    now, owners = list(_waiting), {id(one): (one, field) for one, field in also}
+    for waiting in now:
+        if not waiting.owner.is_over():
+            owners[id(waiting.owner)] = waiting.owner, waiting.field
+    unknown = [(one, field) for one, field in owners.values() if one._root is None]
+    if unknown:
+        _is_asking = True
+        try:
+            roots = direct.root_addresses([field for _, field in unknown])
+        finally:
+            _is_asking = False
+        for (one, _), root in zip(unknown, roots, strict=True):
+            one._root = root
+    for waiting in now:
+        waiting.write()
+    del _waiting[: len(now)]  # not earlier: if the kernel is interrupted, they wait on
+
+
+@functools.lru_cache(maxsize=1)
+def _let_readers_tell() -> None:
+    """Let what waits be written before a kernel runs, and before Python looks at a cell of a field, from now on."""
+    run, look = core.Program.compile_kernel, Field._initialize_host_accessors
+
+    @functools.wraps(run)
+    def compile_kernel(*words: Any) -> Any:
+        if _waiting and not _is_asking:
+            _write_what_waits()
+        return run(*words)
+
+    @functools.wraps(look)
+    def initialize_host_accessors(self: Any) -> None:
+        if _waiting:
+            _write_what_waits()
+        look(self)
+
+    core.Program.compile_kernel = compile_kernel
+    Field._initialize_host_accessors = initialize_host_accessors
 
 
 _orphans: list[tuple[Lifetime, Any, int]] = []

@@ -82,7 +82,7 @@ class Tables:
         if direct.is_possible():
             for table in self.tables:
                 rows = slice(len(table.array)) if table.field.shape else ...
-                memory.array(table.field)[rows] = table.array
+                memory.put(table.field, rows, table.array)
         else:
             self.load_by_kernel()
 

@@ -14,7 +14,8 @@ from taichi_tracer.system import cache
 PROGRAM = """
 import taichi_tracer as tt
 tt.init("cpu")
-print(tt.scene_from_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).num_triangles)
+scene = tt.scene_from_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], intersector="brute_force")
+print(int(scene.occluded([0.2, 0.2, 1], [0, 0, -1])[0]))
 """
 
 

@@ -69,5 +69,5 @@ def test_fields_in_blocks_are_refused(f32):
 def test_one_kernel_finds_all_fields_of_a_memory(store, monkeypatch):
     owner, made = store
     owner.array(made["table"])
-    monkeypatch.setattr(direct, "root_address", lambda field: pytest.fail("the address is known"))
+    monkeypatch.setattr(direct, "root_addresses", lambda fields: pytest.fail("the address is known"))
     owner.array(made["halves"])

@@ -3,12 +3,13 @@
 import gc
 import time
 
+import numpy as np
 import pytest
 import taichi as ti
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.system import compiling, memory
+from taichi_tracer.system import compiling, direct, memory
 
 
 @pytest.fixture(autouse=True)
@@ -171,3 +172,85 @@ def test_more_memory_than_is_free_is_refused_before_it_is_taken(monkeypatch, nee
 def test_what_is_free_is_more_than_nothing_where_it_is_known():
     free = memory.free_bytes()
     assert free is None or 2**20 < free < 2**50
+
+
+@ti.kernel
+def _double(field: ti.template()):
+    for i in field:
+        field[i] *= 2
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """How many places each kernel was asked for that tells places."""
+    counts, ask = [], direct.root_addresses
+    monkeypatch.setattr(direct, "root_addresses", lambda fields: counts.append(len(fields)) or ask(fields))
+    return counts
+
+
+def test_what_is_written_waits_for_a_reader_and_one_kernel_tells_all_places(asked):
+    (first, a), (second, b), (third, c) = numbers(), numbers(), numbers()
+    first.write(a, np.arange(len(a.to_numpy())))
+    for owner, field in ((second, b), (third, c)):
+        owner.write(field, np.full(field.shape, 3))
+    third.clear(c)
+    assert asked == []
+    _double(b)
+    assert asked == [3]
+    np.testing.assert_array_equal(a.to_numpy(), np.arange(a.shape[0]))
+    np.testing.assert_array_equal(b.to_numpy(), 6)
+    np.testing.assert_array_equal(c.to_numpy(), 0)  # cleared after it was written
+    second.write(b, np.full(b.shape, 5))  # its place is known
+    np.testing.assert_array_equal(second.read(b), 5)
+    assert asked == [3]
+
+
+def test_python_that_looks_at_a_cell_sees_what_was_written():
+    owner, field = numbers()
+    owner.write(field, np.full(field.shape, 4))
+    assert field[1] == 4
+    other, second = numbers()
+    other.write(second, np.full(second.shape, 4))
+    second[1] = 9
+    assert (second[0], second[1]) == (4, 9)
+
+
+def test_nothing_is_written_for_owners_whose_memory_was_freed(asked):
+    (kept, field), (owner, other) = numbers(), numbers()
+    owner.write(other, np.ones(other.shape))
+    owner.free()
+    kept.write(field, np.full(field.shape, 2))
+    np.testing.assert_array_equal(kept.read(field), 2)
+    assert asked == [1]
+
+
+def test_what_waits_is_written_although_nobody_refers_to_the_owner():
+    """A part of it may still be in use."""
+    owner, field = numbers()
+    owner.write(field, np.full(field.shape, 7))
+    del owner
+    gc.collect()
+    _double(field)
+    np.testing.assert_array_equal(field.to_numpy(), 14)
+
+
+def test_large_arrays_and_many_do_not_wait(asked, monkeypatch):
+    owner, field = numbers(memory.LARGE)
+    owner.write(field, np.full(field.shape, 1, np.int32))
+    assert asked == [1]
+    monkeypatch.setattr(memory, "MOST_WRITES", 2)
+    owners = [numbers() for _ in range(3)]
+    for one, other in owners:
+        one.write(other, np.full(other.shape, 2))
+    assert asked == [1, 3]
+
+
+def test_what_waits_is_kept_if_the_kernel_is_interrupted(monkeypatch):
+    owner, field = numbers()
+    owner.write(field, np.full(field.shape, 6))
+    with monkeypatch.context() as patch:
+        patch.setattr(direct, "root_addresses", lambda fields: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            _double(field)
+    _double(field)
+    np.testing.assert_array_equal(field.to_numpy(), 12)
