@@ -215,20 +215,8 @@ def sampling_tables(
 
 
 def heights_of_edges(rows: int) -> np.ndarray:
-    """(rows + 1,) the y coordinate of the directions on the edges of the rows, from the zenith down.
-
-    A kernel computes them, because the cosine of numpy has other bits in f32.
-    """
-    heights = np.empty(rows + 1, runtime.dtype())
-    _write_heights(rows, heights)
-    return heights
-
-
-@ti.kernel
-def _write_heights(rows: ti.i32, heights: ti.types.ndarray(ndim=1)):
-    ti.loop_config(serialize=True)
-    for row in range(rows + 1):
-        heights[row] = ti.cos(tm.pi * row / rows)
+    """(rows + 1,) the y coordinate of the directions on the edges of the rows, from the zenith down."""
+    return np.cos(np.pi * np.arange(rows + 1) / rows).astype(runtime.dtype())
 
 
 def _cumulative(weights: np.ndarray) -> np.ndarray:
