@@ -162,7 +162,8 @@ class Environment:
 def checked(image, name: str) -> np.ndarray:
     """``image`` as a contiguous (h, w, 3) array in the running precision; an InputError if it is not radiance."""
     try:
-        pixels = np.asarray(image, dtype=np.float64)
+        is_ready = isinstance(image, np.ndarray) and image.dtype == runtime.dtype()
+        pixels = image if is_ready else np.asarray(image, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(f"{name}: an environment is an array of numbers, not {type(image).__name__}") from None
     if pixels.ndim == 2:

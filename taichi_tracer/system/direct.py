@@ -14,6 +14,8 @@ from taichi.lang.util import to_numpy_type
 
 from taichi_tracer.system.runtime import ensure
 
+AT_ONCE = 16  # fields whose places one kernel tells; Taichi warns of loops with more than 32 static iterations
+
 
 def is_possible() -> bool:
     """Whether kernels and Python have the same memory."""
@@ -23,10 +25,12 @@ def is_possible() -> bool:
 def root_addresses(fields: Sequence[Any]) -> list[int]:
     """For each field, the address at which the memory of its group begins: of all fields that were allocated with it.
 
-    They are found by one kernel, however many there are.
+    One kernel finds up to ``AT_ONCE`` of them.
     """
     found = np.zeros(len(fields), np.uint64)
-    Addresses(fields).find(found)
+    for first in range(0, len(fields), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        Addresses(fields[some]).find(found[some])
     return [int(address) - layout(components(f)[0])[0] for address, f in zip(found, fields, strict=True)]
 
 

@@ -71,3 +71,15 @@ def test_one_kernel_finds_all_fields_of_a_memory(store, monkeypatch):
     owner.array(made["table"])
     monkeypatch.setattr(direct, "root_addresses", lambda fields: pytest.fail("the address is known"))
     owner.array(made["halves"])
+
+
+def test_many_places_are_told_by_several_kernels(f32, recwarn):
+    owners = [memory.Memory() for _ in range(2 * direct.AT_ONCE + 1)]
+    fields = [ti.field(ti.i32) for _ in owners]
+    for owner, field in zip(owners, fields, strict=True):
+        owner.fields.dense(ti.i, 3).place(field)
+        owner.allocate()
+    for k, (owner, field) in enumerate(zip(owners, fields, strict=True)):
+        owner.write(field, np.full(3, k))
+    assert [field[2] for field in fields] == list(range(len(owners)))
+    assert not recwarn.list
