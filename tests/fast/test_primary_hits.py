@@ -328,6 +328,7 @@ def test_only_the_pixels_of_a_range_are_traced(use_packets):
     scene = tt.scene_from_mesh(*SQUARE)
     camera = Camera(40, 40, eye=(0, 0, 1.2))
     hits = PrimaryHits(scene, camera, use_packets=use_packets, ranges=((9, 15), (17, 22)))
+    hits.trace()
     hits.triangle_id.fill(-7)
     hits.trace()
     ids = hits.to_image("triangle_id")[::-1]
