@@ -241,9 +241,9 @@ def _write_what_waits(*also: tuple[Memory, Any]) -> None:
             _is_asking = False
         for (one, _), root in zip(unknown, roots, strict=True):
             one._root = root
+    del _waiting[: len(now)]  # not earlier: if the kernel is interrupted, they wait on
     for waiting in now:
         waiting.write()
-    del _waiting[: len(now)]  # not earlier: if the kernel is interrupted, they wait on
 
 
 @functools.lru_cache(maxsize=1)
