@@ -58,7 +58,6 @@ if TYPE_CHECKING:
 
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 29, 52
-AGAIN = 4  # how often more passes are expected, if nothing is known of them: as many as there were, so many times
 COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
 
 SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]
@@ -78,7 +77,8 @@ class EyeRays:
     def __init__(self, scene_data: SceneData, camera: ProjectiveCamera, jitter: bool, traces: bool = True) -> None:
         self.camera, self.intersector = camera, scene_data.ray_intersector
         self.jitter, self.traces = jitter, traces
-        self.forms, self.can_use_packets, self.use_packets, self.passes = frozenset({"plain"}), False, False, 1.0
+        self.forms, self.can_use_packets, self.use_packets = frozenset({"plain"}), False, False
+        self.passes, self.is_long = 1.0, False  # for nothing here, see ``fast.primary_hits``
 
     def bring_up_to_date(self, seed: int, index: int) -> None:
         """Do nothing: the plain form keeps no hits that could be out of date."""
@@ -233,14 +233,15 @@ class ProgressiveRenderer:
     def _expect(self, target: Target) -> None:
         """Choose the form of the eye rays, now that it is known how long the picture takes, if none is compiled yet.
 
-        Who has rendered something will render more: earlier passes are expected ``AGAIN`` times.
+        Earlier passes count, too: who has rendered much with a renderer will render more.
         """
         passes = target.passes(pixels_in(self.film.ranges))
         kept = self.eye_rays if isinstance(self.eye_rays, PrimaryHits) else None
         is_free = kept is None or (kept.traces == 0 and kept.use_packets is None)
         if is_free and passes > 1:  # single samples are those of a window, which goes on for as long as somebody looks
-            eye_rays, form = self._make_eye_rays(passes + AGAIN * self._passes)
+            eye_rays, form = self._make_eye_rays(passes + self._passes)
             if type(eye_rays) is not type(self.eye_rays):
+                eye_rays.is_long = True  # if hits are kept, then for the packets
                 self.eye_rays, self._form = eye_rays, form
         self.eye_rays.passes = math.inf if target.spp is None else target.spp
 

@@ -99,7 +99,12 @@ def test_the_form_of_new_rays_is_chosen_when_the_length_of_the_picture_is_known(
     assert form_for({"error": 0.02}) is EyeRays
     assert form_for({"spp": 64}, {"spp": 1024}) is PrimaryHits
     assert form_for({"spp": 64}, {"spp": 64}) is EyeRays
-    assert form_for({"spp": 120}, {"spp": 64}) is PrimaryHits  # more pictures seem to follow
+    assert form_for({"spp": 500}, {"spp": 64}) is PrimaryHits  # more pictures seem to follow
+    renderer = tt.A3Renderer(scene, 256, 256).use("brdf")
+    renderer._expect(Target(spp=4))
+    renderer._passes = 512
+    renderer._expect(Target(spp=4))
+    assert renderer.eye_rays.is_much_work()  # packets at once, so that no other form is compiled in between
     renderer = tt.A3Renderer(scene, 256, 256).use("brdf").render()
     renderer.render(4)
     assert isinstance(renderer.eye_rays, PrimaryHits)  # it is compiled already
