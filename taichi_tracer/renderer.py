@@ -78,7 +78,6 @@ class EyeRays:
         self.camera, self.intersector = camera, scene_data.ray_intersector
         self.jitter, self.traces = jitter, traces
         self.forms, self.can_use_packets, self.use_packets = frozenset({"plain"}), False, False
-        self.passes, self.is_long = 1.0, False  # for nothing here, see ``fast.primary_hits``
 
     def bring_up_to_date(self, seed: int, index: int) -> None:
         """Do nothing: the plain form keeps no hits that could be out of date."""
@@ -228,6 +227,7 @@ class ProgressiveRenderer:
         hits = PrimaryHits(
             self.scene_data, self.camera, self.jitter, self.sampler, shares=self.shares, ranges=self.film.ranges
         )
+        hits.is_long = in_tiles or (self.jitter and passes < math.inf)  # new rays are kept only for the packets
         return hits, form
 
     def _expect(self, target: Target) -> None:
@@ -241,9 +241,9 @@ class ProgressiveRenderer:
         if is_free and passes > 1:  # single samples are those of a window, which goes on for as long as somebody looks
             eye_rays, form = self._make_eye_rays(passes + self._passes)
             if type(eye_rays) is not type(self.eye_rays):
-                eye_rays.is_long = True  # if hits are kept, then for the packets
                 self.eye_rays, self._form = eye_rays, form
-        self.eye_rays.passes = math.inf if target.spp is None else target.spp
+        if isinstance(self.eye_rays, PrimaryHits):
+            self.eye_rays.passes = math.inf if target.spp is None else target.spp
 
     def share_eye_rays(self, other: "ProgressiveRenderer") -> None:
         """Use the kept hits of a renderer with the same samples, if they are the same: nothing more is compiled."""

@@ -74,8 +74,10 @@ def test_small_random_pictures_trace_their_rays_in_the_kernel_and_large_ones_kee
     assert any("too small for packets" in line for line in small.receipt())
     kept = renderer_of(24)
     kept.eye_rays, _ = kept._make_eye_rays(in_tiles=True)
-    assert isinstance(kept.eye_rays, PrimaryHits)
+    kept.eye_rays.use_packets = False
     np.testing.assert_array_equal(small.render(3).image(), kept.render(3).image())
+    assert isinstance(small.eye_rays, EyeRays)
+    assert kept.eye_rays.traces == 3
     assert isinstance(renderer_of(256).eye_rays, PrimaryHits)
 
 

@@ -23,7 +23,7 @@ from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import replaced, why_replaced
 
 PLACES = 256  # packets that are traced at the same time: enough for the threads of a CPU, and they fit into its cache
-LARGE_PICTURE = 256 * 256  # pixels; from this size on, the second picture already uses packets
+LARGE_PICTURE = 256 * 256  # pixels; from this size on, packets gain much
 # About five seconds of single rays. A picture that is known to need fewer uses no packets, and a smaller view uses
 # packets only after so many. Their translation takes up to three seconds, and they make a pass a fourth shorter.
 MANY_RAYS = 1 << 25
