@@ -130,11 +130,15 @@ class Environment:
         """The radiance that arrives from the direction with these ``coords``."""
         value = tm.vec3(0)
         if ti.static(self.lookup == "nearest"):
-            row, column = self.texel_of(u, v)
-            value = self.texels[row, column]
+            value = self.radiance_of(*self.texel_of(u, v))
         else:
-            value = self.bilinear(u, v)
-        return self.settings[0] * value
+            value = self.settings[0] * self.bilinear(u, v)
+        return value
+
+    @ti.func
+    def radiance_of(self, row, column):
+        """The radiance of one texel."""
+        return self.settings[0] * self.texels[row, column]
 
     @ti.func
     def bilinear(self, u, v):

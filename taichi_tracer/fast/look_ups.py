@@ -8,7 +8,7 @@ each instruction.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.lanes import LANES, lanes
+from taichi_tracer.fast.lanes import LANES, flags, lanes
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import replaced
 
@@ -25,7 +25,8 @@ class LookUps:
     """Memory for directions, and their look-ups. A place holds the directions of one thread.
 
     Fields of sixteen directions in a place: ``x``, ``y`` and ``z``, their components; ``u`` and ``v``, their
-    ``Environment.coords``. Directions that are added one by one come first, and whole groups of sixteen come behind.
+    ``Environment.coords``; ``row`` and ``column``, their texel. Directions that are added one by one come first, and
+    whole groups of sixteen come behind. ``light_of`` is the radiance of each direction that was added alone.
 
     Args:
         light: an ``EnvironmentLight``.
@@ -41,8 +42,11 @@ class LookUps:
         self.count, self.groups = ti.field(ti.i32), ti.field(ti.i32)
         place = self._memory.fields.dense(ti.i, places)
         place.place(self.count, self.groups)
-        for field in (self.x, self.y, self.z, self.u, self.v):
+        self.row, self.column = (ti.Vector.field(LANES, ti.i32) for _ in range(2))
+        for field in (self.x, self.y, self.z, self.u, self.v, self.row, self.column):
             place.dense(ti.j, self.first_group + most_groups).place(field)
+        self.light_of = ti.Vector.field(3, float)
+        place.dense(ti.j, most).place(self.light_of)
         self._memory.allocate()
 
     @ti.func
@@ -77,23 +81,27 @@ class LookUps:
 
     @ti.func
     def find(self, c):
-        """Compute u and v of all directions of a place."""
+        """Compute u and v of all directions of a place, and look up those that were added alone."""
         rows = (self.count[c] + LANES - 1) // LANES
         for i in range(rows + self.groups[c]):
-            row = ti.select(i < rows, i, i - rows + self.first_group)
-            x, y, z = self.x[c, row], self.y[c, row], self.z[c, row]
-            u, v = lanes(0.0), lanes(0.0)
+            place = ti.select(i < rows, i, i - rows + self.first_group)
+            x, y, z = self.x[c, place], self.y[c, place], self.z[c, place]
+            u, v, row, column = lanes(0.0), lanes(0.0), flags(0), flags(0)
             for lane in range(LANES):
                 u[lane], v[lane] = self.environment.coords(tm.vec3(x[lane], y[lane], z[lane]))
-            self.u[c, row], self.v[c, row] = u, v
+                row[lane], column[lane] = self.environment.texel_of(u[lane], v[lane])
+            self.u[c, place], self.v[c, place], self.row[c, place], self.column[c, place] = u, v, row, column
+        # Their texels lie far apart, in slow memory. This loop does nothing else: so, many are on their way at once.
+        for k in range(self.count[c]):
+            self.light_of[c, k] = self.look_up(c, k)
+
+    @ti.func
+    def look_up(self, c, k):
+        """``Environment.radiance`` of a direction, by its number."""
+        i, lane = k // LANES, k % LANES
+        return self.environment.radiance_of(self.row[c, i][lane], self.column[c, i][lane])
 
     @ti.func
     def coords(self, c, k):
         """``Environment.coords`` of a direction, by its number."""
         return self.u[c, k // LANES][k % LANES], self.v[c, k // LANES][k % LANES]
-
-    @ti.func
-    def radiance(self, c, k):
-        """``Environment.radiance`` of a direction."""
-        u, v = self.coords(c, k)
-        return self.environment.radiance_at(u, v)

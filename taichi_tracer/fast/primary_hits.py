@@ -66,6 +66,7 @@ class PrimaryHits:
         self.width, self.height = camera.width, camera.height
         self.lanes = lanes_of(camera)
         self.has_groups = self.lanes is not None  # whether the rays of a tile can be computed together
+        self.share_origin = self.has_groups and self.lanes.share_origin  # whether all rays start at the same point
         self.can_use_packets = have_packets(scene_data, camera, self.sampler)
         self.use_packets = use_packets
         self.is_long = False  # whether it is known that the picture takes long enough for every form
@@ -103,9 +104,10 @@ class PrimaryHits:
         self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
         self.triangle_id = ti.Vector.field(LANES, ti.i32)
         fields = [self.distance, self.triangle_id, self.u, self.v]
-        if self.jitter:  # the points are kept, because computing them again costs more than reading them
-            self.xi_x, self.xi_y = (ti.Vector.field(LANES, float) for _ in range(2))
-            fields += [self.xi_x, self.xi_y]
+        if self.jitter:  # the rays are kept, because computing them again costs more than reading them
+            self.direction = [ti.Vector.field(LANES, float) for _ in range(3)]
+            self.origin = [] if self.share_origin else [ti.Vector.field(LANES, float) for _ in range(3)]
+            fields += self.direction + self.origin
         for field in fields:
             self._memory.fields.dense(ti.i, self.tiles_x * self.tiles_y).place(field)
         self._memory.allocate()
@@ -149,7 +151,11 @@ class PrimaryHits:
 
     def to_image(self, name: str) -> np.ndarray:
         """(height, width) of "distance", "triangle_id", "u" or "v", top row first."""
-        tiles = getattr(self, name).to_numpy().reshape(self.tiles_x, self.tiles_y, TILE, TILE)
+        return self.image_of(getattr(self, name))
+
+    def image_of(self, field) -> np.ndarray:
+        """(height, width) of one of the fields, top row first."""
+        tiles = field.to_numpy().reshape(self.tiles_x, self.tiles_y, TILE, TILE)
         padded = tiles.transpose(1, 3, 0, 2).reshape(self.tiles_y * TILE, self.tiles_x * TILE)
         return padded[: self.height, : self.width][::-1]
 
@@ -161,11 +167,31 @@ class PrimaryHits:
     @ti.func
     def eye_ray(self, x, y):
         """The ray that was traced through a pixel."""
-        xi = tm.vec2(0.5)
-        if ti.static(self.jitter):
+        ray = self.camera.generate_ray(x, y, self.jitter, tm.vec2(0.5))
+        if ti.static(self.jitter):  # then only the common origin of this ray is used, and only it is computed
             tile, lane = self.tile_and_lane(x, y)
-            xi = tm.vec2(self.xi_x[tile][lane], self.xi_y[tile][lane])
-        return self.camera.generate_ray(x, y, self.jitter, xi)
+            ray.direction = self.vector(self.direction, tile, lane)
+            if ti.static(not self.share_origin):
+                ray.origin = self.vector(self.origin, tile, lane)
+        return ray
+
+    @ti.func
+    def keep_ray(self, tile, lane, ray):
+        """Keep the ray that is traced through a pixel."""
+        for axis in ti.static(range(3)):
+            self.direction[axis][tile][lane] = ray.direction[axis]
+            if ti.static(not self.share_origin):
+                self.origin[axis][tile][lane] = ray.origin[axis]
+
+    @ti.func
+    def keep_lanes(self, components: ti.template(), tile, x, y, z):
+        """Keep three components of the rays of a tile, each sixteen lanes or one common number."""
+        components[0][tile], components[1][tile], components[2][tile] = lanes(x), lanes(y), lanes(z)
+
+    @ti.func
+    def vector(self, components: ti.template(), tile, lane):
+        """A lane of three components."""
+        return tm.vec3(components[0][tile][lane], components[1][tile][lane], components[2][tile][lane])
 
     @ti.func
     def hit_of(self, x, y, rng):
@@ -178,11 +204,13 @@ class PrimaryHits:
     def _trace_rays(self, searcher: ti.template(), seed: ti.u32, index: ti.u32):
         for x, y in ti.ndrange(*self.ranges):
             tile, lane = self.tile_and_lane(x, y)
+            xi = tm.vec2(0.5)
             if ti.static(self.jitter):
                 i, _ = self.shares.sample_of(x, y, index)
                 xi = self.sampler.start(seed, x, y, i).next_2d()
-                self.xi_x[tile][lane], self.xi_y[tile][lane] = xi.x, xi.y
-            ray = self.eye_ray(x, y)
+            ray = self.camera.generate_ray(x, y, self.jitter, xi)
+            if ti.static(self.jitter):
+                self.keep_ray(tile, lane, ray)
             t, triangle_id, u, v = searcher.nearest(ray, 0.0, tm.inf)
             self.distance[tile][lane], self.triangle_id[tile][lane] = t, triangle_id
             self.u[tile][lane], self.v[tile][lane] = u, v
@@ -226,8 +254,11 @@ class PrimaryHits:
         xi_x, xi_y = lanes(0.5), lanes(0.5)
         if ti.static(self.jitter):
             xi_x, xi_y = pairs_of(self.sampler, self.shares, tile_x * TILE, tile_y * TILE, seed, index, FIRST_DIMENSION)
-            self.xi_x[tile], self.xi_y[tile] = xi_x, xi_y
         ox, oy, oz, dx, dy, dz = generate_rays(self.lanes, self.camera, x, y, xi_x, xi_y)
+        if ti.static(self.jitter):
+            self.keep_lanes(self.direction, tile, dx, dy, dz)
+            if ti.static(not self.share_origin):
+                self.keep_lanes(self.origin, tile, ox, oy, oz)
         self.packets.put_rays(c, g, ox, oy, oz, dx, dy, dz)
         origin = tm.vec3(0)
         if ti.static(self.lanes.share_origin):
@@ -243,12 +274,14 @@ class PrimaryHits:
     def directions_of(self, tile_x, tile_y):
         """The components of the directions of the rays of a tile, which must have ``has_groups``."""
         tile = tile_x * self.tiles_y + tile_y
-        x, y = self.pixels_of(tile_x, tile_y)
-        xi_x, xi_y = lanes(0.5), lanes(0.5)
+        dx, dy, dz = lanes(0.0), lanes(0.0), lanes(0.0)
         if ti.static(self.jitter):
-            xi_x, xi_y = self.xi_x[tile], self.xi_y[tile]
-        _, _, _, dx, dy, dz = generate_rays(self.lanes, self.camera, x, y, xi_x, xi_y)
-        return lanes(0.0) + dx, lanes(0.0) + dy, lanes(0.0) + dz
+            dx, dy, dz = self.direction[0][tile], self.direction[1][tile], self.direction[2][tile]
+        else:
+            x, y = self.pixels_of(tile_x, tile_y)
+            _, _, _, x_of, y_of, z_of = generate_rays(self.lanes, self.camera, x, y, lanes(0.5), lanes(0.5))
+            dx, dy, dz = lanes(x_of), lanes(y_of), lanes(z_of)
+        return dx, dy, dz
 
     @ti.func
     def hit_data(self, x, y, ray):

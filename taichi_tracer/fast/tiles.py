@@ -262,7 +262,7 @@ class Tiles:
                         begin_counting(near_misses, x, y, integrator)
                         k = self.look_ups.number_in_group(g, (x - low_x) * GROUP + y - low_y)
                         u, v = self.look_ups.coords(c, k)
-                        light = self.look_ups.environment.radiance_at(u, v)
+                        light = self.look_ups.look_up(c, k)
                         count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(tm.vec3(1)), u, v, light))
                         renderer.record(x, y, light, i)
 
@@ -279,7 +279,7 @@ class Tiles:
         """Look up the light of all terms, and send a ray for those that find some, if anything may be in its way."""
         self.look_ups.find(c)
         for k in range(self.look_ups.count[c]):
-            light = self.look_ups.radiance(c, k)
+            light = self.look_ups.light_of[c, k]
             ray = NOTHING
             if light.max() > 0:
                 ray = UNTRACED

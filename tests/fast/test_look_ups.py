@@ -48,12 +48,13 @@ class Looking:
                 self.look_ups.add_group(1, dx, dy, dz)
             self.look_ups.find(1)
             for i in range(self.groups * LANES):
-                u, v = self.look_ups.coords(1, self.look_ups.number_in_group(i // LANES, i % LANES))
-                light = self.look_ups.environment.radiance_at(u, v)
+                k = self.look_ups.number_in_group(i // LANES, i % LANES)
+                u, v = self.look_ups.coords(1, k)
+                light = self.look_ups.look_up(1, k)
                 self.in_groups[i] = ti.Vector([u, v, light.x, light.y, light.z])
             for i in range(self.count):
                 u, v = self.look_ups.coords(1, i)
-                light = self.look_ups.radiance(1, i)
+                light = self.look_ups.light_of[1, i]
                 self.together[i] = ti.Vector([u, v, light.x, light.y, light.z])
         for i in self.alone:
             direction = self.light.with_y_up(self.d[i])

@@ -166,18 +166,21 @@ def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
 
 
 @pytest.mark.exhaustive
+@pytest.mark.parametrize("kind", [Camera, OrthographicCamera])
 @pytest.mark.parametrize("sampler", ["sobol", "niederreiter", "independent"])
-def test_packets_pass_through_the_same_random_points(precision, sampler, rng):
-    """With jitter: the points of a sample, as the sampler has them for each pixel alone."""
+def test_packets_pass_through_the_same_random_points(precision, sampler, kind, rng):
+    """With jitter: the rays of a sample, through the points that the sampler has for each pixel alone."""
     scene = tt.scene_from_mesh(*soup(rng, 80))
-    camera = Camera(21, 14, screen_window=(-1.5, 1.5, -1, 1))
+    camera = kind(21, 14, screen_window=(-1.5, 1.5, -1, 1))
     samples = sampler_of(PARTS.find("sampler", sampler), camera)
     single, packets = (PrimaryHits(scene, camera, True, samples, use_packets=use) for use in (False, True))
     for hits in (single, packets):
         hits.trace(seed=3, index=5)
-    for name in (*FIELDS, "xi_x", "xi_y"):
+    for name in FIELDS:
         np.testing.assert_array_equal(single.to_image(name), packets.to_image(name), err_msg=name)
-    assert len(np.unique(single.to_image("xi_x"))) > 200
+    kept = [[hits.image_of(one) for one in (*hits.direction, *hits.origin)] for hits in (single, packets)]
+    np.testing.assert_array_equal(*kept)
+    assert len(np.unique(kept[0][0 if kind is Camera else 3])) > 200
 
 
 @pytest.mark.exhaustive
