@@ -16,15 +16,16 @@ import functools
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.fast.film_lanes import add_samples, can_add_together
+from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.look_ups import LookUps, can_wait_for
 from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
-from taichi_tracer.fast.packets import TILE as GROUP
-from taichi_tracer.fast.packets import TILE_BITS as GROUP_BITS
 from taichi_tracer.fast.shadow_lanes import shadow_rays
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.lights.near_misses import begin_counting, code_of_look_up, count_look_up, kind_of_look_up
 from taichi_tracer.lights.scene_lights import may_meet
+from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS, lane_of
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import in_kernels
@@ -86,10 +87,11 @@ def waiting_class(cls: type, tiles: "Tiles") -> type:
 class Tiles:
     """Takes samples tile by tile.
 
-    Fields of a pixel in each place:
-        pixel: its column and row within the tile. value: its sample so far. end: the number of the first term that
-            belongs to the next pixel.
-    Fields of an empty group in each place: ``group``, its column and its row among the groups of the picture.
+    Fields of a group of pixels in each place:
+        group: its column and its row among the groups of the picture.
+        behind: its number among the groups whose rays hit nothing; −1 if one of them hits something.
+    Fields of a pixel in each place; its number is sixteen times that of its group, plus its lane:
+        value: its sample so far. end: the number of the first term that belongs to the next pixel.
     Fields of a term in each place; its number is that of its look-up:
         factor: by which its light is multiplied. kind: what its look-up is for ``NearMissCounter``.
         leaves: whether the direction leaves a surface, and something may be in its way; then it starts at ``origin``.
@@ -119,15 +121,15 @@ class Tiles:
         self.look_ups = LookUps(scene.lights.far[0], self.places, most, GROUPS)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, self.places)
-        self.pixels, self.pixel, self.end = (ti.field(ti.i32) for _ in range(3))
+        self.groups, self.behind, self.end = (ti.field(ti.i32) for _ in range(3))
         self.value, self.factor, self.origin, self.direction = (ti.Vector.field(3, float) for _ in range(4))
         self.kind, self.leaves, self.ray, self.code = (ti.field(ti.i32) for _ in range(4))
         self.group = ti.Vector.field(2, ti.i32)
-        place.place(self.pixels)
-        place.dense(ti.j, GROUPS).place(self.group)
+        place.place(self.groups)
+        place.dense(ti.j, GROUPS).place(self.group, self.behind)
         self.next_tile = ti.field(ti.i32)
         self._memory.fields.place(self.next_tile)
-        place.dense(ti.j, SIDE * SIDE).place(self.pixel, self.end, self.value)
+        place.dense(ti.j, GROUPS * LANES).place(self.end, self.value)
         place.dense(ti.j, most).place(
             self.factor, self.kind, self.leaves, self.origin, self.direction, self.ray, self.code
         )
@@ -164,7 +166,7 @@ class Tiles:
                 # Pixels come in groups, which are those whose eye rays are kept side by side.
                 for group_x in range(first_x >> GROUP_BITS, (end_x + GROUP - 1) >> GROUP_BITS):
                     for group_y in range(first_y >> GROUP_BITS, (end_y + GROUP - 1) >> GROUP_BITS):
-                        if self.looks_behind(c, eye_rays, group_x, group_y):
+                        if self.begin_group(c, eye_rays, group_x, group_y):
                             continue
                         self.find_numbers(c, group_x, group_y, seed, index)
                         low_x, low_y = group_x << GROUP_BITS, group_y << GROUP_BITS
@@ -176,24 +178,28 @@ class Tiles:
                                     rng = self.begin_numbers(c, renderer, seed, x, y, i)
                                     ray, hit = eye_rays.hit_of(x, y, rng)
                                     value = renderer.radiance(scene, integrator, ray, hit, rng)
-                                    self.end_pixel(c, x - first_x, y - first_y, value)
+                                    self.end_pixel(c, x, y, value)
                 self.find_light(c)
                 self.shadow_rays.trace(c)
-                self.add_light(c, renderer, near_misses, first_x, first_y, index)
-                self.end_empty_groups(c, renderer, integrator, near_misses, first_x, first_y, index)
+                first, end = tm.ivec2(first_x, first_y), tm.ivec2(end_x, end_y)
+                self.end_groups(c, renderer, integrator, near_misses, first, end, index)
                 tile = ti.atomic_add(self.next_tile[None], 1)
 
     @ti.func
-    def looks_behind(self, c, eye_rays: ti.template(), group_x, group_y):
-        """Whether the eye rays of all pixels of a group hit nothing. If so, what is behind them is looked up later."""
-        is_empty = False
+    def begin_group(self, c, eye_rays: ti.template(), group_x, group_y):
+        """Begin a group. Returns whether the eye rays of all its pixels hit nothing.
+
+        If so, what is behind them is looked up later.
+        """
+        behind = -1
         if ti.static(eye_rays.has_groups):
-            is_empty = eye_rays.hits_nothing(group_x, group_y)
-            if is_empty:
-                g = self.look_ups.groups[c]
-                self.group[c, g] = tm.ivec2(group_x, group_y)
+            if eye_rays.hits_nothing(group_x, group_y):
+                behind = self.look_ups.groups[c]
                 self.look_ups.add_group(c, *eye_rays.directions_of(group_x, group_y))
-        return is_empty
+        g = self.groups[c]
+        self.group[c, g], self.behind[c, g] = tm.ivec2(group_x, group_y), behind
+        self.groups[c] = g + 1
+        return behind >= 0
 
     @ti.func
     def find_numbers(self, c, group_x, group_y, seed, index):
@@ -219,7 +225,7 @@ class Tiles:
     def _clear(self, c):
         self.look_ups.clear(c)
         self.shadow_rays.clear(c)
-        self.pixels[c] = 0
+        self.groups[c] = 0
 
     @ti.func
     def wait_for_light(self, scene: ti.template(), surface, w_i, factor):
@@ -241,38 +247,10 @@ class Tiles:
         return tm.vec3(0)
 
     @ti.func
-    def end_empty_groups(
-        self,
-        c,
-        renderer: ti.template(),
-        integrator: ti.template(),
-        near_misses: ti.template(),
-        first_x,
-        first_y,
-        index,
-    ):
-        """Give the film the samples of the groups of ``looks_behind``."""
-        end_x, end_y = ti.min(first_x + SIDE, self.x1), ti.min(first_y + SIDE, self.y1)
-        for g in range(self.look_ups.groups[c]):
-            low_x, low_y = self.group[c, g].x << GROUP_BITS, self.group[c, g].y << GROUP_BITS
-            for x in range(ti.max(low_x, first_x), ti.min(low_x + GROUP, end_x)):
-                for y in range(ti.max(low_y, first_y), ti.min(low_y + GROUP, end_y)):
-                    i, is_taken = renderer.shares.sample_of(x, y, index)
-                    if is_taken:
-                        begin_counting(near_misses, x, y, integrator)
-                        k = self.look_ups.number_in_group(g, (x - low_x) * GROUP + y - low_y)
-                        u, v = self.look_ups.coords(c, k)
-                        light = self.look_ups.look_up(c, k)
-                        count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(tm.vec3(1)), u, v, light))
-                        renderer.record(x, y, light, i)
-
-    @ti.func
-    def end_pixel(self, c, column, row, value):
+    def end_pixel(self, c, x, y, value):
         """Let the sample of a pixel wait for its terms."""
-        k = self.pixels[c]
-        self.pixel[c, k], self.value[c, k] = column << SIDE_BITS | row, value
-        self.end[c, k] = self.look_ups.count[c]
-        self.pixels[c] = k + 1
+        k = (self.groups[c] - 1) * LANES + lane_of(x, y)
+        self.value[c, k], self.end[c, k] = value, self.look_ups.count[c]
 
     @ti.func
     def find_light(self, c):
@@ -290,20 +268,69 @@ class Tiles:
             self.factor[c, k] *= light
 
     @ti.func
-    def add_light(self, c, renderer: ti.template(), near_misses: ti.template(), first_x, first_y, index):
-        """Add the light of the terms that nothing blocks to their samples, and give these to the film."""
+    def end_groups(
+        self,
+        c,
+        renderer: ti.template(),
+        integrator: ti.template(),
+        near_misses: ti.template(),
+        first,
+        end,
+        index,
+    ):
+        """Add the light of the terms that nothing blocks to their samples, and give these to the film.
+
+        Args:
+            first, end: the pixels of the tile lie between them, ``end`` excluded.
+        """
         term = 0
-        for k in range(self.pixels[c]):
-            x, y = first_x + (self.pixel[c, k] >> SIDE_BITS), first_y + (self.pixel[c, k] & (SIDE - 1))
-            value = self.value[c, k]
-            while term < self.end[c, k]:
-                ray = self.ray[c, term]
-                is_seen = ray == UNTRACED
-                if ray >= 0:
-                    is_seen = not self.shadow_rays.is_blocked(c, ray)
-                if is_seen:
-                    value += self.factor[c, term]
-                    count_look_up(near_misses, x, y, self.code[c, term])
-                term += 1
-            i, _ = renderer.shares.sample_of(x, y, index)
-            renderer.record(x, y, value, i)
+        for g in range(self.groups[c]):
+            low, behind = self.group[c, g] << GROUP_BITS, self.behind[c, g]
+            is_whole = (low >= first).all() and (low + GROUP <= end).all()
+            red, green, blue = lanes(0.0), lanes(0.0), lanes(0.0)
+            for lane in range(LANES):
+                x, y = low.x + lane // GROUP, low.y + lane % GROUP
+                _, is_taken = self.sample_of(renderer, x, y, is_whole, first, end, index)
+                if is_taken:
+                    value = tm.vec3(0)
+                    if behind >= 0:
+                        begin_counting(near_misses, x, y, integrator)
+                        k = self.look_ups.number_in_group(behind, lane)
+                        u, v = self.look_ups.coords(c, k)
+                        value = self.look_ups.look_up(c, k)
+                        count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(tm.vec3(1)), u, v, value))
+                    else:
+                        value = self.value[c, g * LANES + lane]
+                        while term < self.end[c, g * LANES + lane]:
+                            if self.is_seen(c, term):
+                                value += self.factor[c, term]
+                                count_look_up(near_misses, x, y, self.code[c, term])
+                            term += 1
+                    red[lane], green[lane], blue[lane] = value.x, value.y, value.z
+            are_added = False
+            if ti.static(can_add_together(renderer.film)):
+                if is_whole:
+                    are_added = add_samples(renderer.film, *self.group[c, g], index, red, green, blue)
+            if not are_added:
+                for lane in range(LANES):
+                    x, y = low.x + lane // GROUP, low.y + lane % GROUP
+                    i, is_taken = self.sample_of(renderer, x, y, is_whole, first, end, index)
+                    if is_taken:
+                        renderer.record(x, y, tm.vec3(red[lane], green[lane], blue[lane]), i)
+
+    @ti.func
+    def sample_of(self, renderer: ti.template(), x, y, is_whole, first, end, index):
+        """``Shares.sample_of`` for a pixel that may lie outside the tile, unless its group ``is_whole``."""
+        i, is_taken = index, False
+        if is_whole or (first.x <= x and x < end.x and first.y <= y and y < end.y):
+            i, is_taken = renderer.shares.sample_of(x, y, index)
+        return i, is_taken
+
+    @ti.func
+    def is_seen(self, c, term):
+        """Whether nothing blocks the light of a term."""
+        ray = self.ray[c, term]
+        is_seen = ray == UNTRACED
+        if ray >= 0:
+            is_seen = not self.shadow_rays.is_blocked(c, ray)
+        return is_seen

@@ -1,7 +1,6 @@
 """The film: it adds up the samples of every pixel, shows their mean, and keeps what is needed to estimate its error."""
 
 import math
-from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -16,6 +15,7 @@ from taichi_tracer.picture.error_estimate import (
     scale_for,
 )
 from taichi_tracer.picture.film_arrays import errors_from_deviations, errors_from_halves, exact_means
+from taichi_tracer.picture.pixel_groups import PixelGroups, groups_along
 from taichi_tracer.picture.unseen_light import unseen_light
 from taichi_tracer.system import direct, memory, runtime
 from taichi_tracer.system.errors import InputError
@@ -93,20 +93,21 @@ class Film:
         shape = (width, height)
         self.canvas = ti.Vector.field(3, float)
         fields.dense(ti.ij, shape).place(self.canvas)  # separate from the sums, because windows read it directly
-        self.count, pixel = ti.field(ti.i32), fields.dense(ti.ij, shape)
-        pixel.place(self.count)
         if self.keeps_deviation:
             self.deviation, self.scale = ti.Vector.field(3, float), ti.field(float)
-            pixel.place(self.deviation, self.scale)
+            fields.dense(ti.ij, shape).place(self.deviation, self.scale)
+        groups = groups_along(width), groups_along(height)
+        pixel = fields.dense(ti.k, 1).dense(ti.ij, groups)
+        self.count = PixelGroups(pixel.place, width, height, 1, ti.i32)
         if self.halves == 2:
-            self.largest = ti.field(float)
-            pixel.place(self.largest)
-        # In memory, the numbers of a half lie side by side, but the two halves of the picture lie apart. A pass over
-        # all pixels writes to only one half; then the memory of the other half need not be written back.
-        self.half_count = ti.field(ti.i32)
-        self.total, self.rest, self.residue = (ti.Vector.field(3, float) for _ in range(3))
-        fields.dense(ti.k, self.halves).dense(ti.ij, shape).place(self.half_count, self.total, self.rest)
-        fields.dense(ti.k, self.halves).dense(ti.ij, shape).place(self.residue)  # apart, because it is seldom read
+            self.largest = PixelGroups(pixel.place, width, height)
+        # In memory, the two halves of the picture lie apart. A pass over all pixels writes to only one half; then the
+        # memory of the other half need not be written back.
+        half = fields.dense(ti.k, self.halves).dense(ti.ij, groups)
+        self.half_count = PixelGroups(half.place, width, height, 1, ti.i32)
+        self.total, self.rest = (PixelGroups(half.place, width, height, 3) for _ in range(2))
+        half = fields.dense(ti.k, self.halves).dense(ti.ij, groups)  # apart, because it is seldom read
+        self.residue = PixelGroups(half.place, width, height, 3)
         self.non_finite_count, self.non_finite_at = ti.field(ti.i32), ti.Vector.field(3, ti.i32)
         fields.place(self.non_finite_count)
         fields.dense(ti.i, MAX_LOCATED).place(self.non_finite_at)
@@ -135,22 +136,22 @@ class Film:
         if not direct.is_possible():
             self._clear()
             return
-        for field in (self.count, self.half_count, self.residue):
-            self._memory.clear(field)
+        for numbers in (self.count, self.half_count, self.residue):
+            self._memory.clear(numbers.lanes[0])
         if self.keeps_deviation:
+            self._memory.clear(self.deviation)
             self._memory.write(self.scale, 1)
         self._memory.write(self.non_finite_count, 0)
 
     @ti.kernel
     def _clear(self):
-        for x, y in self.count:
-            self.count[x, y] = 0
+        for x, y in self.canvas:
+            self.count.set_number(x, y, 0, 0)
             if ti.static(self.keeps_deviation):
                 self.deviation[x, y], self.scale[x, y] = tm.vec3(0), 1.0
             if ti.static(self.halves == 2):
-                self.largest[x, y] = 0.0
+                self.largest.set_number(x, y, 0, 0.0)
             for half in ti.static(range(self.halves)):
-                self.half_count[x, y, half] = 0
                 self.clear_half(x, y, half)
         self.non_finite_count[None] = 0
 
@@ -178,11 +179,11 @@ class Film:
             self.add_to_half(x, y, half, value)
             self.count_in_half(x, y, half, 1)
             if ti.static(self.halves == 2):
-                self.largest[x, y] = ti.max(self.largest[x, y], (value * ti.static(1 / 3)).sum())
+                self.largest.set_number(x, y, 0, ti.max(self.largest.number(x, y, 0), mean_of_channels(value)))
             if ti.static(self.keeps_deviation):
                 mean_before, mean = self.canvas[x, y], self.mean(x, y)
                 self.canvas[x, y] = mean
-                if self.count[x, y] > 1:
+                if self.count.number(x, y, 0) > 1:
                     self.add_deviation(x, y, value - mean_before, value - mean)  # Welford 1962
         else:
             self.locate(x, y, sample)
@@ -193,17 +194,17 @@ class Film:
         half = ti.cast(sample, ti.i32) & ti.static(self.halves - 1)
         if ti.static(self.doubles):
             self.begin_doubling(x, y)
-            half = ti.select(self.count[x, y] > 0, 1, 0)
+            half = ti.select(self.count.number(x, y, 0) > 0, 1, 0)
         return half
 
     @ti.func
     def begin_doubling(self, x, y):
         """Where the number of samples is a power of two, half 1 becomes a part of half 0, for the samples to come."""
-        n = self.count[x, y]
-        if n & (n - 1) == 0 and self.half_count[x, y, 1] > 0:
+        n = self.count.number(x, y, 0)
+        if n & (n - 1) == 0 and self.half_count.number(x, y, 1) > 0:
             self.move_half(self, x, y, 1, 0)
             self.clear_half(x, y, 1)
-            self.count[x, y] = n
+            self.count.set_number(x, y, 0, n)
 
     @ti.func
     def add_deviation(self, x, y, a, b):
@@ -226,46 +227,57 @@ class Film:
     @ti.func
     def add_to_half(self, x, y, half, value):
         """Add a number to the sum of one half of a pixel."""
-        total, rest, lost = add_to_pair(self.total[x, y, half], self.rest[x, y, half], value)
-        self.total[x, y, half], self.rest[x, y, half] = total, rest
+        total, rest, lost = add_to_pair(self.total.colour(x, y, half), self.rest.colour(x, y, half), value)
+        self.total.set_colour(x, y, half, total)
+        self.rest.set_colour(x, y, half, rest)
+        self.add_lost(x, y, half, lost)
+
+    @ti.func
+    def add_lost(self, x, y, half, lost):
+        """Add to the residue of one half of a pixel."""
         if abs(lost).sum() > 0:  # seldom, so that this memory is mostly left alone
-            self.residue[x, y, half] = self.residue[x, y, half] + lost
+            self.residue.set_colour(x, y, half, self.residue.colour(x, y, half) + lost)
 
     @ti.func
     def count_in_half(self, x, y, half, count):
         """Count samples that were added to one half of a pixel."""
-        self.half_count[x, y, half] = self.half_count[x, y, half] + count
-        self.count[x, y] = self.count[x, y] + count
+        self.half_count.set_number(x, y, half, self.half_count.number(x, y, half) + count)
+        self.count.set_number(x, y, 0, self.count.number(x, y, 0) + count)
 
     @ti.func
     def move_half(self, other: ti.template(), x, y, source, half):
         """Add all samples that one half of a pixel has on another film, or on this one, to a half of this film."""
         for part in ti.static((other.total, other.rest, other.residue)):
-            self.add_to_half(x, y, half, part[x, y, source])
-        self.count_in_half(x, y, half, other.half_count[x, y, source])
+            self.add_to_half(x, y, half, part.colour(x, y, source))
+        self.count_in_half(x, y, half, other.half_count.number(x, y, source))
 
     @ti.func
     def clear_half(self, x, y, half):
         """Forget the samples of one half of a pixel."""
-        self.half_count[x, y, half] = 0
+        self.half_count.set_number(x, y, half, 0)
         for part in ti.static((self.total, self.rest, self.residue)):
-            part[x, y, half] = tm.vec3(0)
+            part.set_colour(x, y, half, tm.vec3(0))
 
     @ti.func
     def mean(self, x, y):
         """The mean of all samples of a pixel; 0 if it has none."""
-        total = self.total[x, y, 0]
+        total = self.total.colour(x, y, 0)
         for half in ti.static(range(1, self.halves)):
-            total += self.total[x, y, half]
-        return total / ti.max(self.count[x, y], 1)
+            total += self.total.colour(x, y, half)
+        return total / ti.max(self.count.number(x, y, 0), 1)
 
     @ti.func
     def exact_mean(self, x, y):
         """The same, rounded once from the exact sum of each half: it does not depend on the order of the samples."""
-        total = exact_total(self.total[x, y, 0], self.rest[x, y, 0], self.residue[x, y, 0])
+        total = self.exact_half(x, y, 0)
         for half in ti.static(range(1, self.halves)):
-            total += exact_total(self.total[x, y, half], self.rest[x, y, half], self.residue[x, y, half])
-        return total / ti.max(self.count[x, y], 1)
+            total += self.exact_half(x, y, half)
+        return total / ti.max(self.count.number(x, y, 0), 1)
+
+    @ti.func
+    def exact_half(self, x, y, half):
+        """The sum of one half of a pixel, rounded once."""
+        return exact_total(self.total.colour(x, y, half), self.rest.colour(x, y, half), self.residue.colour(x, y, half))
 
     def merge(self, other: "Film") -> None:
         """Add the samples of another film of the same kind. No sample may be on both films: it would count twice."""
@@ -297,8 +309,8 @@ class Film:
 
     @ti.kernel
     def _merge(self, other: ti.template()):
-        for x, y in self.count:
-            n, m = self.count[x, y], other.count[x, y]
+        for x, y in self.canvas:
+            n, m = self.count.number(x, y, 0), other.count.number(x, y, 0)
             if m > 0:
                 if ti.static(self.keeps_deviation):
                     root = tm.sqrt(ti.max(other.deviation[x, y], 0.0)) / other.scale[x, y]
@@ -306,7 +318,8 @@ class Film:
                     difference = (other.mean(x, y) - self.mean(x, y)) * tm.sqrt(ti.cast(n, float) * m / (n + m))
                     self.add_deviation(x, y, difference, difference)  # Chan et al. 1979
                 if ti.static(self.halves == 2):
-                    self.largest[x, y] = ti.max(self.largest[x, y], other.largest[x, y])
+                    largest = ti.max(self.largest.number(x, y, 0), other.largest.number(x, y, 0))
+                    self.largest.set_number(x, y, 0, largest)
                 if ti.static(self.doubles):
                     self.begin_doubling(x, y)
                 for half in ti.static(range(self.halves)):
@@ -342,9 +355,10 @@ class Film:
         if direct.is_possible() and not self.averages:
             return upright(self._memory.array(self.canvas))
         if self.is_read_by_numpy:
-            total, rest, residue, count, canvas = map(self._memory.array, self._summed())
+            total, rest, residue = (sums.read(self._memory) for sums in (self.total, self.rest, self.residue))
+            count = self.counts()
             means = exact_means(total, rest, residue, count)
-            return upright(np.where(count[..., None] > 0, means, canvas))
+            return upright(np.where(count[..., None] > 0, means, self._memory.array(self.canvas)))
         image = np.empty((self.height, self.width, 3), np.float32)
         self._write_image(image)
         return image
@@ -354,8 +368,9 @@ class Film:
         """Whether the picture is so small that numpy is done with it before a kernel is loaded."""
         return direct.is_possible() and self.width * self.height <= FEW_PIXELS
 
-    def _summed(self) -> tuple[Any, ...]:
-        return self.total, self.rest, self.residue, self.count, self.canvas
+    def counts(self) -> np.ndarray:
+        """[x, y] the number of samples of every pixel."""
+        return self.count.read(self._memory)[..., 0]
 
     @ti.kernel
     def _write_image(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):
@@ -363,7 +378,7 @@ class Film:
             x, y = column, self.height - 1 - row
             value = self.canvas[x, y]
             if ti.static(self.averages):
-                if self.count[x, y] > 0:
+                if self.count.number(x, y, 0) > 0:
                     value = self.exact_mean(x, y)
             for k in ti.static(range(3)):
                 image[row, column, k] = value[k]
@@ -442,11 +457,11 @@ class Film:
 
     def _spread_by_numpy(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         memory = self._memory
-        groups = count = memory.array(self.count)
+        groups = count = self.counts()
         if self.halves == 2:
-            largest, halves = memory.array(self.largest), memory.array(self.half_count)
+            largest, halves = self.largest.read(memory)[..., 0], self.half_count.read(memory)
             groups = np.where((halves > 0).all(axis=2), 2, 1)
-            errors = errors_from_halves(memory.array(self.total), halves)
+            errors = errors_from_halves(self.total.read(memory), halves)
         else:
             largest = np.zeros(count.shape, runtime.dtype())
             errors = errors_from_deviations(memory.array(self.deviation), memory.array(self.scale), count)
@@ -463,13 +478,13 @@ class Film:
     ):
         for row, column in ti.ndrange(self.height, self.width):
             x, y = column, self.height - 1 - row
-            k, e = self.count[x, y], tm.vec3(0)
+            k, e = self.count.number(x, y, 0), tm.vec3(0)
             counts[row, column] = k
             if ti.static(self.halves == 2):
-                largest[row, column] = self.largest[x, y]
-                n_even, n_odd = self.half_count[x, y, 0], self.half_count[x, y, 1]
+                largest[row, column] = self.largest.number(x, y, 0)
+                n_even, n_odd = self.half_count.number(x, y, 0), self.half_count.number(x, y, 1)
                 k = ti.select(n_even > 0 and n_odd > 0, 2, 1)
-                e = error_from_halves(self.total[x, y, 0], n_even, self.total[x, y, 1], n_odd)
+                e = error_from_halves(self.total.colour(x, y, 0), n_even, self.total.colour(x, y, 1), n_odd)
             else:
                 e = error_from_deviation(self.deviation[x, y], self.scale[x, y], k)
             groups[row, column] = k
@@ -483,7 +498,7 @@ class Film:
         """
         self.check_alive()
         read = self._memory.read
-        variance = read(self.deviation).sum(axis=2, dtype=np.float64) / np.maximum(read(self.count) - 1, 1)
+        variance = read(self.deviation).sum(axis=2, dtype=np.float64) / np.maximum(self.counts() - 1, 1)
         return (np.sqrt(variance) / read(self.scale)).T[::-1]
 
     def to_arrays(self) -> dict[str, np.ndarray]:
@@ -502,21 +517,23 @@ class Film:
         """
         self.check_alive()
         read = self._memory.read
-        pairs = np.stack([read(self.total), read(self.rest)], axis=3)  # [x, y, half, total or rest, channel]
+        pairs = np.stack(
+            [self.total.read(self._memory), self.rest.read(self._memory)], axis=3
+        )  # [x, y, half, total or rest, channel]
         values = pairs.reshape(self.width, self.height, 2 * self.halves, 3)
         if self.keeps_deviation:
             values = np.concatenate([values, read(self.deviation)[:, :, None]], axis=2)
         counts = np.zeros((self.width, self.height, 2), np.int32)
-        counts[..., 0] = read(self.count)
-        counts[..., 1 : self.halves] = read(self.half_count)[..., 1:]
+        counts[..., 0] = self.counts()
+        counts[..., 1 : self.halves] = self.half_count.read(self._memory)[..., 1:]
         non_finite = np.concatenate([[[self.non_finite, 0, 0]], read(self.non_finite_at)]).astype(np.int32)
         arrays = {"values": values, "counts": counts, "non_finite": non_finite}
-        residues = read(self.residue)
+        residues = self.residue.read(self._memory)
         if residues.any():
             arrays["residues"] = residues
         if self.keeps_deviation and (read(self.scale) != 1).any():
             arrays["scale"] = read(self.scale)
-        if self.halves == 2 and (largest := read(self.largest)).any():
+        if self.halves == 2 and (largest := self.largest.read(self._memory)[..., 0]).any():
             arrays["largest"] = largest
         counted = self.counted()
         if counted is not None:
@@ -533,17 +550,18 @@ class Film:
             (self.total, pairs[:, :, :, 0]),
             (self.rest, pairs[:, :, :, 1]),
             (self.residue, arrays.get("residues", np.zeros_like(pairs[:, :, :, 0]))),
-            (self.count, counts[..., 0]),
+            (self.count, counts[..., :1]),
             (self.half_count, half_counts[..., : self.halves]),
-            (self.non_finite_at, non_finite[1:]),
         ]
-        if self.keeps_deviation:
-            parts.append((self.deviation, values[:, :, -1]))
-            parts.append((self.scale, arrays.get("scale", np.ones(counts.shape[:2], values.dtype))))
         if self.halves == 2:
-            parts.append((self.largest, arrays.get("largest", np.zeros(counts.shape[:2], values.dtype))))
-        for field, array in parts:
-            self._memory.write(field, array)
+            largest = arrays.get("largest", np.zeros(counts.shape[:2], values.dtype))
+            parts.append((self.largest, largest[..., None]))
+        for numbers, array in parts:
+            numbers.write(self._memory, array)
+        if self.keeps_deviation:
+            self._memory.write(self.deviation, values[:, :, -1])
+            self._memory.write(self.scale, arrays.get("scale", np.ones(counts.shape[:2], values.dtype)))
+        self._memory.write(self.non_finite_at, non_finite[1:])
         self._memory.write(self.non_finite_count, non_finite[0, 0])
         self.samples = samples
         self._near_misses_before = NearMisses.from_arrays(arrays)
@@ -561,8 +579,8 @@ class Film:
 
     @ti.kernel
     def _show_mean(self):
-        for x, y in self.count:
-            if self.count[x, y] > 0:
+        for x, y in self.canvas:
+            if self.count.number(x, y, 0) > 0:
                 self.canvas[x, y] = self.mean(x, y)
 
 
@@ -609,6 +627,12 @@ def exact_total(total, rest, residue):
     is_halfway = other - total == 2 * rest
     has_more = ((rest > 0) & (residue > 0)) | ((rest < 0) & (residue < 0))
     return ti.select(is_halfway & has_more, other, total)
+
+
+@ti.func
+def mean_of_channels(value):
+    """The mean of red, green and blue."""
+    return (value * ti.static(1 / 3)).sum()
 
 
 @ti.func

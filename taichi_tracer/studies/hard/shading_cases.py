@@ -204,7 +204,7 @@ class Accumulation(RendererCase):
         mean = film.canvas.to_numpy().astype(np.float64)[0, 0]
         truth = np.array([1, 1 / 3, 1000]) * value
         off = np.abs(mean / truth - 1)
-        count = int(film.count.to_numpy().max())
+        count = int(film.counts().max())
         return {
             "tried": self.samples,
             "wrong": int((~(off <= 2 * epsilon)).sum() + (count != self.samples)),

@@ -1,0 +1,91 @@
+"""Numbers of pixels in Taichi fields, of which sixteen neighbours lie side by side in memory.
+
+A kernel for one pixel reads and writes the number of this pixel. A kernel that treats a group of 4 × 4 pixels at once
+reads and writes sixteen numbers with one instruction (``fast.film_lanes``).
+"""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.fast.lanes import LANES
+from taichi_tracer.system.memory import Memory
+
+GROUP_BITS = 2
+GROUP = 1 << GROUP_BITS  # pixels along each side of a group
+
+
+@ti.data_oriented
+class PixelGroups:
+    """One number, or the three numbers of a colour, for every pixel and each half of its samples.
+
+    Args:
+        place: the ``place`` method of a Taichi field structure with the shape (groups across, groups upwards, halves).
+        width, height: of the picture, in pixels.
+        channels: 1 for numbers, 3 for colours. dtype: the type of a number; None for that of kernels.
+
+    Attributes:
+        lanes: for each channel a field of vectors of sixteen; pixel (x, y) is in lane 4 (x mod 4) + y mod 4.
+    """
+
+    def __init__(self, place, width: int, height: int, channels: int = 1, dtype=None) -> None:
+        self.width, self.height, self.channels = width, height, channels
+        self.lanes = [ti.Vector.field(LANES, float if dtype is None else dtype) for _ in range(channels)]
+        place(*self.lanes)
+
+    @ti.func
+    def number(self, x, y, half):
+        """The number of a pixel."""
+        return self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half][lane_of(x, y)]
+
+    @ti.func
+    def set_number(self, x, y, half, number):
+        """Set the number of a pixel."""
+        self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half][lane_of(x, y)] = number
+
+    @ti.func
+    def colour(self, x, y, half):
+        """The colour of a pixel."""
+        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
+        return tm.vec3(
+            self.lanes[0][i, k, half][lane], self.lanes[1][i, k, half][lane], self.lanes[2][i, k, half][lane]
+        )
+
+    @ti.func
+    def set_colour(self, x, y, half, colour):
+        """Set the colour of a pixel."""
+        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
+        for channel in ti.static(range(3)):
+            self.lanes[channel][i, k, half][lane] = colour[channel]
+
+    def read(self, memory: Memory) -> np.ndarray:
+        """[x, y, half] the numbers, or [x, y, half, channel] the colours; ``memory`` is that of the fields."""
+        arrays = [self._by_pixel(memory.read(field)) for field in self.lanes]
+        return np.stack(arrays, axis=-1) if self.channels > 1 else arrays[0]
+
+    def write(self, memory: Memory, numbers: np.ndarray) -> None:
+        """Set all pixels; ``numbers`` as from ``read``."""
+        for channel, field in enumerate(self.lanes):
+            memory.write(field, self._by_group(numbers[..., channel] if self.channels > 1 else numbers, field.shape))
+
+    def _by_pixel(self, groups: np.ndarray) -> np.ndarray:
+        across, upwards, halves, _ = groups.shape
+        pixels = groups.reshape(across, upwards, halves, GROUP, GROUP).transpose(0, 3, 1, 4, 2)
+        return pixels.reshape(across * GROUP, upwards * GROUP, halves)[: self.width, : self.height]
+
+    def _by_group(self, pixels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+        across, upwards, halves = shape
+        beyond = (0, across * GROUP - self.width), (0, upwards * GROUP - self.height), (0, 0)
+        groups = np.pad(pixels, beyond).reshape(across, GROUP, upwards, GROUP, halves)
+        return groups.transpose(0, 2, 4, 1, 3).reshape(across, upwards, halves, LANES)
+
+
+@ti.func
+def lane_of(x, y):
+    """The lane of a pixel within its group."""
+    return (x & (GROUP - 1)) << GROUP_BITS | (y & (GROUP - 1))
+
+
+def groups_along(pixels: int) -> int:
+    """How many groups are needed for some pixels."""
+    return -(-pixels // GROUP)
