@@ -287,9 +287,18 @@ class RayIntersector:
         The position is c + r n. This point lies on the sphere at any distance from the origin of the ray. Its rounding
         error is a few ε of |c| + r.
         """
+        return self.describe_outward(ray, t, sphere_id, self.outward_normal(ray, t, sphere_id))
+
+    @ti.func
+    def outward_normal(self, ray, t, sphere_id):
+        """The unit normal, away from the centre, where a ray meets a sphere."""
         centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
-        o, d, c, r = widened(ray.origin), widened(ray.direction), widened(centre), widened(radius)
-        outward = sphere_normal(o, d, c, r, t)
+        return sphere_normal(widened(ray.origin), widened(ray.direction), widened(centre), widened(radius), t)
+
+    @ti.func
+    def describe_outward(self, ray, t, sphere_id, outward):
+        """``describe_sphere`` with the ``outward_normal``."""
+        centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         is_backfacing = tm.dot(ray.direction, outward) > 0
         normal = ti.select(is_backfacing, -outward, outward)
         return HitData(

@@ -85,6 +85,12 @@ class FastIntersector(RayIntersector):
     @ti.func
     def describe(self, ray, t, primitive_id, u, v, t_min=0.0, t_max=tm.inf):
         """HitData from t, number and barycentric coordinates; the same as in the plain form."""
+        outward = self.outward_of(ray, t, primitive_id)
+        return self.describe_with(ray, t, primitive_id, u, v, outward, t_min, t_max)
+
+    @ti.func
+    def describe_with(self, ray, t, primitive_id, u, v, outward, t_min=0.0, t_max=tm.inf):
+        """``describe`` with ``outward_of`` the hit."""
         hit = no_hit()
         if ti.static(not self.geometry.effects.spheres):
             hit = self.describe_triangle(ray, t, primitive_id, u, v)
@@ -93,10 +99,18 @@ class FastIntersector(RayIntersector):
             if index >= 0:
                 hit = self.describe_triangle(ray, t, index, u, v)
             else:
-                hit = self.describe_sphere(ray, t, -1 - index)
+                hit = self.describe_outward(ray, t, -1 - index, outward)
             hit.triangle_id = primitive_id
         hit.distance = self.exact_distance(ray, hit, t_min, t_max)
         return hit
+
+    @ti.func
+    def outward_of(self, ray, t, primitive_id):
+        """``outward_normal`` of a hit on a sphere; 0 if the ray met a triangle or nothing."""
+        outward = tm.vec3(0)
+        if primitive_id >= 0 and self.is_sphere(primitive_id):
+            outward = self.outward_normal(ray, t, -1 - self.geometry.primitives[primitive_id])
+        return outward
 
     @ti.func
     def describe_met(self, ray, t, primitive_id, u, v, v0, v1, v2, t_min, t_max):

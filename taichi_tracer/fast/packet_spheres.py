@@ -2,9 +2,10 @@
 
 import numpy as np
 import taichi as ti
+import taichi.math as tm
 
 from taichi_tracer.fast.lanes import LANES, flags, lanes, larger
-from taichi_tracer.formulas.spheres import widened
+from taichi_tracer.formulas.spheres import sphere_normal, widened
 from taichi_tracer.system import memory, runtime
 
 ROUNDING = 256  # units of rounding, far more than those of a discriminant
@@ -22,8 +23,8 @@ class SphereLanes:
 
     LLVM finds vector instructions only in short chains of operations. Therefore each step is stored. Fields of a place,
     sixteen lanes each, in f64 where there is f64:
-        f: for each axis, the origin as seen from the centre. d: the direction, divided by its largest component,
-            ``size``. a, b, c: of the quadratic equation. rest: its discriminant. root: the root of a times ``rest``.
+        f: for each axis, the origin as seen from the centre. d: w, and size: s, of ``without_overflow``.
+        a, b, c: of the quadratic equation. rest: its discriminant. root: the root of a times ``rest``.
         entry, exit: its solutions, in the precision of kernels.
 
     Args:
@@ -31,6 +32,7 @@ class SphereLanes:
     """
 
     def __init__(self, places: int) -> None:
+        self.divides = not runtime.can_widen()  # as ``without_overflow`` does
         wide = ti.f64 if runtime.has_f64() else float
         self.rounding = float(ROUNDING * np.finfo(np.float64 if runtime.has_f64() else runtime.dtype()).eps)
         self._memory = memory.Memory()
@@ -46,11 +48,11 @@ class SphereLanes:
     @ti.func
     def take(self, place, dx, dy, dz):
         """Begin with sixteen rays, which have these directions."""
-        size = larger(larger(abs(dx), abs(dy)), abs(dz))
-        self.size[place] = widened(size)
-        self.d[place, 0] = widened(dx) / self.size[place]
-        self.d[place, 1] = widened(dy) / self.size[place]
-        self.d[place, 2] = widened(dz) / self.size[place]
+        self.d[place, 0], self.d[place, 1], self.d[place, 2] = widened(dx), widened(dy), widened(dz)
+        if ti.static(self.divides):
+            self.size[place] = larger(larger(abs(dx), abs(dy)), abs(dz))
+            for axis in ti.static(range(3)):
+                self.d[place, axis] = self.d[place, axis] / self.size[place]
         x, y, z = self.d[place, 0], self.d[place, 1], self.d[place, 2]
         self.a[place] = dot(x, y, z, x, y, z)
 
@@ -92,11 +94,24 @@ class SphereLanes:
         self.root[place] = ti.sqrt(self.a[place] * ti.select(is_met, self.rest[place], 0))
         b, root = self.b[place], self.root[place]
         q = ti.select(b >= 0, b + root, b - root)
-        t0 = self.c[place] / q / self.size[place]
-        t1 = q / self.a[place] / self.size[place]
+        t0, t1 = self.c[place] / q, q / self.a[place]
+        if ti.static(self.divides):
+            t0, t1 = t0 / self.size[place], t1 / self.size[place]
         self.entry[place] = ti.cast(ti.select(t0 < t1, t0, t1), float)
         self.exit[place] = ti.cast(ti.select(t0 < t1, t1, t0), float)
         return is_met, self.entry[place], self.exit[place]
+
+
+@ti.func
+def sphere_normals(ox, oy, oz, dx, dy, dz, centre_x, centre_y, centre_z, radius, t):
+    """``sphere_normal`` of sixteen rays: its components, in lanes. So are the arguments."""
+    nx, ny, nz = lanes(0.0), lanes(0.0), lanes(0.0)
+    for lane in range(LANES):
+        o, d = tm.vec3(ox[lane], oy[lane], oz[lane]), tm.vec3(dx[lane], dy[lane], dz[lane])
+        centre = tm.vec3(centre_x[lane], centre_y[lane], centre_z[lane])
+        n = sphere_normal(widened(o), widened(d), widened(centre), widened(radius[lane]), t[lane])
+        nx[lane], ny[lane], nz[lane] = n.x, n.y, n.z
+    return nx, ny, nz
 
 
 @ti.func

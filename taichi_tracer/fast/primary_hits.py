@@ -11,6 +11,7 @@ from taichi_tracer.fast.camera_lanes import generate_rays, lanes_of
 from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
 from taichi_tracer.fast.number_lanes import FIRST_DIMENSION, has_points, pairs_of
+from taichi_tracer.fast.packet_spheres import sphere_normals
 from taichi_tracer.fast.packets import SIDE, SIDE_BITS, TILE, TILE_BITS, Packets
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.wide_bvh import WideBVH
@@ -67,6 +68,7 @@ class PrimaryHits:
         self.lanes = lanes_of(camera)
         self.has_groups = self.lanes is not None  # whether the rays of a tile can be computed together
         self.share_origin = self.has_groups and self.lanes.share_origin  # whether all rays start at the same point
+        self.keeps_normals = scene_data.geometry.effects.spheres  # of spheres: together, they are found sooner
         self.can_use_packets = have_packets(scene_data, camera, self.sampler)
         self.use_packets = use_packets
         self.is_long = False  # whether it is known that the picture takes long enough for every form
@@ -108,6 +110,8 @@ class PrimaryHits:
             self.direction = [ti.Vector.field(LANES, float) for _ in range(3)]
             self.origin = [] if self.share_origin else [ti.Vector.field(LANES, float) for _ in range(3)]
             fields += self.direction + self.origin
+        self.normal = [ti.Vector.field(LANES, float) for _ in range(3)] if self.keeps_normals else []
+        fields += self.normal
         for field in fields:
             self._memory.fields.dense(ti.i, self.tiles_x * self.tiles_y).place(field)
         self._memory.allocate()
@@ -176,16 +180,14 @@ class PrimaryHits:
         return ray
 
     @ti.func
-    def keep_ray(self, tile, lane, ray):
-        """Keep the ray that is traced through a pixel."""
+    def keep_vector(self, components: ti.template(), tile, lane, vector):
+        """Keep a vector of one pixel."""
         for axis in ti.static(range(3)):
-            self.direction[axis][tile][lane] = ray.direction[axis]
-            if ti.static(not self.share_origin):
-                self.origin[axis][tile][lane] = ray.origin[axis]
+            components[axis][tile][lane] = vector[axis]
 
     @ti.func
     def keep_lanes(self, components: ti.template(), tile, x, y, z):
-        """Keep three components of the rays of a tile, each sixteen lanes or one common number."""
+        """Keep the vectors of a tile: three components, each sixteen lanes or one common number."""
         components[0][tile], components[1][tile], components[2][tile] = lanes(x), lanes(y), lanes(z)
 
     @ti.func
@@ -210,10 +212,14 @@ class PrimaryHits:
                 xi = self.sampler.start(seed, x, y, i).next_2d()
             ray = self.camera.generate_ray(x, y, self.jitter, xi)
             if ti.static(self.jitter):
-                self.keep_ray(tile, lane, ray)
+                self.keep_vector(self.direction, tile, lane, ray.direction)
+                if ti.static(not self.share_origin):
+                    self.keep_vector(self.origin, tile, lane, ray.origin)
             t, triangle_id, u, v = searcher.nearest(ray, 0.0, tm.inf)
             self.distance[tile][lane], self.triangle_id[tile][lane] = t, triangle_id
             self.u[tile][lane], self.v[tile][lane] = u, v
+            if ti.static(self.keeps_normals):
+                self.keep_vector(self.normal, tile, lane, searcher.outward_of(ray, t, triangle_id))
 
     @ti.kernel
     def _trace_packets(self, seed: ti.u32, index: ti.u32):
@@ -237,6 +243,8 @@ class PrimaryHits:
                     self.triangle_id[tile] = self.packets.triangle_id[c, g]
                     self.u[tile] = self.packets.u[c, g]
                     self.v[tile] = self.packets.v[c, g]
+                    if ti.static(self.keeps_normals):
+                        self.find_normals(c, g, tile, origin)
                 k += 1
 
     @ti.func
@@ -264,6 +272,24 @@ class PrimaryHits:
         if ti.static(self.lanes.share_origin):
             origin = tm.vec3(ox, oy, oz)
         return origin
+
+    @ti.func
+    def find_normals(self, c, g, tile, origin):
+        """Keep ``outward_of`` the hits of a group, if there are spheres among them."""
+        ids = self.packets.triangle_id[c, g]
+        x, y, z, radius, spheres = lanes(0.0), lanes(0.0), lanes(0.0), lanes(1.0), 0
+        for lane in range(LANES):
+            if ids[lane] >= 0 and self.scene_data.ray_intersector.is_sphere(ids[lane]):
+                centre, radius[lane] = self.scene_data.ray_intersector.sphere(ids[lane])
+                x[lane], y[lane], z[lane] = centre.x, centre.y, centre.z
+                spheres += 1
+        if spheres > 0:
+            ox, oy, oz = lanes(origin.x), lanes(origin.y), lanes(origin.z)
+            if ti.static(not self.share_origin):
+                ox, oy, oz = self.packets.o[c, g, 0], self.packets.o[c, g, 1], self.packets.o[c, g, 2]
+            dx, dy, dz = self.packets.d[c, g, 0], self.packets.d[c, g, 1], self.packets.d[c, g, 2]
+            nx, ny, nz = sphere_normals(ox, oy, oz, dx, dy, dz, x, y, z, radius, self.packets.t[c, g])
+            self.keep_lanes(self.normal, tile, nx, ny, nz)
 
     @ti.func
     def hits_nothing(self, tile_x, tile_y):
@@ -295,9 +321,11 @@ class PrimaryHits:
         data = no_hit()
         triangle_id = self.triangle_id[tile][lane]
         if triangle_id >= 0:
-            data = self.scene_data.ray_intersector.describe(
-                ray, self.distance[tile][lane], triangle_id, self.u[tile][lane], self.v[tile][lane]
-            )
+            t, u, v = self.distance[tile][lane], self.u[tile][lane], self.v[tile][lane]
+            outward = tm.vec3(0)
+            if ti.static(self.keeps_normals):
+                outward = self.vector(self.normal, tile, lane)
+            data = self.scene_data.ray_intersector.describe_with(ray, t, triangle_id, u, v, outward)
         return data
 
 

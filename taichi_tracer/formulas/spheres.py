@@ -17,15 +17,16 @@ def widened(x):
 
 
 @ti.func
-def nearest_to_centre(o, d, centre):
-    """The point of the line that is nearest to the centre: l = f + (b/a) d, seen from the centre, and t = b/a.
+def without_overflow(d):
+    """(w, s) with d = s w, so that no square of w overflows or is 0, however long or short d is.
 
-    Here f = o − c, a = d·d and b = −f·d (Haines, Günther & Akenine-Möller, "Precision improvements for ray/sphere
-    intersection", Ray Tracing Gems, 2019, chapter 7).
+    In f64, the squares of all numbers of f32 are far from both. Then w is d.
     """
-    f = o - centre
-    t = -tm.dot(f, d) / tm.dot(d, d)
-    return f + t * d, t
+    w, s = d, widened(1.0)
+    if ti.static(not runtime.can_widen()):
+        s = abs(d).max()
+        w = d / s
+    return w, s
 
 
 @ti.func
@@ -36,22 +37,21 @@ def sphere_roots(o, d, centre, radius):
     size of the sphere. The usual b² − a c would lose a small sphere that is far away. The root with the smaller |t| is
     c/q, because the usual formula cancels there.
 
-    d is divided by its largest component, so that nothing overflows for very long or very short directions.
+    l = f + (b/a) d is the point of the line that is nearest to the centre, with f = o − c, a = d·d and b = −f·d.
     """
-    largest = abs(d).max()
-    w = d / largest
-    l, foot = nearest_to_centre(o, w, centre)
+    w, size = without_overflow(d)
     f = o - centre
     a = tm.dot(w, w)
     b = -tm.dot(f, w)
     c = tm.dot(f, f) - radius * radius
+    l = f + b / a * w
     discriminant = radius * radius - tm.dot(l, l)
     is_met = discriminant >= 0
 
     root = ti.sqrt(a * ti.select(is_met, discriminant, 0))
     q = ti.select(b >= 0, b + root, b - root)
-    t0 = c / q / largest
-    t1 = q / a / largest
+    t0 = c / q / size
+    t1 = q / a / size
     return is_met, ti.select(t0 < t1, t0, t1), ti.select(t0 < t1, t1, t0)
 
 
@@ -61,13 +61,14 @@ def sphere_normal(o, d, centre, radius, t):
 
     The formula (l ∓ d √((r² − l·l)/a)) / r only has numbers of the size of the sphere, at any distance of the origin.
     """
-    largest = abs(d).max()
-    w = d / largest
-    l, foot = nearest_to_centre(o, w, centre)
-    a = tm.dot(w, w)
+    w, size = without_overflow(d)
+    f = o - centre
+    reciprocal = 1 / tm.dot(w, w)
+    nearest = -tm.dot(f, w) * reciprocal
+    l = f + nearest * w
     rest = radius * radius - tm.dot(l, l)
-    half = ti.sqrt(ti.select(rest > 0, rest, 0) / a)
-    n = l + ti.select(t * largest <= foot, -half, half) * w
+    half = ti.sqrt(ti.select(rest > 0, rest, 0) * reciprocal)
+    n = l + ti.select(t * size <= nearest, -half, half) * w
     return ti.cast(n / n.norm(), float)
 
 
