@@ -26,16 +26,18 @@ class LookUps:
 
     Fields of sixteen directions in a place: ``x``, ``y`` and ``z``, their components; ``u`` and ``v``, their
     ``Environment.coords``; ``row`` and ``column``, their texel. Directions that are added one by one come first, and
-    whole groups of sixteen come behind. ``light_of`` is the radiance of each direction that was added alone.
+    whole groups of sixteen come behind. ``light_of`` is the radiance of each direction that was added alone, and
+    ``pdf_of``, if it is wanted, ``EnvironmentLight.pdf`` of it.
 
     Args:
         light: an ``EnvironmentLight``.
         places: the number of lists that can be looked up at the same time.
         most: the largest number of single directions of a place. most_groups: the same for groups.
+        finds_pdf: whether ``pdf_of`` is wanted.
     """
 
-    def __init__(self, light, places: int, most: int, most_groups: int) -> None:
-        self.light, self.environment = light, light.environment
+    def __init__(self, light, places: int, most: int, most_groups: int, finds_pdf: bool = False) -> None:
+        self.light, self.environment, self.finds_pdf = light, light.environment, finds_pdf
         self.first_group = -(-most // LANES)
         self._memory = memory.Memory()
         self.x, self.y, self.z, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
@@ -45,8 +47,9 @@ class LookUps:
         self.row, self.column = (ti.Vector.field(LANES, ti.i32) for _ in range(2))
         for field in (self.x, self.y, self.z, self.u, self.v, self.row, self.column):
             place.dense(ti.j, self.first_group + most_groups).place(field)
-        self.light_of = ti.Vector.field(3, float)
+        self.light_of, self.pdf_of = ti.Vector.field(3, float), ti.field(float)
         place.dense(ti.j, most).place(self.light_of)
+        place.dense(ti.j, most if finds_pdf else 1).place(self.pdf_of)
         self._memory.allocate()
 
     @ti.func
@@ -94,6 +97,9 @@ class LookUps:
         # Their texels lie far apart, in slow memory. This loop does nothing else: so, many are on their way at once.
         for k in range(self.count[c]):
             self.light_of[c, k] = self.look_up(c, k)
+            if ti.static(self.finds_pdf):
+                i, lane = k // LANES, k % LANES
+                self.pdf_of[c, k] = self.light.pdf_of(self.row[c, i][lane], self.column[c, i][lane])
 
     @ti.func
     def look_up(self, c, k):

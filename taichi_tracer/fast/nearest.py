@@ -108,8 +108,9 @@ class FastIntersector(RayIntersector):
     def outward_of(self, ray, t, primitive_id):
         """``outward_normal`` of a hit on a sphere; 0 if the ray met a triangle or nothing."""
         outward = tm.vec3(0)
-        if primitive_id >= 0 and self.is_sphere(primitive_id):
-            outward = self.outward_normal(ray, t, -1 - self.geometry.primitives[primitive_id])
+        if ti.static(self.geometry.effects.spheres):
+            if primitive_id >= 0 and self.is_sphere(primitive_id):
+                outward = self.outward_normal(ray, t, -1 - self.geometry.primitives[primitive_id])
         return outward
 
     @ti.func

@@ -15,6 +15,7 @@ import functools
 
 import taichi as ti
 import taichi.math as tm
+from taichi.lang import impl
 
 from taichi_tracer.fast.film_lanes import add_samples, can_add_together
 from taichi_tracer.fast.lanes import LANES, lanes
@@ -23,7 +24,16 @@ from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
 from taichi_tracer.fast.shadow_lanes import shadow_rays
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.wide_bvh import WideBVH
-from taichi_tracer.lights.near_misses import begin_counting, code_of_look_up, count_look_up, kind_of_look_up
+from taichi_tracer.formulas.heuristics import heuristic
+from taichi_tracer.integrators.direct_light import MultipleImportanceSampling
+from taichi_tracer.lights.near_misses import (
+    begin_counting,
+    code_of_look_up,
+    count_look_up,
+    kind_before_weight,
+    kind_of_look_up,
+    weighted_kind,
+)
 from taichi_tracer.lights.scene_lights import may_meet
 from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS, lane_of
 from taichi_tracer.picture.progress import Progress
@@ -83,6 +93,17 @@ def waiting_class(cls: type, tiles: "Tiles") -> type:
     return type(f"Waiting{cls.__name__}", (cls,), methods)
 
 
+def waiting_mis_class(cls: type, tiles: "Tiles") -> type:
+    """The class of an estimator that weights a sample of the BRDF when the light's density is known."""
+
+    @functools.wraps(cls.sample_brdf)
+    def sample_brdf(self, scene, surface, xi):
+        """``Tiles.wait_for_density``."""
+        return tiles.wait_for_density(surface, xi)
+
+    return type(f"Waiting{cls.__name__}", (cls,), {"sample_brdf": in_kernels(sample_brdf)})
+
+
 @ti.data_oriented
 class Tiles:
     """Takes samples tile by tile.
@@ -96,6 +117,8 @@ class Tiles:
         factor: by which its light is multiplied. kind: what its look-up is for ``NearMissCounter``.
         leaves: whether the direction leaves a surface, and something may be in its way; then it starts at ``origin``.
         ray: the number of its ray, or ``UNTRACED``, or ``NOTHING``. code: see ``NearMissCounter.code``.
+        pdf: the density of the BRDF at its direction, if the factor is still to be multiplied by a heuristic of this
+            and of the light's density; otherwise −1. It exists only if the estimator has such a heuristic.
 
     Args:
         renderer: the ``ProgressiveRenderer``.
@@ -104,8 +127,11 @@ class Tiles:
     """
 
     def __init__(self, renderer, scene, integrator) -> None:
-        self.renderer, self.scene, self.integrator = renderer, copy.copy(scene), integrator
+        self.renderer, self.scene, self.integrator = renderer, copy.copy(scene), copy.copy(integrator)
         self.is_of = scene, integrator
+        self.weights = isinstance(integrator, MultipleImportanceSampling)
+        if self.weights:
+            self.integrator.__class__ = waiting_mis_class(type(integrator), self)
         renderer.eye_rays.is_long = True
         self.scene.__class__ = waiting_class(type(scene), self)
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
@@ -118,11 +144,12 @@ class Tiles:
         if self.has_numbers:
             pairs = 2 if integrator.samples_lights else 1
             self.numbers = NumberLanes(renderer.sampler, renderer.shares, pairs, self.places)
-        self.look_ups = LookUps(scene.lights.far[0], self.places, most, GROUPS)
+        self.look_ups = LookUps(scene.lights.far[0], self.places, most, GROUPS, finds_pdf=self.weights)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, self.places)
         self.groups, self.behind, self.end = (ti.field(ti.i32) for _ in range(3))
         self.value, self.factor, self.origin, self.direction = (ti.Vector.field(3, float) for _ in range(4))
+        self.pdf = ti.field(float)
         self.kind, self.leaves, self.ray, self.code = (ti.field(ti.i32) for _ in range(4))
         self.group = ti.Vector.field(2, ti.i32)
         place.place(self.groups)
@@ -133,6 +160,7 @@ class Tiles:
         place.dense(ti.j, most).place(
             self.factor, self.kind, self.leaves, self.origin, self.direction, self.ray, self.code
         )
+        place.dense(ti.j, most if self.weights else 1).place(self.pdf)
         self._memory.allocate()
 
     def take(self, near_misses, seed: int, index: int) -> None:
@@ -218,7 +246,7 @@ class Tiles:
     @in_kernels
     def begin(self, c) -> None:
         """Begin a tile in a place."""
-        self.place = c
+        self.place, self.pdf_brdf = c, impl.expr_init(-1.0)
         self._clear(c)
 
     @ti.func
@@ -233,9 +261,13 @@ class Tiles:
         if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
             c = self.place
             k = self.look_ups.add(c, w_i)
-            self.factor[c, k], self.kind[c, k] = factor, kind_of_look_up(factor)
+            self.factor[c, k], self.kind[c, k] = factor, kind_before_weight()
+            if ti.static(self.weights):
+                self.pdf[c, k] = self.pdf_brdf
             self.origin[c, k], self.direction[c, k] = surface.origin, w_i
             self.leaves[c, k] = ti.cast(may_meet(scene.effects, surface, w_i), ti.i32)
+        if ti.static(self.weights):
+            self.pdf_brdf = -1.0
         return tm.vec3(0)
 
     @ti.func
@@ -243,8 +275,17 @@ class Tiles:
         """``SceneLights.seen`` for a ray that hits nothing; but the result is 0, and the light is added later."""
         c = self.place
         k = self.look_ups.add(c, ray.direction)
-        self.factor[c, k], self.kind[c, k], self.leaves[c, k] = tm.vec3(1), kind_of_look_up(tm.vec3(1)), 0
+        self.factor[c, k], self.kind[c, k], self.leaves[c, k] = tm.vec3(1), kind_before_weight(), 0
+        if ti.static(self.weights):
+            self.pdf[c, k] = -1.0
         return tm.vec3(0)
+
+    @ti.func
+    def wait_for_density(self, surface, xi):
+        """``MultipleImportanceSampling.sample_brdf`` without the heuristic, which needs the density of the light."""
+        w_i = surface.sample(xi)
+        self.pdf_brdf = surface.pdf(w_i)
+        return w_i, surface.weight(w_i)
 
     @ti.func
     def end_pixel(self, c, x, y, value):
@@ -257,15 +298,19 @@ class Tiles:
         """Look up the light of all terms, and send a ray for those that find some, if anything may be in its way."""
         self.look_ups.find(c)
         for k in range(self.look_ups.count[c]):
-            light = self.look_ups.light_of[c, k]
+            light, factor = self.look_ups.light_of[c, k], self.factor[c, k]
+            if ti.static(self.weights):
+                if self.pdf[c, k] >= 0:
+                    factor *= heuristic(self.pdf[c, k], self.look_ups.pdf_of[c, k], self.integrator.exponent)
             ray = NOTHING
-            if light.max() > 0:
+            if factor.max() > 0 and light.max() > 0:
                 ray = UNTRACED
                 if self.leaves[c, k] != 0:
                     ray = self.shadow_rays.add(c, self.origin[c, k], self.direction[c, k])
             u, v = self.look_ups.coords(c, k)
-            self.ray[c, k], self.code[c, k] = ray, code_of_look_up(self.kind[c, k], u, v, light)
-            self.factor[c, k] *= light
+            kind = weighted_kind(self.kind[c, k], factor)
+            self.ray[c, k], self.code[c, k] = ray, code_of_look_up(kind, u, v, light)
+            self.factor[c, k] = factor * light
 
     @ti.func
     def end_groups(

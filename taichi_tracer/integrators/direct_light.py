@@ -214,13 +214,18 @@ class MultipleImportanceSampling(DirectLight):
         """(w_i, heuristic · f_r cos θ_i / pdf): technique 0 samples the BRDF, technique 1 the environment."""
         w_i, f_cos_over_pdf = tm.vec3(0), tm.vec3(0)
         if technique == 0:
-            w_i = surface.sample(xi_brdf)
-            pdf_light = scene.lights.pdf_far(surface.origin, w_i)
-            f_cos_over_pdf = surface.weight(w_i) * heuristic(surface.pdf(w_i), pdf_light, self.exponent)
+            w_i, f_cos_over_pdf = self.sample_brdf(scene, surface, xi_brdf)
         else:
             w_i, pdf = scene.lights.sample_far(surface.origin, xi_light)
             f_cos_over_pdf = surface.eval_cosine(w_i) / pdf * heuristic(pdf, surface.pdf(w_i), self.exponent)
         return w_i, f_cos_over_pdf
+
+    @ti.func
+    def sample_brdf(self, scene, surface, xi):
+        """Technique 0 of ``sample``."""
+        w_i = surface.sample(xi)
+        pdf_light = scene.lights.pdf_far(surface.origin, w_i)
+        return w_i, surface.weight(w_i) * heuristic(surface.pdf(w_i), pdf_light, self.exponent)
 
     @ti.func
     def reflected_with_lamps(self, scene, surface, rng):

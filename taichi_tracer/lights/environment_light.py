@@ -108,7 +108,11 @@ class EnvironmentLight(Light):
     def pdf(self, x, w_i, hit):
         """The density of ``sample_direction`` at w_i."""
         u, v = self.environment.coords(self.with_y_up(w_i))
-        row, column = self.environment.texel_of(u, v)
+        return self.pdf_of(*self.environment.texel_of(u, v))
+
+    @ti.func
+    def pdf_of(self, row, column):
+        """The density of ``sample_direction`` at the directions of a texel."""
         return self.density[row, column]
 
     @ti.func

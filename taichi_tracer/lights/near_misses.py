@@ -31,6 +31,7 @@ MATTERS = 0.01  # of all the light: what has less is not missed
 ROWS = 64  # of the map of directions that are near; it has twice as many columns
 KINDS = ("eye rays", "mirrors", "lobes")
 EYE, MIRROR, LOBE = range(len(KINDS))
+IF_HEAVY = 4  # is added to a kind that is only counted if its weight is large
 BITS = len(LEVELS)
 WEIGHT = 0.01  # what a look-up of a narrow lobe is multiplied by, at least, if it was drawn from the lobe itself
 ENOUGH = 1000  # look-ups that met a level: more need not be counted
@@ -205,11 +206,23 @@ class NearMissCounter:
     @ti.func
     def kind(self, factor):
         """Which of ``KINDS`` the next look-up is, whose light is multiplied by ``factor``; −1 if it is not counted."""
+        return self.weighted(self.kind_before_weight(), factor)
+
+    @ti.func
+    def kind_before_weight(self):
+        """``kind``, if ``factor`` is not known yet; plus ``IF_HEAVY``, if it depends on the factor."""
         kind = ti.select(self.surfaces == 0, EYE, ti.select(self.is_scattered == 0, MIRROR, LOBE))
         is_counted = kind == EYE or self.is_delta == 1 or ti.static(not self.samples_lights)
+        other = -1
         if ti.static(self.samples_brdf):
-            is_counted = is_counted or (self.is_narrow == 1 and factor.max() >= WEIGHT)
-        return ti.select(is_counted, kind, -1)
+            other = ti.select(self.is_narrow == 1, kind + IF_HEAVY, -1)
+        return ti.select(is_counted, kind, other)
+
+    @ti.func
+    def weighted(self, kind, factor):
+        """``kind``, from ``kind_before_weight``."""
+        is_heavy = factor.max() >= WEIGHT
+        return ti.select(kind < IF_HEAVY, kind, ti.select(is_heavy, kind - IF_HEAVY, -1))
 
     @ti.func
     def code(self, kind, u, v, radiance):
@@ -271,6 +284,20 @@ def kind_of_look_up(factor) -> Any:
     """The kind of the next look-up, which ``factor`` weighs, for ``code_of_look_up``."""
     counter = NearMissCounter.of_this_kernel()
     return -1 if counter is None else counter.kind(factor)
+
+
+@in_kernels
+def kind_before_weight() -> Any:
+    """``kind_of_look_up``, if the factor is not known yet, for ``weighted_kind``."""
+    counter = NearMissCounter.of_this_kernel()
+    return -1 if counter is None else counter.kind_before_weight()
+
+
+@in_kernels
+def weighted_kind(kind, factor) -> Any:
+    """``kind_of_look_up`` with this factor, from ``kind_before_weight``."""
+    counter = NearMissCounter.of_this_kernel()
+    return -1 if counter is None else counter.weighted(kind, factor)
 
 
 @in_kernels
