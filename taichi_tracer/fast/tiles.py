@@ -19,6 +19,7 @@ from taichi.lang import impl
 
 from taichi_tracer.fast.film_lanes import add_samples, can_add_together
 from taichi_tracer.fast.lanes import LANES, lanes
+from taichi_tracer.fast.light_lanes import LightLanes
 from taichi_tracer.fast.look_ups import LookUps, can_wait_for
 from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
 from taichi_tracer.fast.shadow_lanes import shadow_rays
@@ -93,6 +94,17 @@ def waiting_class(cls: type, tiles: "Tiles") -> type:
     return type(f"Waiting{cls.__name__}", (cls,), methods)
 
 
+def drawn_lights_class(cls: type, tiles: "Tiles") -> type:
+    """The class of the lights of a scene whose directions are drawn for a group of pixels at once."""
+
+    @functools.wraps(cls.sample_far)
+    def sample_far(self, x, xi):
+        """``LightLanes.sample``."""
+        return tiles.light_lanes.sample(tiles.place, tiles.lane)
+
+    return type(f"Drawn{cls.__name__}", (cls,), {"sample_far": in_kernels(sample_far)})
+
+
 def waiting_mis_class(cls: type, tiles: "Tiles") -> type:
     """The class of an estimator that weights a sample of the BRDF when the light's density is known."""
 
@@ -144,6 +156,11 @@ class Tiles:
         if self.has_numbers:
             pairs = 2 if integrator.samples_lights else 1
             self.numbers = NumberLanes(renderer.sampler, renderer.shares, pairs, self.places)
+        self.draws_light = self.has_numbers and integrator.samples_lights
+        if self.draws_light:
+            self.light_lanes = LightLanes(scene.lights.far[0], self.places)
+            self.scene.lights = copy.copy(scene.lights)
+            self.scene.lights.__class__ = drawn_lights_class(type(scene.lights), self)
         self.look_ups = LookUps(scene.lights.far[0], self.places, most, GROUPS, finds_pdf=self.weights)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, self.places)
@@ -231,9 +248,11 @@ class Tiles:
 
     @ti.func
     def find_numbers(self, c, group_x, group_y, seed, index):
-        """Find the random numbers of a group, if they can be computed together."""
+        """Find the random numbers of a group, and its directions to the light, if they can be computed together."""
         if ti.static(self.has_numbers):
             self.numbers.find(c, group_x, group_y, seed, index)
+            if ti.static(self.draws_light):
+                self.light_lanes.find(c, self.numbers.first[c, 1], self.numbers.second[c, 1])
 
     @in_kernels
     def begin_numbers(self, c, renderer, seed, x, y, index):
@@ -241,7 +260,8 @@ class Tiles:
         rng = renderer.sampler.start(seed, x, y, index)
         if not self.has_numbers:
             return rng
-        return KeptNumbers(self.numbers, rng, c, (x & (GROUP - 1)) * GROUP + (y & (GROUP - 1)))
+        self.lane = lane_of(x, y)
+        return KeptNumbers(self.numbers, rng, c, self.lane)
 
     @in_kernels
     def begin(self, c) -> None:

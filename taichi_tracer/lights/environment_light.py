@@ -121,14 +121,24 @@ class EnvironmentLight(Light):
 
         If the light ``compensates``, this is its light above the mean.
         """
+        row, column, u, y = self.find_texel(xi)
+        return self.direction_at(u, y), self.pdf_of(row, column)
+
+    @ti.func
+    def find_texel(self, xi):
+        """(row, column, u, y): a texel, and a place in it, as the u of ``Environment.coords`` and a height."""
         row, from_row = self.find_row(xi.y)
         column, from_column = self.find_column(row, xi.x)
         u = (column + from_column) / self.environment.width + self.environment.settings[1]
         y_top, y_bottom = self.height_of_edge[row], self.height_of_edge[row + 1]
-        y = y_top + from_row * (y_bottom - y_top)
+        return row, column, u, y_top + from_row * (y_bottom - y_top)
+
+    @ti.func
+    def direction_at(self, u, y):
+        """The direction with this u and this height."""
         r = ti.sqrt(ti.max(0.0, 1 - y * y))
         x, z = on_circle(u - 0.5)
-        return self.as_in_scene(tm.vec3(r * x, y, r * z)), self.density[row, column]
+        return self.as_in_scene(tm.vec3(r * x, y, r * z))
 
     @ti.func
     def with_y_up(self, v):
