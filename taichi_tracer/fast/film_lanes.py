@@ -43,7 +43,9 @@ def add_samples(film: ti.template(), group_x, group_y, sample, red, green, blue)
         total_g[lane], rest_g[lane], lost_g[lane] = add_to_pair(total_g[lane], rest_g[lane], value.y)
         total_b[lane], rest_b[lane], lost_b[lane] = add_to_pair(total_b[lane], rest_b[lane], value.z)
         largest[lane] = ti.max(largest[lane], mean_of_channels(value))
-        is_alike[lane] = ti.cast(is_finite(value), ti.i32) & ti.cast(counts[lane] == n, ti.i32)
+        is_alike[lane] = ti.cast(is_finite(value), ti.i32)
+        if ti.static(film.doubles):
+            is_alike[lane] &= ti.cast(counts[lane] == n, ti.i32)
         has_lost[lane] = ti.cast(abs(tm.vec3(lost_r[lane], lost_g[lane], lost_b[lane])).sum() > 0, ti.i32)
     are_added = is_alike.min() != 0
     if ti.static(film.doubles):

@@ -26,7 +26,6 @@ from taichi_tracer.fast.shadow_lanes import shadow_rays
 from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.formulas.heuristics import heuristic
-from taichi_tracer.integrators.direct_light import MultipleImportanceSampling
 from taichi_tracer.lights.near_misses import (
     begin_counting,
     code_of_look_up,
@@ -141,7 +140,7 @@ class Tiles:
     def __init__(self, renderer, scene, integrator) -> None:
         self.renderer, self.scene, self.integrator = renderer, copy.copy(scene), copy.copy(integrator)
         self.is_of = scene, integrator
-        self.weights = isinstance(integrator, MultipleImportanceSampling)
+        self.weights = integrator.compensates
         if self.weights:
             self.integrator.__class__ = waiting_mis_class(type(integrator), self)
         renderer.eye_rays.is_long = True

@@ -106,8 +106,8 @@ class Film:
         half = fields.dense(ti.k, self.halves).dense(ti.ij, groups)
         self.half_count = PixelGroups(half.place, width, height, 1, ti.i32)
         self.total, self.rest = (PixelGroups(half.place, width, height, 3) for _ in range(2))
-        half = fields.dense(ti.k, self.halves).dense(ti.ij, groups)  # apart, because it is seldom read
-        self.residue = PixelGroups(half.place, width, height, 3)
+        self.residue = ti.Vector.field(3, float)
+        fields.dense(ti.k, self.halves).dense(ti.ij, shape).place(self.residue)  # apart, because it is seldom read
         self.non_finite_count, self.non_finite_at = ti.field(ti.i32), ti.Vector.field(3, ti.i32)
         fields.place(self.non_finite_count)
         fields.dense(ti.i, MAX_LOCATED).place(self.non_finite_at)
@@ -136,8 +136,8 @@ class Film:
         if not direct.is_possible():
             self._clear()
             return
-        for numbers in (self.count, self.half_count, self.residue):
-            self._memory.clear(numbers.lanes[0])
+        for field in (self.count.lanes[0], self.half_count.lanes[0], self.residue):
+            self._memory.clear(field)
         if self.keeps_deviation:
             self._memory.clear(self.deviation)
             self._memory.write(self.scale, 1)
@@ -236,7 +236,7 @@ class Film:
     def add_lost(self, x, y, half, lost):
         """Add to the residue of one half of a pixel."""
         if abs(lost).sum() > 0:  # seldom, so that this memory is mostly left alone
-            self.residue.set_colour(x, y, half, self.residue.colour(x, y, half) + lost)
+            self.residue[x, y, half] = self.residue[x, y, half] + lost
 
     @ti.func
     def count_in_half(self, x, y, half, count):
@@ -247,16 +247,18 @@ class Film:
     @ti.func
     def move_half(self, other: ti.template(), x, y, source, half):
         """Add all samples that one half of a pixel has on another film, or on this one, to a half of this film."""
-        for part in ti.static((other.total, other.rest, other.residue)):
+        for part in ti.static((other.total, other.rest)):
             self.add_to_half(x, y, half, part.colour(x, y, source))
+        self.add_to_half(x, y, half, other.residue[x, y, source])
         self.count_in_half(x, y, half, other.half_count.number(x, y, source))
 
     @ti.func
     def clear_half(self, x, y, half):
         """Forget the samples of one half of a pixel."""
         self.half_count.set_number(x, y, half, 0)
-        for part in ti.static((self.total, self.rest, self.residue)):
+        for part in ti.static((self.total, self.rest)):
             part.set_colour(x, y, half, tm.vec3(0))
+        self.residue[x, y, half] = tm.vec3(0)
 
     @ti.func
     def mean(self, x, y):
@@ -277,7 +279,7 @@ class Film:
     @ti.func
     def exact_half(self, x, y, half):
         """The sum of one half of a pixel, rounded once."""
-        return exact_total(self.total.colour(x, y, half), self.rest.colour(x, y, half), self.residue.colour(x, y, half))
+        return exact_total(self.total.colour(x, y, half), self.rest.colour(x, y, half), self.residue[x, y, half])
 
     def merge(self, other: "Film") -> None:
         """Add the samples of another film of the same kind. No sample may be on both films: it would count twice."""
@@ -355,9 +357,8 @@ class Film:
         if direct.is_possible() and not self.averages:
             return upright(self._memory.array(self.canvas))
         if self.is_read_by_numpy:
-            total, rest, residue = (sums.read(self._memory) for sums in (self.total, self.rest, self.residue))
-            count = self.counts()
-            means = exact_means(total, rest, residue, count)
+            total, rest, count = self.total.read(self._memory), self.rest.read(self._memory), self.counts()
+            means = exact_means(total, rest, self._memory.array(self.residue), count)
             return upright(np.where(count[..., None] > 0, means, self._memory.array(self.canvas)))
         image = np.empty((self.height, self.width, 3), np.float32)
         self._write_image(image)
@@ -528,7 +529,7 @@ class Film:
         counts[..., 1 : self.halves] = self.half_count.read(self._memory)[..., 1:]
         non_finite = np.concatenate([[[self.non_finite, 0, 0]], read(self.non_finite_at)]).astype(np.int32)
         arrays = {"values": values, "counts": counts, "non_finite": non_finite}
-        residues = self.residue.read(self._memory)
+        residues = read(self.residue)
         if residues.any():
             arrays["residues"] = residues
         if self.keeps_deviation and (read(self.scale) != 1).any():
@@ -549,7 +550,6 @@ class Film:
         parts = [
             (self.total, pairs[:, :, :, 0]),
             (self.rest, pairs[:, :, :, 1]),
-            (self.residue, arrays.get("residues", np.zeros_like(pairs[:, :, :, 0]))),
             (self.count, counts[..., :1]),
             (self.half_count, half_counts[..., : self.halves]),
         ]
@@ -558,6 +558,7 @@ class Film:
             parts.append((self.largest, largest[..., None]))
         for numbers, array in parts:
             numbers.write(self._memory, array)
+        self._memory.write(self.residue, arrays.get("residues", np.zeros_like(pairs[:, :, :, 0])))
         if self.keeps_deviation:
             self._memory.write(self.deviation, values[:, :, -1])
             self._memory.write(self.scale, arrays.get("scale", np.ones(counts.shape[:2], values.dtype)))

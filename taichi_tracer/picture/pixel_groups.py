@@ -8,11 +8,11 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.lanes import LANES
 from taichi_tracer.system.memory import Memory
 
 GROUP_BITS = 2
 GROUP = 1 << GROUP_BITS  # pixels along each side of a group
+PIXELS = GROUP * GROUP  # of a group
 
 
 @ti.data_oriented
@@ -30,7 +30,7 @@ class PixelGroups:
 
     def __init__(self, place, width: int, height: int, channels: int = 1, dtype=None) -> None:
         self.width, self.height, self.channels = width, height, channels
-        self.lanes = [ti.Vector.field(LANES, float if dtype is None else dtype) for _ in range(channels)]
+        self.lanes = [ti.Vector.field(PIXELS, float if dtype is None else dtype) for _ in range(channels)]
         place(*self.lanes)
 
     @ti.func
@@ -77,7 +77,7 @@ class PixelGroups:
         across, upwards, halves = shape
         beyond = (0, across * GROUP - self.width), (0, upwards * GROUP - self.height), (0, 0)
         groups = np.pad(pixels, beyond).reshape(across, GROUP, upwards, GROUP, halves)
-        return groups.transpose(0, 2, 4, 1, 3).reshape(across, upwards, halves, LANES)
+        return groups.transpose(0, 2, 4, 1, 3).reshape(across, upwards, halves, PIXELS)
 
 
 @ti.func

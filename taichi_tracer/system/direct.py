@@ -40,12 +40,13 @@ def array_at(root: int, field: Any) -> np.ndarray:
     Args:
         root: one of the ``root_addresses``.
     """
-    parts = [layout(place) for place in components(field)]
+    places = components(field)
+    parts = {k: layout(places[k]) for k in {0, min(1, len(places) - 1), len(places) - 1}}
     offset, shape, strides = parts[0]
     kind = np.dtype(to_numpy_type(field.dtype))
     own = (field.n, field.m) if getattr(field, "m", 1) > 1 else (field.n,) if hasattr(field, "n") else ()
     step = parts[1][0] - offset if len(parts) > 1 else kind.itemsize
-    if [part[0] for part in parts] != [offset + step * k for k in range(len(parts))]:
+    if any(part[0] != offset + step * k for k, part in parts.items()):
         raise ValueError("the components of a field are not evenly spaced in memory")
     within = tuple(step * int(np.prod(own[k + 1 :])) for k in range(len(own)))
     shape, strides = (*shape, *own), (*strides, *within)

@@ -165,6 +165,24 @@ def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
     assert len(np.unique(assert_same_bits(single, packets))) > 1
 
 
+@pytest.mark.parametrize("kind", [Camera, OrthographicCamera])
+def test_both_forms_keep_the_normals_of_spheres(f32, kind, rng):
+    """The same bits; and in f64, the point where the ray meets the sphere lies on this normal."""
+    scene, camera = tt.SceneData(special("spheres", rng)), kind(45, 30, screen_window=(-1.5, 1.5, -1, 1))
+    single, packets = (PrimaryHits(scene, camera, use_packets=use) for use in (False, True))
+    ids = assert_same_bits(single, packets)
+    is_sphere = np.isin(ids, scene.mesh.sphere_ids)
+    assert is_sphere.sum() > 50
+    normals = [np.stack([hits.image_of(one)[is_sphere] for one in hits.normal], axis=1) for hits in (single, packets)]
+    np.testing.assert_array_equal(*normals)
+    y, x = np.nonzero(is_sphere)
+    origins, directions = camera.rays(x, camera.height - 1 - y)
+    t = packets.to_image("distance")[is_sphere][:, None]
+    sphere = scene.mesh.spheres[np.searchsorted(scene.mesh.sphere_ids, ids[is_sphere])]
+    expected = (origins.astype(np.float64) + t * directions - sphere[:, :3]) / sphere[:, 3:]
+    np.testing.assert_allclose(normals[0], expected, atol=1e-4)
+
+
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("kind", [Camera, OrthographicCamera])
 @pytest.mark.parametrize("sampler", ["sobol", "niederreiter", "independent"])
