@@ -268,11 +268,11 @@ def test_a_picture_that_cannot_be_saved_is_told_and_not_fatal(renderer, tmp_path
 
 
 @pytest.fixture(scope="module")
-def light(scene):
+def light():
     """A picture of light, 10 times as bright as a screen."""
+    scene = tt.load_scene_data("cornell_box", **QUICK)
     scene.set_environment(np.full((1, 2, 3), 10.0))
-    yield tt.A2Renderer(scene, width=40, height=30).render(2)
-    scene.set_environment(None)
+    return tt.A2Renderer(scene, width=40, height=30).render(2)
 
 
 @pytest.mark.long
