@@ -47,7 +47,7 @@ class Film:
         keeps_deviation: whether the film adds up squared deviations; with None, if the error is estimated from them.
         averages: whether pixels take samples. If all values come from ``put``, ``reset`` has no sums to clear.
 
-    Attributes:
+    Attributes (``count``, ``half_count``, ``total``, ``rest`` and ``largest`` are ``PixelGroups``, the others fields):
         canvas: [x, y] the mean of the samples, which is the picture; ``show`` brings it up to date.
         count: [x, y] the number of samples.
         half_count: [x, y, half] the number of samples of each half.
@@ -518,9 +518,8 @@ class Film:
         """
         self.check_alive()
         read = self._memory.read
-        pairs = np.stack(
-            [self.total.read(self._memory), self.rest.read(self._memory)], axis=3
-        )  # [x, y, half, total or rest, channel]
+        sums = self.total.read(self._memory), self.rest.read(self._memory)
+        pairs = np.stack(sums, axis=3)  # [x, y, half, total or rest, channel]
         values = pairs.reshape(self.width, self.height, 2 * self.halves, 3)
         if self.keeps_deviation:
             values = np.concatenate([values, read(self.deviation)[:, :, None]], axis=2)
