@@ -34,7 +34,7 @@ BENCHMARKS = {
 COUNTED = ("error", "samplers")
 # The files and folders of the package whose speed a benchmark measures.
 RAYS = ["fast", "ray_intersector.py", "geometry.py"]
-LIGHT = [*RAYS, "integrators", "lights", "brdfs", "sampler.py", "environment.py", "renderer.py", "picture/film.py"]
+LIGHT = [*RAYS, "integrators", "lights", "brdfs", "sampler.py", "environment.py", "renderer.py", "picture"]
 MEASURED = {
     "startup": [
         "system",

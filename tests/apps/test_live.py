@@ -42,7 +42,12 @@ def address():
     """The address that the command prints."""
     words = [sys.executable, "-m", "taichi_tracer", "view", "cube", "--size", "96x64", "--view", "normal", "--browser"]
     program = subprocess.Popen(
-        words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"}
+        words,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell in the background ignores it
     )
     told = ""
     for line in program.stdout:
