@@ -187,6 +187,7 @@ def rays_per_second() -> str:
 ERROR_SIZE = 256
 TARGETS = (0.05, 0.02)
 OURS = ("niederreiter_one", "niederreiter")
+IN_TILES = "niederreiter_one, in tiles"  # from the first sample on; by itself, a renderer takes them after some seconds
 THEIRS = ("multijitter", "ldsampler", "orthogonal")
 WITH_OPTION = "multijitter with mis_compensation"  # an option of Mitsuba's environments, off by default
 COUNTS = (4, 16, 64, 256)
@@ -215,22 +216,26 @@ def rms(values: list[float]) -> float:
 def curves() -> dict[str, tuple[list[float], list[int], list[float]]]:
     """Name → (errors, real counts, seconds of rendering), for the three spheres on a floor under sun and sky, MIS."""
     scene = spheres_under_sun()
-    ours = {name: tt.A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, sampler=name).use("mis") for name in OURS}
+    ours = {
+        name: tt.A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, sampler=name.split(",")[0]).use("mis")
+        for name in (*OURS, IN_TILES)
+    }
+    ours[IN_TILES].use_tiles = True
     reference = tt.A2Renderer(scene, ERROR_SIZE, ERROR_SIZE, seed=REFERENCE_SEED).use("mis").render(REFERENCE_SPP)
     truth = reference.image().astype(np.float64)
     theirs = {name: their_spheres(name) for name in (*THEIRS, WITH_OPTION)}
     their_truth = theirs["multijitter"].render(REFERENCE_SPP, seed=REFERENCE_SEED).astype(np.float64)
     for renderer in ours.values():
         renderer.render(3)
-    found = {name: ([], [], []) for name in (*OURS, *theirs)}
+    found = {name: ([], [], []) for name in (*ours, *theirs)}
     for count in COUNTS:
         images: dict[str, list[np.ndarray]] = {name: [] for name in found}
         calls = {name: functools.partial(ours_of, r, count, images[name]) for name, r in ours.items()}
         calls |= {name: functools.partial(theirs_of, peer, count, images[name]) for name, peer in theirs.items()}
         seconds = interleaved(calls, RUNS)
         for name in found:
-            error = rms([relative_rmse(image, truth if name in OURS else their_truth) for image in images[name]])
-            real = count if name in OURS else theirs[name].real_count(count)
+            error = rms([relative_rmse(image, truth if name in ours else their_truth) for image in images[name]])
+            real = count if name in ours else theirs[name].real_count(count)
             add(found[name], error, real, seconds[name])
     return found
 
@@ -277,19 +282,20 @@ def to_error() -> str:
     lines += [f"| | {' | '.join(head)} | ms per sample |", "|---|" + "--:|" * (2 * len(TARGETS) + 1)]
     for name, curve in found.items():
         cells = [f"{needed(*curve[:2], t):.0f} | {seconds_to(curve, t):.3g}" for t in TARGETS]
-        label = f"taichi_tracer, {name}" if name in OURS else f"Mitsuba llvm, {name}"
+        label = f"taichi_tracer, {name}" if name in (*OURS, IN_TILES) else f"Mitsuba llvm, {name}"
         lines.append(f"| {label} | {' | '.join(cells)} | {1e3 * curve[2][-1] / curve[1][-1]:.3g} |")
     for target in TARGETS:
-        for peers, what in ((THEIRS, "Mitsuba's speed"), ((WITH_OPTION,), f"that of {WITH_OPTION}")):
-            ours, theirs = best(found, OURS, target), best(found, peers, target)
-            if math.isnan(ours[0] + theirs[0]):
-                continue
-            samples = theirs[1] / ours[1]
-            ratio = theirs[0] / ours[0]
-            lines.append(
-                f"\nBest to {target:.0%}: {ratio:.2f} × {what} = {samples:.2f} by the samples needed × "
-                f"{ratio / samples:.2f} by the time of a sample."
-            )
+        for names, form in ((OURS, "Best"), ((IN_TILES,), "In tiles")):
+            for peers, what in ((THEIRS, "Mitsuba's speed"), ((WITH_OPTION,), f"that of {WITH_OPTION}")):
+                ours, theirs = best(found, names, target), best(found, peers, target)
+                if math.isnan(ours[0] + theirs[0]):
+                    continue
+                samples = theirs[1] / ours[1]
+                ratio = theirs[0] / ours[0]
+                lines.append(
+                    f"\n{form} to {target:.0%}: {ratio:.2f} × {what} = {samples:.2f} by the samples needed × "
+                    f"{ratio / samples:.2f} by the time of a sample."
+                )
     return "\n".join(lines) + "\n"
 
 
