@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from taichi_tracer.explain.explanation import Explanation
 
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
-NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 29, 52
+NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 36, 52
 COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
 
 SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]

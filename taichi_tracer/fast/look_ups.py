@@ -17,7 +17,7 @@ def can_wait_for(light) -> bool:
     """Whether the look-ups of a light may be made together: the nearest texel of an image, by the package's methods."""
     if light.name != "environment" or light.effects.environment != "image":
         return False
-    return light.environment.lookup == "nearest" and not replaced(light.environment)
+    return light.environment.lookup == "nearest" and not replaced(light.environment) and not replaced(light)
 
 
 @ti.data_oriented

@@ -31,7 +31,8 @@ def without_overflow(d):
 
 @ti.func
 def sphere_roots(o, d, centre, radius):
-    """Solve  |o + t d − c| = r  (Haines et al. 2019, section 7.3).
+    """Solve  |o + t d − c| = r  (Haines, Günther & Akenine-Möller, "Precision improvements for ray/sphere
+    intersection", Ray Tracing Gems, 2019, section 7.3).
 
     Returns (is_met, t_in, t_out) with t_in ≤ t_out. The discriminant is r² − l·l, a difference of two numbers of the
     size of the sphere. The usual b² − a c would lose a small sphere that is far away. The root with the smaller |t| is

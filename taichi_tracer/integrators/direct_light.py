@@ -188,7 +188,7 @@ class EnvironmentSampling(DirectLight):
 
 
 @ti.data_oriented
-@seams("sample", "reflected_with_lamps")
+@seams("sample", "sample_brdf", "reflected_with_lamps")
 class MultipleImportanceSampling(DirectLight):
     """One sample of the BRDF and one of the environment, each weighted by a heuristic of both densities.
 

@@ -10,7 +10,8 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.fast.shadow_lanes import ShadowLanes
 from taichi_tracer.fast.tiles import LONG, SECONDS_BEFORE, SIDE, can_take_tiles, is_worth_tiles
-from taichi_tracer.integrators.direct_light import BrdfSampling, UniformSphere
+from taichi_tracer.integrators.direct_light import BrdfSampling, MultipleImportanceSampling, UniformSphere
+from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.picture.progress import Progress, Target
 
 
@@ -179,3 +180,15 @@ def test_only_long_pictures_are_worth_the_compilation():
     assert not is_worth_tiles(Progress(Target(spp=16)), 0.0, LONG / 2)
     assert not is_worth_tiles(Progress(Target(spp=1)), 0.0, 10 * LONG)
     assert not is_worth_tiles(Progress(Target(spp=1)), 10 * SECONDS_BEFORE)  # a window shows each sample
+
+
+@pytest.mark.parametrize(
+    ("home", "name"), [(MultipleImportanceSampling, "sample_brdf"), (EnvironmentLight, "sample_direction")]
+)
+def test_a_replaced_step_of_mis_runs(scene, monkeypatch, home, name):
+    """What tiles do in another way is asked of the method again if somebody assigns one."""
+    renderer = tt.A2Renderer(scene, 16, 16).use("mis")
+    assert can_take_tiles(renderer, renderer.kernel_scene(), renderer.active)
+    monkeypatch.setattr(home, name, lambda *_: None)
+    renderer = tt.A2Renderer(scene, 16, 16).use("mis")
+    assert not can_take_tiles(renderer, renderer.kernel_scene(), renderer.active)
