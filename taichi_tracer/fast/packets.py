@@ -16,9 +16,20 @@ everything that depends only on this point is a single number.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_build import MAX_LEAF
 from taichi_tracer.fast.bvh_levels import BLOCK, BLOCK_BITS
-from taichi_tracer.fast.lanes import LANE_BITS, LANES, any_lane, flags, greatest, lanes, larger, least, smaller
+from taichi_tracer.fast.lanes import (
+    LANE_BITS,
+    LANES,
+    any_lane,
+    first_lane,
+    flags,
+    greatest,
+    lanes,
+    lanes_of,
+    larger,
+    least,
+    smaller,
+)
 from taichi_tracer.fast.packet_spheres import SphereLanes, sphere_distance
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
@@ -95,10 +106,9 @@ class Packets:
         is_undecided: the lanes that a triangle test cannot decide in this precision.
     Fields of a place:
         group_low, group_high: for each axis, the smallest and the largest 1/d of each group.
-        near_plane, far_plane: of the boxes of each four triangles of a leaf, for each axis, the planes where rays enter
-            and leave.
-        group_reach: the largest t at which a ray of each group can still find a nearer hit.
-        met: which triangles of a leaf are tried with which groups.
+        near_plane, far_plane: of the boxes of four triangles of a leaf, for each axis, the planes where rays enter and
+            leave.
+        group_reach: the largest t at which an active ray of each group can still find a nearer hit.
 
     Args:
         places: the number of packets that can be traced at the same time.
@@ -117,15 +127,13 @@ class Packets:
         self.group_low, self.group_high = (ti.Vector.field(GROUPS, float) for _ in range(2))
         self.group_reach = ti.Vector.field(GROUPS, float)
         self.near_plane, self.far_plane = (ti.Vector.field(BLOCK, float) for _ in range(2))
-        self.met = ti.field(ti.i32)
         # LLVM unrolls a loop whose length is a constant, which makes the code much longer. Therefore the lengths are
         # read from memory.
         self.lanes, self.groups = (ti.field(ti.i32) for _ in range(2))
         self._memory.fields.place(self.lanes, self.groups)
 
         place = self._memory.fields.dense(ti.i, places)
-        place.dense(ti.j, MAX_LEAF * GROUPS + 1).place(self.met)
-        place.dense(ti.j, -(-MAX_LEAF // BLOCK)).dense(ti.k, 3).place(self.near_plane, self.far_plane)
+        place.dense(ti.j, 3).place(self.near_plane, self.far_plane)
         place.place(self.group_reach)
         place.dense(ti.j, 3).place(self.group_low, self.group_high)
         group = place.dense(ti.j, GROUPS)
@@ -181,6 +189,7 @@ class Packets:
         for g in range(self.groups[None]):
             is_at_work = self.heading[c, g] == heading
             self.reach[c, g] = ti.select(is_at_work, self.t[c, g], lanes(-tm.inf))
+            self.group_reach[c][g] = greatest(self.reach[c, g])
             self.shear_x[c, g] = self.d[c, g, x] / self.d[c, g, z]
             self.shear_y[c, g] = self.d[c, g, y] / self.d[c, g, z]
             for k in ti.static(range(3)):
@@ -246,12 +255,11 @@ class Packets:
 
     @ti.func
     def box_interval(self, c, g, common, slot):
-        """``box_interval`` of sixteen rays and the box of a primitive of the present leaf, for any t."""
+        """``box_interval`` of sixteen rays and the box of a primitive of the present block, for any t."""
         t_near, t_far = lanes(-tm.inf), lanes(tm.inf)
         for k in ti.static(range(3)):
-            near_plane, far_plane = self.near_and_far_plane(c, slot, k)
-            to_near = near_plane - self.near_origin(c, g, common, k)
-            to_far = far_plane - self.far_origin(c, g, common, k)
+            to_near = self.near_plane[c, k][slot] - self.near_origin(c, g, common, k)
+            to_far = self.far_plane[c, k][slot] - self.far_origin(c, g, common, k)
             near, far = to_near * self.i[c, g, k], to_far * self.i[c, g, k]
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, t_far
@@ -259,51 +267,42 @@ class Packets:
     @ti.func
     def farthest(self, c):
         """The largest t at which an active ray can still find a nearer hit."""
-        reach = self.reach[c, 0]
-        for g in ti.static(range(1, GROUPS)):
-            reach = larger(reach, self.reach[c, g])
-        return greatest(reach)
+        reach = self.group_reach[c]
+        return larger(larger(reach[0], reach[1]), larger(reach[2], reach[3]))
 
     @ti.func
     def try_leaf(self, c, common, intersector: ti.template(), first, count, t_min):
-        """Try each primitive of a leaf with the groups that may meet its box before their farthest hit so far.
-
-        All boxes are tested before all triangles, so that the iterations of the first loop do not depend on each other.
-        """
-        self.bound_leaf(c, common, intersector.blocks, first, count)
-        for g in range(self.groups[None]):
-            self.group_reach[c][g] = greatest(self.reach[c, g])
-        met = 0
-        for slot in range(count):
-            t_near, t_far = ti.Vector([t_min] * GROUPS), self.group_reach[c]
-            for k in ti.static(range(3)):
-                near, far = self.near_and_far_plane(c, slot, k)
-                group_low, group_high = self.group_low[c, k], self.group_high[c, k]
-                t_near, t_far = slab(
-                    near - common.near_origin[k], far - common.far_origin[k], group_low, group_high, t_near, t_far
-                )
-            for g in ti.static(range(GROUPS)):
-                self.met[c, met] = (slot << GROUP_BITS) + g
-                met += ti.cast(t_near[g] <= t_far[g], ti.i32)
-        for k in range(met):
-            slot, g = self.met[c, k] >> GROUP_BITS, self.met[c, k] & (GROUPS - 1)
-            self.try_primitive(c, g, common, intersector, slot, first + slot, t_min)
-
-    @ti.func
-    def bound_leaf(self, c, common, blocks: ti.template(), first, count):
-        """Keep the boxes of a leaf's primitives, four at a time. At an empty place of a block, a box has no meaning."""
+        """Try each primitive of a leaf with the groups that may meet its box before their farthest hit so far."""
         for b in range((count + BLOCK - 1) >> BLOCK_BITS):
-            for k in ti.static(range(3)):
-                low, high = blocks.extremes((first >> BLOCK_BITS) + b, k)
-                is_forward = (common.heading >> k) & 1 == 0
-                self.near_plane[c, b, k] = ti.select(is_forward, low, high)
-                self.far_plane[c, b, k] = ti.select(is_forward, high, low)
+            block, used = (first >> BLOCK_BITS) + b, ti.min(count - (b << BLOCK_BITS), BLOCK)
+            mask = self.meetings(c, common, intersector.blocks, block, used, t_min)
+            while mask != 0:
+                meeting = first_lane(mask)
+                mask &= mask - 1
+                g, lane = meeting >> BLOCK_BITS, meeting & (BLOCK - 1)
+                self.try_primitive(c, g, common, intersector, lane, (block << BLOCK_BITS) + lane, t_min)
 
     @ti.func
-    def near_and_far_plane(self, c, slot, axis: ti.template()):
-        """The planes, along an axis, where rays enter and leave the box of a primitive of the present leaf."""
-        b, lane = slot >> BLOCK_BITS, slot & (BLOCK - 1)
-        return self.near_plane[c, b, axis][lane], self.far_plane[c, b, axis][lane]
+    def meetings(self, c, common, blocks: ti.template(), block, used, t_min):
+        """Which groups may meet the boxes of which primitives of a block: ``lanes_of``, four bits for each group.
+
+        All boxes are tested before all triangles, four boxes at a time. At an empty place, a box has no meaning.
+        """
+        for k in ti.static(range(3)):
+            low, high = blocks.extremes(block, k)
+            is_forward = (common.heading >> k) & 1 == 0
+            self.near_plane[c, k] = ti.select(is_forward, low, high)
+            self.far_plane[c, k] = ti.select(is_forward, high, low)
+        mask = 0
+        for g in ti.static(range(GROUPS)):
+            t_near, t_far = ti.Vector([t_min] * BLOCK), ti.Vector([self.group_reach[c][g]] * BLOCK)
+            for k in ti.static(range(3)):
+                low, high = ti.Vector([self.group_low[c, k][g]] * BLOCK), ti.Vector([self.group_high[c, k][g]] * BLOCK)
+                to_near = self.near_plane[c, k] - common.near_origin[k]
+                to_far = self.far_plane[c, k] - common.far_origin[k]
+                t_near, t_far = slab(to_near, to_far, low, high, t_near, t_far)
+            mask |= (lanes_of(t_near <= t_far) & ((2 << used) - 2)) << (BLOCK * g)
+        return mask
 
     @ti.func
     def try_primitive(self, c, g, common, intersector: ti.template(), slot, i, t_min):
@@ -351,6 +350,7 @@ class Packets:
         reach, best_id = self.reach[c, g], self.triangle_id[c, g]
         taken = is_met & ((t < reach) | ((t == reach) & (primitive_id < best_id)))
         self.reach[c, g] = ti.select(taken, t, reach)
+        self.group_reach[c][g] = greatest(self.reach[c, g])
         self.t[c, g] = ti.select(taken, t, self.t[c, g])
         self.triangle_id[c, g] = ti.select(taken, primitive_id, best_id)
         self.u[c, g] = ti.select(taken, u, self.u[c, g])
@@ -398,3 +398,4 @@ class Packets:
         if t > t_min and (t < reach or (t == reach and triangle_id < self.triangle_id[c, g][lane])):
             self.reach[c, g][lane], self.t[c, g][lane], self.triangle_id[c, g][lane] = t, t, triangle_id
             self.u[c, g][lane], self.v[c, g][lane] = u, v
+            self.group_reach[c][g] = greatest(self.reach[c, g])
