@@ -109,6 +109,7 @@ class Packets:
         near_plane, far_plane: of the boxes of four triangles of a leaf, for each axis, the planes where rays enter and
             leave.
         group_reach: the largest t at which an active ray of each group can still find a nearer hit.
+        fetched: see ``WideBVH.fetch_leaves``.
 
     Args:
         places: the number of packets that can be traced at the same time.
@@ -126,6 +127,7 @@ class Packets:
         self.triangle_id, self.heading, self.is_undecided = (ti.Vector.field(LANES, ti.i32) for _ in range(3))
         self.group_low, self.group_high = (ti.Vector.field(GROUPS, float) for _ in range(2))
         self.group_reach = ti.Vector.field(GROUPS, float)
+        self.fetched = ti.field(float)
         self.near_plane, self.far_plane = (ti.Vector.field(BLOCK, float) for _ in range(2))
         # LLVM unrolls a loop whose length is a constant, which makes the code much longer. Therefore the lengths are
         # read from memory.
@@ -134,7 +136,7 @@ class Packets:
 
         place = self._memory.fields.dense(ti.i, places)
         place.dense(ti.j, 3).place(self.near_plane, self.far_plane)
-        place.place(self.group_reach)
+        place.place(self.group_reach, self.fetched)
         place.dense(ti.j, 3).place(self.group_low, self.group_high)
         group = place.dense(ti.j, GROUPS)
         by_axis = [self.d, self.i]

@@ -354,7 +354,7 @@ class WideBVH(FastIntersector):
     @ti.func
     def trace_heading(self, packets: ti.template(), c, common, t_min):
         """``nearest`` for all rays of a heading together: into every box that at least one of them may meet."""
-        best = packets.farthest(c)
+        best, fetched = packets.farthest(c), 0.0
         waiting = ti.Vector([0] * self.stack_size, ti.i32)
         waiting_t = ti.Vector([0.0] * self.stack_size, float)
         top = 0
@@ -363,6 +363,7 @@ class WideBVH(FastIntersector):
             following = NOTHING
             if reference >= 0:
                 t_near, mask = self.children_met_by_any(common, reference, t_min, best)
+                fetched += self.fetch_leaves(reference, mask)
                 following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
             else:
                 first, count = leaf_range(reference)
@@ -371,6 +372,23 @@ class WideBVH(FastIntersector):
             if following == NOTHING:
                 following, top = self.wake(waiting, waiting_t, top, best)
             reference = following
+        packets.fetched[c] = fetched
+
+    @ti.func
+    def fetch_leaves(self, node, mask):
+        """Read the first and the last number of each leaf's first block, for the leaves among some of the children.
+
+        The memory of all these leaves is then on its way to the processor at the same time, before the first of them
+        is tried. The result has no meaning, but it must be stored: a read whose result is not used is left out.
+        """
+        fetched = 0.0
+        while mask != 0:
+            child = self.children[node, first_lane(mask)]
+            mask &= mask - 1
+            first, _ = leaf_range(ti.min(child, -1))  # of another node instead of a leaf, the first place of all
+            block = first >> BLOCK_BITS
+            fetched += self.blocks.vertices[block, 0][0] + self.blocks.ids[block, 0]
+        return fetched
 
     @ti.func
     def children_met_by_any(self, common, node, t_min, t_max):
