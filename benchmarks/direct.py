@@ -33,9 +33,9 @@ from benchmarks.samplers import (
 )
 from taichi_tracer.fast.shadow_lanes import shadow_rays
 from taichi_tracer.fast.tiles import SIDE, Tiles
+from taichi_tracer.fast.turns import Turns
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.ray import Ray
-from taichi_tracer.system import runtime
 
 SIZE = 512
 SPP_PER_CALL = 16
@@ -124,14 +124,14 @@ class ShadowRays:
         self.directions = directions.astype(np.float32)
         tiles = (size // SIDE) ** 2
         begin = np.searchsorted(tile[order][met], np.arange(tiles + 1)).astype(np.int32)
-        self.tiles, self.count, self.places = tiles, len(self.origins), ti.cfg.cpu_max_num_threads
+        self.turns, self.count = Turns(tiles), len(self.origins)
         self.o, self.d = (ti.Vector.field(3, float, self.count) for _ in range(2))
         self.o.from_numpy(self.origins)
         self.d.from_numpy(self.directions)
-        self.begin, self.next_tile = ti.field(ti.i32, tiles + 1), ti.field(ti.i32, ())
+        self.begin = ti.field(ti.i32, tiles + 1)
         self.found, self.alone = ti.field(ti.i32, self.count), ti.field(ti.i32, self.count)
         self.begin.from_numpy(begin)
-        self.streams = shadow_rays(self.intersector, self.places, SIDE * SIDE)
+        self.streams = shadow_rays(self.intersector, self.turns.places, SIDE * SIDE)
 
     @ti.kernel
     def single_rays(self):
@@ -143,20 +143,17 @@ class ShadowRays:
     @ti.kernel
     def in_streams(self):
         """Tile by tile; the copy of the rays into the lists is included."""
-        self.next_tile[None] = 0
-        for block in range(self.places * runtime.CPU_BLOCK):
-            c = block // runtime.CPU_BLOCK
-            tile = self.tiles
-            if block % runtime.CPU_BLOCK == 0:
-                tile = ti.atomic_add(self.next_tile[None], 1)
-            while tile < self.tiles:
+        self.turns.begin()
+        for iteration in range(self.turns.iterations):
+            c, tile = self.turns.place_and_piece(iteration)
+            while tile < self.turns.pieces:
                 self.streams.clear(c)
                 for i in range(self.begin[tile], self.begin[tile + 1]):
                     self.streams.add(c, self.o[i], self.d[i])
                 self.streams.trace(c)
                 for i in range(self.begin[tile], self.begin[tile + 1]):
                     self.found[i] = ti.cast(self.streams.is_blocked(c, i - self.begin[tile]), ti.i32)
-                tile = ti.atomic_add(self.next_tile[None], 1)
+                tile = self.turns.next_piece()
 
 
 def rays_per_second() -> str:

@@ -14,6 +14,7 @@ from taichi_tracer.fast.number_lanes import FIRST_DIMENSION, has_points, pairs_o
 from taichi_tracer.fast.packet_spheres import sphere_normals
 from taichi_tracer.fast.packets import SIDE, SIDE_BITS, TILE, TILE_BITS, Packets
 from taichi_tracer.fast.stand_ins import Form
+from taichi_tracer.fast.turns import Turns
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.picture.adaptive import Shares
@@ -23,7 +24,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import replaced, why_replaced
 
-PLACES = 256  # packets that are traced at the same time: enough for the threads of a CPU, and they fit into its cache
+PIECE = 16  # packets that a thread takes at a time: neighbours, which meet the same nodes
 LARGE_PICTURE = 256 * 256  # pixels; from this size on, packets gain much
 # About five seconds of single rays. A picture that is known to need fewer uses no packets, and a smaller view uses
 # packets only after so many. Their translation takes up to three seconds, and they make a pass a fourth shorter.
@@ -135,7 +136,8 @@ class PrimaryHits:
             return
         if self.packets is None:
             has_spheres = self.scene_data.geometry.effects.spheres
-            self.packets = Packets(PLACES, self.lanes.share_origin, has_spheres)
+            self.turns = Turns(-(-self.across * self.upwards // PIECE))
+            self.packets = Packets(self.turns.places, self.lanes.share_origin, has_spheres)
         self._trace_packets(seed, index)
 
     def is_much_work(self) -> bool:
@@ -223,29 +225,32 @@ class PrimaryHits:
 
     @ti.kernel
     def _trace_packets(self, seed: ti.u32, index: ti.u32):
-        packets = self.across * self.upwards
-        share = (packets + PLACES - 1) // PLACES
-        for i in range(PLACES * runtime.CPU_BLOCK):
-            c = i // runtime.CPU_BLOCK
-            # A block of iterations belongs to one place. Its first iteration traces all packets of the place in turn.
-            k = c * share if i % runtime.CPU_BLOCK == 0 else packets
-            while k < ti.min((c + 1) * share, packets):
-                first_x, first_y = self.first[0] + k // self.upwards, self.first[1] + k % self.upwards
-                origin = tm.vec3(0)
-                for g in range(self.packets.groups[None]):
-                    tile_x, tile_y = first_x * SIDE + (g >> SIDE_BITS), first_y * SIDE + (g & (SIDE - 1))
-                    origin = self.put_rays(c, g, tile_x, tile_y, seed, index)
-                self.scene_data.ray_intersector.trace_packet(self.packets, c, origin, 0.0)
-                for g in range(self.packets.groups[None]):
-                    tile_x, tile_y = first_x * SIDE + (g >> SIDE_BITS), first_y * SIDE + (g & (SIDE - 1))
-                    tile = tile_x * self.tiles_y + tile_y
-                    self.distance[tile] = self.packets.t[c, g]
-                    self.triangle_id[tile] = self.packets.triangle_id[c, g]
-                    self.u[tile] = self.packets.u[c, g]
-                    self.v[tile] = self.packets.v[c, g]
-                    if ti.static(self.keeps_normals):
-                        self.find_normals(c, g, tile, origin)
-                k += 1
+        self.turns.begin()
+        for iteration in range(self.turns.iterations):
+            c, piece = self.turns.place_and_piece(iteration)
+            while piece < self.turns.pieces:
+                for k in range(piece * PIECE, ti.min((piece + 1) * PIECE, self.across * self.upwards)):
+                    first_x, first_y = self.first[0] + k // self.upwards, self.first[1] + k % self.upwards
+                    self.trace_packet(c, first_x, first_y, seed, index)
+                piece = self.turns.next_piece()
+
+    @ti.func
+    def trace_packet(self, c, packet_x, packet_y, seed, index):
+        """Trace the eye rays of a packet, and keep their hits."""
+        origin = tm.vec3(0)
+        for g in range(self.packets.groups[None]):
+            tile_x, tile_y = packet_x * SIDE + (g >> SIDE_BITS), packet_y * SIDE + (g & (SIDE - 1))
+            origin = self.put_rays(c, g, tile_x, tile_y, seed, index)
+        self.scene_data.ray_intersector.trace_packet(self.packets, c, origin, 0.0)
+        for g in range(self.packets.groups[None]):
+            tile_x, tile_y = packet_x * SIDE + (g >> SIDE_BITS), packet_y * SIDE + (g & (SIDE - 1))
+            tile = tile_x * self.tiles_y + tile_y
+            self.distance[tile] = self.packets.t[c, g]
+            self.triangle_id[tile] = self.packets.triangle_id[c, g]
+            self.u[tile] = self.packets.u[c, g]
+            self.v[tile] = self.packets.v[c, g]
+            if ti.static(self.keeps_normals):
+                self.find_normals(c, g, tile, origin)
 
     @ti.func
     def pixels_of(self, tile_x, tile_y):

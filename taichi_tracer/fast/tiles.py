@@ -24,6 +24,7 @@ from taichi_tracer.fast.look_ups import LookUps, can_wait_for
 from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
 from taichi_tracer.fast.shadow_lanes import shadow_rays
 from taichi_tracer.fast.stand_ins import Form
+from taichi_tracer.fast.turns import Turns
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.lights.near_misses import (
@@ -147,22 +148,21 @@ class Tiles:
         self.scene.__class__ = waiting_class(type(scene), self)
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
         self.across, self.upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)
-        self.tiles = self.across * self.upwards
-        self.places = min(self.tiles, ti.cfg.cpu_max_num_threads)
-        most = SIDE * SIDE * integrator.techniques
-        self.shadow_rays = shadow_rays(scene.ray_intersector, self.places, most)
+        self.turns = Turns(self.across * self.upwards)
+        places, most = self.turns.places, SIDE * SIDE * integrator.techniques
+        self.shadow_rays = shadow_rays(scene.ray_intersector, places, most)
         self.has_numbers = renderer.eye_rays.has_groups and has_points(renderer.sampler)
         if self.has_numbers:
             pairs = 2 if integrator.samples_lights else 1
-            self.numbers = NumberLanes(renderer.sampler, renderer.shares, pairs, self.places)
+            self.numbers = NumberLanes(renderer.sampler, renderer.shares, pairs, places)
         self.draws_light = self.has_numbers and integrator.samples_lights
         if self.draws_light:
-            self.light_lanes = LightLanes(scene.lights.far[0], self.places)
+            self.light_lanes = LightLanes(scene.lights.far[0], places)
             self.scene.lights = copy.copy(scene.lights)
             self.scene.lights.__class__ = drawn_lights_class(type(scene.lights), self)
-        self.look_ups = LookUps(scene.lights.far[0], self.places, most, GROUPS, finds_pdf=self.weights)
+        self.look_ups = LookUps(scene.lights.far[0], places, most, GROUPS, finds_pdf=self.weights)
         self._memory = memory.Memory()
-        place = self._memory.fields.dense(ti.i, self.places)
+        place = self._memory.fields.dense(ti.i, places)
         self.groups, self.behind, self.end = (ti.field(ti.i32) for _ in range(3))
         self.value, self.factor, self.origin, self.direction = (ti.Vector.field(3, float) for _ in range(4))
         self.pdf = ti.field(float)
@@ -170,8 +170,6 @@ class Tiles:
         self.group = ti.Vector.field(2, ti.i32)
         place.place(self.groups)
         place.dense(ti.j, GROUPS).place(self.group, self.behind)
-        self.next_tile = ti.field(ti.i32)
-        self._memory.fields.place(self.next_tile)
         place.dense(ti.j, GROUPS * LANES).place(self.end, self.value)
         place.dense(ti.j, most).place(
             self.factor, self.kind, self.leaves, self.origin, self.direction, self.ray, self.code
@@ -195,15 +193,10 @@ class Tiles:
         seed: ti.u32,
         index: ti.u32,
     ):
-        self.next_tile[None] = 0
-        for block in range(self.places * runtime.CPU_BLOCK):
-            # A block of iterations belongs to one place. Its first iteration takes one tile after the other, as long as
-            # there are some: so threads with light tiles take more of them.
-            c = block // runtime.CPU_BLOCK
-            tile = self.tiles
-            if block % runtime.CPU_BLOCK == 0:
-                tile = ti.atomic_add(self.next_tile[None], 1)
-            while tile < self.tiles:
+        self.turns.begin()
+        for iteration in range(self.turns.iterations):
+            c, tile = self.turns.place_and_piece(iteration)
+            while tile < self.turns.pieces:
                 self.begin(c)
                 first_x, first_y = self.x0 + tile // self.upwards * SIDE, self.y0 + tile % self.upwards * SIDE
                 end_x, end_y = ti.min(first_x + SIDE, self.x1), ti.min(first_y + SIDE, self.y1)
@@ -227,7 +220,7 @@ class Tiles:
                 self.shadow_rays.trace(c)
                 first, end = tm.ivec2(first_x, first_y), tm.ivec2(end_x, end_y)
                 self.end_groups(c, renderer, integrator, near_misses, first, end, index)
-                tile = ti.atomic_add(self.next_tile[None], 1)
+                tile = self.turns.next_piece()
 
     @ti.func
     def begin_group(self, c, eye_rays: ti.template(), group_x, group_y):

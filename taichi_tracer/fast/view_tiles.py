@@ -11,9 +11,12 @@ import taichi.math as tm
 from taichi_tracer.fast.camera_lanes import generate_rays
 from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.packets import TILE, TILE_BITS
-from taichi_tracer.fast.primary_hits import PLACES, PrimaryHits
+from taichi_tracer.fast.primary_hits import PrimaryHits
+from taichi_tracer.fast.turns import Turns
 from taichi_tracer.ray import Ray
-from taichi_tracer.system import memory, runtime
+from taichi_tracer.system import memory
+
+PIECE = 64  # tiles that a thread takes at a time
 
 
 def can_show(renderer) -> bool:
@@ -42,9 +45,10 @@ class ViewTiles:
         (self.x0, self.x1), (self.y0, self.y1) = ranges
         self.first = self.x0 // TILE, self.y0 // TILE
         self.across, self.upwards = -(-self.x1 // TILE) - self.first[0], -(-self.y1 // TILE) - self.first[1]
+        self.turns = Turns(-(-self.across * self.upwards // PIECE))
         self._memory = memory.Memory()
         self.o, self.d = (ti.Vector.field(LANES, float) for _ in range(2))
-        self._memory.fields.dense(ti.ij, (PLACES, 3)).place(self.o, self.d)
+        self._memory.fields.dense(ti.ij, (self.turns.places, 3)).place(self.o, self.d)
         self._memory.allocate()
 
     def take(self, renderer, scene, integrator, seed: int, index: int) -> None:
@@ -55,24 +59,22 @@ class ViewTiles:
     def _take(
         self, renderer: ti.template(), scene: ti.template(), integrator: ti.template(), seed: ti.u32, index: ti.u32
     ):
-        tiles = self.across * self.upwards
-        share = (tiles + PLACES - 1) // PLACES
-        for i in range(PLACES * runtime.CPU_BLOCK):
-            c = i // runtime.CPU_BLOCK
-            # A block of iterations belongs to one place. Its first iteration shades all tiles of the place in turn.
-            k = c * share if i % runtime.CPU_BLOCK == 0 else tiles
-            while k < ti.min((c + 1) * share, tiles):
-                tile_x, tile_y = self.first[0] + k // self.upwards, self.first[1] + k % self.upwards
-                self.make_rays(c, tile_x, tile_y)
-                first_x, first_y = tile_x * TILE, tile_y * TILE
-                for x in range(ti.max(first_x, self.x0), ti.min(first_x + TILE, self.x1)):
-                    for y in range(ti.max(first_y, self.y0), ti.min(first_y + TILE, self.y1)):
-                        lane = ((x - first_x) << TILE_BITS) + y - first_y
-                        ray = Ray(origin=self.vector(self.o, c, lane), direction=self.vector(self.d, c, lane))
-                        hit = self.hits.hit_in(tile_x * self.hits.tiles_y + tile_y, lane, ray)
-                        rng = renderer.sampler.start(seed, x, y, index)
-                        renderer.record(x, y, renderer.radiance(scene, integrator, ray, hit, rng), index)
-                k += 1
+        self.turns.begin()
+        for iteration in range(self.turns.iterations):
+            c, piece = self.turns.place_and_piece(iteration)
+            while piece < self.turns.pieces:
+                for k in range(piece * PIECE, ti.min((piece + 1) * PIECE, self.across * self.upwards)):
+                    tile_x, tile_y = self.first[0] + k // self.upwards, self.first[1] + k % self.upwards
+                    self.make_rays(c, tile_x, tile_y)
+                    first_x, first_y = tile_x * TILE, tile_y * TILE
+                    for x in range(ti.max(first_x, self.x0), ti.min(first_x + TILE, self.x1)):
+                        for y in range(ti.max(first_y, self.y0), ti.min(first_y + TILE, self.y1)):
+                            lane = ((x - first_x) << TILE_BITS) + y - first_y
+                            ray = Ray(origin=self.vector(self.o, c, lane), direction=self.vector(self.d, c, lane))
+                            hit = self.hits.hit_in(tile_x * self.hits.tiles_y + tile_y, lane, ray)
+                            rng = renderer.sampler.start(seed, x, y, index)
+                            renderer.record(x, y, renderer.radiance(scene, integrator, ray, hit, rng), index)
+                piece = self.turns.next_piece()
 
     @ti.func
     def make_rays(self, c, tile_x, tile_y):

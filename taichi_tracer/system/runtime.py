@@ -26,8 +26,6 @@ from taichi_tracer.system.errors import InputError, one_of
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
 F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only in an extension, which Taichi does not use
-# Iterations of a parallel loop that Taichi gives to a CPU thread at a time; block_dim does not change this number.
-CPU_BLOCK = 512
 # Threads per CPU, if all CPUs are used. With two threads for two CPUs, Linux often starts both on the same CPU.
 WORKERS_PER_CPU = 2
 # Where Linux shows its GPUs: those of the kernel's own drivers, those of NVIDIA, and the GPU of Windows, for WSL.
