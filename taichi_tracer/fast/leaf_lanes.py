@@ -43,13 +43,13 @@ class LeafLanes:
         self.axis, self.is_undecided = (ti.Vector.field(LANES, ti.i32) for _ in range(2))
         # LLVM unrolls a loop whose length is a constant. Therefore the lengths are read from memory.
         self.lanes, self.axes = (ti.field(ti.i32) for _ in range(2))
-        self._memory.fields.place(self.lanes, self.axes)
         group = self._memory.fields.dense(ti.i, places).dense(ti.j, 1)
         for field in (self.o, self.d, self.i, self.n, self.f):
             group.dense(ti.k, 3).place(field)
         # Vectors that are stored together do not lie side by side, see ``packets.Packets``.
         group.place(self.x0, self.shear_x, self.x1, self.shear_y, self.x2, self.axis, self.pad)
         group.place(self.y0, self.reach, self.y1, self.is_undecided, self.y2)
+        self._memory.fields.place(self.lanes, self.axes)  # behind the vectors, see ``packets.Packets``
         self._memory.allocate()
         self.lanes[None], self.axes[None] = LANES, 3
         self.spheres = SphereLanes(places)

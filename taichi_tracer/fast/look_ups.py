@@ -42,12 +42,13 @@ class LookUps:
         self._memory = memory.Memory()
         self.x, self.y, self.z, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
         self.count, self.groups = ti.field(ti.i32), ti.field(ti.i32)
-        place = self._memory.fields.dense(ti.i, places)
-        place.place(self.count, self.groups)
+        place = self._memory.fields.dense(ti.i, places)  # only of vectors, see ``packets.Packets``
         self.row, self.column = (ti.Vector.field(LANES, ti.i32) for _ in range(2))
         for field in (self.x, self.y, self.z, self.u, self.v, self.row, self.column):
             place.dense(ti.j, self.first_group + most_groups).place(field)
         self.light_of, self.pdf_of = ti.Vector.field(3, float), ti.field(float)
+        place = self._memory.fields.dense(ti.i, places)
+        place.place(self.count, self.groups)
         place.dense(ti.j, most).place(self.light_of)
         place.dense(ti.j, most if finds_pdf else 1).place(self.pdf_of)
         self._memory.allocate()

@@ -109,7 +109,7 @@ class Packets:
         near_plane, far_plane: of the boxes of four triangles of a leaf, for each axis, the planes where rays enter and
             leave.
         group_reach: the largest t at which an active ray of each group can still find a nearer hit.
-        fetched: see ``WideBVH.fetch_leaves``.
+        fetched: its first number is what ``WideBVH.fetch_leaves`` read.
 
     Args:
         places: the number of packets that can be traced at the same time.
@@ -127,17 +127,16 @@ class Packets:
         self.triangle_id, self.heading, self.is_undecided = (ti.Vector.field(LANES, ti.i32) for _ in range(3))
         self.group_low, self.group_high = (ti.Vector.field(GROUPS, float) for _ in range(2))
         self.group_reach = ti.Vector.field(GROUPS, float)
-        self.fetched = ti.field(float)
+        self.fetched = ti.Vector.field(LANES - GROUPS, float)
         self.near_plane, self.far_plane = (ti.Vector.field(BLOCK, float) for _ in range(2))
         # LLVM unrolls a loop whose length is a constant, which makes the code much longer. Therefore the lengths are
         # read from memory.
         self.lanes, self.groups = (ti.field(ti.i32) for _ in range(2))
-        self._memory.fields.place(self.lanes, self.groups)
 
+        # A vector across the border of two lines of the cache takes two accesses. Therefore vectors of sixteen lanes
+        # come first, and everything behind them fills whole lines too: four axes instead of three, and more numbers
+        # for ``fetched`` than it needs.
         place = self._memory.fields.dense(ti.i, places)
-        place.dense(ti.j, 3).place(self.near_plane, self.far_plane)
-        place.place(self.group_reach, self.fetched)
-        place.dense(ti.j, 3).place(self.group_low, self.group_high)
         group = place.dense(ti.j, GROUPS)
         by_axis = [self.d, self.i]
         if not share_origin:
@@ -150,6 +149,9 @@ class Packets:
         group.place(self.x0, self.shear_x, self.x1, self.shear_y, self.x2, self.t)
         group.place(self.y0, self.u, self.y1, self.v, self.y2, self.reach)
         group.place(self.triangle_id, self.heading, self.is_undecided)
+        place.dense(ti.j, 4).place(self.near_plane, self.far_plane, self.group_low, self.group_high)
+        place.place(self.group_reach, self.fetched)
+        self._memory.fields.place(self.lanes, self.groups)
         self._memory.allocate()
         self.lanes[None], self.groups[None] = LANES, GROUPS
         if has_spheres:

@@ -42,28 +42,28 @@ class ShadowLanes:
         self._memory = memory.Memory()
         self.o, self.d, self.reach = (ti.Vector.field(LANES, float) for _ in range(3))
         self.count = ti.field(ti.i32)
-        place = self._memory.fields.dense(ti.i, places)
-        place.place(self.count)
-        group = place.dense(ti.j, -(-most // LANES))
+        group = self._memory.fields.dense(ti.i, places).dense(ti.j, -(-most // LANES))
         group.dense(ti.k, 3).place(self.o)
         group.dense(ti.k, 3).place(self.d)
         group.place(self.reach)
+        # For each place its own line of the cache: a thread that writes to a line takes it from all others.
+        self._memory.fields.dense(ti.i, places).dense(ti.j, LANES).place(self.count)
         self._memory.allocate()
         self.leaf = LeafLanes(places)
 
     @ti.func
     def clear(self, c):
         """Forget the rays of a place."""
-        self.count[c] = 0
+        self.count[c, 0] = 0
 
     @ti.func
     def add(self, c, origin, direction):
         """Add a ray to a place. Returns its number; the first one is 0."""
-        k = self.count[c]
+        k = self.count[c, 0]
         g, lane = k >> LANE_BITS, k & (LANES - 1)
         for axis in ti.static(range(3)):
             self.o[c, g, axis][lane], self.d[c, g, axis][lane] = origin[axis], direction[axis]
-        self.count[c] = k + 1
+        self.count[c, 0] = k + 1
         return k
 
     @ti.func
@@ -75,7 +75,7 @@ class ShadowLanes:
     def trace(self, c):
         """Find for every ray of a place whether anything is in its way. The last lanes may hold older rays."""
         first, number = leaf_range(self.intersector.root)
-        for g in range((self.count[c] + LANES - 1) >> LANE_BITS):
+        for g in range((self.count[c, 0] + LANES - 1) >> LANE_BITS):
             for axis in ti.static(range(3)):
                 self.leaf.o[c, 0, axis], self.leaf.d[c, 0, axis] = self.o[c, g, axis], self.d[c, g, axis]
             self.leaf.reach[c, 0] = lanes(tm.inf)

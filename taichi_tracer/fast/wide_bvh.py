@@ -372,7 +372,7 @@ class WideBVH(FastIntersector):
             if following == NOTHING:
                 following, top = self.wake(waiting, waiting_t, top, best)
             reference = following
-        packets.fetched[c] = fetched
+        packets.fetched[c][0] = fetched
 
     @ti.func
     def fetch_leaves(self, node, mask):
