@@ -51,13 +51,14 @@ def in_blocks(references: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
 class Aim:
     """A ray prepared for the projection of ``triangles.watertight``.
 
-    x, y, z: the two smaller axes of the direction, and its largest axis. shear_x, shear_y: how far the ray goes along
-    the smaller axes for each unit along the largest.
+    x, y, z: the two smaller axes of the direction, and its largest axis. origin: the components of the origin along
+    these axes. shear_x, shear_y: how far the ray goes along the smaller axes for each unit along the largest.
     """
 
     x: ti.i32
     y: ti.i32
     z: ti.i32
+    origin: tm.vec3
     shear_x: real
     shear_y: real
 
@@ -69,7 +70,8 @@ def aim_of(ray):
     size = abs(d)
     largest = ti.select(size.x > size.y and size.x > size.z, 0, ti.select(size.y > size.z, 1, 2))
     x, y, z = smaller_axes(largest << 3)
-    return Aim(x=x, y=y, z=z, shear_x=d[x] / d[z], shear_y=d[y] / d[z])
+    o = ray.origin
+    return Aim(x=x, y=y, z=z, origin=tm.vec3(o[x], o[y], o[z]), shear_x=d[x] / d[z], shear_y=d[y] / d[z])
 
 
 @ti.data_oriented
@@ -160,11 +162,11 @@ class LeafBlocks:
         return mask
 
     @ti.func
-    def projected(self, ray, aim, block, corner: ti.template()):
+    def projected(self, aim, block, corner: ti.template()):
         """Four vertices as the ray sees them, on the plane of the two smaller axes, sheared along the largest."""
-        along = self.vertices[block, 3 * aim.z + corner] - ray.origin[aim.z]
-        x = (self.vertices[block, 3 * aim.x + corner] - ray.origin[aim.x]) - aim.shear_x * along
-        y = (self.vertices[block, 3 * aim.y + corner] - ray.origin[aim.y]) - aim.shear_y * along
+        along = self.vertices[block, 3 * aim.z + corner] - aim.origin.z
+        x = (self.vertices[block, 3 * aim.x + corner] - aim.origin.x) - aim.shear_x * along
+        y = (self.vertices[block, 3 * aim.y + corner] - aim.origin.y) - aim.shear_y * along
         return x, y
 
 
@@ -174,9 +176,9 @@ def may_pass_inside(blocks: ti.template(), ray, aim, block):
 
     The three numbers are those of the plain test. It computes them again, exactly, if one is 0.
     """
-    ax, ay = blocks.projected(ray, aim, block, 0)
-    bx, by = blocks.projected(ray, aim, block, 1)
-    cx, cy = blocks.projected(ray, aim, block, 2)
+    ax, ay = blocks.projected(aim, block, 0)
+    bx, by = blocks.projected(aim, block, 1)
+    cx, cy = blocks.projected(aim, block, 2)
     u, v, w = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
     return (smaller(u, smaller(v, w)) >= 0) | (larger(u, larger(v, w)) <= 0)
 

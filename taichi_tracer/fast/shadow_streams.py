@@ -35,8 +35,8 @@ class ShadowStreams:
     """Memory for shadow rays, and their traversal. A place holds the rays of one thread.
 
     Fields of a ray in a place:
-        ray_o, ray_d: its origin and direction. near, inverse, far: its ``RayBounds``. axes, shear: its
-            ``leaf_blocks.Aim``. reach: −∞ if it is blocked, 0 if it is no legal ray, and otherwise ∞.
+        ray_o, ray_d: its origin and direction. near, inverse, far: its ``RayBounds``. axes, aimed,
+            shear: its ``leaf_blocks.Aim``. reach: −∞ if it is blocked, 0 if it is no legal ray, and otherwise ∞.
     Fields of a place:
         count: the number of rays. ids: all lists, each of which has the numbers of some rays.
 
@@ -50,12 +50,13 @@ class ShadowStreams:
         self.intersector = intersector
         self._memory = memory.Memory()
         self.ray_o, self.ray_d, self.near, self.inverse, self.far = (ti.Vector.field(3, float) for _ in range(5))
-        self.axes, self.shear = ti.Vector.field(3, ti.i32), ti.Vector.field(2, float)
+        self.axes, self.aimed = ti.Vector.field(3, ti.i32), ti.Vector.field(3, float)
+        self.shear = ti.Vector.field(2, float)
         self.reach, self.ids, self.count = ti.field(float), ti.field(ti.u16), ti.field(ti.i32)
         place = self._memory.fields.dense(ti.i, places)
         place.place(self.count)
         place.dense(ti.j, most).place(self.near, self.inverse, self.far, self.reach)
-        place.dense(ti.j, most).place(self.ray_o, self.ray_d, self.axes, self.shear)
+        place.dense(ti.j, most).place(self.ray_o, self.ray_d, self.aimed, self.axes, self.shear)
         # At each level of the tree, the lists of the eight children lie behind the list of their node.
         place.dense(ti.j, most * (1 + OCTANTS + WIDTH * (intersector.depth + 1))).place(self.ids)
         self._memory.allocate()
@@ -93,7 +94,7 @@ class ShadowStreams:
             if ti.static(not self.in_lanes):
                 aim = aim_of(ray)
                 self.axes[c, r] = ti.Vector([aim.x, aim.y, aim.z])
-                self.shear[c, r] = tm.vec2(aim.shear_x, aim.shear_y)
+                self.shear[c, r], self.aimed[c, r] = tm.vec2(aim.shear_x, aim.shear_y), aim.origin
             self.reach[c, r] = ti.select(self.intersector.is_legal(ray), tm.inf, 0.0)
             octant = 0
             for k in ti.static(range(3)):
@@ -192,7 +193,7 @@ class ShadowStreams:
         for j in range(at, at + count):
             r = ti.cast(self.ids[c, j], ti.i32)
             aim = Aim(x=self.axes[c, r].x, y=self.axes[c, r].y, z=self.axes[c, r].z)
-            aim.shear_x, aim.shear_y = self.shear[c, r].x, self.shear[c, r].y
+            aim.shear_x, aim.shear_y, aim.origin = self.shear[c, r].x, self.shear[c, r].y, self.aimed[c, r]
             may_meet = self.intersector.blocks.test(self.intersector.blocks, self.ray(c, r), aim, block)
             for k in ti.static(range(BLOCK)):
                 self.ids[c, lists + k * count + counts[k]] = ti.cast(r, ti.u16)
