@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 import taichi as ti
+import taichi.math as tm
 
 from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_levels import BLOCK, BLOCK_BITS
@@ -25,6 +26,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.tables import Tables
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
+FEW = 2  # children that are put on the stack without a branch: a ray seldom meets more, besides the one it enters
 
 
 def leaf_triangles(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
@@ -164,8 +166,8 @@ class WideBVH(FastIntersector):
                     self.root, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place
                 )
         else:
-            waiting = ti.Vector([0] * self.stack_size, ti.i32)
-            waiting_t = ti.Vector([0.0] * self.stack_size, float)
+            waiting = ti.Vector([0] * (self.stack_size + 1), ti.i32)
+            waiting_t = ti.Vector([0.0] * (self.stack_size + 1), float)
             top = 0
             reference = NOTHING
             if self.is_legal(ray):
@@ -174,7 +176,7 @@ class WideBVH(FastIntersector):
                 following = NOTHING
                 if reference >= 0:
                     t_near, mask = self.met_children(bounds, reference, t_min, best)
-                    following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
+                    following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask, FEW)
                 else:
                     best, best_id, best_u, best_v, best_place = self.search_leaf(
                         reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place
@@ -214,7 +216,7 @@ class WideBVH(FastIntersector):
             if self.is_legal(ray):
                 blocked = self.blocks_in_leaf(self.root, ray, bounds, aim, t_min, t_max)
         else:
-            waiting = ti.Vector([0] * self.stack_size, ti.i32)
+            waiting = ti.Vector([0] * (self.stack_size + 1), ti.i32)
             top = 0
             reference = NOTHING
             if self.is_legal(ray):
@@ -223,17 +225,10 @@ class WideBVH(FastIntersector):
                 following = NOTHING
                 if reference >= 0:
                     _, mask = self.met_children(bounds, reference, t_min, t_max)
-                    if mask != 0:
-                        following = self.children[reference, first_lane(mask)]
-                        mask &= mask - 1
-                        while mask != 0:
-                            waiting[top] = self.children[reference, first_lane(mask)]
-                            mask &= mask - 1
-                            top += 1
+                    following, top = self.enter_any(waiting, top, reference, mask)
                 elif self.blocks_in_leaf(reference, ray, bounds, aim, t_min, t_max):
                     blocked = True
-                    top = 0
-                if following == NOTHING and top > 0:
+                elif top > 0:
                     top -= 1
                     following = waiting[top]
                 reference = following
@@ -268,11 +263,43 @@ class WideBVH(FastIntersector):
         return hit
 
     @ti.func
-    def enter(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask):
+    def enter_any(self, waiting: ti.template(), top, node, mask):
+        """(a child that the ray meets, the new top of the stack). The other children wait.
+
+        If the ray meets no child, the last one that waits is entered; ``NOTHING`` if none waits. How many children a
+        ray meets is a branch that the CPU cannot predict. Therefore a few are always written, and whatever is no child
+        is overwritten later.
+        """
+        is_met, first = mask != 0, self.child(node, mask)
+        mask &= mask - 1
+        for _ in ti.static(range(FEW)):
+            waiting[top] = self.child(node, mask)
+            top += ti.select(mask != 0, 1, 0)
+            mask &= mask - 1
+        while mask != 0:
+            waiting[top] = self.child(node, mask)
+            top += 1
+            mask &= mask - 1
+        top -= ti.select(is_met, 0, 1)
+        following = NOTHING
+        if top >= 0:
+            following = ti.select(is_met, first, waiting[top])
+        return following, top
+
+    @ti.func
+    def child(self, node, mask):
+        """The first child of a mask, see ``lanes_of``; any child if the mask is empty."""
+        return self.children[node, ti.min(first_lane(mask), WIDTH - 1)]
+
+    @ti.func
+    def enter(self, waiting: ti.template(), waiting_t: ti.template(), top, node, t_near, mask, few: ti.template()):
         """(the nearest child that the ray meets, or ``NOTHING``; the new top of the stack). The other children wait.
 
         The box of an absent child is inside out. A ray can still meet it, if the node is smaller than the padding of
         the ray; but an absent child is an empty leaf.
+
+        Args:
+            few: how many children are written to the stack without a branch, see ``enter_any``.
         """
         nearest = NOTHING
         if mask != 0:
@@ -280,6 +307,16 @@ class WideBVH(FastIntersector):
             mask &= mask - 1
             nearest = self.children[node, k]
             nearest_t = t_near[k]
+            for _ in ti.static(range(few)):
+                k = ti.min(first_lane(mask), WIDTH - 1)
+                child, t = self.children[node, k], ti.select(mask != 0, t_near[k], tm.inf)
+                is_nearer = t < nearest_t
+                waiting[top] = ti.select(is_nearer, nearest, child)
+                waiting_t[top] = ti.select(is_nearer, nearest_t, t)
+                top += ti.select(mask != 0, 1, 0)
+                mask &= mask - 1
+                nearest = ti.select(is_nearer, child, nearest)
+                nearest_t = ti.select(is_nearer, t, nearest_t)
             while mask != 0:
                 k = first_lane(mask)
                 mask &= mask - 1
@@ -364,7 +401,8 @@ class WideBVH(FastIntersector):
             if reference >= 0:
                 t_near, mask = self.children_met_by_any(common, reference, t_min, best)
                 fetched += self.fetch_leaves(reference, mask)
-                following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask)
+                # The rays of neighbouring packets meet about as many children: these branches can be predicted.
+                following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask, 0)
             else:
                 first, count = leaf_range(reference)
                 packets.try_leaf(c, common, self, first, count, t_min)
