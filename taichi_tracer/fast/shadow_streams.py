@@ -108,9 +108,10 @@ class ShadowStreams:
     @ti.func
     def trace_octant(self, c, octant, begin, rays, free):
         """Trace the list of an octant. Lists of children are written from ``free`` on."""
-        node = ti.Vector([0] * (self.intersector.stack_size + 1), ti.i32)
-        first = ti.Vector([0] * (self.intersector.stack_size + 1), ti.i32)
-        size = ti.Vector([0] * (self.intersector.stack_size + 1), ti.i32)
+        # Two more than wait at once: the list that comes next, and one that is written but empty.
+        node = ti.Vector([0] * (self.intersector.stack_size + 2), ti.i32)
+        first = ti.Vector([0] * (self.intersector.stack_size + 2), ti.i32)
+        size = ti.Vector([0] * (self.intersector.stack_size + 2), ti.i32)
         node[0], first[0], size[0] = self.intersector.root, begin, rays
         top = 1
         while top > 0:
@@ -119,11 +120,10 @@ class ShadowStreams:
             lists = ti.max(at + count, free)  # all waiting lists lie before this one
             if reference >= 0:
                 counts = self.filter_children(c, octant, reference, at, count, lists)
-                for k in ti.static(range(WIDTH)):
-                    child = self.intersector.children[reference, k]
-                    if counts[k] > 0:
-                        node[top], first[top], size[top] = child, lists + k * count, counts[k]
-                        top += 1
+                for k in ti.static(range(WIDTH)):  # without branches, see ``WideBVH.enter_any``
+                    node[top], first[top] = self.intersector.children[reference, k], lists + k * count
+                    size[top] = counts[k]
+                    top += ti.select(counts[k] > 0, 1, 0)
             else:
                 self.try_leaf(c, octant, reference, at, count, lists)
 
