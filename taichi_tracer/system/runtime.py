@@ -19,9 +19,11 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import compiling, from_python, front_end, powers, vector_sums
+from taichi_tracer.system import compiling, from_python, front_end, objects, powers, vector_sums
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
+
+objects.read_attributes_directly()  # for the classes of all modules that are imported after this one
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
