@@ -71,13 +71,17 @@ changed since then is marked.
 """
 
 
-def main(names: list[str]) -> None:
-    """Run the benchmarks, and write the results."""
+def main(names: list[str]) -> int:
+    """Run the benchmarks, and write the results. Returns the exit code: 1 if a benchmark failed, 2 for wrong names."""
     old = RESULTS.read_text(encoding="utf-8") if RESULTS.exists() else ""
     parts = dict(re.findall(r"^## `python -m benchmarks\.(\w+).*?`\n(.*?)(?=^## |\Z)", old, re.MULTILINE | re.DOTALL))
     if names == ["--mark"]:
         write(parts)
-        return
+        return 0
+    if unknown := [name for name in names if name not in BENCHMARKS]:
+        print(f"no benchmark is called {unknown[0]!r}: use some of {', '.join(BENCHMARKS)}", file=sys.stderr)
+        return 2
+    failed = False
     begin = time.perf_counter()
     for name in names or [name for name in BENCHMARKS if name not in COUNTED]:
         start = time.perf_counter()
@@ -85,11 +89,13 @@ def main(names: list[str]) -> None:
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
             print(f"{name} failed: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+            failed = True
             continue
         parts[name] = f"\n{without_messages(done.stdout)}\n\n"
         write(parts)
         print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
     print(f"all: {(time.perf_counter() - begin) / 60:.1f} minutes")
+    return int(failed)
 
 
 def without_messages(output: str) -> str:
@@ -134,4 +140,4 @@ def changed_at(path: str) -> datetime.datetime | None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))
