@@ -80,7 +80,8 @@ class WideTree:
             high).
         children: (W, 8) int32, each the index of a node, a leaf (see ``leaf_reference``), or ``ABSENT``.
         depth: the number of nodes on the longest path from the root.
-        stack_size: the largest number of references that wait at once during a traversal.
+        stack_size: the largest number of references that wait at once, if all eight children of a node wait before one
+            is taken.
         cost: the expected cost of a ray that meets the root's box, in tests of four triangles (the surface-area
             heuristic).
     """
@@ -252,11 +253,13 @@ def _levels(child: np.ndarray) -> list[np.ndarray]:
 
 
 def _stack_size(members_of: list[np.ndarray], inner_of: list[np.ndarray]) -> int:
-    """The largest number of references that wait at once, if all children of a node wait before one is taken."""
+    """The largest number of references that wait at once, if all children of a node wait before one is taken.
+
+    Absent children count too: a ray can meet their boxes, see ``WideBVH.enter``.
+    """
     need = np.zeros(0, np.int64)
     for members, is_inner in zip(reversed(members_of), reversed(inner_of), strict=True):
         below = np.zeros(members.shape, np.int64)
         below[is_inner] = need
-        count = (members >= 0).sum(axis=1)
-        need = np.maximum(count, count - 1 + below.max(axis=1))
+        need = WIDTH + np.maximum(0, below.max(axis=1) - 1)
     return int(need[0])

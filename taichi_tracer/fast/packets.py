@@ -47,8 +47,7 @@ def slab(to_near, to_far, low, high, t_near, t_far):
     """One axis of ``box_interval`` for all rays with 1/d between ``low`` and ``high``.
 
     The result contains the interval of each of these rays. ``to_near`` and ``to_far`` are the planes as seen from the
-    moved origins. They may be vectors, for several boxes; or ``low`` and ``high`` may be vectors, for several groups of
-    rays.
+    moved origins. All may be vectors, with a lane for each of several boxes.
     """
     near, far = smaller(to_near * low, to_near * high), larger(to_far * low, to_far * high)
     return larger(near, t_near), smaller(far, t_far)
@@ -106,8 +105,8 @@ class Packets:
         is_undecided: the lanes that a triangle test cannot decide in this precision.
     Fields of a place:
         group_low, group_high: for each axis, the smallest and the largest 1/d of each group.
-        near_plane, far_plane: of the boxes of four triangles of a leaf, for each axis, the planes where rays enter and
-            leave.
+        near_plane, far_plane: of the boxes of the four triangles of the present block, for each axis, the planes where
+            rays enter and leave.
         group_reach: the largest t at which an active ray of each group can still find a nearer hit.
         fetched: its first number is what ``WideBVH.fetch_leaves`` read.
 

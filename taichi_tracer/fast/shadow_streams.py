@@ -35,8 +35,9 @@ class ShadowStreams:
     """Memory for shadow rays, and their traversal. A place holds the rays of one thread.
 
     Fields of a ray in a place:
-        ray_o, ray_d: its origin and direction. near, inverse, far: its ``RayBounds``. axes, aimed,
-            shear: its ``leaf_blocks.Aim``. reach: −∞ if it is blocked, 0 if it is no legal ray, and otherwise ∞.
+        ray_o, ray_d: its origin and direction. near, inverse, far: its ``RayBounds``. axes, aimed, shear: the axes, the
+            origin and the shear of its ``leaf_blocks.Aim``. reach: −∞ if it is blocked, 0 if it is no legal ray, and
+            otherwise ∞.
     Fields of a place:
         count: the number of rays. ids: all lists, each of which has the numbers of some rays.
 
@@ -108,10 +109,9 @@ class ShadowStreams:
     @ti.func
     def trace_octant(self, c, octant, begin, rays, free):
         """Trace the list of an octant. Lists of children are written from ``free`` on."""
-        # Two more than wait at once: the list that comes next, and one that is written but empty.
-        node = ti.Vector([0] * (self.intersector.stack_size + 2), ti.i32)
-        first = ti.Vector([0] * (self.intersector.stack_size + 2), ti.i32)
-        size = ti.Vector([0] * (self.intersector.stack_size + 2), ti.i32)
+        node = ti.Vector([0] * self.intersector.stack_size, ti.i32)
+        first = ti.Vector([0] * self.intersector.stack_size, ti.i32)
+        size = ti.Vector([0] * self.intersector.stack_size, ti.i32)
         node[0], first[0], size[0] = self.intersector.root, begin, rays
         top = 1
         while top > 0:

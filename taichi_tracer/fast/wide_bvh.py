@@ -26,7 +26,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.tables import Tables
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
-FEW = 2  # children that are put on the stack without a branch: a ray seldom meets more, besides the one it enters
+UNBRANCHED = 2  # children that are put on the stack without a branch: few rays meet more, besides the one they enter
 
 
 def leaf_triangles(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
@@ -166,8 +166,8 @@ class WideBVH(FastIntersector):
                     self.root, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place
                 )
         else:
-            waiting = ti.Vector([0] * (self.stack_size + 1), ti.i32)
-            waiting_t = ti.Vector([0.0] * (self.stack_size + 1), float)
+            waiting = ti.Vector([0] * self.stack_size, ti.i32)
+            waiting_t = ti.Vector([0.0] * self.stack_size, float)
             top = 0
             reference = NOTHING
             if self.is_legal(ray):
@@ -176,7 +176,7 @@ class WideBVH(FastIntersector):
                 following = NOTHING
                 if reference >= 0:
                     t_near, mask = self.met_children(bounds, reference, t_min, best)
-                    following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask, FEW)
+                    following, top = self.enter(waiting, waiting_t, top, reference, t_near, mask, UNBRANCHED)
                 else:
                     best, best_id, best_u, best_v, best_place = self.search_leaf(
                         reference, ray, bounds, aim, t_min, best, best_id, best_u, best_v, best_place
@@ -216,7 +216,7 @@ class WideBVH(FastIntersector):
             if self.is_legal(ray):
                 blocked = self.blocks_in_leaf(self.root, ray, bounds, aim, t_min, t_max)
         else:
-            waiting = ti.Vector([0] * (self.stack_size + 1), ti.i32)
+            waiting = ti.Vector([0] * self.stack_size, ti.i32)
             top = 0
             reference = NOTHING
             if self.is_legal(ray):
@@ -272,7 +272,7 @@ class WideBVH(FastIntersector):
         """
         is_met, first = mask != 0, self.child(node, mask)
         mask &= mask - 1
-        for _ in ti.static(range(FEW)):
+        for _ in ti.static(range(UNBRANCHED)):
             waiting[top] = self.child(node, mask)
             top += ti.select(mask != 0, 1, 0)
             mask &= mask - 1
@@ -299,7 +299,7 @@ class WideBVH(FastIntersector):
         the ray; but an absent child is an empty leaf.
 
         Args:
-            few: how many children are written to the stack without a branch, see ``enter_any``.
+            few: how many children are written to the stack without a branch, see ``enter_any``; packets need none.
         """
         nearest = NOTHING
         if mask != 0:
@@ -414,7 +414,7 @@ class WideBVH(FastIntersector):
 
     @ti.func
     def fetch_leaves(self, node, mask):
-        """Read the first and the last number of each leaf's first block, for the leaves among some of the children.
+        """Read a coordinate and an id of each leaf's first block, for the leaves among some of the children.
 
         The memory of all these leaves is then on its way to the processor at the same time, before the first of them
         is tried. The result has no meaning, but it must be stored: a read whose result is not used is left out.
@@ -423,7 +423,7 @@ class WideBVH(FastIntersector):
         while mask != 0:
             child = self.children[node, first_lane(mask)]
             mask &= mask - 1
-            first, _ = leaf_range(ti.min(child, -1))  # of another node instead of a leaf, the first place of all
+            first, _ = leaf_range(ti.min(child, -1))  # a node counts as an empty leaf: it reads block 0
             block = first >> BLOCK_BITS
             fetched += self.blocks.vertices[block, 0][0] + self.blocks.ids[block, 0]
         return fetched

@@ -5,11 +5,8 @@ every process. Then Taichi translates this program into machine code, which it k
 process finds it there. Only the second part is what a second run is spared.
 """
 
-import contextlib
-import gc
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from time import perf_counter, thread_time
 from typing import Any
@@ -82,22 +79,6 @@ def watch() -> None:
     _is_watched = True
 
 
-@contextlib.contextmanager
-def without_collection() -> Iterator[None]:
-    """Let Python's garbage collector wait.
-
-    A kernel's source becomes a hundred thousand objects. The collector would look at all of them, several times, while
-    none of them can be freed.
-    """
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
-
-
 def _watch_reading() -> None:
     """Note each kernel that Python reads."""
     original = getattr(core.Program, "create_kernel", None)
@@ -106,7 +87,7 @@ def _watch_reading() -> None:
 
     def create_kernel(program: Any, build: Any, name: str, *words: Any):
         start = perf_counter()
-        with part(KERNELS_READ), without_collection():
+        with part(KERNELS_READ):
             made = original(program, build, name, *words)
         kernel = Kernel(_function_name(build, name), start, perf_counter() - start)
         _kernels.append(kernel)

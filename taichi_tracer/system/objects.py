@@ -4,8 +4,7 @@ Since any attribute may be a kernel, which must know its object when it is calle
 a function for every access to any attribute. A frame of a window reads some 400 of them, which takes half a
 millisecond. Here, only a kernel has a function that is run when it is accessed, as methods and properties do.
 
-This holds for the classes of the package. Classes of other modules, also those that inherit from the package's, are
-what Taichi makes of them.
+Classes of other modules, also those that inherit from the package's, are what Taichi makes of them.
 """
 
 from typing import Any
@@ -32,7 +31,10 @@ class BoundKernel:
 
 
 def data_oriented(cls: type) -> type:
-    """What ``ti.data_oriented`` is from now on: the same for every class, but without its detour for the package's."""
+    """What ``ti.data_oriented`` is from now on. For classes of other modules, it is what it was before.
+
+    A class of the package binds only kernels that are methods in its own body: none that are static or properties.
+    """
     if not cls.__module__.startswith(PACKAGE):
         return _taichi_data_oriented(cls)
 

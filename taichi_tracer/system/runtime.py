@@ -23,7 +23,7 @@ from taichi_tracer.system import compiling, from_python, front_end, objects, pow
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 
-objects.read_attributes_directly()  # for the classes of all modules that are imported after this one
+objects.read_attributes_directly()  # here, because nearly every module imports this one first
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")

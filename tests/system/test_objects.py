@@ -2,6 +2,8 @@
 
 import importlib
 import pkgutil
+import subprocess
+import sys
 
 import pytest
 import taichi as ti
@@ -81,6 +83,13 @@ def test_classes_of_students_inherit_and_replace_kernels():
 def test_an_unknown_attribute_is_an_error_as_everywhere():
     with pytest.raises(AttributeError, match="no attribute 'steps'"):
         Counter(1).steps  # noqa: B018 (the access is what is tested)
+
+
+@pytest.mark.parametrize("first", ["Light", "Brdf", "LampChoice", "Sampler", "Camera"])
+def test_it_does_not_matter_what_is_imported_first(first):
+    program = f"import taichi_tracer as tt; print('__getattribute__' in vars(tt.{first}))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split()[-1] == "False"
 
 
 def test_no_class_of_the_package_takes_the_detour():
