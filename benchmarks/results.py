@@ -88,7 +88,8 @@ def main(names: list[str]) -> int:
         command = [sys.executable, "-m", f"benchmarks.{name}", *BENCHMARKS[name]]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
-            print(f"{name} failed: {done.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+            lines = done.stderr.strip().splitlines() or [f"it ended with exit code {done.returncode}"]
+            print(f"{name} failed: {lines[-1]}", file=sys.stderr)
             failed = True
             continue
         parts[name] = f"\n{without_messages(done.stdout)}\n\n"

@@ -257,12 +257,13 @@ class Packets:
         return self.f[c, g, axis]
 
     @ti.func
-    def box_interval(self, c, g, common, slot):
-        """``box_interval`` of sixteen rays and the box of a primitive of the present block, for any t."""
+    def box_interval(self, c, g, common, i):
+        """``box_interval`` of sixteen rays and the box of the primitive at place i of the present block, for any t."""
+        lane = i & (BLOCK - 1)
         t_near, t_far = lanes(-tm.inf), lanes(tm.inf)
         for k in ti.static(range(3)):
-            to_near = self.near_plane[c, k][slot] - self.near_origin(c, g, common, k)
-            to_far = self.far_plane[c, k][slot] - self.far_origin(c, g, common, k)
+            to_near = self.near_plane[c, k][lane] - self.near_origin(c, g, common, k)
+            to_far = self.far_plane[c, k][lane] - self.far_origin(c, g, common, k)
             near, far = to_near * self.i[c, g, k], to_far * self.i[c, g, k]
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, t_far
@@ -270,8 +271,7 @@ class Packets:
     @ti.func
     def farthest(self, c):
         """The largest t at which an active ray can still find a nearer hit."""
-        reach = self.group_reach[c]
-        return larger(larger(reach[0], reach[1]), larger(reach[2], reach[3]))
+        return self.group_reach[c].max()
 
     @ti.func
     def try_leaf(self, c, common, intersector: ti.template(), first, count, t_min):
@@ -283,7 +283,7 @@ class Packets:
                 meeting = first_lane(mask)
                 mask &= mask - 1
                 g, lane = meeting >> BLOCK_BITS, meeting & (BLOCK - 1)
-                self.try_primitive(c, g, common, intersector, lane, (block << BLOCK_BITS) + lane, t_min)
+                self.try_primitive(c, g, common, intersector, (block << BLOCK_BITS) + lane, t_min)
 
     @ti.func
     def meetings(self, c, common, blocks: ti.template(), block, used, t_min):
@@ -308,36 +308,36 @@ class Packets:
         return mask
 
     @ti.func
-    def try_primitive(self, c, g, common, intersector: ti.template(), slot, i, t_min):
+    def try_primitive(self, c, g, common, intersector: ti.template(), i, t_min):
         """``try_triangle`` or ``try_sphere``; triangles with backface culling are tried with one ray at a time."""
         is_special = False
         if ti.static(not intersector.is_plain_geometry):
             is_special = intersector.is_special(intersector.blocks.primitive(i))
             if is_special:
-                self.try_special(c, g, common, intersector, slot, i, t_min)
+                self.try_special(c, g, common, intersector, i, t_min)
         if not is_special:
-            self.try_triangle(c, g, common, intersector, slot, i, t_min)
+            self.try_triangle(c, g, common, intersector, i, t_min)
 
     @ti.func
-    def try_special(self, c, g, common, intersector: ti.template(), slot, i, t_min):
+    def try_special(self, c, g, common, intersector: ti.template(), i, t_min):
         """Try a sphere with sixteen rays at once, or a triangle with backface culling with one ray after the other."""
         is_sphere = False
         if ti.static(self.has_spheres):
             is_sphere = intersector.is_sphere(intersector.blocks.primitive(i))
             if is_sphere:
-                self.try_sphere(c, g, common, intersector, slot, i, t_min)
+                self.try_sphere(c, g, common, intersector, i, t_min)
         if ti.static(intersector.geometry.effects.culling or not self.has_spheres):
             if not is_sphere:
                 for lane in range(self.lanes[None]):
                     self.try_one(c, g, lane, common, intersector, i, t_min)
 
     @ti.func
-    def try_triangle(self, c, g, common, intersector: ti.template(), slot, i, t_min):
+    def try_triangle(self, c, g, common, intersector: ti.template(), i, t_min):
         """``candidate`` of sixteen rays; the result is kept in the lanes where it is the nearest hit so far."""
         is_inside, is_undecided, t, u, v = intersector.solve_packet(self, c, g, common, intersector.blocks, i)
         if any_lane(is_inside):
             triangle_id = intersector.blocks.primitive(i)
-            t_near, t_far = self.box_interval(c, g, common, slot)
+            t_near, t_far = self.box_interval(c, g, common, i)
             t = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
             self.keep(c, g, is_inside & (t_near <= t_far) & (t > t_min), t, triangle_id, u, v)
         if ti.static(runtime.can_widen() and intersector.triangle_test == "watertight"):
@@ -360,11 +360,11 @@ class Packets:
         self.v[c, g] = ti.select(taken, v, self.v[c, g])
 
     @ti.func
-    def try_sphere(self, c, g, common, intersector: ti.template(), slot, i, t_min):
+    def try_sphere(self, c, g, common, intersector: ti.template(), i, t_min):
         """``sphere_candidate`` of sixteen rays; the result is kept in the lanes where it is the nearest hit so far."""
         primitive_id = intersector.blocks.primitive(i)
         centre, radius = intersector.sphere(primitive_id)
-        t_near, t_far = self.box_interval(c, g, common, slot)
+        t_near, t_far = self.box_interval(c, g, common, i)
         self.spheres.take(c, self.d[c, g, 0], self.d[c, g, 1], self.d[c, g, 2])
         ox, oy, oz = self.origin(c, g, common, 0), self.origin(c, g, common, 1), self.origin(c, g, common, 2)
         may_meet = self.spheres.may_meet(c, ox, oy, oz, centre, radius, t_near) & (t_near <= t_far)

@@ -317,7 +317,7 @@ class WideBVH(FastIntersector):
                 mask &= mask - 1
                 nearest = ti.select(is_nearer, child, nearest)
                 nearest_t = ti.select(is_nearer, t, nearest_t)
-            while mask != 0:
+            while mask != 0:  # the same for children that exist for certain, in fewer operations
                 k = first_lane(mask)
                 mask &= mask - 1
                 child, t = self.children[node, k], t_near[k]
