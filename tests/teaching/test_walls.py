@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -46,10 +47,14 @@ def test_a_call_that_fails_is_told():
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells of processes by files")
 def test_processes_below_this_one_are_found():
     with subprocess.Popen(["sleep", "100"]) as process:
-        found = walls.descendants(os.getpid())
-        assert found[process.pid] > 0
-        assert walls.tasks_of(os.getuid()) >= 2
-        process.kill()
+        try:
+            assert process.pid in walls.descendants(os.getpid())
+            deadline = time.monotonic() + 20
+            while not walls.descendants(os.getpid())[process.pid]:  # while its program is replaced, it has no memory
+                assert time.monotonic() < deadline
+            assert walls.tasks_of(os.getuid()) >= 2
+        finally:
+            process.kill()
     assert process.pid not in walls.descendants(os.getpid())
 
 
