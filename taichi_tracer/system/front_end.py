@@ -15,6 +15,7 @@ import functools
 import gc
 import inspect
 import linecache
+import operator
 import sys
 import textwrap
 import types
@@ -23,14 +24,17 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import taichi as ti
 from taichi._lib import core
 from taichi.lang import expr, impl, kernel_impl, matrix, snode, util
-from taichi.lang.ast import ast_transformer_utils
+from taichi.lang.ast import ast_transformer, ast_transformer_utils
 
 from taichi_tracer.system.importing import frame_info
 
 MESSAGE_WIDTH = 80  # characters: where Taichi breaks the source lines of its messages
 KEPT_LINES = 1 << 14  # source lines whose wrapped form is kept
+KEPT_PLACES = 1 << 16  # places of expressions that are kept, for messages
+SMALL = 1 << 31  # integers from −SMALL on, below SMALL, have 32 bits
 OPENS_NO_BLOCK = ("#", ")", "]", "}")  # begins of lines that end no function, although they are not indented
 
 
@@ -208,18 +212,25 @@ class Trees:
         if free:
             return free.pop()
         tree: Any = ast.parse(source)
-        members = [(node, dict(vars(node))) for node in ast.walk(tree) if vars(node)]
-        tree.source_of_tree, tree.members_of_nodes = source, members
+        nodes = [node for node in ast.walk(tree) if vars(node)]  # a node without members, as ast.Add(), is of all trees
+        tree.source_of_tree = source
+        exchanged = ast.FunctionDef, ast.arguments
+        tree.parts_of_functions = [(node, dict(vars(node))) for node in nodes if isinstance(node, exchanged)]
+        tree.members_of_nodes = None  # it is counted itself
+        tree.members_of_nodes = [(vars(node), len(vars(node))) for node in nodes]
         return tree
 
     def give_back(self, tree: Any) -> None:
-        """Let a tree be used again."""
-        source, members = getattr(tree, "source_of_tree", None), getattr(tree, "members_of_nodes", ())
-        for node, own in members:
-            node.__dict__ = dict(own)
-        if source is not None:
-            tree.source_of_tree, tree.members_of_nodes = source, members
-            self._free[source].append(tree)
+        """Let a tree be used again. Taichi adds members to nodes, and exchanges those of functions."""
+        source = getattr(tree, "source_of_tree", None)
+        if source is None:
+            return
+        for members, count in tree.members_of_nodes:
+            while len(members) > count:
+                members.popitem()  # the member that was added last
+        for node, own in tree.parts_of_functions:
+            vars(node).update(own)
+        self._free[source].append(tree)
 
 
 def letting_go(transform: Callable, trees: Trees) -> Callable:
@@ -290,6 +301,32 @@ def initialised(usual: Callable) -> Callable:
     return variable
 
 
+def building_constants(usual: Callable) -> Callable:
+    """``expr.make_constant_expr``, with a shorter way for the usual numbers of Python."""
+
+    @functools.wraps(usual)
+    def make(value: Any, dtype: Any) -> Any:
+        runtime, kind = impl.pytaichi, type(value)
+        if dtype is None and kind is float:
+            return expr.Expr(core.make_const_expr_fp(runtime.default_fp, value))
+        if dtype is None and kind is int and runtime.default_ip is ti.i32 and -SMALL <= value < SMALL:
+            return expr.Expr(core.make_const_expr_int(ti.i32, value))
+        return usual(value, dtype)
+
+    return make
+
+
+def only_for(usual: Callable, functions: tuple) -> Callable:
+    """``ASTTransformer.build_call_if_is_builtin``, which makes a table of Python's functions for each call of any."""
+    known = {id(function) for function in functions}
+
+    @functools.wraps(usual)
+    def build(context: Any, node: Any, *words: Any) -> bool:
+        return id(node.func.ptr) in known and usual(context, node, *words)
+
+    return build
+
+
 class Raising:
     """A builder for which building any node raises an error that was raised before."""
 
@@ -308,15 +345,17 @@ def building(usual: Callable) -> Callable:
 
     @functools.wraps(usual)
     def build(self: Any, context: Any, node: Any) -> Any:
-        if type(node) is ast.Constant:
-            node.ptr = node.value  # type: ignore[attr-defined]  # Taichi's own attribute
+        kind = type(node)
+        if kind is ast.Constant:
+            node.ptr = node.value
             return node.value
-        method = getattr(self, BUILDING.get(type(node), "none"), None)
+        name, has_place = BUILDING.get(kind, ("none", False))
+        method = getattr(self, name, None)
         if method is None:
             return usual(self, context, node)
         places = impl.pytaichi.src_info_stack
         try:
-            places.append(context.get_pos_info(node) if isinstance(node, (ast.stmt, ast.expr)) else "")
+            places.append(context.get_pos_info(node) if has_place else "")
             try:
                 return method(context, node)
             finally:
@@ -327,8 +366,50 @@ def building(usual: Callable) -> Callable:
     return build
 
 
-# Type of a node → the method of a builder that builds it.
-BUILDING = {kind: f"build_{kind.__name__}" for kind in vars(ast).values() if isinstance(kind, type)}
+# Type of a node → the method of a builder that builds it, and whether it has a place in the source.
+BUILDING = {
+    kind: (f"build_{kind.__name__}", issubclass(kind, (ast.stmt, ast.expr)))
+    for kind in vars(ast).values()
+    if isinstance(kind, type)
+}
+
+
+def building_sums(usual: Callable) -> Callable:
+    """``ASTTransformer.build_BinOp``, which makes a table of all operators for each use of one of them."""
+
+    @functools.wraps(usual)
+    def build(context: Any, node: Any) -> Any:
+        operation = OPERATIONS.get(type(node.op))
+        if operation is None:
+            return usual(context, node)
+        ast_transformer.build_stmt(context, node.left)
+        ast_transformer.build_stmt(context, node.right)
+        try:
+            node.ptr = operation(node.left.ptr, node.right.ptr)
+        except TypeError as error:
+            raise ti.TaichiTypeError(str(error)) from None
+        return node.ptr
+
+    return build
+
+
+# The functions of Python that mean something else in kernels.
+PYTHONS_OWN = print, min, max, int, bool, float, any, all, abs, pow, len, operator.matmul
+# Operators of numbers, and what they stand for.
+OPERATIONS = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+    ast.LShift: operator.lshift,
+    ast.RShift: operator.rshift,
+    ast.BitOr: operator.or_,
+    ast.BitXor: operator.xor,
+    ast.BitAnd: operator.and_,
+}
 
 
 @functools.lru_cache(maxsize=1)
@@ -346,6 +427,11 @@ def keep_what_is_read() -> None:
     context = ast_transformer_utils.ASTTransformerContext
     context.get_pos_info = kept_per_node(shorter(context.get_pos_info, position))
     ast_transformer_utils.Builder.__call__ = building(ast_transformer_utils.Builder.__call__)
+    transformer = ast_transformer.ASTTransformer
+    transformer.build_BinOp = staticmethod(building_sums(transformer.build_BinOp))
+    transformer.build_call_if_is_builtin = staticmethod(only_for(transformer.build_call_if_is_builtin, PYTHONS_OWN))
+    core.DebugInfo = functools.lru_cache(KEPT_PLACES)(core.DebugInfo)
+    expr.make_constant_expr = building_constants(expr.make_constant_expr)
     expr.Expr.__init__ = with_short_way(expr.Expr.__init__)
     impl.expr_init = initialised(impl.expr_init)
     trees = Trees()

@@ -14,8 +14,9 @@ import taichi as ti
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import start
-from taichi.lang import kernel_impl, util
-from taichi.lang.ast import ast_transformer_utils
+from taichi._lib import core
+from taichi.lang import expr, kernel_impl, util
+from taichi.lang.ast import ast_transformer, ast_transformer_utils
 
 from taichi_tracer.system import front_end
 
@@ -120,6 +121,10 @@ def test_a_tree_is_used_again_as_it_was():
         if isinstance(node, (ast.stmt, ast.expr)):
             node.ptr = "written by Taichi"
     trees.give_back(tree)
+    again = trees.parse(source)
+    assert again is tree
+    function.decorator_list = ["exchanged by Taichi"]
+    trees.give_back(again)
     again = trees.parse(source)
     assert again is tree
     assert ast.dump(again) == ast.dump(ast.parse(source))
@@ -268,3 +273,50 @@ def test_messages_are_those_of_taichi_alone():
     assert str(kept.value) == str(alone.value)
     assert "test_front_end.py" in str(kept.value)
     assert "^^^^^^^^^^^^^^^^^^^^" in str(kept.value)
+
+
+VALUE = {
+    "operators": "(a + 5 - 3 * a / 2) + (a // 3) + (a % 3) + a**2 + (a << 2) + (a >> 1) + (a | 8) + (a ^ 5) + (a & 3)",
+    "matrices": "(ti.Matrix([[1, 2], [3, a]]) @ ti.Vector([a, 2]))[1]",
+    "of Python": "max(a, 3) + min(a, 3) + abs(-a) + int(2.7) + pow(a, 2) + len(ti.Vector([1, 2, a])) + float(a)",
+    "any and all": "int(any(ti.Vector([a, 0])) == 1) + int(all(ti.Vector([a, 0])) == 1)",
+    "the largest number": "a + 2147483647",
+    "the smallest number": "a + (-2147483647 - 1)",
+    "too large a number": "a + 2147483648",
+    "a fraction": "a * 0.1",
+    "a truth": "a + True",
+    "numbers of numpy": "a + THREE * HALF + QUARTER",
+    "a number with a type": "a + ti.u8(200) + ti.f64(0.1) + ti.i64(1 << 40) % 1000",
+    "no number": "a + 'text'",
+    "no operation": "a @ 2",
+    "shapes": "(ti.Vector([a, 1]) + ti.Vector([a, 1, 2]))[0]",
+}
+
+
+@pytest.mark.parametrize("name", VALUE)
+def test_numbers_and_operators_are_those_of_taichi_alone(name, tmp_path):
+    """The same value, or the same message, as where Taichi reads operators, numbers and Python's functions."""
+    start("f32")
+    file = tmp_path / "value.py"
+    file.write_text(f"import taichi as ti\n\n\ndef value(a: int) -> float:\n    return {VALUE[name]}\n")
+    module = {"__name__": "value", "THREE": np.int32(3), "HALF": np.float32(0.5), "QUARTER": np.float64(0.25)}
+    exec(compile(file.read_text(), str(file), "exec"), module)
+
+    def asked() -> str:
+        try:
+            return repr(ti.kernel(module["value"])(7))
+        except ti.TaichiCompilationError as error:
+            return f"{type(error).__name__}: {error}"
+
+    kept = asked()
+    transformer = ast_transformer.ASTTransformer
+    with pytest.MonkeyPatch.context() as patch:
+        for method in ("build_BinOp", "build_call_if_is_builtin"):
+            patch.setattr(transformer, method, staticmethod(getattr(transformer, method).__wrapped__))
+        patch.setattr(ast_transformer_utils.Builder, "__call__", ast_transformer_utils.Builder.__call__.__wrapped__)
+        patch.setattr(expr.Expr, "__init__", expr.Expr.__init__.__wrapped__)
+        patch.setattr(expr, "make_constant_expr", expr.make_constant_expr.__wrapped__)
+        patch.setattr(core, "DebugInfo", core.DebugInfo.__wrapped__)
+        alone = asked()
+    assert kept == alone
+    assert kept.startswith("Taichi") == (name in ("too large a number", *list(VALUE)[-3:]))
