@@ -25,6 +25,7 @@ from taichi_tracer.formulas.spheres import widened
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system import memory
+from taichi_tracer.system.blocks import IN_A_BLOCK
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams
@@ -62,7 +63,7 @@ class RandomNumbers:
         """Two numbers in [0, 1)."""
         dimension = ti.u32(self.dimension)
         self.dimension += 1
-        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
+        return self.pair(dimension)
 
     @ti.func
     def next_2d_of_term(self):
@@ -77,7 +78,15 @@ class RandomNumbers:
         self.count_term()
         if ti.static(self.sampler.shares_terms):
             dimension |= ti.u32(self.terms) << TERM_BIT
-        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
+        return self.pair(dimension)
+
+    @ti.func
+    def pair(self, dimension):
+        """The two numbers of a dimension."""
+        xi = tm.vec2(0)
+        if IN_A_BLOCK:
+            xi = self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
+        return xi
 
     @ti.func
     def count_term(self):
