@@ -22,7 +22,6 @@ from taichi_tracer.formulas.camera_frame import camera_frame, fovy_window, numbe
 from taichi_tracer.ray import Ray
 from taichi_tracer.sampler import given_or_drawn
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.blocks import IN_A_BLOCK
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, runs_in_kernels, seams, takes, takes_whole_numbers
@@ -404,10 +403,7 @@ class ProjectiveCamera(ABC):
             jitter: True or False.
             xi: the random point within the pixel, in [0, 1)²; if it is None, the method draws it.
         """
-        ray = Ray()
-        if IN_A_BLOCK:
-            ray = self.ray_through(through_pixel(self.generate_ndc_coords, pixel_x, pixel_y, jitter, xi))
-        return ray
+        return self.ray_through(through_pixel(self.generate_ndc_coords, pixel_x, pixel_y, jitter, xi))
 
     @ti.func
     def generate_ndc_coords(self, pixel_x, pixel_y, jitter: ti.template() = False, xi: ti.template() = None):

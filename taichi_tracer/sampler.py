@@ -63,7 +63,7 @@ class RandomNumbers:
         """Two numbers in [0, 1)."""
         dimension = ti.u32(self.dimension)
         self.dimension += 1
-        return self.pair(dimension)
+        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
 
     @ti.func
     def next_2d_of_term(self):
@@ -78,15 +78,7 @@ class RandomNumbers:
         self.count_term()
         if ti.static(self.sampler.shares_terms):
             dimension |= ti.u32(self.terms) << TERM_BIT
-        return self.pair(dimension)
-
-    @ti.func
-    def pair(self, dimension):
-        """The two numbers of a dimension."""
-        xi = tm.vec2(0)
-        if IN_A_BLOCK:
-            xi = self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
-        return xi
+        return self.sampler.get_2d(self.seed, self.pixel, self.index, dimension)
 
     @ti.func
     def count_term(self):
@@ -150,10 +142,29 @@ class Sampler:
         return tm.vec2(0)
 
 
+@ti.data_oriented
+class PointSampler(Sampler):
+    """A sampler whose pairs are the two numbers of a method ``point``, with which ``fast.number_lanes`` makes many."""
+
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        """Two numbers in [0, 1)."""
+        pair = tm.vec2(0)
+        if IN_A_BLOCK:  # see ``system.blocks``
+            pair.x, pair.y = self.point(seed, pixel, index, dimension)
+        return pair
+
+    @ti.func
+    def point(self, seed, pixel, index, dimension):
+        """The two numbers separately; the keys may also be vectors. A subclass defines it."""
+        ti.static_assert(False, "a sampler of points must say what point(self, seed, pixel, index, dimension) is")
+        return 0.0, 0.0
+
+
 @register
 @ti.data_oriented
 @seams("point")
-class SobolSampler(Sampler):
+class SobolSampler(PointSampler):
     """Owen-scrambled Sobol' points: every use takes the first two dimensions in another order (Burley 2020).
 
     Samples with even and with odd index belong to two sequences that are scrambled independently. The difference of
@@ -163,12 +174,6 @@ class SobolSampler(Sampler):
     """
 
     name, replicated, is_net = "sobol", True, True
-
-    @ti.func
-    def get_2d(self, seed, pixel, index, dimension):
-        """Two numbers in [0, 1)."""
-        x, y = self.point(seed, pixel, index, dimension)
-        return tm.vec2(x, y)
 
     @ti.func
     def point(self, seed, pixel, index, dimension):
@@ -184,7 +189,7 @@ class SobolSampler(Sampler):
 @register
 @ti.data_oriented
 @seams("point")
-class NiederreiterSampler(Sampler):
+class NiederreiterSampler(PointSampler):
     """Owen-scrambled points of Niederreiter's (0, 4)-sequence in base 4: the pixel and a direction are even together.
 
     Two dimensions form a set, which is one sequence of four numbers: the pixel and the first surface, the second and
@@ -204,12 +209,6 @@ class NiederreiterSampler(Sampler):
     def place_of(self, index):
         """(the number of the sequence, the place in it) of a sample."""
         return index & ti.u32(1), index >> 1
-
-    @ti.func
-    def get_2d(self, seed, pixel, index, dimension):
-        """Two numbers in [0, 1)."""
-        x, y = self.point(seed, pixel, index, dimension)
-        return tm.vec2(x, y)
 
     @ti.func
     def point(self, seed, pixel, index, dimension):
@@ -250,16 +249,10 @@ class OneNiederreiterSampler(NiederreiterSampler):
 @register
 @ti.data_oriented
 @seams("point")
-class IndependentSampler(Sampler):
+class IndependentSampler(PointSampler):
     """Independent uniform numbers: for n samples, the error decreases as n^(−1/2) for every integrand."""
 
     name = "independent"
-
-    @ti.func
-    def get_2d(self, seed, pixel, index, dimension):
-        """Two numbers in [0, 1)."""
-        x, y = self.point(seed, pixel, index, dimension)
-        return tm.vec2(x, y)
 
     @ti.func
     def point(self, seed, pixel, index, dimension):

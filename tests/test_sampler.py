@@ -245,6 +245,44 @@ def sphere_directions(begins, gives=False, count=4_000):
     return out
 
 
+class NoReturn(sampler.Sampler):
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        pass
+
+
+class OneNumber(sampler.Sampler):
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        return ti.random(float)
+
+
+class OneNumberPerPoint(sampler.SobolSampler):
+    @ti.func
+    def point(self, seed, pixel, index, dimension):
+        return ti.random(float)
+
+
+class ThreeNumbers(sampler.Sampler):
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        return tm.vec3(0.25, 0.5, 0.75)
+
+
+@pytest.mark.parametrize("wrong", [NoReturn, OneNumber, OneNumberPerPoint])
+def test_a_sampler_that_returns_no_pair_is_an_error_that_python_can_catch(wrong):
+    scene = tt.load_scene_data("cube", environment="studio")
+    with pytest.raises(ti.TaichiCompilationError):
+        tt.A2Renderer(scene, 8, 8, sampler=wrong()).use("brdf").render(1)
+
+
+def test_what_a_samplers_own_method_returns_is_passed_on_as_it_is():
+    scene = tt.load_scene_data("cube", environment="studio")
+    picture = tt.A2Renderer(scene, 8, 8, sampler=ThreeNumbers()).use("brdf").render(1).image()
+    assert np.isfinite(picture).all()
+    assert picture.max() > 0
+
+
 def test_directions_come_from_the_numbers_that_were_given():
     found = sphere_directions(False, gives=True, count=3)
     np.testing.assert_allclose(found[:, :3], np.tile([0, -np.sqrt(0.75), -0.5], (3, 1)), atol=1e-6)

@@ -3,7 +3,8 @@
 Wherever a kernel calls a function, Taichi 1.7 finds and reads that function's source again, and for each expression it
 writes out the source lines that an error message would show. Together they take more than half of the time in which
 Python reads kernels. What is read and written is the same each time, so that it is kept here, and it is found by
-shorter ways. Messages and kernels do not change. What a kernel was given in its first call is not kept.
+shorter ways. Kernels do not change, nor do messages; only if Python raised an error, the lines of Taichi's own files
+are others. What a kernel was given in its first call is not kept.
 
 For each function with ``@ti.func``, Taichi looks for the line of its class, and searches all modules for the file that
 it already knows. ``frame_info`` reads the line from this file, which makes the imports of this package shorter by a
@@ -33,7 +34,7 @@ from taichi_tracer.system.importing import frame_info
 
 MESSAGE_WIDTH = 80  # characters: where Taichi breaks the source lines of its messages
 KEPT_LINES = 1 << 14  # source lines whose wrapped form is kept
-KEPT_PLACES = 1 << 16  # places of expressions that are kept, for messages
+KEPT_PLACES, LONG = 1 << 13, 2000  # so many places are kept for messages, unless their text is longer than LONG
 SMALL = 1 << 31  # integers from −SMALL on, below SMALL, have 32 bits
 OPENS_NO_BLOCK = ("#", ")", "]", "}")  # begins of lines that end no function, although they are not indented
 
@@ -309,22 +310,41 @@ def building_constants(usual: Callable) -> Callable:
         runtime, kind = impl.pytaichi, type(value)
         if dtype is None and kind is float:
             return expr.Expr(core.make_const_expr_fp(runtime.default_fp, value))
-        if dtype is None and kind is int and runtime.default_ip is ti.i32 and -SMALL <= value < SMALL:
+        has_32_bits = runtime.default_ip is ti.i32  # an equal type is another object: it takes the usual way
+        if dtype is None and kind is int and has_32_bits and -SMALL <= value < SMALL:
             return expr.Expr(core.make_const_expr_int(ti.i32, value))
         return usual(value, dtype)
 
     return make
 
 
-def only_for(usual: Callable, functions: tuple) -> Callable:
-    """``ASTTransformer.build_call_if_is_builtin``, which makes a table of Python's functions for each call of any."""
-    known = {id(function) for function in functions}
+def except_for_taichi(usual: Callable) -> Callable:
+    """``ASTTransformer.build_call_if_is_builtin``, which makes a table of Python's functions for each call of any.
+
+    Functions of Taichi, and those with ``@ti.func``, are not in it.
+    """
 
     @functools.wraps(usual)
     def build(context: Any, node: Any, *words: Any) -> bool:
-        return id(node.func.ptr) in known and usual(context, node, *words)
+        function = node.func.ptr
+        if getattr(function, "_is_taichi_function", False):
+            return False
+        if type(function) is types.FunctionType and function.__module__.startswith("taichi."):
+            return False
+        return usual(context, node, *words)
 
     return build
+
+
+def keeping_places(usual: Callable) -> Callable:
+    """``core.DebugInfo``, the place of something for messages, made once for each text."""
+    kept = functools.lru_cache(KEPT_PLACES)(usual)
+
+    @functools.wraps(usual, updated=())
+    def place(text: str) -> Any:
+        return kept(text) if len(text) <= LONG else usual(text)
+
+    return place
 
 
 class Raising:
@@ -374,7 +394,7 @@ BUILDING = {
 }
 
 
-def building_sums(usual: Callable) -> Callable:
+def building_operations(usual: Callable) -> Callable:
     """``ASTTransformer.build_BinOp``, which makes a table of all operators for each use of one of them."""
 
     @functools.wraps(usual)
@@ -393,8 +413,6 @@ def building_sums(usual: Callable) -> Callable:
     return build
 
 
-# The functions of Python that mean something else in kernels.
-PYTHONS_OWN = print, min, max, int, bool, float, any, all, abs, pow, len, operator.matmul
 # Operators of numbers, and what they stand for.
 OPERATIONS = {
     ast.Add: operator.add,
@@ -428,9 +446,9 @@ def keep_what_is_read() -> None:
     context.get_pos_info = kept_per_node(shorter(context.get_pos_info, position))
     ast_transformer_utils.Builder.__call__ = building(ast_transformer_utils.Builder.__call__)
     transformer = ast_transformer.ASTTransformer
-    transformer.build_BinOp = staticmethod(building_sums(transformer.build_BinOp))
-    transformer.build_call_if_is_builtin = staticmethod(only_for(transformer.build_call_if_is_builtin, PYTHONS_OWN))
-    core.DebugInfo = functools.lru_cache(KEPT_PLACES)(core.DebugInfo)
+    transformer.build_BinOp = staticmethod(building_operations(transformer.build_BinOp))
+    transformer.build_call_if_is_builtin = staticmethod(except_for_taichi(transformer.build_call_if_is_builtin))
+    core.DebugInfo = keeping_places(core.DebugInfo)
     expr.make_constant_expr = building_constants(expr.make_constant_expr)
     expr.Expr.__init__ = with_short_way(expr.Expr.__init__)
     impl.expr_init = initialised(impl.expr_init)

@@ -16,6 +16,7 @@ def test_spheres_and_triangles_in_both_precisions(precision):
     check(with_spheres(random_spheres(rng, 4), *soup(rng, 4, 2.0)), ShadowLanes)
 
 
+@pytest.mark.long
 def test_rays_that_leave_a_sphere_do_not_meet_it_and_rays_from_inside_do(f32):
     scene = tt.SceneData(with_spheres([[0, 0, 0, 1.0], [3, 0, 0, 1.0]]))
     rng = np.random.default_rng(3)

@@ -64,6 +64,7 @@ def test_the_same_picture_with_every_estimator(scene, estimator):
     assert_same(*pictures(scene, estimator))
 
 
+@pytest.mark.long
 def test_the_same_picture_with_z_up():
     """Also where groups of eye rays hit nothing."""
     turned = tt.load_scene_data("specular_spheres", environment="sunny", up_axis="z")

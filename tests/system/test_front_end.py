@@ -123,6 +123,7 @@ def test_a_tree_is_used_again_as_it_was():
     trees.give_back(tree)
     again = trees.parse(source)
     assert again is tree
+    assert ast.dump(again) == ast.dump(ast.parse(source))
     function.decorator_list = ["exchanged by Taichi"]
     trees.give_back(again)
     again = trees.parse(source)
