@@ -89,7 +89,7 @@ class EyeRays:
         ray = through_pixel(self.camera.generate_ray, x, y, self.jitter, rng.next_2d())
         hit = no_hit()
         if ti.static(self.traces):
-            if IN_A_BLOCK:
+            if IN_A_BLOCK:  # see ``system.blocks``
                 hit = self.intersector.query_segment(ray, 0.0, tm.inf)
         return ray, hit
 

@@ -73,7 +73,7 @@ class Paths(Integrator):
                 surface = scene.surface_at(ray, hit)
                 depth += 1
                 if ti.static(self.samples_lights):
-                    if IN_A_BLOCK:
+                    if IN_A_BLOCK:  # see ``system.blocks``
                         L += throughput * self.light_sample(scene, surface, rng) * self.settings.counts(depth)
                 if ti.static(len(scene.lights.single) > 0):
                     single = scene.lights.reflected_single(scene.ray_intersector, surface, rng)

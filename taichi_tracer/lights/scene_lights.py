@@ -108,7 +108,7 @@ class SceneLights:
         if ti.static(self.far_share == 0):
             w_i, distance, light, pdf = self.lamps.sample_from(x, n, xi)
         elif ti.static(self.far_share == 1):
-            if IN_A_BLOCK:
+            if IN_A_BLOCK:  # see ``system.blocks``
                 w_i, distance, light, pdf = self.sample_radiance_far(x, xi)
         elif xi.x < self.far_share:
             w_i, distance, light, pdf = self.sample_radiance_far(x, tm.vec2(xi.x / self.far_share, xi.y))

@@ -6,9 +6,8 @@ statements and of the number of those that stand in the blocks around them, and 
 much else follows in the same block, or in blocks within it. In a block of its own, it concerns nobody else.
 
 The condition is always true, and the compiler leaves it out. What is used after the block must have a value before it,
-as with every ``if`` in Taichi. This value fixes the type: what the block assigns is converted to it. Therefore a block
-contains only calls of the package's own methods, and none of a method that a student may replace and that may return
-something else.
+as with every ``if`` in Taichi. This value fixes the type: what the block assigns is converted to it. Therefore no block
+stands around a method that a student may replace by one whose result has another type.
 """
 
 IN_A_BLOCK = True

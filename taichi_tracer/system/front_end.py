@@ -3,8 +3,8 @@
 Wherever a kernel calls a function, Taichi 1.7 finds and reads that function's source again, and for each expression it
 writes out the source lines that an error message would show. Together they take more than half of the time in which
 Python reads kernels. What is read and written is the same each time, so that it is kept here, and it is found by
-shorter ways. Kernels do not change, nor do messages; only if Python raised an error, the lines of Taichi's own files
-are others. What a kernel was given in its first call is not kept.
+shorter ways. Kernels do not change. Neither do messages, except that an error that Python raises while it reads a
+kernel shows other lines of Taichi's own files. What a kernel was given in its first call is not kept.
 
 For each function with ``@ti.func``, Taichi looks for the line of its class, and searches all modules for the file that
 it already knows. ``frame_info`` reads the line from this file, which makes the imports of this package shorter by a
@@ -34,7 +34,8 @@ from taichi_tracer.system.importing import frame_info
 
 MESSAGE_WIDTH = 80  # characters: where Taichi breaks the source lines of its messages
 KEPT_LINES = 1 << 14  # source lines whose wrapped form is kept
-KEPT_PLACES, LONG = 1 << 13, 2000  # so many places are kept for messages, unless their text is longer than LONG
+KEPT_PLACES = 1 << 13  # places for messages that are kept
+LONG_TEXT = 2000  # characters of a place from which on it is not kept
 SMALL = 1 << 31  # integers from −SMALL on, below SMALL, have 32 bits
 OPENS_NO_BLOCK = ("#", ")", "]", "}")  # begins of lines that end no function, although they are not indented
 
@@ -213,16 +214,16 @@ class Trees:
         if free:
             return free.pop()
         tree: Any = ast.parse(source)
-        nodes = [node for node in ast.walk(tree) if vars(node)]  # a node without members, as ast.Add(), is of all trees
+        nodes = [node for node in ast.walk(tree) if vars(node)]  # all trees share those without members, as ast.Add()
         tree.source_of_tree = source
         exchanged = ast.FunctionDef, ast.arguments
         tree.parts_of_functions = [(node, dict(vars(node))) for node in nodes if isinstance(node, exchanged)]
-        tree.members_of_nodes = None  # it is counted itself
+        tree.members_of_nodes = None  # so that this member is counted, too
         tree.members_of_nodes = [(vars(node), len(vars(node))) for node in nodes]
         return tree
 
     def give_back(self, tree: Any) -> None:
-        """Let a tree be used again. Taichi adds members to nodes, and exchanges those of functions."""
+        """Let a tree be used again. Taichi adds members to nodes, and exchanges some members of functions."""
         source = getattr(tree, "source_of_tree", None)
         if source is None:
             return
@@ -342,7 +343,7 @@ def keeping_places(usual: Callable) -> Callable:
 
     @functools.wraps(usual, updated=())
     def place(text: str) -> Any:
-        return kept(text) if len(text) <= LONG else usual(text)
+        return kept(text) if len(text) < LONG_TEXT else usual(text)
 
     return place
 
