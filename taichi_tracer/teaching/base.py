@@ -69,6 +69,11 @@ class Part:
         return self.name.rpartition(".")[2] if self.replaces else ""
 
 
+def method(name: str, points: float, topic: str, inputs: Callable, run: Callable, judge: Any) -> Part:
+    """The part of one method: its name says of which class it is, as in "Camera.generate_ray"."""
+    return Part(name, points, topic, name.partition(".")[0], inputs, run, judge)
+
+
 @dataclass(frozen=True)
 class Mistake:
     """A known mistake: a small change of the solution.
@@ -91,6 +96,11 @@ class Mistake:
 def mistake(part: str, name: str, hint: str, *changes: tuple[str, str], topic: str = "") -> Mistake:
     """A known mistake in one line of an assignment's ``mistakes.py``."""
     return Mistake(part, name, hint, changes, topic)
+
+
+def mistakes_of(part: str, named: Mapping[str, tuple]) -> tuple[Mistake, ...]:
+    """The known mistakes of one part: name → (hint, change, change …); see ``Mistake``."""
+    return tuple(Mistake(part, name, hint, tuple(changes)) for name, (hint, *changes) in named.items())
 
 
 @dataclass(frozen=True)

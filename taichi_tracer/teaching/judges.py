@@ -5,12 +5,12 @@ Every judge is an object that can be called as ``Part.judge`` describes, and has
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Verdict
+from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Part, Verdict
 
 
 @dataclass(frozen=True)
@@ -216,6 +216,11 @@ class Pictures:
             "right": {"colour": shown(right[row, column])},
         }
         return Verdict(WRONG, share, f"{(1 - share):.0%} of the pixels are wrong", first, pictures)
+
+
+def picture(view: str, points: float, inputs: Callable, run: Callable) -> Part:
+    """The part of a picture that all of the student's classes make."""
+    return Part(f"picture: {view}", points, "the whole pipeline", "", inputs, run, Pictures())
 
 
 def first_wrong(inputs: Arrays, answers: Arrays, expected: Arrays, i: int, count: int) -> dict[str, dict]:
