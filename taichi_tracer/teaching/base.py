@@ -94,13 +94,14 @@ class Mistake:
 
 
 def mistake(part: str, name: str, hint: str, *changes: tuple[str, str], topic: str = "") -> Mistake:
-    """A known mistake in one line of an assignment's ``mistakes.py``."""
+    """A known mistake, for an assignment whose MISTAKES is a tuple."""
     return Mistake(part, name, hint, changes, topic)
 
 
-def mistakes_of(part: str, named: Mapping[str, tuple]) -> tuple[Mistake, ...]:
-    """The known mistakes of one part: name → (hint, change, change …); see ``Mistake``."""
-    return tuple(Mistake(part, name, hint, tuple(changes)) for name, (hint, *changes) in named.items())
+def by_part(known: Mapping[str, Mapping[str, tuple]]) -> tuple[Mistake, ...]:
+    """The known mistakes of parts: name of the part → name of the mistake → (hint, change, change …)."""
+    of_all = [(part, name, told) for part, named in known.items() for name, told in named.items()]
+    return tuple(Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in of_all)
 
 
 @dataclass(frozen=True)
