@@ -12,7 +12,7 @@ from taichi_tracer.teaching.rows import rows, samples
 
 JITTER, MEAN, SKY = "anti-aliasing", "Monte Carlo means", "environment light"
 DIRECTIONS, REFLECTION, LIGHT = "sampling directions", "BRDFs", "direct light"
-SAMPLES = 4096  # of each input
+SAMPLES = 4096  # of each input; the nearest known mistake is 29 standard errors from the solution, and 6 pass
 VIEW = ("eye", "at", "up", "fov")
 
 # ── eye rays ──
@@ -214,7 +214,7 @@ def run_brdf(name: str, answer: str, width: int):
 
 # ── one sample of the direct light ──
 
-RAYS, LIGHT_SAMPLES = 10, 1024
+RAYS, LIGHT_SAMPLES = 10, 1024  # the nearest known mistake is 13 standard errors from the solution
 
 
 def lit_scene(rng: np.random.Generator) -> Arrays:
