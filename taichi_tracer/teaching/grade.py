@@ -75,7 +75,7 @@ class Stop:
         return self._is_set
 
     def set(self) -> None:
-        """Stop."""
+        """Stop the grading."""
         with self._lock:
             self._is_set = True
             for child in self._children:
@@ -251,8 +251,8 @@ class Runner:
     def _ask(self, part: Part, mended: Sequence[str] = ()) -> tuple[dict, Arrays]:
         """The answer of the submission's process to one part.
 
-        If the process ends although it has answered other parts, one of these may be to blame. Then the part gets a
-        second chance in a new process.
+        If the process ends although it has answered other parts, one of these may be to blame. Then the part is asked
+        for once more, in a new process.
         """
         files = self._files(part)
         if self._child is None or self._loaded != files:

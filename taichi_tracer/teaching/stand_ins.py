@@ -181,7 +181,7 @@ def read_guarded(field: ti.template(), i, j):
 
 @ti.func
 def read_at(field: ti.template(), place):
-    """The same, at a vector of two indices."""
+    """An element at a vector of two indices; see ``read_guarded``."""
     return read_guarded(field, place[0], place[1])
 
 

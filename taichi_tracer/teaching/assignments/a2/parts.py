@@ -191,7 +191,7 @@ def pairs_of_directions(rng: np.random.Generator) -> Arrays:
 
 
 def any_pairs_of_directions(rng: np.random.Generator) -> Arrays:
-    """The same, but diffuse materials are asked for directions below the horizon, too: their density is 0."""
+    """Pairs as above, but diffuse materials are asked for directions below the horizon, too: their density is 0."""
     found = pairs_of_directions(rng)
     found["w_i"] = np.where((np.arange(300) % 6 == 0)[:, None], -found["w_i"], found["w_i"])
     return found

@@ -82,7 +82,7 @@ def run_choice(sampler_class: type, inputs: Arrays) -> Arrays:
 
 
 def run_density(sampler_class: type, inputs: Arrays) -> Arrays:
-    """The density."""
+    """The density of the points; it is the same for all of them."""
     return rows(light_sampler(sampler_class, inputs).evaluate_probability, {}, [], {"density": 1}, range(1))
 
 

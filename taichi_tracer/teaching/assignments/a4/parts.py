@@ -41,7 +41,7 @@ def games(rng: np.random.Generator) -> Arrays:
 
 
 def run_roulette(renderer_class: type, inputs: Arrays) -> Arrays:
-    """Many games."""
+    """The throughputs after many games of each row."""
     play = stand_ins.of(renderer_class).play_roulette
     found = samples(play, inputs, ["throughput", "q"], {"throughput": 3}, SAMPLES)
     return {"throughput": statistics(found["throughput"])}
