@@ -4,7 +4,7 @@ A stand-in is made once, by the package's own class. For every class under test 
 class: the fields are shared, and only the tested methods are compiled.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -274,12 +274,15 @@ def run_matrix(camera_class: type, inputs: Arrays) -> Arrays:
 def front_view(rng: np.random.Generator) -> Arrays:
     """A camera in front of the Cornell box, or of the spheres."""
     eye = np.array([0, 1, 3]) + rng.uniform(-0.15, 0.15, 3)
-    return {"eye": eye, "at": np.array([0.0, 1, 0]), "up": np.array([0.0, 1, 0])}
+    return {"eye": eye, "at": np.array([0.0, 1, 0]), "up": np.array([0.0, 1, 0]), "fov": np.array(60.0)}
+
+
+VIEW = ("eye", "at", "up", "fov")
 
 
 def view_of(inputs: Arrays, *names: str) -> dict[str, Any]:
-    """The view of a camera for its constructor: the inputs with these names."""
-    return {name: inputs[name].tolist() for name in names}
+    """The view of a camera for its constructor: the inputs with these names, or else with those of ``VIEW``."""
+    return {name: inputs[name].tolist() for name in names or VIEW}
 
 
 # ── scenes ──
@@ -367,6 +370,19 @@ def light_along(renderer: Any, inputs: Arrays, count: int) -> np.ndarray:
 
     found = samples(radiance, inputs, ["origin", "direction"], {"radiance": 3}, count, seed_type=ti.u32)
     return statistics(found["radiance"])
+
+
+def run_integrators(names: Sequence[str], count: int) -> Callable[[type, Arrays], Arrays]:
+    """A function that takes ``count`` samples of the light along each ray, by each of these integrators."""
+
+    def run(renderer_class: type, inputs: Arrays) -> Arrays:
+        lit, found = scene(inputs), {}
+        for name in names:
+            renderer = renderer_class(lit, 8, 8).use(name)
+            found[f"radiance ({name})"] = light_along(renderer, inputs, count)
+        return found
+
+    return run
 
 
 # ── noisy pictures ──
