@@ -4,12 +4,14 @@ import dataclasses
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from taichi_tracer.apps import accuracy as accuracy_command
+from taichi_tracer.apps import grade as grade_command
 from taichi_tracer.apps import render as render_command
 from taichi_tracer.apps.requests import MachineRequest
 from taichi_tracer.apps.words import note
+from taichi_tracer.cluster import grading
 from taichi_tracer.cluster.members import Cluster
 from taichi_tracer.cluster.parcel import Parcel, pack
 from taichi_tracer.cluster.sharing import Sharing, Statistics
@@ -19,10 +21,8 @@ from taichi_tracer.picture.progress import Target
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import IncompleteError, InputError
-
-if TYPE_CHECKING:
-    from taichi_tracer.teaching.sandbox import Level
-    from taichi_tracer.teaching.submissions import Submission
+from taichi_tracer.teaching.sandbox import Level
+from taichi_tracer.teaching.submissions import Submission
 
 
 def render(args: Namespace) -> int:
@@ -49,9 +49,6 @@ def tell_of_parts(args: Namespace) -> None:
 
 def grade(args: Namespace) -> int:
     """Grade a class on a cluster."""
-    from taichi_tracer.apps import grade as grade_command
-    from taichi_tracer.cluster import grading
-
     grading.check(args.assignment, [])
     if args.upload:
         raise InputError("--gradescope-upload grades nothing: leave out --cluster")
@@ -66,14 +63,10 @@ class Graders:
     """Where ``grade.run`` lets submissions be graded."""
 
     def __init__(self, cluster: Cluster, assignment: str) -> None:
-        from taichi_tracer.cluster import grading
-
         self.assignment, self.grade_class = assignment, partial(grading.grade_class, cluster)
 
-    def walls(self, level: str | None, found: "Sequence[Submission]") -> "Level":
+    def walls(self, level: str | None, found: Sequence[Submission]) -> Level:
         """Those that each worker has; which ones that are, the report of each student says."""
-        from taichi_tracer.cluster import grading
-
         grading.check(self.assignment, found)
         if level is None:
             note("each worker has walls of its own around submissions: --level NAME refuses workers without these")
