@@ -17,6 +17,7 @@ from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.direct_light import (
     DirectLight,
+    EnvironmentSampling,
     MultipleImportanceSampling,
 )
 from taichi_tracer.materials import Material
