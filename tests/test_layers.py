@@ -28,6 +28,7 @@ LAYERS = (
     "environment background effects lights",
     "sampler camera",
     "ray_intersector intersectors",
+    "options",
     "picture fast scene_data",
     "explain integrators renderer",
     "maps rt3 scene_data_loader",
@@ -49,7 +50,7 @@ IMPORT_BY_NAME = {
 }
 
 # Who names a part above it in an import that never runs, which only editors read.
-FOR_EDITORS = {"__init__": {"cluster", "studies", "teaching", "apps"}}
+FOR_EDITORS = {"__init__": {"cluster", "studies", "teaching", "apps"}, "options": {"integrators"}}
 
 
 @cache
