@@ -41,7 +41,8 @@ from taichi_tracer.picture.heat import Scale
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import DEFAULT_SAMPLER, RandomNumbers, Sampler, UniformSampler, sampler_of
-from taichi_tracer.scene_data import KEPT_FORMS, RayHits, SceneData, SceneInKernels
+from taichi_tracer.scene_data import KEPT_FORMS, RayHits, SceneData
+from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.blocks import IN_A_BLOCK
 from taichi_tracer.system.errors import InputError, one_of

@@ -29,7 +29,7 @@ LAYERS = (
     "sampler camera",
     "ray_intersector intersectors",
     "options",
-    "picture fast scene_data",
+    "picture fast scene_in_kernels scene_data",
     "explain integrators renderer",
     "maps rt3 scene_data_loader",
     "__init__",
@@ -50,7 +50,11 @@ IMPORT_BY_NAME = {
 }
 
 # Who names a part above it in an import that never runs, which only editors read.
-FOR_EDITORS = {"__init__": {"cluster", "studies", "teaching", "apps"}, "options": {"integrators"}}
+FOR_EDITORS = {
+    "__init__": {"cluster", "studies", "teaching", "apps"},
+    "options": {"integrators"},
+    "scene_in_kernels": {"scene_data"},
+}
 
 
 @cache
