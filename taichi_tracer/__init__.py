@@ -55,7 +55,7 @@ _HOME_OF = {
     "Tone": "tones.base",
     "DirectLight": "integrators.direct_light",
     "SceneData": "scene_data",
-    "scene_from_mesh": "scene_data",
+    "scene_from_mesh": "scene_data_loader",
     "load_scene_data": "scene_data_loader",
     "scene_names": "scene_data_loader",
     "Environment": "environment",
@@ -133,8 +133,8 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.sampler import Sampler as Sampler
     from taichi_tracer.sampler import UniformSampler as UniformSampler
     from taichi_tracer.scene_data import SceneData as SceneData
-    from taichi_tracer.scene_data import scene_from_mesh as scene_from_mesh
     from taichi_tracer.scene_data_loader import load_scene_data as load_scene_data
+    from taichi_tracer.scene_data_loader import scene_from_mesh as scene_from_mesh
     from taichi_tracer.scene_data_loader import scene_names as scene_names
     from taichi_tracer.system.errors import InputError as InputError
     from taichi_tracer.system.errors import StaleSceneError as StaleSceneError

@@ -6,20 +6,17 @@ import hashlib
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 from numpy.typing import ArrayLike
 
-from taichi_tracer.background import Background, load_background
+from taichi_tracer.background import load_background
 from taichi_tracer.brdfs.base import Brdf
-from taichi_tracer.brdfs.surface import Surface, surface_at
 from taichi_tracer.effects import MODES, Effects, derive
-from taichi_tracer.environment import Environment, load_environment
-from taichi_tracer.files.arrays import dressed, mesh_from_arrays
+from taichi_tracer.environment import load_environment
 from taichi_tracer.forms import Form, intersector_of
 from taichi_tracer.formulas.camera_frame import up_of, view_of_points
 from taichi_tracer.formulas.convexity import sides_that_see_others
@@ -27,36 +24,39 @@ from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed, visible_points
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
-from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.lights.near_misses import note_surface
-from taichi_tracer.lights.scene_lights import SceneLights, is_blocked, may_meet
 from taichi_tracer.materials import Material, MaterialLibrary
-from taichi_tracer.ray import Ray, no_hit
+from taichi_tracer.options import (
+    SCENE_DEFAULTS,
+    BackgroundChoice,
+    BrdfChoice,
+    EnvironmentChoice,
+    LampChoices,
+    SceneOptions,
+    all_options,
+    with_options,
+)
+from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.sampler import BRDF, MeshLightSampler
+from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.reuse import Reused
-from taichi_tracer.system.seams import in_kernels, replaced
+from taichi_tracer.system.seams import replaced
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, part
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
 FEW_LAMPS = 64  # up to so many, a choice by power alone takes less time than it loses to a hierarchy
 KEPT_FORMS = 8  # of a scene: with so many different lights, going back to an earlier one compiles nothing
 ROWS_SHOWN = 20  # of a table of hits in a notebook
-
-# What the parameters of a scene may be; ``SceneData`` says what each means.
-IntersectorChoice = str | type[RayIntersector] | RayIntersector
-BrdfChoice = str | Brdf | type[Brdf]
-LightChoice = str | Light | type[Light]
-LampChoices = str | LampChoice | type[LampChoice]
-EnvironmentChoice = ArrayLike | Path | Environment | None
-BackgroundChoice = ArrayLike | Path | Background | None
 
 
 class RayHit(NamedTuple):
@@ -165,108 +165,12 @@ def _cell(value: Any) -> str:
 
 
 @ti.data_oriented
-class SceneInKernels:
-    """The part of a scene that kernels use, compiled for its effects. After a change of the scene, it is another one.
-
-    Attributes:
-        geometry, ray_intersector, material_library, environment, background: those of ``SceneData``.
-        lights: all lights, see ``lights.scene_lights``.
-        effects: what is compiled, see ``effects.Effects``.
-        compensates: whether samples of the environment leave out what samples of the BRDF find, see
-            ``lights.environment_light``.
-    """
-
-    def __init__(self, scene: "SceneData", effects: Effects, compensates: bool = False) -> None:
-        self.effects, self.compensates = effects, compensates
-        self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
-        self.material_library = scene.material_library
-        self.environment, self.background = scene.environment, scene.background
-        far: list[Light] = []
-        if scene.environment is not None and effects.environment in ("constant", "image"):
-            far = [EnvironmentLight(scene.environment, effects, scene.up_axis, compensates)]
-        lamps = scene.lamps if effects.emitters else None
-        self.lights = SceneLights([*far, *scene.lights], effects, lamps)
-
-    @in_kernels
-    def surface_at(self, ray, hit) -> Surface:
-        """The surface that a ray hit."""
-        surface = surface_at(self, ray, hit)
-        note_surface(surface)
-        return surface
-
-    @ti.func
-    def emitted(self, ray, hit, rng):
-        """Radiance along a ray without any reflection: from an emitting surface, or from behind the scene."""
-        L = tm.vec3(0)
-        if hit.is_hit:
-            if ti.static(self.effects.emitters):
-                L = self.lights.lamps.emitted(hit)
-        else:
-            L = self.behind(ray, hit, rng)
-        return L
-
-    @ti.func
-    def behind(self, ray, hit, rng):
-        """What a ray shows if it hits nothing: the background of the picture, or the lights that it sees."""
-        value = tm.vec3(0)
-        if ti.static(self.effects.background):
-            value = self.background.color(rng.x, rng.y, rng.sampler.width, rng.sampler.height)
-        else:
-            value = self.lights.arriving(ray, hit)
-            for light in ti.static(self.lights.single):
-                value += light.radiance(ray, hit)
-        return value
-
-    @ti.func
-    def visible_radiance(self, surface, w_i, factor):
-        """Radiance that arrives at a surface from w_i; 0 if something blocks it.
-
-        The caller multiplies the result by ``factor``. If ``factor`` is 0, no light is looked up and no ray is sent.
-        """
-        light, _ = self.lights.visible(self, surface, w_i, factor)
-        return light
-
-    @ti.func
-    def is_blocked(self, surface, w_i, distance):
-        """Whether anything lies between a surface and a light in the direction w_i."""
-        return is_blocked(self.effects, self.ray_intersector, surface, w_i, distance)
-
-    @ti.func
-    def met(self, surface, ray):
-        """HitData of what a ray hits that leaves a surface; if it can hit nothing, it is not traced."""
-        hit = no_hit()
-        if ti.static(self.effects.blockers != "none"):
-            if may_meet(self.effects, surface, ray.direction):
-                hit = self.ray_intersector.query_segment(ray, 0.0, tm.inf)
-        return hit
-
-
-@ti.data_oriented
 class SceneData:
     """Everything that rays can hit. The memory is freed together with the object, or by ``destroy``.
 
     Args:
         mesh: triangles, spheres and materials.
-        intersector: the name of a registered intersector, a class that derives from ``RayIntersector``, or an object of
-            such a class that has no geometry yet.
-        triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
-        view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed: a
-            three-quarter view from above, which shows everything.
-        environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an
-            ``Environment``, or None.
-        effects: "scene" compiles the effects that the scene calls for; "all" compiles every effect, for comparison.
-        background: what stands behind everything in a picture: a ``Background``, a colour, or None.
-        brdfs: BRDFs, by name or as objects. They take precedence over the registered BRDFs.
-        lights: lights other than the environment, by name or as objects.
-        fast: False runs only the plain forms, which a student reads. They are slower and give the same bits.
-        smooth: whether corners without a normal get a smooth one; or the angle in degrees from which an edge stays
-            sharp, see ``geometry.smoothed``. True is 30 degrees.
-        up_axis: the axis that points upwards in the scene, "y" or "z". The computed view has this axis upright, and the
-            zenith of the environment is in this direction. The coordinates of the scene stay as they are.
-        lamp_choice: how a sample of the light chooses among the surfaces with Ke > 0: the name of a registered
-            ``LampChoice``, or one: "area", "power" or "hierarchy". None takes "power" for up to 64 of them, and
-            "hierarchy" for more.
-        two_sided_lamps: whether triangles with Ke > 0 emit from both sides; if not, from their front only (A3-1).
+        options: see ``options.SceneOptions``.
 
     Attributes:
         effects: the effects for which rendering is compiled, see ``effects.Effects``.
@@ -280,52 +184,41 @@ class SceneData:
 
     from_python = RayIntersector.from_python
 
-    def __init__(
-        self,
-        mesh: Mesh,
-        intersector: IntersectorChoice = "bvh",
-        triangle_test: str | TriangleTest = "watertight",
-        view: dict[str, Any] | None = None,
-        environment: EnvironmentChoice = None,
-        effects: str = "scene",
-        background: BackgroundChoice = None,
-        brdfs: Sequence[BrdfChoice] = (),
-        lights: Sequence[LightChoice] = (),
-        fast: bool = True,
-        smooth: bool | float = False,
-        up_axis: str = "y",
-        lamp_choice: LampChoices | None = None,
-        two_sided_lamps: bool = False,
-    ) -> None:
+    @with_options(SceneOptions, SCENE_DEFAULTS)
+    def __init__(self, mesh: Mesh, **options: "Unpack[SceneOptions]") -> None:
+        given = all_options("SceneData", options, SCENE_DEFAULTS)
+        chosen_test, up_axis, view = given["triangle_test"], given["up_axis"], given["view"]
         up_of(up_axis)  # raises the error for an unknown name before anything is made
-        chosen = PARTS.find("intersector", intersector)
+        chosen = PARTS.find("intersector", given["intersector"])
         runtime.ensure()
         check(mesh)
-        mesh = clean(smoothed(mesh, smooth), runtime.dtype())
+        mesh = clean(smoothed(mesh, given["smooth"]), runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
-        self.effects_mode, self.fast, self.version = effects, bool(fast), 0
+        self.effects_mode, self.fast, self.version = given["effects"], bool(given["fast"]), 0
         self.shots: tuple = ()
-        self.up_axis, self.smooth = up_axis, smooth
-        if effects not in MODES:
-            raise one_of("effects", effects, MODES)
-        self.lights: list[Light] = [PARTS.find("light", light) for light in lights]
-        self.environment, self.background = load_environment(environment), load_background(background)
+        self.up_axis, self.smooth = up_axis, given["smooth"]
+        if self.effects_mode not in MODES:
+            raise one_of("effects", self.effects_mode, MODES)
+        self.lights: list[Light] = [PARTS.find("light", light) for light in given["lights"]]
+        self.environment = load_environment(given["environment"])
+        self.background = load_background(given["background"])
 
-        self._blockers = blockers_of(mesh, chosen, triangle_test)
+        self._blockers = blockers_of(mesh, chosen, chosen_test)
         self._memory = memory.Memory()
         with self._memory as builder:
-            self.material_library = MaterialLibrary(mesh.materials, brdfs_of(brdfs), builder)
+            self.material_library = MaterialLibrary(mesh.materials, brdfs_of(given["brdfs"]), builder)
             self.effects = self._derived()
             is_students = bool(replaced(chosen))
             self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
         self.geometry.load(self._memory, self.material_library.tables())
         with part(BUILD, waits=True):
-            self.ray_intersector, form = make_intersector(chosen, self.geometry, triangle_test, self.fast)
+            self.ray_intersector, form = make_intersector(chosen, self.geometry, chosen_test, self.fast)
         self.forms = (form,)
         with part(LIGHTS):
-            self.lamps = Lamps(self.geometry, self.material_library, lamp_choice_of(lamp_choice, mesh), two_sided_lamps)
+            choice = lamp_choice_of(given["lamp_choice"], mesh)
+            self.lamps = Lamps(self.geometry, self.material_library, choice, given["two_sided_lamps"])
         self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
         self._computed_view = self.view if view is None else None
         self._in_kernels = Recent(KEPT_FORMS)
@@ -619,67 +512,4 @@ def ray_from(origins: ti.template(), directions: ti.template(), i):
     return Ray(
         origin=tm.vec3(origins[i, 0], origins[i, 1], origins[i, 2]),
         direction=tm.vec3(directions[i, 0], directions[i, 1], directions[i, 2]),
-    )
-
-
-def scene_from_mesh(
-    vertices: Any,
-    faces: ArrayLike | None = None,
-    *,
-    color: ArrayLike | None = None,
-    material: Material | Sequence[Material] | None = None,
-    normals: ArrayLike | None = None,
-    face_materials: ArrayLike | None = None,
-    intersector: IntersectorChoice = "bvh",
-    triangle_test: str | TriangleTest = "watertight",
-    view: dict[str, Any] | None = None,
-    environment: EnvironmentChoice = None,
-    effects: str = "scene",
-    background: BackgroundChoice = None,
-    brdfs: Sequence[BrdfChoice] = (),
-    lights: Sequence[LightChoice] = (),
-    fast: bool = True,
-    smooth: bool | float = False,
-    up_axis: str = "y",
-    lamp_choice: LampChoices | None = None,
-    two_sided_lamps: bool = False,
-) -> SceneData:
-    """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
-
-    Args:
-        vertices: (V, 3) float positions, or the trimesh object.
-        faces: (F, 3) int vertex ids, counted from 0, counter-clockwise when seen from the front.
-        color: the reflectance Kd of a diffuse material, three numbers from 0 to 1, linear RGB; or (M, 3), one row for
-            each of several materials. None, without a ``material``, is a light grey, or what the trimesh object has.
-        material: a ``Material`` instead of a colour, or a list of several.
-        normals: (V, 3), a normal for each vertex, or (F, 3, 3), a normal for each corner of each triangle. They need
-            not have unit length. Without them, triangles are flat; ``smooth=True`` computes normals.
-        face_materials: (F,) ids into the colours or materials, counted from 0, one for each triangle.
-        intersector, triangle_test, view, environment, effects, background, brdfs, lights, fast, smooth, up_axis,
-            lamp_choice, two_sided_lamps: as for ``SceneData``.
-
-    Raises:
-        InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
-    """
-    if faces is None:
-        from taichi_tracer.files.meshes import from_trimesh
-
-        mesh = from_trimesh(vertices)
-    else:
-        mesh = mesh_from_arrays(vertices, faces)
-    return SceneData(
-        dressed(mesh, color, material, normals, face_materials),
-        intersector=intersector,
-        triangle_test=triangle_test,
-        view=view,
-        environment=environment,
-        effects=effects,
-        background=background,
-        brdfs=brdfs,
-        lights=lights,
-        fast=fast,
-        smooth=smooth,
-        up_axis=up_axis,
-        lamp_choice=lamp_choice,
-        two_sided_lamps=two_sided_lamps,
     )

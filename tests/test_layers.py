@@ -28,7 +28,8 @@ LAYERS = (
     "environment background effects lights",
     "sampler camera",
     "ray_intersector intersectors",
-    "picture forms scene_data",
+    "options",
+    "picture forms scene_in_kernels scene_data",
     "explain integrators renderer",
     "assignments maps rt3 scene_data_loader",
     "fast",
@@ -51,7 +52,11 @@ IMPORT_BY_NAME = {
 }
 
 # Who names a part above it in an import that never runs, which only editors read.
-FOR_EDITORS = {"__init__": {"cluster", "studies", "teaching", "apps"}}
+FOR_EDITORS = {
+    "__init__": {"cluster", "studies", "teaching", "apps"},
+    "options": {"integrators"},
+    "scene_in_kernels": {"scene_data"},
+}
 
 
 @cache

@@ -16,6 +16,7 @@ from taichi_tracer.camera import DEFAULT_WINDOW, OrthographicCamera, check_view
 from taichi_tracer.files.text import read_bytes
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.options import BackgroundChoice
 from taichi_tracer.rt3.elements import Elements
 from taichi_tracer.rt3.values import LONGEST_SHOWN, Element, nearest
 from taichi_tracer.rt3.world import World
@@ -105,7 +106,7 @@ class Document:
 
     mesh: Mesh
     shots: list[Shot]
-    background: object = None
+    background: BackgroundChoice = None
     environment: Path | None = None
     environment_options: dict = field(default_factory=dict)
 

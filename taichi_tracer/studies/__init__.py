@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from taichi_tracer.scene_data import EnvironmentChoice, SceneData
+    from taichi_tracer.options import EnvironmentChoice
+    from taichi_tracer.scene_data import SceneData
     from taichi_tracer.studies.convergence import Study
 
 

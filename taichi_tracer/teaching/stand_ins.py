@@ -20,8 +20,7 @@ from taichi_tracer.materials import Material
 from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
 from taichi_tracer.sampler import IndependentSampler, MeshLightSampler, Sampler
-from taichi_tracer.scene_data import scene_from_mesh
-from taichi_tracer.scene_data_loader import load_scene_data
+from taichi_tracer.scene_data_loader import load_scene_data, scene_from_mesh
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
 
