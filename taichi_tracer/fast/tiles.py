@@ -10,9 +10,6 @@ Where the eye rays of sixteen neighbouring pixels hit nothing, nothing is shaded
 are computed together.
 """
 
-import copy
-import functools
-
 import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
@@ -39,6 +36,7 @@ from taichi_tracer.lights.scene_lights import may_meet
 from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS, lane_of
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.observed import observed
 from taichi_tracer.system.seams import in_kernels
 
 SIDE_BITS = 5
@@ -77,45 +75,6 @@ def can_take_tiles(renderer, scene, integrator) -> bool:
     return effects.is_lit and not effects.background
 
 
-def waiting_class(cls: type, tiles: "Tiles") -> type:
-    """The class of a scene whose light waits."""
-
-    @functools.wraps(cls.visible_radiance)
-    def visible_radiance(self, surface, w_i, factor):
-        """``Tiles.wait_for_light``."""
-        return tiles.wait_for_light(self, surface, w_i, factor)
-
-    @functools.wraps(cls.behind)
-    def behind(self, ray, hit, rng):
-        """``Tiles.wait_for_background``."""
-        return tiles.wait_for_background(ray)
-
-    methods = {"visible_radiance": in_kernels(visible_radiance), "behind": in_kernels(behind)}
-    return type(f"Waiting{cls.__name__}", (cls,), methods)
-
-
-def drawn_lights_class(cls: type, tiles: "Tiles") -> type:
-    """The class of the lights of a scene whose directions are drawn for a group of pixels at once."""
-
-    @functools.wraps(cls.sample_far)
-    def sample_far(self, x, xi):
-        """``LightLanes.sample``."""
-        return tiles.light_lanes.sample(tiles.place, tiles.lane)
-
-    return type(f"Drawn{cls.__name__}", (cls,), {"sample_far": in_kernels(sample_far)})
-
-
-def waiting_mis_class(cls: type, tiles: "Tiles") -> type:
-    """The class of an estimator that weights a sample of the BRDF when the light's density is known."""
-
-    @functools.wraps(cls.sample_brdf)
-    def sample_brdf(self, scene, surface, xi):
-        """``Tiles.wait_for_density``."""
-        return tiles.wait_for_density(surface, xi)
-
-    return type(f"Waiting{cls.__name__}", (cls,), {"sample_brdf": in_kernels(sample_brdf)})
-
-
 @ti.data_oriented
 class Tiles:
     """Takes samples tile by tile.
@@ -139,13 +98,18 @@ class Tiles:
     """
 
     def __init__(self, renderer, scene, integrator) -> None:
-        self.renderer, self.scene, self.integrator = renderer, copy.copy(scene), copy.copy(integrator)
+        self.renderer, self.integrator = renderer, integrator
         self.is_of = scene, integrator
         self.weights = integrator.compensates
         if self.weights:
-            self.integrator.__class__ = waiting_mis_class(type(integrator), self)
+            density = {"sample_brdf": lambda part, call, scene, *arguments: self.wait_for_density(*arguments)}
+            self.integrator = observed(integrator, density)
         renderer.eye_rays.is_long = True
-        self.scene.__class__ = waiting_class(type(scene), self)
+        waiting = {
+            "visible_radiance": lambda part, call, *arguments: self.wait_for_light(*arguments),
+            "behind": lambda part, call, ray, hit, rng: self.wait_for_background(ray),
+        }
+        self.scene = observed(scene, waiting)
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
         self.across, self.upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)
         self.turns = Turns(self.across * self.upwards)
@@ -158,8 +122,8 @@ class Tiles:
         self.draws_light = self.has_numbers and integrator.samples_lights
         if self.draws_light:
             self.light_lanes = LightLanes(scene.lights.far[0], places)
-            self.scene.lights = copy.copy(scene.lights)
-            self.scene.lights.__class__ = drawn_lights_class(type(scene.lights), self)
+            drawn = {"sample_far": lambda part, call, x, xi: self.light_lanes.sample(self.place, self.lane)}
+            self.scene.lights = observed(scene.lights, drawn)
         self.look_ups = LookUps(scene.lights.far[0], places, most, GROUPS, finds_pdf=self.weights)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, places)
@@ -268,7 +232,7 @@ class Tiles:
         self.groups[c] = 0
 
     @ti.func
-    def wait_for_light(self, scene: ti.template(), surface, w_i, factor):
+    def wait_for_light(self, surface, w_i, factor):
         """``SceneLights.visible_far``; but the result is 0, and the light is added later."""
         if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
             c = self.place
@@ -277,7 +241,7 @@ class Tiles:
             if ti.static(self.weights):
                 self.pdf[c, k] = self.pdf_brdf
             self.origin[c, k], self.direction[c, k] = surface.origin, w_i
-            self.leaves[c, k] = ti.cast(may_meet(scene.effects, surface, w_i), ti.i32)
+            self.leaves[c, k] = ti.cast(may_meet(self.scene.effects, surface, w_i), ti.i32)
         if ti.static(self.weights):
             self.pdf_brdf = -1.0
         return tm.vec3(0)
