@@ -19,8 +19,8 @@ from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.surface import Surface, surface_at
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import Environment, load_environment
-from taichi_tracer.fast.stand_ins import Form, intersector_class
 from taichi_tracer.files.arrays import dressed, mesh_from_arrays
+from taichi_tracer.forms import Form, intersector_of
 from taichi_tracer.formulas.camera_frame import up_of, view_of_points
 from taichi_tracer.formulas.convexity import sides_that_see_others
 from taichi_tracer.formulas.triangles import TriangleTest
@@ -199,19 +199,22 @@ class SceneInKernels:
         """Radiance along a ray without any reflection: from an emitting surface, or from behind the scene."""
         L = tm.vec3(0)
         if hit.is_hit:
-            L = self.lights.emitted(hit)
+            if ti.static(self.effects.emitters):
+                L = self.lights.lamps.emitted(hit)
         else:
             L = self.behind(ray, hit, rng)
         return L
 
     @ti.func
     def behind(self, ray, hit, rng):
-        """What a ray shows if it hits nothing: the background of the picture, or the light from far away."""
+        """What a ray shows if it hits nothing: the background of the picture, or the lights that it sees."""
         value = tm.vec3(0)
         if ti.static(self.effects.background):
             value = self.background.color(rng.x, rng.y, rng.sampler.width, rng.sampler.height)
         else:
-            value = self.lights.seen(ray, hit)
+            value = self.lights.arriving(ray, hit)
+            for light in ti.static(self.lights.single):
+                value += light.radiance(ray, hit)
         return value
 
     @ti.func
@@ -220,7 +223,8 @@ class SceneInKernels:
 
         The caller multiplies the result by ``factor``. If ``factor`` is 0, no light is looked up and no ray is sent.
         """
-        return self.lights.visible_far(self.ray_intersector, surface, w_i, factor)
+        light, _ = self.lights.visible(self, surface, w_i, factor)
+        return light
 
     @ti.func
     def is_blocked(self, surface, w_i, distance):
@@ -271,7 +275,7 @@ class SceneData:
         view: camera parameters that show the scene.
         shots: the pictures that the scene's file asks for, see ``rt3.document``; a mesh has none.
         notes: what the user should know about the input, one line each.
-        forms: which form of the intersector runs, and why; see ``fast.stand_ins``.
+        forms: which form of the intersector runs, and why; see ``forms``.
     """
 
     from_python = RayIntersector.from_python
@@ -605,7 +609,7 @@ def make_intersector(
             raise InputError(f"intersector: this {type(chosen).__name__} belongs to another scene: make a new one")
         chosen.bind(geometry, triangle_test)
         return chosen, Form("rays", f"{type(chosen).__name__}, as it is written", "it was given as an object")
-    runs, form = intersector_class(chosen, fast)
+    runs, form = intersector_of(chosen, fast)
     return runs(geometry, triangle_test), form
 
 
