@@ -29,12 +29,13 @@ from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
+from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.lights.near_misses import note_surface
 from taichi_tracer.lights.scene_lights import SceneLights, is_blocked, may_meet
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.sampler import BRDF, MeshLightSampler
+from taichi_tracer.sampler import BRDF
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.errors import InputError, one_of
