@@ -34,7 +34,8 @@ from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.heat import Scale
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.rendered import RenderedPicture
-from taichi_tracer.sampler import DEFAULT_SAMPLER, RandomNumbers, Sampler, UniformSampler, sampler_of
+from taichi_tracer.random_numbers import RandomNumbers
+from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, UniformSampler, sampler_of
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime

@@ -25,6 +25,7 @@ from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed, visib
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.lamps import Lamps
+from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
@@ -38,7 +39,7 @@ from taichi_tracer.options import (
 )
 from taichi_tracer.ray import Ray
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.sampler import BRDF, MeshLightSampler
+from taichi_tracer.sampler import BRDF
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.digits import digits, digits_of

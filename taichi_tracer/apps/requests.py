@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
 from taichi_tracer.assignments import A1Renderer, A3Renderer, A4Renderer
-from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
+from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.formulas.camera_frame import up_of
+from taichi_tracer.formulas.view import without_angle
 from taichi_tracer.maps import MapRenderer, find_measured
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.rt3 import document as rt3

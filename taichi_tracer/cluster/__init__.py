@@ -286,7 +286,8 @@ def opened(cluster: "str | Cluster") -> Any:
 
 def namespace(scene: str | Path, options: Mapping[str, Any], command: str = "render") -> Namespace:
     """The namespace of the command line ``taichi-tracer COMMAND SCENE …`` with these options."""
-    from taichi_tracer.apps.cli import as_value, load_parts, make_parser
+    from taichi_tracer.apps.cli import load_parts, make_parser
+    from taichi_tracer.apps.words import as_value
 
     words = [command, str(scene)]
     for name, value in options.items():

@@ -12,9 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.camera import DEFAULT_WINDOW, OrthographicCamera, check_view
-from taichi_tracer.files.text import read_bytes
+from taichi_tracer.camera import check_view
+from taichi_tracer.cameras.orthographic import OrthographicCamera
+from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.formulas.camera_frame import camera_frame
+from taichi_tracer.formulas.view import DEFAULT_WINDOW
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.options import BackgroundChoice
 from taichi_tracer.rt3.elements import Elements

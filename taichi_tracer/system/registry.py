@@ -26,10 +26,10 @@ from taichi_tracer.system.seams import assigned
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
 HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
-    "camera": (("camera",), False),
+    "camera": (("camera", "cameras"), False),
     "triangle test": (("formulas.triangles",), True),
     "intersector": (("intersectors", "ray_intersector"), False),
-    "sampler": (("sampler",), True),
+    "sampler": (("samplers",), True),
     "BRDF": (("brdfs",), True),
     "light": (("lights",), True),
     "lamp choice": (("lights",), True),

@@ -16,8 +16,9 @@ from PIL import Image
 
 import taichi_tracer as tt
 from taichi_tracer.apps import cli, names, rescue
-from taichi_tracer.apps.cli import as_value, main, make_parser
+from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.requests import SceneRequest, scene_and_pictures_of
+from taichi_tracer.apps.words import as_value
 from taichi_tracer.assignments import A1Renderer
 from taichi_tracer.files import images
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE

@@ -12,10 +12,11 @@ from PIL import Image
 
 import taichi_tracer as tt
 from taichi_tracer.apps import camera_controller, viewer
-from taichi_tracer.apps.cli import as_value, make_parser
+from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.display import Verdict
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Layout
+from taichi_tracer.apps.words import as_value
 from taichi_tracer.assignments import A1Renderer
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.system.registry import PARTS

@@ -9,7 +9,8 @@ from shapes import SQUARE, lattice, random_spheres, soup, sphere, with_spheres
 from support import long_except, start
 
 import taichi_tracer as tt
-from taichi_tracer.camera import Camera, OrthographicCamera
+from taichi_tracer.camera import Camera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.fast import primary_hits
 from taichi_tracer.fast.camera_lanes import PerspectiveLanes
 from taichi_tracer.fast.nearest import FastBruteForce
@@ -17,7 +18,8 @@ from taichi_tracer.fast.packet_triangles import PACKET_TESTS
 from taichi_tracer.fast.primary_hits import PrimaryHits, why_not_kept
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
-from taichi_tracer.sampler import SobolSampler, sampler_of
+from taichi_tracer.sampler import sampler_of
+from taichi_tracer.samplers.sobol import SobolSampler
 from taichi_tracer.system.registry import PARTS
 
 FIELDS = ("distance", "triangle_id", "u", "v")
