@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.studies import page
+from taichi_tracer.files import page
 from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT
 
 SHOWN = 200  # pixels: the width of a picture
