@@ -69,14 +69,14 @@ def run(args: Namespace, crew: Crew | None = None) -> int:
     return 0 if interruption.number is None else interruption.exit_code
 
 
-def study_of(args: Namespace) -> schedule.Order:
+def study_of(args: Namespace) -> variants.Order:
     """The study that the options ask for."""
     find_scene(args.scene)
     knobs = {name: names(getattr(args, name), variants.known(name)) for name in variants.NAMED}
     knobs["estimators"] = estimators_of(args)
     knobs |= {"max_bounces": args.max_bounces, "roulettes": roulettes_of(args.roulettes)}
     knobs |= {"rr_start_bounce": args.rr_start_bounce, "fast_math": FAST_MATH.get(args.fast_math)}
-    return schedule.Order(
+    return variants.Order(
         source_of(args),
         variants.plan(every=args.every, **given(**knobs)),
         args.size,

@@ -82,7 +82,7 @@ def accuracy(
     accuracy_report.get_ready()
     keep = accuracy_report.DRAWING + (0.0 if report is None else accuracy_report.WRITING)
     spent = time.perf_counter() - start
-    study = schedule.measure(schedule.Order(source, plan, size, budget, seeds, spent, keep))
+    study = schedule.measure(variants.Order(source, plan, size, budget, seeds, spent, keep))
     if report is not None:
         accuracy_report.write(study, Path(report))
     return found(study)

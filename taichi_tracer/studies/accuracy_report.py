@@ -418,9 +418,7 @@ def pictures(study: Study) -> list[str]:
     for curve, truth, errors in zip(shown, truths, maps, strict=True):
         cards[any(curve is c for c in main)].append(card(curve, truth, heat(errors, largest)))
     if cards[False]:
-        cards[True].append(
-            f"<details><summary>The other variants</summary>{''.join(cards[False])}</details>"
-        )
+        cards[True].append(f"<details><summary>The other variants</summary>{''.join(cards[False])}</details>")
     return parts + cards[True]
 
 

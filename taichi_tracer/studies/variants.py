@@ -400,3 +400,32 @@ def unpacked(environment: Environment, options: dict) -> tuple[np.ndarray, dict]
     """The pixels of an environment, and its options, unless others are given."""
     own = {name: getattr(environment, name) for name in ("intensity", "rotation", "name")}
     return environment.pixels, own | options
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be measured.
+
+    Attributes:
+        source: the scene. variants: the ways to render it; all others are compared with the first one.
+        size: width and height.
+        budget: seconds in all. spent: of these, what was spent before.
+        seeds: renderings of every variant, as far as the budget allows.
+        keep: what the caller needs of the budget afterwards, as a multiple of what starting a process takes.
+        arch: as for ``runtime.init``. parts: files that register parts of the user.
+    """
+
+    source: Source
+    variants: Sequence[Variant]
+    size: tuple[int, int]
+    budget: float
+    seeds: int
+    spent: float = 0.0
+    keep: float = 0.0
+    arch: str = "auto"
+    parts: tuple[str, ...] = ()
+
+    @property
+    def bench(self) -> tuple:
+        """The arguments of a ``Bench``."""
+        return self.source, self.arch, self.parts
