@@ -367,9 +367,9 @@ def add_explain(parser: Parser) -> None:
 
 def start_worker():
     """The first process of a study, which reads its modules while this one reads its own."""
-    from taichi_tracer.studies.crew import Worker
+    from taichi_tracer.studies.crew import StudyWorker
 
-    return Worker()
+    return StudyWorker()
 
 
 def add_accuracy(parser: Parser) -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.apps.words import taken
+from taichi_tracer.files import page
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.images import read_image, told_display
 from taichi_tracer.picture.heat import heat
-from taichi_tracer.studies import page
-from taichi_tracer.studies.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
+from taichi_tracer.picture.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
 from taichi_tracer.system.digits import digits_of
 from taichi_tracer.system.errors import InputError
 

@@ -20,10 +20,9 @@ from taichi_tracer.formulas.view import HANDEDNESS
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.renderer import A2Renderer, A4Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
-from taichi_tracer.studies import variants
-from taichi_tracer.studies.variants import light_renderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.registry import PARTS
@@ -74,7 +73,7 @@ def find_estimator(name: str) -> Integrator:
     Raises:
         InputError: there is none, or it shows something for which no light is needed.
     """
-    offered = [*light_renderer().offered(), *A4Renderer.offered()]
+    offered = [*PARTS.last_of("renderer", A2Renderer).offered(), *A4Renderer.offered()]
     known = {alias: one for one in offered for alias in (*one.aliases, one.name)}
     if name not in known:
         raise one_of("estimator", name, [one.name for one in offered])
@@ -195,6 +194,8 @@ def names_of_scenes() -> dict[str, Names]:
 
 def names_of_knobs() -> dict[str, Names]:
     """What a study of accuracy compares."""
+    from taichi_tracer.studies import variants
+
     knobs = (*variants.NAMED, "roulettes")
     return {knob.replace("_", " "): Names(variants.known(knob), variants.USUAL[knob]) for knob in knobs}
 

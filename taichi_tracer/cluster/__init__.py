@@ -209,29 +209,21 @@ def accuracy(scene: str | Path, *, cluster: "str | Cluster" = "local", **options
         InputError: an option is wrong, no scheduler answers, or the worker ended before anything was measured.
     """
     import time
+    from dataclasses import replace
 
-    from taichi_tracer.apps.accuracy import study_of
+    from taichi_tracer.apps.accuracy import report_of, study_of
     from taichi_tracer.cluster.study import WorkerCrew
     from taichi_tracer.studies import accuracy_report, found, schedule
 
     start = time.perf_counter()
     args = namespace(scene, options, "accuracy")
-    request = study_of(args)
+    order, report = study_of(args), report_of(args)
     accuracy_report.get_ready()
-    keep = accuracy_report.DRAWING + (0.0 if request.report is None else accuracy_report.WRITING)
     with opened(cluster) as connection:
-        study = schedule.measure(
-            request.source,
-            list(request.variants),
-            request.size,
-            request.budget,
-            request.seeds,
-            crew=WorkerCrew(connection, args),
-            spent=time.perf_counter() - start,
-            keep=keep,
-        )
-    if request.report is not None:
-        accuracy_report.write(study, request.report)
+        order = replace(order, keep=order.keep + accuracy_report.DRAWING, spent=time.perf_counter() - start)
+        study = schedule.measure(order, crew=WorkerCrew(connection, args))
+    if report is not None:
+        accuracy_report.write(study, report)
     return found(study)
 
 

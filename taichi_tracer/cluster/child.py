@@ -18,8 +18,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from taichi_tracer.studies.crew import Worker, serve
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.processes import Worker, serve
 
 if TYPE_CHECKING:
     from taichi_tracer.apps.requests import PictureRequest

@@ -102,6 +102,10 @@ class Registry:
         self._load(kind)
         return list(self._parts[kind].values())
 
+    def last_of(self, kind: str, base: type):
+        """The class that was registered last, of those of a kind that derive from another class."""
+        return [part for part in self.all(kind) if issubclass(part, base)][-1]
+
     def everything(self) -> list:
         """All parts of all kinds that are registered at present."""
         return [part for parts in self._parts.values() for part in parts.values()]
