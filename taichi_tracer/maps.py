@@ -2,7 +2,6 @@
 
 import copy
 import functools
-import math
 import time
 from typing import TYPE_CHECKING, Any, cast
 
@@ -12,13 +11,14 @@ import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.files.picture import Picture
+from taichi_tracer.forms import Plan
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control, NameControl
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.work import Measurement, WorkMap
 from taichi_tracer.picture.heat import HEAT, Scale, round_up
-from taichi_tracer.renderer import EyeRays, IntegratorChoice, ProgressiveRenderer, SamplerChoice, plain_rays
+from taichi_tracer.renderer import IntegratorChoice, ProgressiveRenderer, SamplerChoice
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import memory
@@ -80,9 +80,9 @@ class MapRenderer(ProgressiveRenderer):
             scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast
         )
 
-    def _make_eye_rays(self, passes: float = math.inf, in_tiles: bool = False) -> tuple[Any, Any]:
+    def make_plan(self) -> Plan:
         """Rays that are not traced: the maps trace them, so that their work counts."""
-        return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), plain_rays("their work is counted")
+        return Plan(self, "their work is counted", traces=False)
 
     # ── what is measured ──
 

@@ -17,7 +17,7 @@ from taichi_tracer.background import load_background
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
-from taichi_tracer.fast.stand_ins import Form, intersector_class
+from taichi_tracer.forms import Form, intersector_of
 from taichi_tracer.formulas.camera_frame import up_of, view_of_points
 from taichi_tracer.formulas.convexity import sides_that_see_others
 from taichi_tracer.formulas.triangles import TriangleTest
@@ -179,7 +179,7 @@ class SceneData:
         view: camera parameters that show the scene.
         shots: the pictures that the scene's file asks for, see ``rt3.document``; a mesh has none.
         notes: what the user should know about the input, one line each.
-        forms: which form of the intersector runs, and why; see ``fast.stand_ins``.
+        forms: which form of the intersector runs, and why; see ``forms``.
     """
 
     from_python = RayIntersector.from_python
@@ -502,7 +502,7 @@ def make_intersector(
             raise InputError(f"intersector: this {type(chosen).__name__} belongs to another scene: make a new one")
         chosen.bind(geometry, triangle_test)
         return chosen, Form("rays", f"{type(chosen).__name__}, as it is written", "it was given as an object")
-    runs, form = intersector_class(chosen, fast)
+    runs, form = intersector_of(chosen, fast)
     return runs(geometry, triangle_test), form
 
 

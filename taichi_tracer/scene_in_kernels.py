@@ -53,19 +53,22 @@ class SceneInKernels:
         """Radiance along a ray without any reflection: from an emitting surface, or from behind the scene."""
         L = tm.vec3(0)
         if hit.is_hit:
-            L = self.lights.emitted(hit)
+            if ti.static(self.effects.emitters):
+                L = self.lights.lamps.emitted(hit)
         else:
             L = self.behind(ray, hit, rng)
         return L
 
     @ti.func
     def behind(self, ray, hit, rng):
-        """What a ray shows if it hits nothing: the background of the picture, or the light from far away."""
+        """What a ray shows if it hits nothing: the background of the picture, or the lights that it sees."""
         value = tm.vec3(0)
         if ti.static(self.effects.background):
             value = self.background.color(rng.x, rng.y, rng.sampler.width, rng.sampler.height)
         else:
-            value = self.lights.seen(ray, hit)
+            value = self.lights.arriving(ray, hit)
+            for light in ti.static(self.lights.single):
+                value += light.radiance(ray, hit)
         return value
 
     @ti.func
@@ -74,7 +77,8 @@ class SceneInKernels:
 
         The caller multiplies the result by ``factor``. If ``factor`` is 0, no light is looked up and no ray is sent.
         """
-        return self.lights.visible_far(self.ray_intersector, surface, w_i, factor)
+        light, _ = self.lights.visible(self, surface, w_i, factor)
+        return light
 
     @ti.func
     def is_blocked(self, surface, w_i, distance):

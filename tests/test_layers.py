@@ -29,9 +29,10 @@ LAYERS = (
     "sampler camera",
     "ray_intersector intersectors",
     "options",
-    "picture fast scene_in_kernels scene_data",
+    "picture forms scene_in_kernels scene_data",
     "explain integrators renderer",
-    "maps rt3 scene_data_loader",
+    "assignments maps rt3 scene_data_loader",
+    "fast",
     "__init__",
     "studies",
     "teaching",
@@ -45,6 +46,7 @@ ORDER = " ".join(LAYERS).split()
 IMPORT_BY_NAME = {
     "__init__": "the public names, when they are first used",
     "system.registry": "the homes of the parts, when a part is first asked for; and the files of --parts",
+    "forms": "the fast forms, which may be absent",
     "apps.cli": "the command that was asked for",
     "system.importing": "Taichi, whose import it makes shorter",
 }
@@ -153,11 +155,10 @@ def test_the_registry_reaches_up_to_the_homes_of_the_parts_alone():
     assert {name.split(".")[1] for name in at_the_top} == {"system"}
 
 
-def test_nobody_needs_the_fast_wing_but_those_that_choose_a_form():
-    """A reader of the plain forms meets the fast ones in two places: where a scene and a renderer choose."""
+def test_nobody_imports_the_fast_wing():
+    """A reader of the plain forms meets the fast ones nowhere: ``forms`` alone looks whether they are there."""
     users = {m for m, path in MODULES.items() if "fast" in parts_used(read(path))}
-    users = {m for m in users if m.split(".")[0] not in ("fast", "studies")}
-    assert users == {"scene_data", "renderer"}
+    assert {m for m in users if m.split(".")[0] != "fast"} == set()
 
 
 # ── what only one file does ──

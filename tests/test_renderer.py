@@ -13,9 +13,9 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.files.images import to_bytes, told_display
+from taichi_tracer.forms import EyeRays
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.picture.progress import Target
-from taichi_tracer.renderer import EyeRays
 from taichi_tracer.system import compiling
 from taichi_tracer.tones.display import Display
 

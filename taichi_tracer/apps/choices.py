@@ -4,11 +4,12 @@ import copy
 
 from taichi_tracer.apps.names import renderers
 from taichi_tracer.apps.words import LIGHT
+from taichi_tracer.assignments import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.maps import MapRenderer
-from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.system.registry import PARTS
 
@@ -185,7 +186,7 @@ def made_like(
     options |= {"crop": like.film.crop, "fast": like.fast, "jitter": (like.jitter and not like.jitters) or None}
     options["adaptive"] = like.adaptive and renderer_class.jitters
     renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
-    renderer.share_eye_rays(like)
+    renderer.plan.share_eye_rays(like.plan)
     renderer.eye_rays.use_packets = like.eye_rays.use_packets  # so that nothing is compiled that is not needed
     return renderer
 

@@ -10,6 +10,7 @@ import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from taichi_tracer.assignments import A4Renderer
 from taichi_tracer.camera import HANDEDNESS, ProjectiveCamera, make_camera
 from taichi_tracer.effects import MODES
 from taichi_tracer.environment import LOOKUPS, Environment
@@ -17,7 +18,7 @@ from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.camera_frame import UP_AXES
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
-from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.studies import variants

@@ -17,6 +17,7 @@ from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
 from taichi_tracer.apps.rescue import written, written_bytes, written_picture
 from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR, note
+from taichi_tracer.assignments import A4Renderer
 from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, to_bytes
@@ -25,7 +26,7 @@ from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
 from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.picture.progress import Progress, two_digits
-from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import compiling, stopwatch
 from taichi_tracer.system.errors import IncompleteError, InputError

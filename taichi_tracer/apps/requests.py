@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
+from taichi_tracer.assignments import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.formulas.camera_frame import up_of
 from taichi_tracer.maps import MapRenderer, find_measured
-from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.rt3 import document as rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.scene_data import SceneData

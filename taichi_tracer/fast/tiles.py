@@ -1,7 +1,7 @@
 """Samples of a whole tile of pixels: first all are shaded, then their look-ups are made, then their rays are traced.
 
-The plain form looks up the light of a direction, and traces its shadow ray, where it needs them. Here,
-``scene.visible_radiance`` and ``scene.behind`` write down the direction, and the sample goes on without its light. When
+The plain form looks up the light of a direction, and traces its shadow ray, where it needs them. Here, the estimator
+(``Waiting``) writes down the direction, and the sample goes on without its light. When
 all pixels of a tile are shaded, the light of all directions is looked up (``look_ups``), the rays that would find light
 are traced as streams (``shadow_streams``), and what is not blocked is added to the samples. A sample is a sum, so that
 it does not matter when its terms are found: the picture has the same bits.
@@ -10,22 +10,22 @@ Where the eye rays of sixteen neighbouring pixels hit nothing, nothing is shaded
 are computed together.
 """
 
-import copy
-import functools
+from typing import Any
 
 import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
+from taichi_tracer.fast.far_light import FarMis, form_class
 from taichi_tracer.fast.film_lanes import add_samples, can_add_together
 from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.light_lanes import LightLanes
 from taichi_tracer.fast.look_ups import LookUps, can_wait_for
 from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
 from taichi_tracer.fast.shadow_lanes import shadow_rays
-from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.turns import Turns
 from taichi_tracer.fast.wide_bvh import WideBVH
+from taichi_tracer.forms import Form
 from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.lights.near_misses import (
     begin_counting,
@@ -65,55 +65,51 @@ def is_worth_tiles(progress: Progress, seconds_before: float, seconds_of_others:
 def can_take_tiles(renderer, scene, integrator) -> bool:
     """Whether the samples of a renderer can be taken tile by tile: only if each is the plain sum of its terms.
 
-    That is so for the estimators of direct light, in scenes whose only light is an environment. Methods that a student
-    wrote in their place might do something else with the light, and so they get it at once: ``Integrator.adds_up``.
+    That is so for the estimators that ``far_light`` has a form of, in scenes whose only light is an environment.
     """
     intersector, lights, effects = scene.ray_intersector, scene.lights, scene.effects
-    is_far = len(lights.far) == 1 and can_wait_for(lights.far[0]) and not lights.single and not lights.has_lamps
+    is_far = len(lights.far) == 1 and can_wait_for(lights.far[0]) and not lights.single
     has_shadows = isinstance(intersector, WideBVH) and effects.blockers != "none"
     is_plain = renderer.fast and not renderer.replaced and runtime.current().arch == "cpu"
-    if not (integrator.adds_up and is_far and has_shadows and is_plain and renderer.is_random):
+    if not (is_far and has_shadows and is_plain and renderer.is_random):
         return False
-    return effects.is_lit and not effects.background
+    return form_class(scene, integrator) is not None and not effects.background
 
 
-def waiting_class(cls: type, tiles: "Tiles") -> type:
-    """The class of a scene whose light waits."""
+@ti.data_oriented
+class Waiting:
+    """The steps of a form of ``far_light`` whose light waits; ``Tiles`` puts them in front of the form's own.
 
-    @functools.wraps(cls.visible_radiance)
-    def visible_radiance(self, surface, w_i, factor):
+    Attributes:
+        tiles: the ``Tiles`` for which the light waits.
+    """
+
+    tiles: Any = None
+
+    @ti.func
+    def emitted(self, scene, ray, hit, rng):
+        """``Tiles.wait_for_background``, if the ray hits nothing; what it hits emits no light."""
+        if not hit.is_hit:
+            self.tiles.wait_for_background(ray)
+        return tm.vec3(0)
+
+    @ti.func
+    def visible_radiance(self, scene, surface, w_i, factor):
         """``Tiles.wait_for_light``."""
-        return tiles.wait_for_light(self, surface, w_i, factor)
+        self.tiles.wait_for_light(scene, surface, w_i, factor)
+        return tm.vec3(0)
 
-    @functools.wraps(cls.behind)
-    def behind(self, ray, hit, rng):
-        """``Tiles.wait_for_background``."""
-        return tiles.wait_for_background(ray)
+    @in_kernels
+    def light_direction(self, scene, surface, xi):
+        """(w_i, pdf) of a direction to the light: that of the pixel, if directions were drawn for its group at once."""
+        if self.tiles.draws_light:
+            return self.tiles.light_lanes.sample(self.tiles.place, self.tiles.lane)
+        return scene.lights.from_far.sample_direction(surface.origin, xi)
 
-    methods = {"visible_radiance": in_kernels(visible_radiance), "behind": in_kernels(behind)}
-    return type(f"Waiting{cls.__name__}", (cls,), methods)
-
-
-def drawn_lights_class(cls: type, tiles: "Tiles") -> type:
-    """The class of the lights of a scene whose directions are drawn for a group of pixels at once."""
-
-    @functools.wraps(cls.sample_far)
-    def sample_far(self, x, xi):
-        """``LightLanes.sample``."""
-        return tiles.light_lanes.sample(tiles.place, tiles.lane)
-
-    return type(f"Drawn{cls.__name__}", (cls,), {"sample_far": in_kernels(sample_far)})
-
-
-def waiting_mis_class(cls: type, tiles: "Tiles") -> type:
-    """The class of an estimator that weights a sample of the BRDF when the light's density is known."""
-
-    @functools.wraps(cls.sample_brdf)
-    def sample_brdf(self, scene, surface, xi):
+    @ti.func
+    def brdf_direction(self, scene, surface, xi):
         """``Tiles.wait_for_density``."""
-        return tiles.wait_for_density(surface, xi)
-
-    return type(f"Waiting{cls.__name__}", (cls,), {"sample_brdf": in_kernels(sample_brdf)})
+        return self.tiles.wait_for_density(surface, xi)
 
 
 @ti.data_oriented
@@ -139,27 +135,24 @@ class Tiles:
     """
 
     def __init__(self, renderer, scene, integrator) -> None:
-        self.renderer, self.scene, self.integrator = renderer, copy.copy(scene), copy.copy(integrator)
-        self.is_of = scene, integrator
-        self.weights = integrator.compensates
-        if self.weights:
-            self.integrator.__class__ = waiting_mis_class(type(integrator), self)
+        self.renderer, self.scene, self.is_of = renderer, scene, (scene, integrator)
+        form = form_class(scene, integrator)
+        self.integrator = type(f"Waiting{form.__name__}", (Waiting, form), {"tiles": self})(integrator)
+        self.weights = issubclass(form, FarMis)
         renderer.eye_rays.is_long = True
-        self.scene.__class__ = waiting_class(type(scene), self)
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
         self.across, self.upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)
         self.turns = Turns(self.across * self.upwards)
-        places, most = self.turns.places, SIDE * SIDE * integrator.techniques
+        places, most = self.turns.places, SIDE * SIDE * form.techniques
         self.shadow_rays = shadow_rays(scene.ray_intersector, places, most)
-        self.has_numbers = renderer.eye_rays.has_groups and has_points(renderer.sampler)
+        self.has_groups = getattr(renderer.eye_rays, "has_groups", False)  # as kept hits may have, see ``primary_hits``
+        self.has_numbers = self.has_groups and has_points(renderer.sampler)
         if self.has_numbers:
             pairs = 2 if integrator.samples_lights else 1
             self.numbers = NumberLanes(renderer.sampler, renderer.shares, pairs, places)
         self.draws_light = self.has_numbers and integrator.samples_lights
         if self.draws_light:
             self.light_lanes = LightLanes(scene.lights.far[0], places)
-            self.scene.lights = copy.copy(scene.lights)
-            self.scene.lights.__class__ = drawn_lights_class(type(scene.lights), self)
         self.look_ups = LookUps(scene.lights.far[0], places, most, GROUPS, finds_pdf=self.weights)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, places)
@@ -229,7 +222,7 @@ class Tiles:
         If so, what is behind them is looked up later.
         """
         behind = -1
-        if ti.static(eye_rays.has_groups):
+        if ti.static(self.has_groups):
             if eye_rays.hits_nothing(group_x, group_y):
                 behind = self.look_ups.groups[c]
                 self.look_ups.add_group(c, *eye_rays.directions_of(group_x, group_y))
@@ -269,7 +262,7 @@ class Tiles:
 
     @ti.func
     def wait_for_light(self, scene: ti.template(), surface, w_i, factor):
-        """``SceneLights.visible_far``; but the result is 0, and the light is added later."""
+        """Note what ``SceneLights.visible`` would look up, so that its light is added later."""
         if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
             c = self.place
             k = self.look_ups.add(c, w_i)
@@ -280,21 +273,19 @@ class Tiles:
             self.leaves[c, k] = ti.cast(may_meet(scene.effects, surface, w_i), ti.i32)
         if ti.static(self.weights):
             self.pdf_brdf = -1.0
-        return tm.vec3(0)
 
     @ti.func
     def wait_for_background(self, ray):
-        """``SceneLights.seen`` for a ray that hits nothing; but the result is 0, and the light is added later."""
+        """Note the direction of a ray that hits nothing, so that its light is added later."""
         c = self.place
         k = self.look_ups.add(c, ray.direction)
         self.factor[c, k], self.kind[c, k], self.leaves[c, k] = tm.vec3(1), kind_before_weight(), 0
         if ti.static(self.weights):
             self.pdf[c, k] = -1.0
-        return tm.vec3(0)
 
     @ti.func
     def wait_for_density(self, surface, xi):
-        """``MultipleImportanceSampling.sample_brdf`` without the heuristic, which needs the density of the light."""
+        """``FarMis.brdf_direction`` without the heuristic, which needs the density of the light."""
         w_i = surface.sample(xi)
         self.pdf_brdf = surface.pdf(w_i)
         return w_i, surface.weight(w_i)
@@ -313,7 +304,7 @@ class Tiles:
             light, factor = self.look_ups.light_of[c, k], self.factor[c, k]
             if ti.static(self.weights):
                 if self.pdf[c, k] >= 0:
-                    factor *= heuristic(self.pdf[c, k], self.look_ups.pdf_of[c, k], self.integrator.exponent)
+                    factor *= heuristic(self.pdf[c, k], self.look_ups.pdf_of[c, k], self.integrator.plain.exponent)
             ray = NOTHING
             if factor.max() > 0 and light.max() > 0:
                 ray = UNTRACED

@@ -138,12 +138,13 @@ class OtherTechnique:
         value, p, q = tm.vec3(0), 1 / SPHERE, 0.0
         if ti.static(from_brdf):
             w_i = surface.sample(rng.next_2d())
-            light, pdf = light_along(scene, surface, w_i, self.knows_lights)
+            light, pdf = light_along(scene, surface, w_i, surface.weight(w_i))
             value, q = surface.weight(w_i) * light, surface.pdf(w_i)
             if ti.static(self.knows_lights):
                 p = pdf
         else:
-            value, q, pdf = sample_of_lights(scene, surface, rng)
+            f_cos, light, q, pdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
+            value = f_cos * light / q
             if ti.static(self.knows_brdf):
                 p = pdf
         return value, p, q

@@ -102,7 +102,8 @@ class Paths(Integrator):
     @ti.func
     def light_sample(self, scene, surface, rng):
         """One sample of the lights, times its share where rays find the same light, too."""
-        value, pdf, pdf_brdf = sample_of_lights(scene, surface, rng)
+        f_cos, light, pdf, pdf_brdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
+        value = f_cos * light / pdf
         if ti.static(self.exponent > 0):
             value *= heuristic(pdf, pdf_brdf, self.exponent)
         return value

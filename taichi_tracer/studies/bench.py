@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.fast.primary_hits import LARGE_PICTURE
+from taichi_tracer.assignments import A4Renderer
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.variants import Source, Variant, renderer_of
@@ -226,7 +226,7 @@ def make(
     """A renderer of a variant; it never compiles another form of the eye rays in the middle of a measurement."""
     width, height = size
     renderer = renderer_class(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
-    renderer.eye_rays.use_packets = renderer.eye_rays.can_use_packets and width * height >= LARGE_PICTURE
+    renderer.plan.keep_forms()
     return as_variant(renderer, variant)
 
 

@@ -101,7 +101,7 @@ def measure(
         renderers[PLAIN] = usual(plain, *size, sampler=sampler)
     for renderer in renderers.values():  # the eye rays are traced by the same code in all
         if renderer.scene_data is scene:
-            renderer.eye_rays = renderers[USUAL].eye_rays
+            renderer.plan.eye_rays = renderers[USUAL].eye_rays
         if hasattr(renderer.eye_rays, "trace"):  # twice, so that packets are compiled, where they will be used
             renderer.eye_rays.trace()
             renderer.eye_rays.trace()

@@ -20,9 +20,10 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
+from taichi_tracer.forms import EyeRays
 from taichi_tracer.lights.near_misses import begin_counting
 from taichi_tracer.ray import HitData, no_hit
-from taichi_tracer.renderer import EyeRays, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import in_kernels
 
@@ -211,7 +212,8 @@ class Anatomy:
         Other programs make the clock go on, but not the seconds of the processor. On a GPU, it is the clock.
         """
         r = self.renderer
-        r.eye_rays.bring_up_to_date(r.seed, self.index)
+        if hasattr(r.eye_rays, "bring_up_to_date"):
+            r.eye_rays.bring_up_to_date(r.seed, self.index)
         ti.sync()
         clock = process_time if runtime.ensure().arch == "cpu" else perf_counter
         start = clock()

@@ -4,9 +4,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
+from taichi_tracer.assignments import A2Renderer, A4Renderer
 from taichi_tracer.environment import LOOKUPS, Environment, load_environment
 from taichi_tracer.integrators import path_settings
-from taichi_tracer.renderer import A2Renderer, A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.scene_data_loader import load_scene_data

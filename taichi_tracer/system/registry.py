@@ -34,7 +34,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
     "light": (("lights",), True),
     "lamp choice": (("lights",), True),
     "integrator": (("integrators",), True),
-    "renderer": (("renderer", "maps", "rt3.renderer"), False),
+    "renderer": (("assignments", "maps", "rt3.renderer"), False),
     "tone curve": (("tones",), True),
 }
 

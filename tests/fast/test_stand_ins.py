@@ -4,10 +4,10 @@ import pytest
 import taichi as ti
 from shapes import SQUARE
 from support import start
+from taichi_tracer.fast.stand_ins import Form, intersector_class
 
 import taichi_tracer as tt
 from taichi_tracer.fast.nearest import FastBruteForce
-from taichi_tracer.fast.stand_ins import Form, intersector_class
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector

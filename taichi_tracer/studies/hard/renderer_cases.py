@@ -1,6 +1,6 @@
 """All cases of the rest of the renderer."""
 
-from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.scene_data import brdfs_of
 from taichi_tracer.studies.hard import path_cases
 from taichi_tracer.studies.hard.case import RendererCase
