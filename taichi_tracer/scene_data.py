@@ -1,49 +1,37 @@
 """A scene: geometry, materials, lights and an intersector; and queries about single rays from Python."""
 
-import copy
 import functools
 import hashlib
 import warnings
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 from numpy.typing import ArrayLike
 
 from taichi_tracer.background import load_background
-from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
-from taichi_tracer.forms import Form, intersector_of
 from taichi_tracer.formulas.camera_frame import up_of, view_of_points
-from taichi_tracer.formulas.convexity import sides_that_see_others
-from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed, visible_points
 from taichi_tracer.lights.base import Light
-from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
     BackgroundChoice,
-    BrdfChoice,
     EnvironmentChoice,
-    LampChoices,
     SceneOptions,
     all_options,
     with_options,
 )
-from taichi_tracer.ray import Ray
+from taichi_tracer.ray_hits import RayHits, as_rays, ray_from, write_hit
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.sampler import BRDF
 from taichi_tracer.scene_in_kernels import SceneInKernels
+from taichi_tracer.scene_parts import blockers_of, brdfs_of, lamp_choice_of, make_intersector
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.digits import digits, digits_of
-from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.reuse import Reused
@@ -55,114 +43,8 @@ if TYPE_CHECKING:
 
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
-FEW_LAMPS = 64  # up to so many, a choice by power alone takes less time than it loses to a hierarchy
+
 KEPT_FORMS = 8  # of a scene: with so many different lights, going back to an earlier one compiles nothing
-ROWS_SHOWN = 20  # of a table of hits in a notebook
-
-
-class RayHit(NamedTuple):
-    """What one ray hit: a row of ``RayHits``, with the same members."""
-
-    is_hit: bool
-    distance: float
-    triangle_id: int
-    barycentric_coords: np.ndarray
-    normal: np.ndarray
-    geometric_normal: np.ndarray
-    material_id: int
-    is_backfacing: bool
-    position: np.ndarray
-
-
-@dataclass
-class RayHits:
-    """The result of ``SceneData.intersect``: arrays with one row per ray. The members are those of ``HitData``.
-
-    ``hits[i]`` and iteration give a ``RayHit`` for each ray. ``hits[hits.is_hit]``, or another mask, list of numbers or
-    slice, gives the ``RayHits`` of some of the rays.
-    """
-
-    is_hit: np.ndarray
-    distance: np.ndarray
-    triangle_id: np.ndarray
-    barycentric_coords: np.ndarray
-    normal: np.ndarray
-    geometric_normal: np.ndarray
-    material_id: np.ndarray
-    is_backfacing: np.ndarray
-    position: np.ndarray
-
-    @classmethod
-    def of_memory(cls, n: int, dtype: type[np.floating], reused: Reused) -> "RayHits":
-        """Arrays without values for n rays; the flags are int32.
-
-        They are parts of one array, because only the memory of large arrays is reused. Without that, the system would
-        take a sixth of the time of ``intersect`` to hand out the memory for a million rays.
-        """
-        reals = {"distance": 1, "barycentric_coords": 2, "normal": 3, "geometric_normal": 3, "position": 3}
-        memory = reused.empty(n * (12 * np.dtype(dtype).itemsize + 4 * 4))
-        arrays, at = {}, 0
-        for name in (*reals, "is_hit", "triangle_id", "material_id", "is_backfacing"):
-            kind, width = (np.dtype(dtype), reals[name]) if name in reals else (np.dtype(np.int32), 1)
-            end = at + n * width * kind.itemsize
-            part = memory[at:end].view(kind)
-            arrays[name] = part if width == 1 else part.reshape(n, width)
-            at = end
-        return cls(**arrays)
-
-    def __len__(self) -> int:
-        return len(self.is_hit)
-
-    def __getitem__(self, which) -> "RayHit | RayHits":
-        rows = {f.name: getattr(self, f.name)[which] for f in fields(self)}
-        return RayHit(**rows) if np.ndim(rows["is_hit"]) == 0 else RayHits(**rows)
-
-    def __iter__(self) -> Iterator[RayHit]:
-        return map(RayHit._make, zip(*(getattr(self, f.name) for f in fields(self)), strict=True))
-
-    @property
-    def points(self) -> np.ndarray:
-        """(n, 3) ``position``, with NaN instead of 0 for the rays that hit nothing."""
-        return np.where(self.is_hit[:, None], self.position, np.nan).astype(self.position.dtype)
-
-    def to_dict(self) -> dict[str, np.ndarray]:
-        """Name → (n,) array, one for each component: is_hit, …, normal_x, normal_y, normal_z, …
-
-        ``pandas.DataFrame(hits.to_dict())`` is a table with one row per ray. The two components of
-        ``barycentric_coords`` have the names u and v.
-        """
-        columns = {}
-        for f in fields(self):
-            values = getattr(self, f.name)
-            if values.ndim == 1:
-                columns[f.name] = values
-            else:
-                letters = "uv" if values.shape[1] == 2 else "xyz"
-                columns |= {f"{f.name}_{letter}": values[:, k] for k, letter in enumerate(letters)}
-        return columns
-
-    def __repr__(self) -> str:
-        return f"RayHits({len(self):,} rays, {int(self.is_hit.sum()):,} hits)"
-
-    def _repr_html_(self, most: int = ROWS_SHOWN) -> str:
-        """The first rows as an HTML table, for notebooks."""
-        names = [f.name for f in fields(self)]
-        head = "".join(f"<th>{name}</th>" for name in ["ray", *names])
-        rows = "".join(
-            f"<tr><td>{i}</td>" + "".join(f"<td>{_cell(getattr(self, name)[i])}</td>" for name in names) + "</tr>"
-            for i in range(min(most, len(self)))
-        )
-        rest = f"<p>… and {len(self) - most:,} more rays</p>" if len(self) > most else ""
-        summary = f"<p>{len(self):,} rays, {int(self.is_hit.sum()):,} hits</p>"
-        return f"{summary}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{rest}"
-
-
-def _cell(value: Any) -> str:
-    if np.ndim(value) > 0:
-        return digits_of(value, ".4g")
-    if isinstance(value, np.bool_):
-        return "yes" if value else "no"
-    return digits(float(value), ".6g")
 
 
 @ti.data_oriented
@@ -337,11 +219,11 @@ class SceneData:
                 units of this length. Rays with NaN, with infinity or with a zero direction miss everything.
             t_min, t_max: one number for all rays, or an (N,) array with one number per ray.
         """
-        rays = self._as_rays(origins, directions, t_min, t_max)
-        n = len(rays[0])
-        hits = RayHits.of_memory(n, runtime.dtype(), self._reused)
-        if n > 0:
-            self._intersect(*rays, *(getattr(hits, f.name) for f in fields(hits)))
+        self.check_alive()
+        rays = as_rays(origins, directions, t_min, t_max)
+        hits, reals, whole = RayHits.of_memory(len(rays[0]), runtime.dtype(), self._reused)
+        if len(hits) > 0:
+            self._intersect(*rays, reals, whole)
         hits.is_hit = hits.is_hit.astype(bool)
         hits.is_backfacing = hits.is_backfacing.astype(bool)
         return hits
@@ -350,34 +232,12 @@ class SceneData:
         self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike = 0.0, t_max: ArrayLike = np.inf
     ) -> np.ndarray:
         """(N,) bool: whether the ray hits anything with t_min < t < t_max. Arguments as for ``intersect``."""
-        rays = self._as_rays(origins, directions, t_min, t_max)
+        self.check_alive()
+        rays = as_rays(origins, directions, t_min, t_max)
         blocked = np.empty(len(rays[0]), np.int32)
         if len(blocked) > 0:
             self._occluded(*rays, blocked)
         return blocked.astype(bool)
-
-    def _as_rays(
-        self, origins: ArrayLike, directions: ArrayLike, t_min: ArrayLike, t_max: ArrayLike
-    ) -> tuple[np.ndarray, ...]:
-        """Contiguous (N, 3), (N, 3), (N,), (N,) arrays in the running precision; single values are repeated N times."""
-        self.check_alive()
-        dtype = runtime.dtype()
-        arrays = []
-        for name, value in (("origins", origins), ("directions", directions)):
-            array = np.asarray(value, dtype=dtype)
-            if array.ndim == 1 and array.size == 0:
-                array = array.reshape(0, 3)
-            if array.ndim not in (1, 2) or array.shape[-1] != 3:
-                raise InputError(f"intersect: {name} must have the shape (n, 3), not {array.shape}")
-            arrays.append(array.reshape(-1, 3))
-        try:
-            n = np.broadcast_shapes(*(a.shape[:1] for a in arrays), np.shape(t_min), np.shape(t_max))[0]
-            o, d = (np.ascontiguousarray(np.broadcast_to(a, (n, 3))) for a in arrays)
-            lo, hi = (np.ascontiguousarray(np.broadcast_to(np.asarray(t, dtype), (n,))) for t in (t_min, t_max))
-        except ValueError:
-            shapes = ", ".join(str(np.shape(a)) for a in (origins, directions, t_min, t_max))
-            raise InputError(f"intersect: origins, directions, t_min, t_max do not fit together: {shapes}") from None
-        return o, d, lo, hi
 
     @ti.kernel
     def _intersect(
@@ -386,30 +246,12 @@ class SceneData:
         directions: ti.types.ndarray(ndim=2),
         t_min: ti.types.ndarray(ndim=1),
         t_max: ti.types.ndarray(ndim=1),
-        is_hit: ti.types.ndarray(ndim=1),
-        distance: ti.types.ndarray(ndim=1),
-        triangle_id: ti.types.ndarray(ndim=1),
-        barycentric_coords: ti.types.ndarray(ndim=2),
-        normal: ti.types.ndarray(ndim=2),
-        geometric_normal: ti.types.ndarray(ndim=2),
-        material_id: ti.types.ndarray(ndim=1),
-        is_backfacing: ti.types.ndarray(ndim=1),
-        position: ti.types.ndarray(ndim=2),
+        reals: ti.types.ndarray(ndim=1),
+        whole: ti.types.ndarray(ndim=1),
     ):
         for i in range(origins.shape[0]):
-            ray = ray_from(origins, directions, i)
-            data = self.ray_intersector.query_segment(ray, t_min[i], t_max[i])
-            is_hit[i] = data.is_hit
-            distance[i] = data.distance
-            triangle_id[i] = data.triangle_id
-            material_id[i] = data.material_id
-            is_backfacing[i] = data.is_backfacing
-            for k in ti.static(range(2)):
-                barycentric_coords[i, k] = data.barycentric_coords[k]
-            for k in ti.static(range(3)):
-                normal[i, k] = data.normal[k]
-                geometric_normal[i, k] = data.geometric_normal[k]
-                position[i, k] = data.position[k]
+            hit = self.ray_intersector.query_segment(ray_from(origins, directions, i), t_min[i], t_max[i])
+            write_hit(hit, i, origins.shape[0], reals, whole)
 
     @ti.kernel
     def _occluded(
@@ -460,57 +302,3 @@ def described(materials: list[Material]) -> str:
     """All members of all materials as text, for the fingerprint: checkpoints keep it, so that it must not change."""
     words = ["Material(" + ", ".join(f"{f.name}={getattr(m, f.name)!r}" for f in fields(m)) + ")" for m in materials]
     return f"[{', '.join(words)}]"
-
-
-def blockers_of(mesh: Mesh, intersector, triangle_test: str | TriangleTest) -> str:
-    """What a ray that leaves a surface can hit, see ``Effects``. A student's code may find more: it is always asked."""
-    test = PARTS.find("triangle test", triangle_test)
-    if replaced(intersector) or not test.solve.__module__.startswith("taichi_tracer."):
-        return "all"
-    if len(mesh.spheres) > 0:
-        return "backs" if len(mesh.spheres) == 1 and len(mesh.faces) == 0 else "all"
-    return sides_that_see_others(mesh.vertices, mesh.faces)
-
-
-def lamp_choice_of(chosen: LampChoices | None, mesh: Mesh) -> LampChoice:
-    """A lamp choice of a scene's own, because its tables belong to the scene; None asks for one that suits the mesh.
-
-    If a method of ``MeshLightSampler`` is replaced, it takes the place of "area", and of a choice that is not given.
-    """
-    if replaced(MeshLightSampler) and chosen in (None, "area"):
-        return MeshLightSampler()
-    usual = "power" if mesh.emits().sum() <= FEW_LAMPS else "hierarchy"
-    return copy.copy(PARTS.find("lamp choice", usual if chosen is None else chosen))
-
-
-def brdfs_of(chosen: Sequence[BrdfChoice]) -> list[Brdf]:
-    """The BRDFs that a scene knows. If several of them describe a material, the last one in this list is used.
-
-    The order is: the registered BRDFs in the order of their registration; then the ``BRDF`` of the handout, if one of
-    its methods was replaced; then the BRDFs that were chosen for this scene, in reverse order.
-    """
-    own = [PARTS.find("BRDF", one) for one in chosen]
-    handouts = [BRDF()] if replaced(BRDF) else []
-    return [*(brdf for brdf in PARTS.all("BRDF") if brdf not in own), *handouts, *reversed(own)]
-
-
-def make_intersector(
-    chosen: type[RayIntersector] | RayIntersector, geometry: Geometry, triangle_test: str | TriangleTest, fast: bool
-) -> tuple[RayIntersector, Form]:
-    """The intersector of a geometry, made from a class or from an object without a geometry, and its ``Form``."""
-    if not isinstance(chosen, type):
-        if chosen.geometry is not None:
-            raise InputError(f"intersector: this {type(chosen).__name__} belongs to another scene: make a new one")
-        chosen.bind(geometry, triangle_test)
-        return chosen, Form("rays", f"{type(chosen).__name__}, as it is written", "it was given as an object")
-    runs, form = intersector_of(chosen, fast)
-    return runs(geometry, triangle_test), form
-
-
-@ti.func
-def ray_from(origins: ti.template(), directions: ti.template(), i):
-    """Row i of two (N, 3) arrays as a ray."""
-    return Ray(
-        origin=tm.vec3(origins[i, 0], origins[i, 1], origins[i, 2]),
-        direction=tm.vec3(directions[i, 0], directions[i, 1], directions[i, 2]),
-    )

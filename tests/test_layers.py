@@ -22,14 +22,14 @@ MOST_LINES_OF_A_FUNCTION = 90
 # From the bottom up: a file uses what stands before it. A folder's name stands for all of its files.
 LAYERS = (
     "system",
-    "formulas ray random_numbers tones",
+    "formulas ray ray_hits random_numbers tones",
     "brdfs",
     "materials geometry files",
     "environment background effects lights",
     "sampler samplers camera_settings camera cameras",
     "ray_intersector intersectors",
     "options",
-    "picture forms scene_in_kernels scene_data",
+    "picture forms scene_parts scene_in_kernels scene_data",
     "explain integrators renderer",
     "assignments maps rt3 scene_data_loader",
     "fast",

@@ -8,10 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from taichi_tracer.studies import page
-from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Verdict
 from taichi_tracer.files import page
-from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT
+from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Verdict
 
 SHOWN = 200  # pixels: the width of a picture
 KINDS = {RIGHT: "right", NOT_WRITTEN: "open", MISSING: "open"}  # how a status is coloured; "wrong" for the others

@@ -11,7 +11,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang.util import to_numpy_type
 
-from taichi_tracer.sampler import IndependentSampler
+from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.teaching.base import Arrays
 
 WHOLE = 0  # stands in place of a width: the answer is one whole number

@@ -20,12 +20,7 @@ from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.materials import Material
 from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
-from taichi_tracer.sampler import Sampler
-from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data_loader import load_scene_data, scene_from_mesh
-from taichi_tracer.sampler import MeshLightSampler
-from taichi_tracer.scene_data import scene_from_mesh
-from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.judges import statistics

@@ -9,7 +9,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, kept, mistakes
+from taichi_tracer.teaching import catalogue, kept
 from taichi_tracer.teaching.checking import check_folder
 from taichi_tracer.teaching.handing_out import write_folder
 

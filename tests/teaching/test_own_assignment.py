@@ -10,7 +10,7 @@ from support import start
 
 from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, kept, mistakes
+from taichi_tracer.teaching import catalogue, kept
 from taichi_tracer.teaching.handing_out import write_folder
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "teaching.md"
