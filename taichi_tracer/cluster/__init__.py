@@ -286,14 +286,12 @@ def opened(cluster: "str | Cluster") -> Any:
 
 def namespace(scene: str | Path, options: Mapping[str, Any], command: str = "render") -> Namespace:
     """The namespace of the command line ``taichi-tracer COMMAND SCENE …`` with these options."""
-    from taichi_tracer.apps.cli import as_value, load_parts, make_parser
+    from taichi_tracer.apps.cli import arguments_of
 
     words = [command, str(scene)]
     for name, value in options.items():
         words += words_of(f"--{name.replace('_', '-')}", value)
-    args = make_parser().parse_args([as_value(word) for word in words])
-    load_parts(args.parts)
-    return args
+    return arguments_of(words)
 
 
 def words_of(option: str, value: Any) -> list[str]:
