@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import taichi as ti
 
+from taichi_tracer.apps.names import find_views
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.renderer import A1Renderer, A2Renderer, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.studies.variants import light_renderer
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.registry import PARTS
 
@@ -57,7 +57,8 @@ def describe(renderer: ProgressiveRenderer) -> list[str]:
 
 def cost_of_light(scene: SceneData, estimator: str) -> list[str]:
     """What compiling the scene's effects takes, and how many rays a sample needs: measured on a small picture."""
-    renderer = light_renderer()(scene, MEASURED, MEASURED).use(estimator)
+    ((renderer_class, _),) = find_views(estimator)
+    renderer = renderer_class(scene, MEASURED, MEASURED).use(estimator)
     renderer.eye_rays.use_packets = False
     seconds = []
     for _ in range(2):

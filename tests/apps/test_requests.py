@@ -13,7 +13,7 @@ from taichi_tracer.apps.effects import effects_of
 from taichi_tracer.apps.export import export_of
 from taichi_tracer.apps.hardcases import HardCasesRequest
 from taichi_tracer.apps.merge import MergeRequest
-from taichi_tracer.apps.render import render_of
+from taichi_tracer.apps.render_request import render_of
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.words import taken, values_of
 
