@@ -4,6 +4,7 @@ import copy
 from dataclasses import FrozenInstanceError, fields, is_dataclass
 
 import pytest
+from taichi_tracer.apps.hardcases import HardCasesRequest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.accuracy import study_of
@@ -11,7 +12,6 @@ from taichi_tracer.apps.cli import as_value, make_parser
 from taichi_tracer.apps.compare import CompareRequest
 from taichi_tracer.apps.effects import effects_of
 from taichi_tracer.apps.export import export_of
-from taichi_tracer.apps.hardcases import HardCasesRequest
 from taichi_tracer.apps.merge import MergeRequest
 from taichi_tracer.apps.render_request import render_of
 from taichi_tracer.apps.requests import scene_and_pictures_of
