@@ -158,7 +158,7 @@ class Desk:
         """Write the files of a parcel, and load its scene."""
         if message["id"] in self.parcels:
             return
-        from taichi_tracer.apps.cli import load_parts
+        from taichi_tracer.apps.grammar import load_parts
         from taichi_tracer.apps.requests import scene_and_pictures_of
         from taichi_tracer.cluster.parcel import CAMERA, PICTURE, name_of_files, unpack, without
 

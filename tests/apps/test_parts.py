@@ -303,7 +303,7 @@ def test_the_viewer_has_a_button_for_each_and_repeats_the_file(parts, monkeypatc
     def run(self):
         panel = FakePanel()
         self.warm_up()
-        self.draw_panels(panel)
+        self.panels.draw(panel)
         self.save_picture()
         shown.append(panel.buttons)
 
