@@ -16,7 +16,7 @@ everything that depends only on this point is a single number.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_levels import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.lanes import (
     LANE_BITS,
     LANES,

@@ -12,7 +12,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast import bvh_build
-from taichi_tracer.fast.bvh_levels import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree, quantise
 from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
 from taichi_tracer.fast.leaf_blocks import NO_ROW, LeafBlocks, aim_of, in_blocks, primitives_at_once
