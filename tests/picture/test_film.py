@@ -187,7 +187,7 @@ def test_merged_replicas_keep_even_and_odd_samples_apart(rng):
         first.merge(other)
     np.testing.assert_allclose(first.image(), whole.image(), rtol=1e-6)
     np.testing.assert_allclose(first.variance_of_mean(), whole.variance_of_mean(), rtol=1e-5)
-    np.testing.assert_array_equal(first.half_count.read(first._memory), [[[4, 3]], [[4, 3]]])
+    np.testing.assert_array_equal(first.half_count.read(first.memory), [[[4, 3]], [[4, 3]]])
     assert first.non_finite == 4
     assert {(x, i) for x, _, i in first.non_finite_samples()} == {(0, 2), (1, 2), (0, 1), (1, 1)}  # each film's index
     with pytest.raises(tt.InputError, match="different samplers"):
@@ -263,6 +263,6 @@ def test_merged_parts_of_one_sequence_know_the_same_doublings(f32, rng):
         part = Film(1, 1, doubles=True)
         _add(part, values[first:end])
         merged.merge(part)
-    np.testing.assert_array_equal(merged.half_count.read(merged._memory), whole.half_count.read(whole._memory))
+    np.testing.assert_array_equal(merged.half_count.read(merged.memory), whole.half_count.read(whole.memory))
     np.testing.assert_array_equal(merged.image(), whole.image())
     np.testing.assert_array_equal(merged.variance_of_mean(), whole.variance_of_mean())

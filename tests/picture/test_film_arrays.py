@@ -30,7 +30,7 @@ def film_of(kind, rng, low=-20.0, high=20.0):
 
 def read(film):
     """The picture and what is known of its spread."""
-    return film.image(), *film._read_spread()
+    return film.image(), *film._spread()
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=str)
