@@ -32,7 +32,7 @@ import taichi.math as tm
 
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.lights.near_misses import begin_counting, counter_for
-from taichi_tracer.picture.film import is_finite
+from taichi_tracer.picture.pixel_sums import is_finite
 from taichi_tracer.picture.unseen_light import KNOWN, unseen_light
 
 SAMPLES = 4  # of the other technique, in each pixel that is looked at
