@@ -43,7 +43,6 @@ from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import DEFAULT_SAMPLER, RandomNumbers, Sampler, UniformSampler, sampler_of
 from taichi_tracer.scene_data import KEPT_FORMS, RayHits, SceneData, SceneInKernels
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.blocks import IN_A_BLOCK
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS, register
@@ -89,8 +88,7 @@ class EyeRays:
         ray = through_pixel(self.camera.generate_ray, x, y, self.jitter, rng.next_2d())
         hit = no_hit()
         if ti.static(self.traces):
-            if IN_A_BLOCK:  # see ``system.blocks``
-                hit = self.intersector.query_segment(ray, 0.0, tm.inf)
+            hit = self.intersector.query_segment(ray, 0.0, tm.inf)
         return ray, hit
 
 

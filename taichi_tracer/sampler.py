@@ -25,7 +25,6 @@ from taichi_tracer.formulas.spheres import widened
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.choice import LampChoice, LampTable
 from taichi_tracer.system import memory
-from taichi_tracer.system.blocks import IN_A_BLOCK
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams
@@ -149,10 +148,8 @@ class PointSampler(Sampler):
     @ti.func
     def get_2d(self, seed, pixel, index, dimension):
         """Two numbers in [0, 1)."""
-        pair = tm.vec2(0)
-        if IN_A_BLOCK:  # see ``system.blocks``
-            pair.x, pair.y = self.point(seed, pixel, index, dimension)
-        return pair
+        u, v = self.point(seed, pixel, index, dimension)
+        return tm.vec2(u, v)
 
     @ti.func
     def point(self, seed, pixel, index, dimension):

@@ -454,13 +454,10 @@ def add_command(commands: argparse._SubParsersAction, name: str, what: str, targ
 
 def load(target: str) -> Callable:
     """The function that "module:function" names, its module imported only now; one without dots is in this folder."""
-    import importlib
+    from taichi_tracer.system.importing import import_quickly
 
-    from taichi_tracer.system.importing import import_taichi
-
-    import_taichi()  # almost every module needs it, and would import it slowly
     module, function = target.split(":")
-    return getattr(importlib.import_module(module if "." in module else f"taichi_tracer.apps.{module}"), function)
+    return getattr(import_quickly(module if "." in module else f"taichi_tracer.apps.{module}"), function)
 
 
 def add_scene_argument(parser: Parser) -> None:
