@@ -17,6 +17,8 @@ from taichi._lib import core
 from taichi.lang import expr, impl
 from taichi.lang.ast import ast_transformer
 
+from taichi_tracer.system.taichi_17.sources import with_others
+
 SMALL = 1 << 31  # integers from −SMALL on, below SMALL, have 32 bits
 
 
@@ -168,6 +170,6 @@ OPERATIONS = {
 }
 
 
-def keeping_limits(usual: Any) -> Any:
+def keeping_limits(usual: types.ModuleType) -> types.ModuleType:
     """The module ``numpy`` for Taichi, whose ``iinfo`` is asked for each integer, and keeps its answers."""
-    return types.SimpleNamespace(**vars(usual) | {"iinfo": functools.lru_cache(np.iinfo)})
+    return with_others(usual, iinfo=functools.lru_cache(np.iinfo))

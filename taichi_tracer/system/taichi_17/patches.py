@@ -153,6 +153,7 @@ PATCHES = (
     ),
 )
 NAMES = tuple(patch.name for patch in PATCHES)
+originals: dict[str, Any] = {}  # name of Taichi → what it was before it was replaced
 
 
 @functools.lru_cache(maxsize=1)
@@ -218,11 +219,16 @@ def parameters(value: Any) -> str:
 
 def replace(name: str, maker: str) -> None:
     """Replace a name of Taichi by what a function of this folder makes from it."""
-    owner, _, attribute = name.rpartition("." if "." in name.partition(":")[2] else ":")
-    holder = pkgutil.resolve_name(owner)
+    holder, attribute = place_of(name)
+    originals.setdefault(name, inspect.getattr_static(holder, attribute))
     made = of_this_folder(maker)(getattr(holder, attribute))
-    is_static = isinstance(inspect.getattr_static(holder, attribute), staticmethod)
-    setattr(holder, attribute, staticmethod(made) if is_static else made)
+    setattr(holder, attribute, staticmethod(made) if isinstance(originals[name], staticmethod) else made)
+
+
+def place_of(name: str) -> tuple[Any, str]:
+    """The module or class that has a name of Taichi, and the last word of the name."""
+    owner, _, attribute = name.rpartition("." if "." in name.partition(":")[2] else ":")
+    return pkgutil.resolve_name(owner), attribute
 
 
 def of_this_folder(name: str) -> Any:

@@ -30,9 +30,16 @@ def fill(line: str, width: int = 70, **options: Any) -> str:
     return text.rstrip(" ") if is_short(text, width) else textwrap.fill(line, width, **options)
 
 
-def filling(usual: Any) -> Any:
+def filling(usual: types.ModuleType) -> types.ModuleType:
     """The module ``textwrap`` for Taichi, with ``fill`` and ``dedent`` that keep what they have made."""
-    return types.SimpleNamespace(**vars(usual) | {"fill": fill, "dedent": functools.lru_cache(4096)(textwrap.dedent)})
+    return with_others(usual, fill=fill, dedent=functools.lru_cache(4096)(textwrap.dedent))
+
+
+def with_others(module: types.ModuleType, **others: Any) -> types.ModuleType:
+    """A module that has some other members, for one that has imported it; the module itself stays as it is."""
+    made = types.ModuleType(module.__name__)
+    vars(made).update(vars(module) | others)
+    return made
 
 
 def source_lines(function: Callable) -> tuple[list[str], int]:
@@ -145,9 +152,9 @@ class Trees:
 TREES = Trees()
 
 
-def parsing(usual: Any) -> Any:
+def parsing(usual: types.ModuleType) -> types.ModuleType:
     """The module ``ast`` for Taichi, whose ``parse`` gives trees of ``TREES``."""
-    return types.SimpleNamespace(**vars(usual) | {"parse": TREES.parse})
+    return with_others(usual, parse=TREES.parse)
 
 
 def letting_go(transform: Callable) -> Callable:
