@@ -29,7 +29,6 @@ from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.lights.near_misses import note_surface
 from taichi_tracer.lights.scene_lights import SceneLights, is_blocked, may_meet
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray import Ray, no_hit
@@ -190,9 +189,7 @@ class SceneInKernels:
     @in_kernels
     def surface_at(self, ray, hit) -> Surface:
         """The surface that a ray hit."""
-        surface = surface_at(self, ray, hit)
-        note_surface(surface)
-        return surface
+        return surface_at(self, ray, hit)
 
     @ti.func
     def emitted(self, ray, hit, rng):

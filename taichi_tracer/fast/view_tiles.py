@@ -26,7 +26,7 @@ def can_show(renderer) -> bool:
     """
     hits = renderer.eye_rays
     are_in_packets = isinstance(hits, PrimaryHits) and hits.packets is not None
-    return are_in_packets and not renderer.is_random and renderer.film.near_misses is None
+    return are_in_packets and not renderer.is_random and renderer.film.unseen.counter is None
 
 
 @ti.data_oriented
@@ -73,7 +73,7 @@ class ViewTiles:
                             ray = Ray(origin=self.vector(self.o, c, lane), direction=self.vector(self.d, c, lane))
                             hit = self.hits.hit_in(tile_x * self.hits.tiles_y + tile_y, lane, ray)
                             rng = renderer.sampler.start(seed, x, y, index)
-                            renderer.record(x, y, renderer.radiance(scene, integrator, ray, hit, rng), index)
+                            renderer.film.record(x, y, renderer.radiance(scene, integrator, ray, hit, rng), index)
                 piece = self.turns.next_piece()
 
     @ti.func

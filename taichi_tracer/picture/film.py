@@ -6,7 +6,6 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.lights.near_misses import NearMissCounter, NearMisses
 from taichi_tracer.picture.error_estimate import (
     RelativeError,
     error_from_deviation,
@@ -16,7 +15,7 @@ from taichi_tracer.picture.error_estimate import (
 )
 from taichi_tracer.picture.film_arrays import errors_from_deviations, errors_from_halves, exact_means
 from taichi_tracer.picture.pixel_groups import PixelGroups, groups_along
-from taichi_tracer.picture.unseen_light import unseen_light
+from taichi_tracer.picture.unseen_light import UnseenLight
 from taichi_tracer.system import direct, memory, runtime
 from taichi_tracer.system.errors import InputError
 
@@ -59,7 +58,7 @@ class Film:
             another power of two, because the squares would be 0 or infinite in f32.
         largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
-        near_misses: the counter of near misses of bright spots, see ``lights.near_misses``; None if nothing is counted.
+        unseen: what is known of the light that no sample met.
     """
 
     def __init__(
@@ -85,8 +84,7 @@ class Film:
         self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
         self.averages = averages
         self.samples = 0
-        self.near_misses: NearMissCounter | None = None
-        self._near_misses_before: NearMisses | None = None  # of the samples that were loaded or merged
+        self.unseen = UnseenLight()
 
         self._memory = memory.Memory()
         fields = self._memory.fields
@@ -127,9 +125,7 @@ class Film:
         elif self.samples > 0 or direct.is_possible():  # also if it is 0: so its place is found together with others
             self._memory.write(self.non_finite_count, 0)
         self.samples = 0
-        self._near_misses_before = None
-        if self.near_misses is not None:
-            self.near_misses.clear()
+        self.unseen.reset()
 
     def clear(self) -> None:
         """Set all sums to those of no samples."""
@@ -154,6 +150,14 @@ class Film:
             for half in ti.static(range(self.halves)):
                 self.clear_half(x, y, half)
         self.non_finite_count[None] = 0
+
+    @ti.func
+    def record(self, x, y, value, sample):
+        """Take the value of a pixel: as one sample, or as the final value if samples are not random."""
+        if ti.static(self.averages):
+            self.add(x, y, value, sample)
+        else:
+            self.put(x, y, value, sample)
 
     @ti.func
     def put(self, x, y, value, sample):
@@ -297,17 +301,13 @@ class Film:
         places[: len(located)] = np.reshape(located, (-1, 3))
         self._memory.write(self.non_finite_at, places)
         self.samples += other.samples
-        self._near_misses_before = _sum(self._near_misses_before, other.counted())
+        self.unseen.merge(other.unseen)
 
     def alike(self) -> "Film":
         """An empty film of the same kind, whose samples this one can ``merge``."""
         is_replicated = self.halves == 2 and not self.doubles
         options = self.keeps_deviation, self.averages, self.doubles
         return Film(self.width, self.height, self.crop, is_replicated, *options)
-
-    def counted(self) -> NearMisses | None:
-        """The near misses of all samples; None if nothing is counted."""
-        return _sum(self._near_misses_before, None if self.near_misses is None else self.near_misses.counts())
 
     @ti.kernel
     def _merge(self, other: ti.template()):
@@ -400,7 +400,7 @@ class Film:
         """
         image = self.image()
         mean = float(self.own_pixels(image).mean())
-        unseen = unseen_light(self.counted(), self.samples, mean)
+        unseen = self.unseen.bound(self.samples, mean)
         if missed > 0 and mean > 0:
             unseen = math.hypot(unseen, missed / mean)
         errors, groups, *of_largest = self._read_spread()
@@ -513,8 +513,7 @@ class Film:
             scale: [x, y] of the deviation; only if it is not 1 everywhere.
             largest: [x, y] the largest sample, in the running precision; only with two halves, and not 0 everywhere.
             residues: [x, y, half] RGB vectors in the running precision; only if they are not 0 everywhere.
-            near_misses: (levels, 8) float64 and near_per_pixel: [x, y] int32, see ``NearMisses``: for each level its
-                radiance and its share, the near look-ups of each kind, and those that met it; only if they are counted.
+            Beside these, the arrays of ``unseen``.
         """
         self.check_alive()
         read = self._memory.read
@@ -535,10 +534,7 @@ class Film:
             arrays["scale"] = read(self.scale)
         if self.halves == 2 and (largest := self.largest.read(self._memory)[..., 0]).any():
             arrays["largest"] = largest
-        counted = self.counted()
-        if counted is not None:
-            arrays |= counted.to_arrays()
-        return arrays
+        return arrays | self.unseen.to_arrays()
 
     def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
         """Restore the arrays of ``to_arrays``, to the last bit; every pixel took ``samples`` samples."""
@@ -564,9 +560,7 @@ class Film:
         self._memory.write(self.non_finite_at, non_finite[1:])
         self._memory.write(self.non_finite_count, non_finite[0, 0])
         self.samples = samples
-        self._near_misses_before = NearMisses.from_arrays(arrays)
-        if self.near_misses is not None:
-            self.near_misses.clear()
+        self.unseen.from_arrays(arrays)
         self._show_mean()
 
     def show(self) -> None:
@@ -587,10 +581,6 @@ class Film:
 def upright(array: np.ndarray, dtype: type = np.float32) -> np.ndarray:
     """[x, y, ...], y up, as an image: contiguous [row, column, ...] with the top row first."""
     return np.ascontiguousarray(array.swapaxes(0, 1)[::-1], dtype)
-
-
-def _sum(first: NearMisses | None, second: NearMisses | None) -> NearMisses | None:
-    return first if second is None else second if first is None else first + second
 
 
 @ti.func

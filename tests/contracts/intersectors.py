@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from shapes import lattice, soup, sphere
 from support import DEBUG
-from taichi_tracer.forms import intersector_of
 
 import taichi_tracer as tt
+from taichi_tracer.forms import intersector_of
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.system.registry import PARTS
 
