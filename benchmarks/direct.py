@@ -394,7 +394,8 @@ def compilation() -> str:
             kernels = renderer.kernel_scene()
             renderer.begin()
             kernels.lights.prepare()
-            renderer.eye_rays.bring_up_to_date(0, 0)
+            if hasattr(renderer.eye_rays, "bring_up_to_date"):
+                renderer.eye_rays.bring_up_to_date(0, 0)
             one_sample = renderer.parts(kernels, renderer.plan.integrator(kernels)), 0, 0
             pixels = processor(functools.partial(renderer._take_sample, *one_sample))
             together = processor(functools.partial(Tiles(renderer, kernels, renderer.active).take, 0, 0))

@@ -16,6 +16,7 @@ from taichi_tracer.integrators.controls import Control, NameControl
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.work import WorkMap, counted
+from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
 from taichi_tracer.picture.heat import HEAT, Scale, round_up
 from taichi_tracer.picture.some_pixels import SomePixels
 from taichi_tracer.renderer import Parts, ProgressiveRenderer
@@ -29,7 +30,7 @@ from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
+    from typing_extensions import Self, Unpack
 
 USUAL = "path"  # what is measured when nobody says it
 MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
@@ -44,8 +45,7 @@ class MapRenderer(ProgressiveRenderer):
     """Maps of work: nodes and triangles per pixel, shadow rays blocked, standard error, seconds.
 
     Args:
-        scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast: as for
-            ``ProgressiveRenderer``; ``integrator`` is a map.
+        scene_data, width, height, options: as for ``ProgressiveRenderer``; ``integrator`` is a map.
         of: the name of the integrator that is measured. It may be assigned later; the picture then starts again.
 
     ``image()`` has the numbers. Windows and files of 8 bits show them as heat: black is 0, and white is the end of
@@ -54,14 +54,15 @@ class MapRenderer(ProgressiveRenderer):
 
     name, what, jitters, has_own_display = "MapRenderer", "map", True, True
 
+    @with_options(RendererOptions, RENDERER_DEFAULTS)
     def __init__(
         self,
         scene_data: SceneData,
         width: int = 512,
         height: int = 512,
-        *options: Any,
+        *,
         of: str = USUAL,
-        **named: Any,
+        **options: "Unpack[RendererOptions]",
     ) -> None:
         self._chosen_display: Display | None = None
         self._measured: dict[str, Integrator] = {}
@@ -69,7 +70,7 @@ class MapRenderer(ProgressiveRenderer):
         self._scale_of: tuple = ()
         self._colours: Any = None
         self._parts, self._tile = Recent(KEPT_FORMS), SomePixels(in_order=True)
-        super().__init__(scene_data, width, height, *options, **named)
+        super().__init__(scene_data, width, height, **options)
 
     def make_plan(self) -> Plan:
         """The plain form: its work is counted."""

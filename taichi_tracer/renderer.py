@@ -5,7 +5,7 @@ assignments define which integrators they offer, and have the methods of the han
 """
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,33 +15,37 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
-from taichi_tracer.files.images import check_writable, save_image
-from taichi_tracer.files.picture import Picture
 from taichi_tracer.forms import EyeRays, Form, Plan, plan_of
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.integrators.other_technique import OtherTechnique, other_techniques
-from taichi_tracer.picture import checkpoint
+from taichi_tracer.options import (
+    RENDERER_DEFAULTS,
+    CameraChoice,
+    RendererOptions,
+    all_options,
+    with_options,
+)
 from taichi_tracer.picture.adaptive import Shares
-from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
-from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
-from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.picture.error_curve import ErrorCurves
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.heat import Scale
 from taichi_tracer.picture.progress import Progress, Target, render_until
-from taichi_tracer.sampler import DEFAULT_SAMPLER, RandomNumbers, Sampler, UniformSampler, sampler_of
-from taichi_tracer.scene_data import RayHits, SceneData, SceneInKernels
+from taichi_tracer.picture.rendered import RenderedPicture
+from taichi_tracer.random_numbers import RandomNumbers
+from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, UniformSampler, sampler_of
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
-from taichi_tracer.system.stopwatch import ERROR, LIGHTS, part
-from taichi_tracer.tones.base import Tone
+from taichi_tracer.system.stopwatch import LIGHTS, part
 from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
+    from typing_extensions import Self, Unpack
 
     from taichi_tracer.explain.explanation import Explanation
 
@@ -49,7 +53,6 @@ if TYPE_CHECKING:
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 36, 52
 COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
 
-SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]
 IntegratorChoice = str | Integrator | type[Integrator] | Enum
 
 
@@ -71,9 +74,14 @@ def not_a_scene(renderer: str, given: object) -> InputError:
     return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
 
 
-def camera_of(
-    chosen: ProjectiveCamera | type[ProjectiveCamera] | str | None, width: int, height: int, scene_data: SceneData
-) -> ProjectiveCamera:
+def whole(name: str, number: int) -> int:
+    """A whole number of 32 bits; an InputError for anything else."""
+    if int(number) != number or not 0 <= number < 2**32:
+        raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
+    return int(number)
+
+
+def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneData) -> ProjectiveCamera:
     """The given camera object, or a new camera of the given kind that shows the scene; None takes the scene's kind."""
     view = scene_data.view_for(width / height if min(width, height) > 0 else 1.0)  # the camera refuses a size of 0
     if chosen is None:
@@ -86,28 +94,15 @@ def camera_of(
 
 @ti.data_oriented
 @seams("shade_ray")
-class ProgressiveRenderer:
+class ProgressiveRenderer(RenderedPicture):
     """A camera, a film, and one of the integrators that the subclass offers.
 
     Args:
-        scene_data: the scene.
-        width, height: size of the picture in pixels.
-        camera: a camera object; then its size is the size of the picture. Or the name or the class of a camera: the
-            renderer makes one that shows the scene. None takes the camera of the scene.
-        jitter: whether eye rays pass through a random point of their pixel (A2-1); None takes the default of the class.
-        sampler: the name of a registered sampler, or a ``Sampler``. If it is a ``UniformSampler``, the estimator
-            ``uniform`` takes its directions from it.
-        seed: the seed of the random numbers; the same seed gives the same picture.
-        first_sample: the index of the first sample, so that disjoint ranges of samples can be rendered separately and
-            then merged.
-        crop: the pixels that take samples, see ``Film``.
-        adaptive: whether pixels take samples in proportion to their standard deviation, see ``picture.adaptive``.
-        integrator: what to render, by name or as an object; None is the first integrator that the class offers.
-        fast: False runs only the plain forms; None takes the setting of the scene.
+        scene_data: the scene. width, height: size of the picture in pixels. options: ``options.RendererOptions``.
 
     Attributes:
-        use_tiles: whether samples are taken tile by tile, where that is possible: see ``fast.tiles``. None takes them
-            so if the picture will be rendered for so long that it is worth the compilation.
+        use_tiles: whether samples are taken tile by tile, where that is possible: see ``forms``. None takes them so if
+            the picture will be rendered for so long that it is worth the compilation.
     """
 
     kind, name = "renderer", ""
@@ -116,62 +111,49 @@ class ProgressiveRenderer:
     has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
     scale: Scale | None = None  # what the colours mean, if they stand for numbers
 
+    @with_options(RendererOptions, RENDERER_DEFAULTS)
     def __init__(
-        self,
-        scene_data: SceneData,
-        width: int = 512,
-        height: int = 512,
-        camera: ProjectiveCamera | type[ProjectiveCamera] | str | None = None,
-        jitter: bool | None = None,
-        sampler: SamplerChoice = DEFAULT_SAMPLER,
-        seed: int = 0,
-        first_sample: int = 0,
-        crop: tuple[int, int, int, int] | None = None,
-        adaptive: bool = False,
-        integrator: IntegratorChoice | None = None,
-        fast: bool | None = None,
+        self, scene_data: SceneData, width: int = 512, height: int = 512, **options: "Unpack[RendererOptions]"
     ) -> None:
+        given = all_options(type(self).__name__, options, RENDERER_DEFAULTS)
         if not isinstance(scene_data, SceneData):
             raise not_a_scene(type(self).__name__, scene_data)
         scene_data.check_alive()
-        for name, number in (("seed", seed), ("first_sample", first_sample)):
-            if int(number) != number or not 0 <= number < 2**32:
-                raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
         self.scene_data = scene_data
-        self.camera = camera_of(camera, width, height, scene_data)
+        self.seed, self.first_sample = whole("seed", given["seed"]), whole("first_sample", given["first_sample"])
+        self.camera = camera_of(given["camera"], width, height, scene_data)
         self.width, self.height = self.camera.width, self.camera.height
         bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
         memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")
-        self.jitter = self.jitters if jitter is None else bool(jitter)
+        self.jitter = self.jitters if given["jitter"] is None else bool(given["jitter"])
         self.is_random = self.jitter or self.jitters
-        chosen = PARTS.find("sampler", sampler)
-        directions = chosen if isinstance(chosen, UniformSampler) else None
-        self.sampler: Sampler = sampler_of(
-            chosen if directions is None else PARTS.find("sampler", DEFAULT_SAMPLER), self.camera
-        )
-        self.seed, self.first_sample = int(seed), int(first_sample)
-        if adaptive and not self.is_random:
+        self.adaptive = bool(given["adaptive"])
+        if self.adaptive and not self.is_random:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
-        self.adaptive, self.shares = bool(adaptive), Shares(self.width, self.height, bool(adaptive))
-        has_halves, doubles = self.sampler.replicated or self.sampler.doubles, self.sampler.doubles
-        keeps_deviation = self.adaptive or not has_halves
-        self.film = Film(
-            self.width, self.height, crop, self.sampler.replicated, keeps_deviation, self.is_random, doubles
-        )
-        self.fast = scene_data.fast if fast is None else bool(fast)
+        self._integrators: dict[str, Integrator] = {}
+        chosen = PARTS.find("sampler", given["sampler"])
+        if isinstance(chosen, UniformSampler):
+            self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", DEFAULT_SAMPLER)
+        self.sampler: Sampler = sampler_of(chosen, self.camera)
+        self.shares = Shares(self.width, self.height, self.adaptive)
+        self.film = self._make_film(given["crop"])
+        self.fast = scene_data.fast if given["fast"] is None else bool(given["fast"])
         self.replaced = replaced(self)
         self.use_tiles: bool | None = None
         self.plan = self.make_plan()
-        self._integrators: dict[str, Integrator] = {}
-        if directions is not None:
-            self._integrators["uniform"] = UniformSphere(directions)
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self.progress = Progress(Target())
         self.seconds_before, self.error_curves = 0.0, ErrorCurves()
         self._explainer: Any = None
         self._other: OtherTechnique | None = None
         self.display = Display()
-        self.use(self.offers[0] if integrator is None else integrator)
+        self.use(self.offers[0] if given["integrator"] is None else given["integrator"])
+
+    def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
+        """The film, with what the estimate of the error needs of this sampler."""
+        of = self.sampler
+        keeps_deviation = self.adaptive or not (of.replicated or of.doubles)
+        return Film(self.width, self.height, crop, of.replicated, keeps_deviation, self.is_random, of.doubles)
 
     def make_plan(self) -> Plan:
         """How samples are taken, see ``forms``."""
@@ -245,24 +227,6 @@ class ProgressiveRenderer:
     def srgb(self) -> bool:
         """Whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14)."""
         return self.active.srgb
-
-    def set_display(self, exposure: float | None = None, tone: str | Tone | None = None) -> "Self":
-        """Choose how a picture of radiance is shown: in the window, in a notebook and in files of 8 bits.
-
-        The samples, ``image()``, ``error()`` and floating-point files stay linear. Views of data are not changed.
-
-        Args:
-            exposure, tone: as for ``Display``; None leaves the setting as it is.
-        """
-        now = self.display
-        self.display = Display(now.exposure if exposure is None else exposure, now.tone if tone is None else tone)
-        return self
-
-    @property
-    def encoding(self) -> dict[str, Any]:
-        """How ``save_image`` writes the picture: its arguments ``srgb``, ``exposure`` and ``tone``."""
-        display = self.display if self.srgb else Display()
-        return {"srgb": self.srgb, "exposure": display.exposure, "tone": display.tone}
 
     # ── the central kernel ──
 
@@ -368,31 +332,6 @@ class ProgressiveRenderer:
 
     # ── the picture, and what is known about it ──
 
-    @property
-    def samples(self) -> int:
-        """Samples per pixel on the film; with adaptive sampling, the mean over all pixels."""
-        return round(self.film.samples * self.shares.mean)
-
-    @property
-    def canvas(self) -> Any:
-        """The Taichi field [x, y] of RGB vectors, with y up, that ``ti.ui`` shows."""
-        self.film.check_alive()
-        self.film.show()
-        return self.film.canvas
-
-    @property
-    def non_finite(self) -> int:
-        """How many samples were not finite and therefore not added; ``film.non_finite_samples`` lists them."""
-        return self.film.non_finite
-
-    def error(self) -> RelativeError:
-        """Relative RMSE of the picture, estimated from its samples, with its 95 % interval; see ``error_estimate``."""
-        with part(ERROR, waits=True):
-            error = self.film.error(self._missed_light())
-        if error > 0:
-            self.error_curves.add(self.active.name, ErrorPoint(self.samples, self.rendered_seconds, error))
-        return error
-
     def _missed_light(self) -> float:
         """What only a technique finds that the integrator in use has not, see ``integrators.other_technique``."""
         scene, crop = self.kernel_scene(), self.film.crop
@@ -406,86 +345,6 @@ class ProgressiveRenderer:
             self._other = OtherTechnique(parts, crop, techniques)
         self._other.look(self, (self._shown, self.seed))
         return self._other.missed(self.samples)
-
-    @property
-    def rendered_seconds(self) -> float:
-        """Seconds of rendering the samples of this picture, without compilation."""
-        return self.seconds_before + self.progress.seconds
-
-    @property
-    def error_curve(self) -> list[ErrorPoint]:
-        """How the error of this picture fell: (samples, seconds, error) of every look at it.
-
-        ``error()`` looks, and so does ``render`` with a target of time or error, or with ``watch``. ``error_curves``
-        has the curves of all integrators that were tried, by name, until the camera, the scene or the light changes.
-        """
-        return self.error_curves.get(self.active.name, [])
-
-    def error_image(self) -> np.ndarray:
-        """(height, width, 3) float32, top row first: the standard error of every pixel; NaN if it is unknown.
-
-        With the low-discrepancy sampler, the value of a pixel comes from a single difference and is rough. Means over
-        regions of many pixels are reliable.
-        """
-        return self.film.standard_error()
-
-    def image(self) -> Picture:
-        """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered.
-
-        The array knows whether it is light (``srgb``), so that ``save_image`` writes it as ``save`` does.
-        """
-        self.scene_data.check_alive()
-        if self.samples == 0 or not self.is_current():
-            self.render()
-        return Picture(self.film.image(), self.srgb)
-
-    def aov(self, name: str) -> np.ndarray:
-        """A raw array: what the rays through the centres of the pixels hit, whatever the picture shows.
-
-        Args:
-            name: "distance", (height, width), from the eye, infinite for a miss; "position" and "normal",
-                (height, width, 3) in world space, and "barycentric", (height, width, 2), the weights (u, v) of the
-                second and the third vertex: NaN for a miss; "triangle_id" and "material_id", (height, width), −1 for a
-                miss.
-
-        Returns:
-            The array in the layout of ``image()``: top row first. Ids are int32, the others have the running precision.
-        """
-        (aov,) = find_aovs(name)
-        return self._as_image(aov.of(self._hits()))
-
-    def _hits(self) -> RayHits:
-        """What the rays through the centres of all pixels hit, row by row from the top."""
-        y, x = np.mgrid[self.height - 1 : -1 : -1, : self.width]
-        return self.scene_data.intersect(*self.camera.rays(x, y))
-
-    def _as_image(self, rows: np.ndarray) -> np.ndarray:
-        """(height, width, …) from an array with one row per pixel."""
-        return rows.reshape(self.height, self.width, *rows.shape[1:])
-
-    def save(self, path: str | Path, aovs: Sequence[str] = ()) -> None:
-        """Write the picture so far in the format of the path's extension; it is rendered first if it has no sample.
-
-        Only the crop is written. In 8-bit formats, radiance gets the exposure and the tone curve of ``set_display`` and
-        the sRGB transfer function, and data does not (C-14).
-
-        Args:
-            aovs: names of raw arrays, see ``aov``, that an EXR file has beside the picture as channels of float32:
-                Z for the distance, N.X, N.Y, N.Z for the normal, P.X … for the position, triangle_id, material_id,
-                barycentric.u and barycentric.v.
-        """
-        check_writable(path, channel_names(find_aovs(aovs)))
-        channels = self.channels(aovs)  # first, because the picture may take hours
-        save_image(path, self.film.own_pixels(self.image()), channels=channels, **self.encoding)
-
-    def channels(self, aovs: Sequence[str]) -> dict[str, np.ndarray]:
-        """Name → (height, width) array of the crop, for each channel that some AOVs have in an EXR file."""
-        chosen = find_aovs(aovs)
-        found: dict[str, np.ndarray] = {}
-        hits = self._hits() if chosen else None
-        for aov in chosen:
-            found |= as_channels(aov, self.film.own_pixels(self._as_image(aov.of(hits))))
-        return found
 
     def notes(self) -> list[str]:
         """What the user should know about the picture; nothing if a replaced method decides what is shown."""
@@ -529,28 +388,6 @@ class ProgressiveRenderer:
             parts = Parts(scene, self.explained, eyes, self.sampler, self.shares, self.film)
             self._explainer = PixelExplainer(self, parts)
         return self._explainer.explain(column, row, sample, samples)
-
-    def facts(self) -> dict[str, Any]:
-        """Everything that the bits of the picture depend on, for checkpoints; see ``picture.checkpoint``."""
-        return checkpoint.facts_of(self)
-
-    def save_checkpoint(self, path: str | Path) -> None:
-        """Write the samples into a file, so that ``load_checkpoint`` can continue the picture later."""
-        checkpoint.save(self, path)
-
-    def load_checkpoint(self, path: str | Path) -> None:
-        """Continue from a checkpoint: ``render`` then adds the samples that come next.
-
-        Raises:
-            InputError: the file is damaged, or its samples belong to another picture. The renderer has not changed.
-        """
-        checkpoint.load(self, path)
-
-    def _repr_png_(self) -> bytes:
-        """The picture so far, for notebooks."""
-        from taichi_tracer.files.images import encode_png
-
-        return encode_png(self.image(), self.srgb, self.display if self.srgb else Display())
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.active.name}, {self.width}×{self.height}, {self.samples} samples)"

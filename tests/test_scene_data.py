@@ -14,7 +14,9 @@ import taichi_tracer as tt
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
-from taichi_tracer.scene_data import RayHit, RayHits, again, brdfs_of, described
+from taichi_tracer.ray_hits import RayHit, RayHits
+from taichi_tracer.scene_data import again, described
+from taichi_tracer.scene_parts import brdfs_of
 from taichi_tracer.system import reuse
 from taichi_tracer.system.registry import PARTS
 

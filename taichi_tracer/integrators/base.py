@@ -2,7 +2,7 @@
 
     L = integrator.radiance(scene, ray, hit, rng)
 
-``scene`` is a ``scene_data.SceneInKernels``: it has the lights, the intersector, the effects, and
+``scene`` is a ``scene_in_kernels.SceneInKernels``: it has the lights, the intersector, the effects, and
 ``surface_at(ray, hit)``. ``hit`` is what the ray hit. ``rng.next_2d()`` gives two random numbers. The result is one
 sample, a vec3. The film computes the mean of the samples (A2-9).
 """

@@ -125,7 +125,7 @@ class OtherTechnique:
         techniques: of ``other_techniques``.
     """
 
-    def __init__(self, parts: Any, crop: tuple[int, int, int, int], techniques: tuple[str, ...]) -> None:
+    def __init__(self, parts: Any, crop: tuple[int, ...], techniques: tuple[str, ...]) -> None:
         self.is_of, self.scene = (parts.scene, parts.integrator, crop, techniques), parts.scene
         x0, x1, self.x0, self.y0 = crop[0], crop[1], crop[0], crop[2]
         size = x1 - x0, crop[3] - crop[2]

@@ -15,7 +15,8 @@ import taichi as ti
 from taichi_tracer.effects import Effects
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
-from taichi_tracer.scene_data import SceneData, SceneInKernels
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.digits import digits
 
