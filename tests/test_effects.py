@@ -4,7 +4,6 @@ What is compiled is seen in the kernels themselves: in the arguments that Taichi
 that exist, and in code that raises as soon as a kernel looks at it.
 """
 
-
 import numpy as np
 import pytest
 import taichi as ti
