@@ -167,7 +167,11 @@ def test_files_of_a_folder_do_not_import_each_other_in_a_circle(folder):
 
 def test_only_these_import_by_name():
     """What no test of the order can see is in three files, of which the registry alone reaches upwards."""
-    found = {m for m, path in MODULES.items() if any(calls(n, "import_module", "import_quickly") for n in ast.walk(read(path)))}
+    found = {
+        m
+        for m, path in MODULES.items()
+        if any(calls(n, "import_module", "import_quickly") for n in ast.walk(read(path)))
+    }
     assert found == set(IMPORT_BY_NAME)
 
 

@@ -13,7 +13,6 @@ import taichi.math as tm
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.far_lights import FarLights
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.lights.near_misses import note_look_up
 from taichi_tracer.ray import Ray, no_hit
 
 FAR_SHARE = 0.5  # of the samples of a scene with both: they go to what is far away
@@ -77,7 +76,6 @@ class SceneLights:
                 light = self.lamps.emitted(hit)
         else:
             light = self.from_far.radiance(ray, hit)
-            note_look_up(ray.direction, light, tm.vec3(1))
         return light
 
     @ti.func
@@ -99,8 +97,6 @@ class SceneLights:
                     hit.is_hit = scene.is_blocked(surface, w_i, tm.inf)
                     if hit.is_hit:
                         light = tm.vec3(0)
-                    else:
-                        note_look_up(w_i, light, factor)
         return light, hit
 
     @ti.func

@@ -6,7 +6,6 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.lights.near_misses import NearMissCounter, NearMisses
 from taichi_tracer.picture.error_estimate import RelativeError, relative_error, scale_for
 from taichi_tracer.picture.exact_sums import exact_means
 from taichi_tracer.picture.film_arrays import arrays_of, restore
@@ -14,7 +13,7 @@ from taichi_tracer.picture.film_spread import Spread, spread_of
 from taichi_tracer.picture.merging import merge
 from taichi_tracer.picture.non_finite import NonFiniteSamples
 from taichi_tracer.picture.pixel_sums import PixelSums, is_finite, mean_of_channels
-from taichi_tracer.picture.unseen_light import unseen_light
+from taichi_tracer.picture.unseen_light import UnseenLight
 from taichi_tracer.picture.upright import upright
 from taichi_tracer.system import direct, memory
 from taichi_tracer.system.errors import InputError
@@ -56,7 +55,7 @@ class Film(PixelSums):
             another power of two, because the squares would be 0 or infinite in f32.
         largest: [x, y] the largest sample, as a mean of red, green and blue; only if there are two halves.
         samples: the number of samples that every pixel took; the caller of ``add`` counts them.
-        near_misses: the counter of near misses of bright spots, see ``lights.near_misses``; None if nothing is counted.
+        unseen: what is known of the light that no sample met.
     """
 
     def __init__(
@@ -82,8 +81,7 @@ class Film(PixelSums):
         self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
         self.averages = averages
         self.samples = 0
-        self.near_misses: NearMissCounter | None = None
-        self._near_misses_before: NearMisses | None = None  # of the samples that were loaded or merged
+        self.unseen = UnseenLight()
 
         self.memory = memory.Memory()
         self._place_fields()
@@ -113,9 +111,7 @@ class Film(PixelSums):
         elif self.samples > 0 or direct.is_possible():  # also if it is 0: so its place is found together with others
             self.non_finites.clear()
         self.samples = 0
-        self._near_misses_before = None
-        if self.near_misses is not None:
-            self.near_misses.clear()
+        self.unseen.reset()
 
     def clear(self) -> None:
         """Set all sums to those of no samples."""
@@ -140,6 +136,14 @@ class Film(PixelSums):
             for half in ti.static(range(self.halves)):
                 self.clear_half(x, y, half)
         self.non_finites.number[None] = 0
+
+    @ti.func
+    def record(self, x, y, value, sample):
+        """Take the value of a pixel: as one sample, or as the final value if samples are not random."""
+        if ti.static(self.averages):
+            self.add(x, y, value, sample)
+        else:
+            self.put(x, y, value, sample)
 
     @ti.func
     def put(self, x, y, value, sample):
@@ -191,7 +195,7 @@ class Film(PixelSums):
         other.check_alive()
         merge(self, other)
         self.samples += other.samples
-        self._near_misses_before = _sum(self._near_misses_before, other.counted())
+        self.unseen.merge(other.unseen)
 
     def alike(self) -> "Film":
         """An empty film of the same kind, whose samples this one can ``merge``."""
@@ -199,11 +203,6 @@ class Film(PixelSums):
         options = self.keeps_deviation, self.averages, self.doubles
         return Film(self.width, self.height, self.crop, is_replicated, *options)
 
-    def counted(self) -> NearMisses | None:
-        """The near misses of all samples; None if nothing is counted."""
-        return _sum(self._near_misses_before, None if self.near_misses is None else self.near_misses.counts())
-
-    @property
     def non_finite(self) -> int:
         """How many samples were not finite."""
         self.check_alive()
@@ -259,7 +258,7 @@ class Film(PixelSums):
         """
         image = self.image()
         mean = float(self.own_pixels(image).mean())
-        unseen = unseen_light(self.counted(), self.samples, mean)
+        unseen = self.unseen.bound(self.samples, mean)
         if missed > 0 and mean > 0:
             unseen = math.hypot(unseen, missed / mean)
         spread = self._spread()
@@ -318,17 +317,14 @@ class Film(PixelSums):
     def to_arrays(self) -> dict[str, np.ndarray]:
         """The complete content of the film, for a checkpoint: see ``film_arrays``."""
         self.check_alive()
-        counted = self.counted()
-        return arrays_of(self) | ({} if counted is None else counted.to_arrays())
+        return arrays_of(self) | self.unseen.to_arrays()
 
     def from_arrays(self, arrays: dict[str, np.ndarray], samples: int) -> None:
         """Restore the arrays of ``to_arrays``, to the last bit; every pixel took ``samples`` samples."""
         self.check_alive()
         restore(self, arrays)
         self.samples = samples
-        self._near_misses_before = NearMisses.from_arrays(arrays)
-        if self.near_misses is not None:
-            self.near_misses.clear()
+        self.unseen.from_arrays(arrays)
         self._show_mean()
 
     def show(self) -> None:
@@ -344,7 +340,3 @@ class Film(PixelSums):
         for x, y in self.canvas:
             if self.count.number(x, y, 0) > 0:
                 self.canvas[x, y] = self.mean(x, y)
-
-
-def _sum(first: NearMisses | None, second: NearMisses | None) -> NearMisses | None:
-    return first if second is None else second if first is None else first + second

@@ -16,7 +16,7 @@ def arrays_of(film: Any) -> dict[str, np.ndarray]:
         scale: [x, y] of the deviation; only if it is not 1 everywhere.
         largest: [x, y] the largest sample, in the running precision; only with two halves, and not 0 everywhere.
         residues: [x, y, half] RGB vectors in the running precision; only if they are not 0 everywhere.
-        Beside these, ``Film.to_arrays`` has the ``NearMisses``, if they are counted.
+        Beside these, ``Film.to_arrays`` has those of ``Film.unseen``.
     """
     read = film.memory.read
     sums = film.total.read(film.memory), film.rest.read(film.memory)
