@@ -394,8 +394,9 @@ def compilation() -> str:
             kernels, near = renderer.kernel_scene(), renderer.film.near_misses
             renderer.begin()
             kernels.lights.prepare()
-            renderer.eye_rays.bring_up_to_date(0, 0)
-            one_sample = kernels, renderer.active, renderer.eye_rays, near, 0, 0
+            if hasattr(renderer.eye_rays, "bring_up_to_date"):
+                renderer.eye_rays.bring_up_to_date(0, 0)
+            one_sample = kernels, renderer.plan.integrator(kernels), renderer.eye_rays, near, 0, 0
             pixels = processor(functools.partial(renderer._take_sample, *one_sample))
             together = processor(functools.partial(Tiles(renderer, kernels, renderer.active).take, near, 0, 0))
             lines.append(f"| {title}, {estimator} | {pixels:.2f} | {together:.2f} |")

@@ -34,7 +34,7 @@ _HOME_OF = {
     "HitData": "ray",
     "no_hit": "ray",
     "Camera": "camera",
-    "OrthographicCamera": "camera",
+    "OrthographicCamera": "cameras.orthographic",
     "Background": "background",
     "Mesh": "geometry",
     "Geometry": "geometry",
@@ -47,7 +47,7 @@ _HOME_OF = {
     "Sampler": "sampler",
     "UniformSampler": "sampler",
     "BRDF": "sampler",
-    "MeshLightSampler": "sampler",
+    "MeshLightSampler": "lights.mesh_light_sampler",
     "Brdf": "brdfs.base",
     "Light": "lights.base",
     "Integrator": "integrators.base",
@@ -105,7 +105,7 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.background import Background as Background
     from taichi_tracer.brdfs.base import Brdf as Brdf
     from taichi_tracer.camera import Camera as Camera
-    from taichi_tracer.camera import OrthographicCamera as OrthographicCamera
+    from taichi_tracer.cameras.orthographic import OrthographicCamera as OrthographicCamera
     from taichi_tracer.environment import Environment as Environment
     from taichi_tracer.files.images import read_image as read_image
     from taichi_tracer.files.images import save_image as save_image
@@ -119,6 +119,7 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.intersectors.bvh import BVHRayIntersector as BVHRayIntersector
     from taichi_tracer.lights.base import Light as Light
     from taichi_tracer.lights.choice import LampChoice as LampChoice
+    from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLightSampler
     from taichi_tracer.maps import MapRenderer as MapRenderer
     from taichi_tracer.materials import Material as Material
     from taichi_tracer.materials import MaterialLibrary as MaterialLibrary
@@ -129,7 +130,6 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.ray_intersector import RayIntersector as RayIntersector
     from taichi_tracer.rt3.renderer import RT3Renderer as RT3Renderer
     from taichi_tracer.sampler import BRDF as BRDF
-    from taichi_tracer.sampler import MeshLightSampler as MeshLightSampler
     from taichi_tracer.sampler import Sampler as Sampler
     from taichi_tracer.sampler import UniformSampler as UniformSampler
     from taichi_tracer.scene_data import SceneData as SceneData

@@ -9,7 +9,6 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.forms import Plan
 from taichi_tracer.integrators.base import Integrator
@@ -17,9 +16,9 @@ from taichi_tracer.integrators.controls import Control, NameControl
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.work import Measurement, WorkMap
+from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
 from taichi_tracer.picture.heat import HEAT, Scale, round_up
-from taichi_tracer.renderer import IntegratorChoice, ProgressiveRenderer, SamplerChoice
-from taichi_tracer.sampler import DEFAULT_SAMPLER
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of
@@ -29,7 +28,7 @@ from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
+    from typing_extensions import Self, Unpack
 
 USUAL = "path"  # what is measured when nobody says it
 MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
@@ -44,8 +43,7 @@ class MapRenderer(ProgressiveRenderer):
     """Maps of work: nodes and triangles per pixel, shadow rays blocked, standard error, seconds.
 
     Args:
-        scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast: as for
-            ``ProgressiveRenderer``; ``integrator`` is a map.
+        scene_data, width, height, options: as for ``ProgressiveRenderer``; ``integrator`` is a map.
         of: the name of the integrator that is measured. It may be assigned later; the picture then starts again.
 
     ``image()`` has the numbers. Windows and files of 8 bits show them as heat: black is 0, and white is the end of
@@ -54,21 +52,15 @@ class MapRenderer(ProgressiveRenderer):
 
     name, what, jitters, has_own_display = "MapRenderer", "map", True, True
 
+    @with_options(RendererOptions, RENDERER_DEFAULTS)
     def __init__(
         self,
         scene_data: SceneData,
         width: int = 512,
         height: int = 512,
-        camera: ProjectiveCamera | type[ProjectiveCamera] | str | None = None,
-        jitter: bool | None = None,
-        sampler: SamplerChoice = DEFAULT_SAMPLER,
-        seed: int = 0,
-        first_sample: int = 0,
-        crop: tuple[int, int, int, int] | None = None,
-        adaptive: bool = False,
-        integrator: IntegratorChoice | None = None,
-        fast: bool | None = None,
+        *,
         of: str = USUAL,
+        **options: "Unpack[RendererOptions]",
     ) -> None:
         self._chosen_display: Display | None = None
         self._measured: dict[str, Integrator] = {}
@@ -76,9 +68,7 @@ class MapRenderer(ProgressiveRenderer):
         self._of = find_measured(of)
         self._scale_of: tuple = ()
         self._colours: Any = None
-        super().__init__(
-            scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast
-        )
+        super().__init__(scene_data, width, height, **options)
 
     def make_plan(self) -> Plan:
         """Rays that are not traced: the maps trace them, so that their work counts."""

@@ -21,13 +21,21 @@ from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.integrators.other_technique import OtherTechnique, other_techniques
 from taichi_tracer.lights.near_misses import begin_counting, counter_for
+from taichi_tracer.options import (
+    RENDERER_DEFAULTS,
+    CameraChoice,
+    RendererOptions,
+    all_options,
+    with_options,
+)
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.error_curve import ErrorCurves
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.heat import Scale
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.rendered import RenderedPicture
-from taichi_tracer.sampler import DEFAULT_SAMPLER, RandomNumbers, Sampler, UniformSampler, sampler_of
+from taichi_tracer.random_numbers import RandomNumbers
+from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, UniformSampler, sampler_of
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
@@ -39,7 +47,7 @@ from taichi_tracer.system.stopwatch import LIGHTS, part
 from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
+    from typing_extensions import Self, Unpack
 
     from taichi_tracer.explain.explanation import Explanation
 
@@ -47,7 +55,6 @@ if TYPE_CHECKING:
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 36, 52
 COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
 
-SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]
 IntegratorChoice = str | Integrator | type[Integrator] | Enum
 
 
@@ -58,9 +65,14 @@ def not_a_scene(renderer: str, given: object) -> InputError:
     return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
 
 
-def camera_of(
-    chosen: ProjectiveCamera | type[ProjectiveCamera] | str | None, width: int, height: int, scene_data: SceneData
-) -> ProjectiveCamera:
+def whole(name: str, number: int) -> int:
+    """A whole number of 32 bits; an InputError for anything else."""
+    if int(number) != number or not 0 <= number < 2**32:
+        raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
+    return int(number)
+
+
+def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneData) -> ProjectiveCamera:
     """The given camera object, or a new camera of the given kind that shows the scene; None takes the scene's kind."""
     view = scene_data.view_for(width / height if min(width, height) > 0 else 1.0)  # the camera refuses a size of 0
     if chosen is None:
@@ -77,24 +89,11 @@ class ProgressiveRenderer(RenderedPicture):
     """A camera, a film, and one of the integrators that the subclass offers.
 
     Args:
-        scene_data: the scene.
-        width, height: size of the picture in pixels.
-        camera: a camera object; then its size is the size of the picture. Or the name or the class of a camera: the
-            renderer makes one that shows the scene. None takes the camera of the scene.
-        jitter: whether eye rays pass through a random point of their pixel (A2-1); None takes the default of the class.
-        sampler: the name of a registered sampler, or a ``Sampler``. If it is a ``UniformSampler``, the estimator
-            ``uniform`` takes its directions from it.
-        seed: the seed of the random numbers; the same seed gives the same picture.
-        first_sample: the index of the first sample, so that disjoint ranges of samples can be rendered separately and
-            then merged.
-        crop: the pixels that take samples, see ``Film``.
-        adaptive: whether pixels take samples in proportion to their standard deviation, see ``picture.adaptive``.
-        integrator: what to render, by name or as an object; None is the first integrator that the class offers.
-        fast: False runs only the plain forms; None takes the setting of the scene.
+        scene_data: the scene. width, height: size of the picture in pixels. options: ``options.RendererOptions``.
 
     Attributes:
-        use_tiles: whether samples are taken tile by tile, where that is possible: see ``fast.tiles``. None takes them
-            so if the picture will be rendered for so long that it is worth the compilation.
+        use_tiles: whether samples are taken tile by tile, where that is possible: see ``forms``. None takes them so if
+            the picture will be rendered for so long that it is worth the compilation.
     """
 
     kind, name = "renderer", ""
@@ -103,55 +102,36 @@ class ProgressiveRenderer(RenderedPicture):
     has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
     scale: Scale | None = None  # what the colours mean, if they stand for numbers
 
+    @with_options(RendererOptions, RENDERER_DEFAULTS)
     def __init__(
-        self,
-        scene_data: SceneData,
-        width: int = 512,
-        height: int = 512,
-        camera: ProjectiveCamera | type[ProjectiveCamera] | str | None = None,
-        jitter: bool | None = None,
-        sampler: SamplerChoice = DEFAULT_SAMPLER,
-        seed: int = 0,
-        first_sample: int = 0,
-        crop: tuple[int, int, int, int] | None = None,
-        adaptive: bool = False,
-        integrator: IntegratorChoice | None = None,
-        fast: bool | None = None,
+        self, scene_data: SceneData, width: int = 512, height: int = 512, **options: "Unpack[RendererOptions]"
     ) -> None:
+        given = all_options(type(self).__name__, options, RENDERER_DEFAULTS)
         if not isinstance(scene_data, SceneData):
             raise not_a_scene(type(self).__name__, scene_data)
         scene_data.check_alive()
-        for name, number in (("seed", seed), ("first_sample", first_sample)):
-            if int(number) != number or not 0 <= number < 2**32:
-                raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
         self.scene_data = scene_data
-        self.camera = camera_of(camera, width, height, scene_data)
+        self.seed, self.first_sample = whole("seed", given["seed"]), whole("first_sample", given["first_sample"])
+        self.camera = camera_of(given["camera"], width, height, scene_data)
         self.width, self.height = self.camera.width, self.camera.height
         bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
         memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")
-        self.jitter = self.jitters if jitter is None else bool(jitter)
+        self.jitter = self.jitters if given["jitter"] is None else bool(given["jitter"])
         self.is_random = self.jitter or self.jitters
-        chosen = PARTS.find("sampler", sampler)
-        directions = chosen if isinstance(chosen, UniformSampler) else None
-        self.sampler: Sampler = sampler_of(
-            chosen if directions is None else PARTS.find("sampler", DEFAULT_SAMPLER), self.camera
-        )
-        self.seed, self.first_sample = int(seed), int(first_sample)
-        if adaptive and not self.is_random:
+        self.adaptive = bool(given["adaptive"])
+        if self.adaptive and not self.is_random:
             raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
-        self.adaptive, self.shares = bool(adaptive), Shares(self.width, self.height, bool(adaptive))
-        has_halves, doubles = self.sampler.replicated or self.sampler.doubles, self.sampler.doubles
-        keeps_deviation = self.adaptive or not has_halves
-        self.film = Film(
-            self.width, self.height, crop, self.sampler.replicated, keeps_deviation, self.is_random, doubles
-        )
-        self.fast = scene_data.fast if fast is None else bool(fast)
+        self._integrators: dict[str, Integrator] = {}
+        chosen = PARTS.find("sampler", given["sampler"])
+        if isinstance(chosen, UniformSampler):
+            self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", DEFAULT_SAMPLER)
+        self.sampler: Sampler = sampler_of(chosen, self.camera)
+        self.shares = Shares(self.width, self.height, self.adaptive)
+        self.film = self._make_film(given["crop"])
+        self.fast = scene_data.fast if given["fast"] is None else bool(given["fast"])
         self.replaced = replaced(self)
         self.use_tiles: bool | None = None
         self.plan = self.make_plan()
-        self._integrators: dict[str, Integrator] = {}
-        if directions is not None:
-            self._integrators["uniform"] = UniformSphere(directions)
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self._counted_of: Any = None  # the environment whose near misses the film counts
         self._counters = Recent(KEPT_FORMS)
@@ -160,7 +140,13 @@ class ProgressiveRenderer(RenderedPicture):
         self._explainer: Any = None
         self._other: OtherTechnique | None = None
         self.display = Display()
-        self.use(self.offers[0] if integrator is None else integrator)
+        self.use(self.offers[0] if given["integrator"] is None else given["integrator"])
+
+    def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
+        """The film, with what the estimate of the error needs of this sampler."""
+        of = self.sampler
+        keeps_deviation = self.adaptive or not (of.replicated or of.doubles)
+        return Film(self.width, self.height, crop, of.replicated, keeps_deviation, self.is_random, of.doubles)
 
     def make_plan(self) -> Plan:
         """How samples are taken, see ``forms``."""

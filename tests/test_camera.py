@@ -9,7 +9,8 @@ from oracles import cameras as window_oracle
 from oracles import rays as oracle
 
 import taichi_tracer as tt
-from taichi_tracer.camera import OrthographicCamera, change_projection, check_view, make_camera
+from taichi_tracer.camera import change_projection, check_view, make_camera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.formulas.camera_frame import default_window
 from taichi_tracer.system import runtime
 

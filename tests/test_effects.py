@@ -22,6 +22,7 @@ from taichi_tracer.environment import Environment
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
+from taichi_tracer.lights.far_lights import FarLights
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray_intersector import RayIntersector
@@ -158,7 +159,7 @@ def test_the_kernel_is_specialised_with_the_effects_that_the_receipt_prints(fast
     (arguments,) = specialisations(ProgressiveRenderer._take_sample, renderer)
     assert arguments[1] is renderer.kernel_scene()
     assert arguments[1].effects is scene.effects is scene.geometry.effects
-    assert arguments[2] is renderer.active
+    assert arguments[2] is renderer.plan.integrator(arguments[1])
     assert arguments[3] is renderer.eye_rays
 
     for change, kind in (
@@ -231,7 +232,7 @@ CODE = {
         lambda: (scene_of(Material(Ke=(1, 1, 1)), environment="black"), scene_of(environment="white")),
     ),
     "environment, none": (EnvironmentLight, "sample", lambda: (scene_of(lights=[Lamp()]), None)),
-    "far lights": (SceneLights, "visible_far", lambda: (scene_of(lights=[Lamp()]), scene_of(**LIT))),
+    "far lights": (SceneLights, "visible", lambda: (scene_of(lights=[Lamp()]), scene_of(**LIT))),
     "single lights": (SceneLights, "reflected_single", lambda: (scene_of(**LIT), scene_of(lights=[Lamp()]))),
     "emitters": (
         MaterialLibrary,
@@ -246,7 +247,7 @@ CODE = {
     ),
     "background": (Background, "color", lambda: (scene_of(**LIT), scene_of(background=(1, 0, 0), **LIT))),
     "shadow rays": (RayIntersector, "is_occluded", lambda: (scene_of(**LIT), scene_of(mesh=TWO, **LIT))),
-    "light and BRDF": (SceneLights, "pdf_far", lambda: (scene_of(Material(Ns=1e21), **LIT), scene_of(**LIT))),
+    "light and BRDF": (FarLights, "pdf", lambda: (scene_of(Material(Ns=1e21), **LIT), scene_of(**LIT))),
 }
 
 

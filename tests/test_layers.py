@@ -22,11 +22,11 @@ MOST_LINES_OF_A_FUNCTION = 90
 # From the bottom up: a file uses what stands before it. A folder's name stands for all of its files.
 LAYERS = (
     "system",
-    "formulas ray ray_hits tones",
+    "formulas ray ray_hits random_numbers tones",
     "brdfs",
     "materials geometry files",
     "environment background effects lights",
-    "sampler camera",
+    "sampler samplers camera_settings camera cameras",
     "ray_intersector intersectors",
     "options",
     "picture forms scene_parts scene_in_kernels scene_data",
@@ -47,7 +47,8 @@ IMPORT_BY_NAME = {
     "__init__": "the public names, when they are first used",
     "system.registry": "the homes of the parts, when a part is first asked for; and the files of --parts",
     "forms": "the fast forms, which may be absent",
-    "apps.cli": "the command that was asked for",
+    "apps.cli": "the commands, each of which is a file of ``apps/commands``",
+    "apps.grammar": "what a command runs",
     "system.importing": "Taichi, whose import it makes shorter",
 }
 
@@ -169,20 +170,20 @@ def test_only_runtime_starts_taichi():
 
 
 def test_random_numbers_never_come_from_taichi_but_in_one_function():
-    """``sampler.taichi_pair`` alone, for the kernels of students who have no sample; see ``given_or_drawn``.
+    """``random_numbers.taichi_pair`` alone, for the kernels of students who have no sample; see ``given_or_drawn``.
 
     The checks of the teaching kit replace ``ti.random`` itself, so that students' code gives the same numbers again.
     """
-    of_taichi = {"random", "randn"}
-    assert [m for m, path in MODULES.items() if taichi_names(read(path)) & of_taichi] == ["sampler", "teaching.running"]
-    drawn = [node for node in ast.walk(read(MODULES["sampler"])) if is_taichi_random(node)]
-    (pair,) = [f for f in functions_of(read(MODULES["sampler"])) if f.name == "taichi_pair"]
+    users = {m for m, path in MODULES.items() if taichi_names(read(path)) & {"random", "randn"}}
+    assert users == {"random_numbers", "teaching.running"}
+    tree = read(MODULES["random_numbers"])
+    drawn = [node for node in ast.walk(tree) if is_taichi_random(node)]
+    (pair,) = [f for f in functions_of(tree) if f.name == "taichi_pair"]
     assert len(drawn) == 2
     assert all(node in set(ast.walk(pair)) for node in drawn)
-    users = [
-        f.name for f in functions_of(read(MODULES["sampler"])) if any(calls(n, "taichi_pair") for n in ast.walk(f))
+    assert [f.name for f in functions_of(tree) if any(calls(n, "taichi_pair") for n in ast.walk(f))] == [
+        "given_or_drawn"
     ]
-    assert users == ["given_or_drawn"]
     assert not {m for m, path in MODULES.items() if any(name.endswith(".taichi_pair") for name in imports(read(path)))}
 
 

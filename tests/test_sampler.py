@@ -16,11 +16,15 @@ import taichi_tracer as tt
 from taichi_tracer import sampler
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.phong import Phong
+from taichi_tracer.random_numbers import TERM_BIT
+from taichi_tracer.samplers.independent import IndependentSampler
+from taichi_tracer.samplers.niederreiter import NiederreiterSampler
+from taichi_tracer.samplers.sobol import SobolSampler
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
 
-SAMPLERS = [sampler.SobolSampler(), sampler.IndependentSampler(), sampler.NiederreiterSampler()]
-TERM = 1 << sampler.TERM_BIT  # the first pair of ``next_2d_of_term``, as a part of the dimension
+SAMPLERS = [SobolSampler(), IndependentSampler(), NiederreiterSampler()]
+TERM = 1 << TERM_BIT  # the first pair of ``next_2d_of_term``, as a part of the dimension
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -55,7 +59,7 @@ def test_independent_numbers_are_the_hash_of_their_key(key):
             out[0], out[1] = x, y
 
     out = np.zeros(2, np.float32)
-    one(sampler.IndependentSampler(), seed, pixel, index, dimension, out)
+    one(IndependentSampler(), seed, pixel, index, dimension, out)
     a, b, _, _ = numbers.pcg4d(*key)
     assert out.tolist() == [np.float32((word >> 8) / 2**24) for word in (a, b)]
 
@@ -257,7 +261,7 @@ class OneNumber(sampler.Sampler):
         return ti.random(float)
 
 
-class OneNumberPerPoint(sampler.SobolSampler):
+class OneNumberPerPoint(SobolSampler):
     @ti.func
     def point(self, seed, pixel, index, dimension):
         return ti.random(float)

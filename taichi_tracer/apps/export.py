@@ -1,6 +1,5 @@
 """``taichi-tracer export``: a scene with its camera as RT3 XML. Taichi is not needed for it."""
 
-import sys
 from argparse import Namespace
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.apps.requests import PictureRequest, document_of, pictures_of, up_axis_of
+from taichi_tracer.apps.words import note
 from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.files import read
 from taichi_tracer.formulas.camera_frame import view_of_points
@@ -56,8 +56,8 @@ def run(args: Namespace) -> int:
     if document is None:
         document = Document(read(request.scene), [])
     shots = [_shot(picture, request, document) for picture in request.pictures]
-    for note in document.mesh.notes:
-        print(f"taichi-tracer: note: {note}", file=sys.stderr)
+    for text in document.mesh.notes:
+        note(text)
     text = as_rt3(replace(document, shots=shots), path)
     part = path.with_name(f".{path.name}.part.xml")
     try:

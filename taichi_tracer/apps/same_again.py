@@ -6,7 +6,8 @@ from inspect import signature
 
 from taichi_tracer.apps.requests import options_of
 from taichi_tracer.assignments import A1Renderer, A4Renderer
-from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
+from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.integrators.one_sample import OneSampleMis
 from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces

@@ -18,8 +18,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from taichi_tracer.studies.crew import Worker, serve
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.processes import Worker, serve
 
 if TYPE_CHECKING:
     from taichi_tracer.apps.requests import PictureRequest
@@ -158,7 +158,7 @@ class Desk:
         """Write the files of a parcel, and load its scene."""
         if message["id"] in self.parcels:
             return
-        from taichi_tracer.apps.cli import load_parts
+        from taichi_tracer.apps.grammar import load_parts
         from taichi_tracer.apps.requests import scene_and_pictures_of
         from taichi_tracer.cluster.parcel import CAMERA, PICTURE, name_of_files, unpack, without
 

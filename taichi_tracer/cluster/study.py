@@ -21,10 +21,10 @@ from taichi_tracer.cluster.parcel import Parcel, pack
 from taichi_tracer.files.disk import noting_reads
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.scene_data_loader import name_of, shipped_scenes
-from taichi_tracer.studies.crew import Clerk, WorkerDied
 from taichi_tracer.studies.variants import Variant
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import IncompleteError, InputError
+from taichi_tracer.system.processes import Clerk, WorkerDied
 
 SOON = 2.0  # seconds in which a worker may come before the study waits for it beside other things
 FETCH = 60.0  # seconds in which an answer has to come after it is there

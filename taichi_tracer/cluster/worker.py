@@ -12,7 +12,7 @@ from typing import Any
 
 from taichi_tracer.cluster.child import Child, StudyChild
 from taichi_tracer.cluster.versions import installation
-from taichi_tracer.studies.crew import WorkerDied
+from taichi_tracer.system.processes import WorkerDied
 
 IDLE = 900.0  # seconds after which a process that nobody asks for anything ends: its sender may be gone
 ENDING = 5.0  # seconds that a process may take to end

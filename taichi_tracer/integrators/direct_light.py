@@ -54,7 +54,7 @@ class DirectLight(Integrator):
     @ti.func
     def sample(self, scene, surface, xi):
         """(w_i, f_r cos θ_i / pdf) for one direction, made of ``xi`` in [0, 1)²."""
-        ti.static_assert(False, "an estimator must say what sample(self, scene, surface, xi) is")
+        ti.static_assert(False, "an estimator must say what sample(self, scene, surface, ...) is")
         return surface.normal, tm.vec3(0)
 
 

@@ -1,13 +1,10 @@
 """Maps of work: what a sample of each pixel costs, and where its work is lost.
 
 A map measures another integrator, such as a view, an estimator or a kind of paths. It takes the same samples with the
-same code, and counts what this code does: parts of the scene are copied, and methods of the copies count before they
-call the method of the original. Pictures that are no maps use the originals, and pay nothing.
+same code, and counts what this code does: it observes the parts of the scene (``system.observed``). Pictures that are
+no maps use the parts themselves, and pay nothing.
 """
 
-import copy
-import functools
-import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -15,12 +12,15 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
-from taichi_tracer.brdfs.surface import Surface
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.system.observed import after, before, observed_scene
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import in_kernels
 
-SCATTERING = "eval_cosine", "weight"  # methods of a surface: each direction that is sampled goes to one of them
+# Methods of an intersector that enter a node or try a box; those that try a triangle or a sphere; and methods of a
+# surface to one of which each direction that is sampled goes.
+ENTERING, TRYING = ("met_children", "node_interval"), ("try_corners", "try_triangle", "sphere_candidate")
+SCATTERING = "eval_cosine", "weight"
 
 
 @ti.data_oriented
@@ -124,91 +124,26 @@ register(WorkMap("standard_error", "Standard error", "standard error of the mean
 register(WorkMap("seconds", "Seconds", "seconds per sample on one core", is_timed=True))
 
 
-# ── parts that count ──
-
-
 def counted_scene(scene: Any, tally: Tally) -> Any:
-    """A copy of the part of a scene that kernels use, whose rays and surfaces are counted."""
-    found = copy.copy(scene)
-    found.ray_intersector = counted_intersector(scene.ray_intersector, tally)
-    cls = type(scene)
-    make = cls.surface_at
+    """A copy of the part of a scene that kernels use, whose rays, surfaces and lights are counted."""
 
-    @functools.wraps(make)
-    def surface_at(self, ray, hit):
-        """The surface that a ray hit; directions that are sampled on it are counted."""
-        surface = make(self, ray, hit)
-        surface.__class__ = type("CountedSurface", (Surface,), {name: sampled(name, tally) for name in SCATTERING})
-        return surface
+    def of_lights(part, found, x, n, xi):
+        """``SceneLights.sample``: below the horizon, no surface is asked for the value of its direction."""
+        tally.direction(n, found[0])
 
-    found.__class__ = type(f"Counted{cls.__name__}", (cls,), {"surface_at": in_kernels(surface_at)})
-    found.lights = copy.copy(scene.lights)
-    lights = type(scene.lights)
-    found.lights.__class__ = type(f"Counted{lights.__name__}", (lights,), {"sample": sampled_lights(lights, tally)})
-    return found
-
-
-def counted_intersector(intersector: Any, tally: Tally) -> Any:
-    """A copy of an intersector that counts nodes, primitives and shadow rays."""
-    cls = type(intersector)
-    counters = {"met_children": tally.node, "node_interval": tally.node}
-    counters |= dict.fromkeys(("try_corners", "try_triangle", "sphere_candidate"), tally.primitive)
-    members = {name: counted(cls, name, count) for name, count in counters.items() if hasattr(cls, name)}
-    original = inspect.getattr_static(cls, "is_occluded")
-
-    @functools.wraps(original)
-    def is_occluded(self, ray, t_max):
-        """Whether anything lies on the ray before t_max; the answer is counted."""
-        is_blocked = impl.expr_init(original.__get__(self, type(self))(ray, t_max))
-        tally.shadow_ray(is_blocked)
-        return is_blocked
-
-    found = copy.copy(intersector)
-    found.__class__ = type(f"Counted{cls.__name__}", (cls,), members | {"is_occluded": in_kernels(is_occluded)})
-    return found
-
-
-def counted(cls: type, name: str, count: Callable[[], None]) -> Callable:
-    """The method of a class, which counts before it runs."""
-    original = inspect.getattr_static(cls, name)
-
-    @functools.wraps(original)
-    def method(self, *arguments, **named):
-        """The method of the original, counted."""
-        count()
-        return original.__get__(self, type(self))(*arguments, **named)
-
-    return in_kernels(method)
-
-
-def sampled(name: str, tally: Tally) -> Callable:
-    """A method of a surface that gets a direction, which is counted. A mirror's direction is no sample."""
-    original = inspect.getattr_static(Surface, name)
-
-    @functools.wraps(original)
-    def method(self, w_i):
-        """The method of the surface, counted."""
-        _note_direction(tally, self, w_i)
-        return original.__get__(self, type(self))(w_i)
-
-    return in_kernels(method)
+    counts = dict.fromkeys(ENTERING, before(lambda *_: tally.node()))
+    counts |= dict.fromkeys(TRYING, before(lambda *_: tally.primitive()))
+    counts["is_occluded"] = after(lambda part, is_blocked, *_: tally.shadow_ray(is_blocked))
+    observers = {
+        "ray_intersector": counts,
+        "surface": dict.fromkeys(SCATTERING, before(lambda surface, w_i: _note_direction(tally, surface, w_i))),
+        "lights": {"sample": after(of_lights)},
+    }
+    return observed_scene(scene, observers)
 
 
 @ti.func
 def _note_direction(tally: ti.template(), surface, w_i):
+    """Count a direction that a surface gets. A mirror's is no sample."""
     if not surface.is_delta():
         tally.direction(surface.normal, w_i)
-
-
-def sampled_lights(cls: type, tally: Tally) -> Callable:
-    """``SceneLights.sample``, whose directions are counted: below the horizon, no surface is asked for their value."""
-    original = inspect.getattr_static(cls, "sample")
-
-    @functools.wraps(original)
-    def sample(self, x, n, xi):
-        """A direction from the lights, counted."""
-        found = original.__get__(self, type(self))(x, n, xi)
-        tally.direction(n, found[0])
-        return found
-
-    return in_kernels(sample)

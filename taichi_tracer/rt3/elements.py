@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from xml.parsers import expat
 
-from taichi_tracer.files.text import read_bytes
+from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.rt3.values import LONGEST_SHOWN, Element
 from taichi_tracer.system.errors import InputError
 

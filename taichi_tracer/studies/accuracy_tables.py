@@ -1,15 +1,20 @@
-"""What a study of accuracy found: what an error costs, what each knob buys, what bounces bring, and some sentences."""
+"""What a study of accuracy found, as tables, as sentences, and as numbers for other programs."""
 
+import csv
+import io
+import json
 import math
 import statistics
+from dataclasses import asdict
 
 import numpy as np
 
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.studies.convergence import MIDDLE, TARGETS, Curve, Study, error_ratio, time_ratio
+from taichi_tracer.studies.variants import OF_QUESTIONS, is_of_the_chart
+from taichi_tracer.system.digits import digits
 
-WITH_TABLES = ("max_bounces", "roulette", "lamp_choice")  # knobs that have tables of their own
-MAIN = {"estimator", "sampler", *WITH_TABLES}  # knobs whose settings are compared in the chart and in the summary
+PERCENT = ("missing light", "standard error", "noise")  # beginnings of the columns that are shown in percent
 CERTAIN = 1.5  # of the ends of an interval: a ratio that is known no better than within this factor is noise
 SAME = 0.02  # as a fraction: what is no farther from 1 is the same
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
@@ -19,22 +24,25 @@ NAMES = {"f32": "Float32", "f64": "Float64", "moller_trumbore": "Möller–Trumb
 
 def efficiency_table(study: Study) -> list[dict]:
     """A row for each variant: the seconds to each error, NaN where it was not reached; and whether it is biased."""
-    rows, leading = [], study.leading()
-    best = leading[0].seconds_to(MIDDLE) if leading else math.nan
-    for curve in study.curves:
-        row: dict = {"variant": curve.variant.label}
-        row |= {f"s to {target:.0%}": curve.seconds_to(target) for target in TARGETS}
-        row["last error"], row["after s"] = curve.last[1], curve.last[0]
-        row[f"ratio at {MIDDLE:.0%}"] = curve.seconds_to(MIDDLE) / best
-        row["ms per sample"] = curve.milliseconds_per_sample
-        row["time factor"] = curve.time_factor
-        row["variance x time"] = curve.variance_times_time
-        row["slope"] = curve.slope
-        row["compile s"] = curve.compile_seconds
-        row["bias z"] = curve.bias
-        row["unseen"] = curve.unseen
-        rows.append(row)
-    return rows
+    whole = [c.seconds_to(MIDDLE) for c in study.curves if c.variant.scale == 1]
+    best = min((seconds for seconds in whole if seconds > 0), default=math.nan)
+    return [
+        {
+            "variant": curve.variant.label,
+            **{f"s to {target:.0%}": curve.seconds_to(target) for target in TARGETS},
+            "last error": curve.last[1],
+            "after s": curve.last[0],
+            f"ratio at {MIDDLE:.0%}": curve.seconds_to(MIDDLE) / best,
+            "ms per sample": curve.milliseconds_per_sample,
+            "time factor": curve.time_factor,
+            "variance x time": curve.variance_times_time,
+            "slope": curve.slope,
+            "compile s": curve.compile_seconds,
+            "bias z": curve.bias,
+            "unseen": curve.unseen,
+        }
+        for curve in study.curves
+    ]
 
 
 def knob_table(study: Study) -> list[dict]:
@@ -42,26 +50,18 @@ def knob_table(study: Study) -> list[dict]:
     rows = []
     for i, base in enumerate(study.curves):
         for other in study.curves[i + 1 :]:
-            changed = base.variant.differences(other.variant)
-            if len(changed) != 1 or changed[0] in WITH_TABLES:
+            knob, *more = base.variant.differences(other.variant)
+            if more or knob in OF_QUESTIONS:
                 continue
-            error, error_low, error_high = error_ratio(base, other)
-            factor, low, high = time_ratio(base, other)
-            rows.append(
-                {
-                    "knob": changed[0].replace("_", " "),
-                    "from": base.variant.setting(changed[0]),
-                    "to": other.variant.setting(changed[0]),
-                    "with": base.variant.sampler if changed[0] == "estimator" else base.variant.estimator,
-                    "error": error,
-                    "error low": error_low,
-                    "error high": error_high,
-                    "time": factor,
-                    "time low": low,
-                    "time high": high,
-                    "error² x time": error**2 * factor,
-                }
-            )
+            row = {
+                "knob": knob.replace("_", " "),
+                "from": base.variant.setting(knob),
+                "to": other.variant.setting(knob),
+                "with": base.variant.sampler if knob == "estimator" else base.variant.estimator,
+            }
+            for name, ratio in (("error", error_ratio), ("time", time_ratio)):
+                row[name], row[f"{name} low"], row[f"{name} high"] = ratio(base, other)
+            rows.append(row | {"error² x time": row["error"] ** 2 * row["time"]})
     return rows
 
 
@@ -130,10 +130,7 @@ def efficiency_of(study: Study, knob: str) -> list[dict]:
 
 
 def turned(study: Study, knob: str) -> list[Curve]:
-    """The curves in which nothing but a knob differs, from the variant from which every knob is turned alone."""
-    of_knob = [c for c in study.curves if c.variant.differences(study.curves[0].variant) == [knob]]
-    if of_knob:
-        return [study.curves[0], *of_knob]
+    """The curves in which nothing but a knob differs, from the first variant from which this knob is turned alone."""
     for base in study.curves:
         others = [c for c in study.curves if base.variant.differences(c.variant) == [knob]]
         if others:
@@ -158,9 +155,8 @@ def summary(study: Study, target: float = MIDDLE) -> list[str]:
 
 
 def main_curves(study: Study) -> list[Curve]:
-    """The curves that the chart compares: of whole pictures, which differ in nothing but ``MAIN``."""
-    usual = study.curves[0].variant
-    return [c for c in study.curves if set(c.variant.differences(usual)) <= MAIN]
+    """The curves that the chart compares: of whole pictures, in which no further knob is turned."""
+    return [c for c in study.curves if is_of_the_chart(c.variant, study.base)]
 
 
 def who_wins(study: Study, target: float) -> list[str]:
@@ -198,15 +194,12 @@ def who_missed(missed: list[Curve], study: Study, words: str) -> list[str]:
     """A sentence on those that did not reach an error: how near those with the first sampler came, and the best of
     each other sampler.
     """
-    sampler = study.curves[0].variant.sampler
-    named = [c for c in missed if c.variant.sampler == sampler]
-    others = list(dict.fromkeys(c.variant.sampler for c in missed if c.variant.sampler != sampler))
+    named = [c for c in missed if c.variant.sampler == study.base.sampler]
+    for sampler in dict.fromkeys(c.variant.sampler for c in missed if c not in named):
+        named.append(min((c for c in missed if c.variant.sampler == sampler), key=lambda c: c.last[1]))
     if not missed:
         return []
     near = [f"{c.variant.label} came to {percent(c.last[1])} in {c.last[0]:.2g} s" for c in named]
-    for other in others:
-        best = min((c for c in missed if c.variant.sampler == other), key=lambda c: c.last[1])
-        near.append(f"{best.variant.label} came to {percent(best.last[1])} in {best.last[0]:.2g} s")
     return [f"Others did not reach {words} in the time that they had: {'; '.join(near)}."]
 
 
@@ -312,13 +305,13 @@ def what_the_wait_is(study: Study, target: float) -> list[str]:
     """What a user waits for a picture before its samples are even begun, and what a second run is spared."""
     told = [c for c in main_curves(study) if c.seconds_to(target) > 0] or main_curves(study)
     best = min(told, key=lambda c: c.seconds_to(target) if c.seconds_to(target) > 0 else math.inf)
-    before = study.start_seconds + study.read_seconds + best.compile_seconds
+    before = study.start_seconds + study.facts.read_seconds + best.compile_seconds
     if math.isnan(before):
         return []
     rendering = best.seconds_to(target)
     sentence = (
         f"Before its first sample, {best.variant.label} takes {before:.1f} s: {study.start_seconds:.1f} s to start, "
-        f"{study.read_seconds:.1f} s to read the scene, {best.compile_seconds:.1f} s to compile"
+        f"{study.facts.read_seconds:.1f} s to read the scene, {best.compile_seconds:.1f} s to compile"
     )
     if rendering > 0:
         share, whole = 100 * before / (before + rendering), before + rendering
@@ -370,19 +363,108 @@ def times_as_long(ratio: float) -> str:
 
 def where_the_error_is(study: Study) -> list[str]:
     """A sentence on how many pixels hold half of the squared error of the best picture at equal time."""
-    shown = [c for c in study.curves if c.image is not None]
+    shown = [c for c in study.curves if c.shown is not None]
     if not shown:
         return []
-    best = min(shown, key=lambda c: c.image_error)
-    squares = np.sort(((best.image - study.references[best.variant.lookup]) ** 2).sum(axis=2).ravel())[::-1]
+    best = min(shown, key=lambda c: c.shown.error)
+    truth = study.truths[best.variant.lookup]
+    squares = np.sort(((best.shown.image - truth.image) ** 2).sum(axis=2).ravel())[::-1]
     count = int(np.searchsorted(np.cumsum(squares), squares.sum() / 2)) + 1
     told = f"Half of the squared error of {best.variant.label} lies in {count:,} of {squares.size:,} pixels"
     if count <= FEW_PIXELS * squares.size:
-        rest = math.sqrt(squares[count:].sum() / (3 * squares.size)) / study.references[best.variant.lookup].mean()
-        told += f": these decide the error of {percent(best.image_error)}, of which the others make {percent(rest)}"
+        rest = math.sqrt(squares[count:].sum() / (3 * squares.size)) / truth.mean
+        told += f": these decide the error of {percent(best.shown.error)}, of which the others make {percent(rest)}"
     return [f"{told}."]
 
 
 def show_seconds(seconds: float) -> str:
     """ "1.23 s", or "not reached"."""
     return "not reached" if math.isnan(seconds) else f"{seconds:.3g} s"
+
+
+def show(value: float) -> str:
+    """Three digits, or "?"."""
+    return "?" if math.isnan(value) else digits(value, ".3g")
+
+
+def in_words(rows: list[dict]) -> list[dict]:
+    """Rows whose numbers are words: errors in percent, others with three digits."""
+    return [{name: in_word(name, value) for name, value in row.items()} for row in rows]
+
+
+def in_word(name: str, value) -> str:
+    """One value of a column of that name."""
+    if name.startswith(PERCENT):
+        return f"{show(100 * value)} %"
+    return show(value) if isinstance(value, float) else str(value)
+
+
+# ── as numbers ──
+
+
+def table_rows(study: Study) -> list[dict]:
+    """A row for every picture that was compared: variant, seed, samples, seconds, error."""
+    return [
+        {
+            **asdict(curve.variant),
+            "seed": seed + 1,
+            "samples": int(samples),
+            "seconds": float(seconds),
+            "relative_rmse": float(errors[seed]),
+            "noise": float(noise[seed]),
+            "missing_light": -curve.shift,
+            "missing_light_standard_error": curve.shift_error,
+            "compile_seconds": curve.compile_seconds,
+        }
+        for curve in study.curves
+        for seed in range(len(curve.found))
+        for samples, seconds, errors, noise in zip(
+            curve.samples, curve.mean_seconds, curve.errors.T, curve.noise.T, strict=True
+        )
+        if not math.isnan(errors[seed])
+    ]
+
+
+def as_csv(study: Study) -> str:
+    """``table_rows`` as CSV; the first line names the columns."""
+    buffer, rows = io.StringIO(), table_rows(study)
+    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return buffer.getvalue()
+
+
+def as_json(study: Study) -> str:
+    """Everything but the pictures, as JSON; a number that is not known is null."""
+    content = {
+        "scene": study.facts.title,
+        "size": list(study.size),
+        "machine": study.facts.machine,
+        "budget": study.budget,
+        "seconds": study.seconds,
+        "start_seconds": study.start_seconds,
+        "read_seconds": study.facts.read_seconds,
+        "kernels_compiled": study.kernels_made,
+        "reference": {
+            "samples": study.truth.samples,
+            "relative_rmse": float(study.truth.error),
+            "max_bounces": study.reference_bounces,
+        },
+        "summary": summary(study),
+        "costs": efficiency_table(study),
+        "knobs": knob_table(study),
+        "bounces": bounce_table(study),
+        "roulettes": efficiency_of(study, "roulette"),
+        "lamp choices": efficiency_of(study, "lamp_choice"),
+        "measurements": table_rows(study),
+    }
+    return json.dumps(without_nan(content), indent=1)
+
+
+def without_nan(value):
+    """A value in which None stands for every number that is not finite: JSON has no NaN."""
+    if isinstance(value, dict):
+        return {k: without_nan(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [without_nan(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -14,6 +14,7 @@ from taichi_tracer.assignments import A4Renderer
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.studies.convergence import Trial
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.variants import Source, Variant, renderer_of
 from taichi_tracer.system import compiling, registry
@@ -46,16 +47,12 @@ class Prepared:
     Attributes:
         compile_seconds: beyond the time of rendering.
         new_kernels, seconds_to_save: kernels that were not in Taichi's folder, and what a second run is spared.
-        seconds: of one sample of every pixel.
-        error: of the trial's picture, as it tells itself. samples: of the trial.
     """
 
     compile_seconds: float
     new_kernels: int
     seconds_to_save: float
-    seconds: float
-    error: RelativeError
-    samples: int
+    trial: Trial
 
 
 @dataclass(frozen=True)
@@ -141,9 +138,7 @@ class Bench:
             max(0.0, took - WARM_UP * per_sample),
             compiling.kernels_made() - kernels,
             compiling.seconds_to_save() - before,
-            per_sample,
-            renderer.error(),
-            renderer.samples,
+            Trial(renderer.samples, renderer.error(), per_sample),
         )
 
     def render(
@@ -207,17 +202,10 @@ class Bench:
     def renderer_of(self, variant: Variant, size: tuple[int, int]) -> ProgressiveRenderer:
         """The renderer of a variant; one for all estimators, because what the eye rays hit is compiled once."""
         width, height = (max(1, int(variant.scale * n)) for n in size)
-        key = renderer_key(variant)
-        if key not in self.renderers:
-            self.renderers[key] = make(renderer_of(variant.estimator), self.scene_of(variant), variant, (width, height))
-        return self.renderers[key]
-
-
-def renderer_key(variant: Variant) -> tuple:
-    """What variants have in common that share a renderer, and with it one film."""
-    return (
-        variant.precision, variant.fast_math, *variant.scene, variant.sampler, variant.adaptive, variant.scale
-    )  # fmt: skip
+        if variant.film not in self.renderers:
+            renderer_class, scene = renderer_of(variant.estimator), self.scene_of(variant)
+            self.renderers[variant.film] = make(renderer_class, scene, variant, (width, height))
+        return self.renderers[variant.film]
 
 
 def make(

@@ -25,6 +25,7 @@ from taichi_tracer.lights.near_misses import begin_counting
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.observed import observed
 from taichi_tracer.system.seams import in_kernels
 
 TRACE, COUNT, RECORD, REPLAY, REPLAY_ALL = range(5)  # what the kernel does with rays; see ``Answers``
@@ -103,59 +104,50 @@ class Answers:
         if self.mode == COUNT:
             self.first_shadow[x, y], self.first_hit[x, y] = self.shadow, self.other
 
+    def observed(self, intersector: Any, replayed: int) -> Any:
+        """An intersector whose answers come from here, from the mode ``replayed`` on.
+
+        The searches within an answer are not observed, because nobody makes them when the answer is read.
+        """
+        is_occluded, query_segment = intersector.is_occluded, intersector.query_segment
+        answers = {
+            "is_occluded": lambda part, call, *of: self.occlusion(is_occluded, *of),
+            "query_segment": lambda part, call, *of: self.nearest(query_segment, *of, replayed),
+            "query_ray": lambda part, call, ray: self.nearest(query_segment, ray, 0.0, tm.inf, replayed),
+        }
+        return observed(intersector, answers)
+
+    @ti.func
+    def occlusion(self, find: ti.template(), ray, t_max):
+        """Whether a shadow ray is blocked: what ``find`` says, or what it said when it was written down."""
+        k, blocked = self.shadow, 0
+        self.shadow += 1
+        if self.mode >= REPLAY:
+            blocked = self.blocked[k]
+        else:
+            blocked = ti.cast(find(ray, t_max), ti.i32)
+            if self.mode == RECORD:
+                self.blocked[k] = blocked
+        return blocked != 0
+
+    @ti.func
+    def nearest(self, find: ti.template(), ray, t_min, t_max, replayed: ti.template()):
+        """What a ray hits: what ``find`` says, or what it said when it was written down."""
+        k, hit = self.other, no_hit()
+        self.other += 1
+        if self.mode >= replayed:
+            hit = self.hit[k]
+        else:
+            hit = find(ray, t_min, t_max)
+            if self.mode == RECORD:
+                self.hit[k] = hit
+        return hit
+
     @ti.func
     def keep(self, value: ti.template()):
         """Use a value that the film does not take."""
         if value.sum() == NEVER:
             self.unused[None] = 1
-
-
-@ti.data_oriented
-class Answering:
-    """An intersector whose answers may come from ``Answers``.
-
-    Args:
-        intersector: the one that finds answers. is_eye: whether it is asked by eye rays.
-    """
-
-    def __init__(self, intersector: Any, answers: Answers, is_eye: bool = False) -> None:
-        self.intersector, self.answers, self.is_eye = intersector, answers, is_eye
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "intersector":  # a copy without members yet
-            raise AttributeError(name)
-        return getattr(self.intersector, name)
-
-    @ti.func
-    def is_occluded(self, ray, t_max):
-        """``RayIntersector.is_occluded``."""
-        k, blocked = self.answers.shadow, 0
-        self.answers.shadow += 1
-        if self.answers.mode >= REPLAY:
-            blocked = self.answers.blocked[k]
-        else:
-            blocked = ti.cast(self.intersector.is_occluded(ray, t_max), ti.i32)
-            if self.answers.mode == RECORD:
-                self.answers.blocked[k] = blocked
-        return blocked != 0
-
-    @ti.func
-    def query_segment(self, ray, t_min, t_max):
-        """``RayIntersector.query_segment``."""
-        k, hit = self.answers.other, no_hit()
-        self.answers.other += 1
-        if self.answers.mode >= ti.static(REPLAY_ALL if self.is_eye else REPLAY):
-            hit = self.answers.hit[k]
-        else:
-            hit = self.intersector.query_segment(ray, t_min, t_max)
-            if self.answers.mode == RECORD:
-                self.answers.hit[k] = hit
-        return hit
-
-    @ti.func
-    def query_ray(self, ray):
-        """``RayIntersector.query_ray``."""
-        return self.query_segment(ray, 0.0, tm.inf)
 
 
 @ti.data_oriented
@@ -166,11 +158,11 @@ class Anatomy:
         self.renderer, scene = renderer, renderer.kernel_scene()
         self.answers = Answers(renderer.width, renderer.height)
         self.scene, self.eye_rays = copy.copy(scene), renderer.eye_rays
-        self.scene.ray_intersector = Answering(scene.ray_intersector, self.answers)
+        self.scene.ray_intersector = self.answers.observed(scene.ray_intersector, REPLAY)
         self.traces_eye_rays = isinstance(self.eye_rays, EyeRays) and self.eye_rays.traces
         if self.traces_eye_rays:
             self.eye_rays = copy.copy(self.eye_rays)
-            self.eye_rays.intersector = Answering(scene.ray_intersector, self.answers, is_eye=True)
+            self.eye_rays.intersector = self.answers.observed(scene.ray_intersector, REPLAY_ALL)
         self.columns, self.rows = renderer.film.ranges
 
     @property

@@ -26,10 +26,10 @@ from taichi_tracer.system.seams import assigned
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
 HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
-    "camera": (("camera",), False),
+    "camera": (("camera", "cameras"), False),
     "triangle test": (("formulas.triangles",), True),
     "intersector": (("intersectors", "ray_intersector"), False),
-    "sampler": (("sampler",), True),
+    "sampler": (("samplers",), True),
     "BRDF": (("brdfs",), True),
     "light": (("lights",), True),
     "lamp choice": (("lights",), True),
@@ -101,6 +101,10 @@ class Registry:
         """Every part of a kind; the parts of the package come first."""
         self._load(kind)
         return list(self._parts[kind].values())
+
+    def last_of(self, kind: str, base: type):
+        """The class that was registered last, of those of a kind that derive from another class."""
+        return [part for part in self.all(kind) if issubclass(part, base)][-1]
 
     def everything(self) -> list:
         """All parts of all kinds that are registered at present."""

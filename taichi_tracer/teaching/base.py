@@ -69,6 +69,11 @@ class Part:
         return self.name.rpartition(".")[2] if self.replaces else ""
 
 
+def method(name: str, points: float, topic: str, inputs: Callable, run: Callable, judge: Any) -> Part:
+    """The part of one method: its name says of which class it is, as in "Camera.generate_ray"."""
+    return Part(name, points, topic, name.partition(".")[0], inputs, run, judge)
+
+
 @dataclass(frozen=True)
 class Mistake:
     """A known mistake: a small change of the solution.
@@ -89,8 +94,14 @@ class Mistake:
 
 
 def mistake(part: str, name: str, hint: str, *changes: tuple[str, str], topic: str = "") -> Mistake:
-    """A known mistake in one line of an assignment's ``mistakes.py``."""
+    """A known mistake, for an assignment whose MISTAKES is a tuple."""
     return Mistake(part, name, hint, changes, topic)
+
+
+def by_part(known: Mapping[str, Mapping[str, tuple]]) -> tuple[Mistake, ...]:
+    """The known mistakes of parts: name of the part → name of the mistake → (hint, change, change …)."""
+    of_all = [(part, name, told) for part, named in known.items() for name, told in named.items()]
+    return tuple(Mistake(part, name, hint, tuple(changes)) for part, name, (hint, *changes) in of_all)
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,12 @@ A notebook shows boxes, too. There the colours of a page are unknown, so lines a
 """
 
 import html
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
-from taichi_tracer.studies import page
-from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT
+from taichi_tracer.files import page
+from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Verdict
 
 SHOWN = 200  # pixels: the width of a picture
 KINDS = {RIGHT: "right", NOT_WRITTEN: "open", MISSING: "open"}  # how a status is coloured; "wrong" for the others
@@ -54,22 +53,14 @@ def kind_of(status: str) -> str:
     return KINDS.get(status, "wrong")
 
 
-def box(
-    status: str,
-    name: str,
-    facts: str,
-    message: str = "",
-    first_wrong: Mapping[str, Mapping[str, Any]] | None = None,
-    found: Sequence[str] = (),
-    hint: str = "",
-    pictures: Mapping[str, np.ndarray] | None = None,
-) -> str:
+def box(name: str, facts: str, verdict: Verdict, found: Sequence[str] = (), hint: str = "") -> str:
     """One part.
 
     Args:
-        facts: a line about points and time. message, first_wrong, pictures: as in ``base.Verdict``.
+        facts: a line about points and time.
         found: what is probably wrong, a sentence each.
     """
+    status, message, first_wrong, pictures = verdict.status, verdict.message, verdict.first_wrong, verdict.pictures
     head = f"<span class='{kind_of(status)}'>{html.escape(status)}</span> <code>{html.escape(name)}</code>"
     lines = [f"<div class='part'><h3>{head}</h3>", page.paragraph(facts, "note")]
     if message:
@@ -81,5 +72,5 @@ def box(
     lines += [page.paragraph(text) for text in found]
     if hint:
         lines.append(page.paragraph(f"Hint: {hint}", "note"))
-    lines += [page.picture(np.clip(image, 0, 1), called, SHOWN) for called, image in (pictures or {}).items()]
+    lines += [page.picture(np.clip(image, 0, 1), called, SHOWN) for called, image in pictures.items()]
     return "".join(lines) + "</div>"

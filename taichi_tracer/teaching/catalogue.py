@@ -4,19 +4,22 @@ An assignment is a folder with
 
     README.md      the text that students read; its first line is the title
     parts.py       PARTS, a tuple of ``Part``
-    mistakes.py    MISTAKES, a tuple of ``Mistake``; the file may be missing
+    mistakes.py    MISTAKES: part → name of a mistake → (hint, change, change …), see ``base.Mistake``; or a tuple of
+                   ``Mistake``; the file may be missing
     solution/      the tagged solution; a student hands in its files, except a program such as A1.py
 """
 
 import ast
 import importlib.util
 import sys
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.teaching.base import Assignment, check_parts
+from taichi_tracer.teaching.base import Assignment, Mistake, by_part, check_parts
 from taichi_tracer.teaching.sealed import facts_of, is_sealed
 
 SHIPPED = Path(__file__).parent / "assignments"
@@ -54,7 +57,7 @@ def load_folder(folder: Path) -> Assignment:
     programs = [path.name for path in solution if not classes_in(path)]
     parts_file = folder / "parts.py"
     parts = tuple(constant(parts_file, "PARTS"))
-    mistakes = tuple(constant(folder / "mistakes.py", "MISTAKES")) if (folder / "mistakes.py").exists() else ()
+    mistakes = mistakes_in(folder / "mistakes.py")
     check_parts(folder.name, parts, classes)
     unknown = {mistake.part for mistake in mistakes} - {part.name for part in parts}
     if unknown:
@@ -69,6 +72,12 @@ def load_folder(folder: Path) -> Assignment:
         mistakes=mistakes,
         program=programs[0] if programs else "",
     )
+
+
+def mistakes_in(file: Path) -> tuple[Mistake, ...]:
+    """The known mistakes in a file; none if there is no such file."""
+    known = constant(file, "MISTAKES") if file.exists() else ()
+    return by_part(known) if isinstance(known, Mapping) else tuple(known)
 
 
 def load_sealed(folder: Path) -> Assignment:
@@ -87,7 +96,7 @@ def load_sealed(folder: Path) -> Assignment:
     )
 
 
-def constant(file: Path, name: str) -> object:
+def constant(file: Path, name: str) -> Any:
     """A constant of a Python file of an assignment."""
     module = run(file)
     if not hasattr(module, name):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from taichi_tracer.studies import page
+from taichi_tracer.files import page
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.teaching import boxes, catalogue
@@ -62,11 +62,9 @@ class Result:
         verdict = self.verdict
         facts = f"{self.points:.3g} of {self.part.points:g} points, {self.seconds:.1f} s"
         if verdict.status == RIGHT:
-            return boxes.box(verdict.status, self.part.name, facts)
+            return boxes.box(self.part.name, facts, Verdict(RIGHT))
         hint = self.findings[0].hint if self.findings else ""
-        found = [finding.text for finding in self.findings]
-        told = verdict.message, verdict.first_wrong, found, hint, verdict.pictures
-        return boxes.box(verdict.status, self.part.name, facts, *told)
+        return boxes.box(self.part.name, facts, verdict, [finding.text for finding in self.findings], hint)
 
 
 @dataclass

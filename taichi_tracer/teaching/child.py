@@ -18,7 +18,7 @@ of its request.
 
 import contextlib
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -86,20 +86,13 @@ class Work:
 
     def do_find(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Which known mistakes give these answers."""
-        from taichi_tracer.teaching import mistakes
+        from taichi_tracer.teaching import kept, mistakes
 
-        groups: dict[str, Arrays] = {"inputs": {}, "answers": {}, "expected": {}}
-        for name, values in arrays.items():
-            group, _, key = name.partition("/")
-            groups[group][key] = values
+        groups: dict[str, Arrays] = {"inputs": {}, "answers": {}, "expected": {}} | kept.parted(arrays)
         part = self.assignment.part(message["part"])
         mistakes.prepare(self.assignment, message["seed"], [part])
         found = mistakes.find(self.assignment, part, *groups.values())
-        facts = [
-            {"names": list(f.names), "share": float(f.share), "text": f.text, "hint": f.hint, "topic": f.topic}
-            for f in found
-        ]
-        return {"findings": facts}, {}
+        return {"findings": [asdict(finding) for finding in found]}, {}
 
 
 def serve(requests: int, answers: int, seconds_of_cpu: float | None) -> None:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
-from taichi_tracer.studies import page
 from taichi_tracer.teaching import boxes
-from taichi_tracer.teaching.base import RIGHT, STATUSES, Assignment
+from taichi_tracer.teaching.base import RIGHT, STATUSES, Assignment, Verdict
 from taichi_tracer.teaching.grade import Settings, pictures_of
 from taichi_tracer.teaching.marks import Mark, PartMark
 from taichi_tracer.teaching.submissions import Submission
@@ -109,7 +109,8 @@ def part_box(part: PartMark, pictures: dict[str, np.ndarray]) -> str:
     facts = f"{part.earned:g} of {part.points:g} points, {part.topic}"
     hint = part.findings[0]["hint"] if part.findings else ""
     found = [finding["text"] for finding in part.findings]
-    return boxes.box(part.status, part.name, facts, part.message, part.first_wrong, found, hint, pictures)
+    verdict = Verdict(part.status, part.share, part.message, part.first_wrong, pictures)
+    return boxes.box(part.name, facts, verdict, found, hint)
 
 
 # ── the class ──

@@ -8,10 +8,8 @@ was interrupted goes on where it stopped, as long as neither the submission nor 
 import contextlib
 import hashlib
 import json
-import os
 import threading
 import time
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
@@ -20,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.teaching import mistakes, submissions, temporary
+from taichi_tracer.teaching import kept, submissions, temporary
 from taichi_tracer.teaching.base import (
     CRASHED,
     MISSING,
@@ -141,9 +139,9 @@ def with_rules(mark: Mark, submitted: Submission, rules: Rules, assignment: Assi
 def grade_or_read(reference: Reference, submitted: Submission, settings: Settings, stop: Stop) -> Mark:
     """The mark of a submission that was graded before, or else a new one, which is kept."""
     place = kept_at(reference.assignment, submitted, settings.seed)
-    kept = None if settings.anew else read(place)
-    if kept is not None:
-        return kept
+    known = None if settings.anew else read(place)
+    if known is not None:
+        return known
     mark, pictures = grade(reference, submitted, settings, stop)
     if not stop:
         keep(place, mark, pictures)
@@ -349,21 +347,13 @@ def cut(text: str) -> str:
 def kept_at(assignment: Assignment, submitted: Submission, seed: int) -> Path:
     """Where the mark of a submission is kept, without an ending."""
     digest = hashlib.sha256(f"{fingerprint(assignment)}/{seed}/{submitted.digest}".encode()).hexdigest()
-    return mistakes.cache_folder() / "grades" / digest[:32]
+    return kept.cache_folder() / "grades" / digest[:32]
 
 
 def keep(place: Path, mark: Mark, pictures: dict[str, np.ndarray]) -> None:
-    """Keep a mark and its pictures. If the folder cannot be written, the next run costs time, and nothing else."""
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        part = place.with_suffix(f".{os.getpid()}-{threading.get_ident()}.part")
-        with part.open("wb") as file:
-            np.savez(file, **pictures)
-        part.replace(place.with_suffix(".npz"))
-        part.write_text(json.dumps(mark.facts()), encoding="utf-8")
-        part.replace(place.with_suffix(".json"))
-    except OSError:
-        return
+    """Keep a mark and its pictures."""
+    kept.keep_arrays(place.with_suffix(".npz"), pictures)
+    kept.keep(place.with_suffix(".json"), json.dumps(mark.facts()).encode())
 
 
 def read(place: Path) -> Mark | None:
@@ -376,12 +366,5 @@ def read(place: Path) -> Mark | None:
 
 def pictures_of(assignment: Assignment, submitted: Submission, seed: int) -> dict[str, dict[str, np.ndarray]]:
     """Part → "yours", "right" and "difference" of a submission that was graded; {} if they were not kept."""
-    found: dict[str, dict[str, np.ndarray]] = {}
-    try:
-        with np.load(kept_at(assignment, submitted, seed).with_suffix(".npz"), allow_pickle=False) as kept:
-            for key in kept.files:
-                part, _, name = key.rpartition("/")
-                found.setdefault(part, {})[name] = kept[key].astype(np.float64)
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
-        return {}
-    return found
+    pictures = kept.arrays_in(kept_at(assignment, submitted, seed).with_suffix(".npz")) or {}
+    return kept.parted({name: picture.astype(np.float64) for name, picture in pictures.items()})

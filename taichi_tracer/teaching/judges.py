@@ -5,16 +5,28 @@ Every judge is an object that can be called as ``Part.judge`` describes, and has
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Verdict
+from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Part, Verdict
+
+
+class OfRows:
+    """A judge whose inputs are judged row by row."""
+
+    def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
+        """Name of an answer → (n,) bool: for which inputs it is right."""
+        raise NotImplementedError
+
+    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
+        """(n,) bool: the inputs all of whose answers are right."""
+        return np.logical_and.reduce(list(self.members(answers, expected).values()))
 
 
 @dataclass(frozen=True)
-class Numbers:
+class Numbers(OfRows):
     """Every input has one right answer, up to rounding.
 
     Attributes:
@@ -28,10 +40,6 @@ class Numbers:
     tolerance: float = 1e-4
     only_where: str = ""
     called: str = "inputs"
-
-    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
-        """(n,) bool: which inputs have the right answer."""
-        return np.logical_and.reduce(list(self.members(answers, expected).values()))
 
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name of an answer → (n,) bool: for which inputs it is right."""
@@ -91,7 +99,7 @@ def statistics(samples: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Samples:
+class Samples(OfRows):
     """Random answers: the means of many samples are compared with those of the solution, by z-tests.
 
     A random answer is what ``statistics`` returns.
@@ -118,10 +126,6 @@ class Samples:
             else:
                 found[name] = z_scores(np.asarray(answers[name], np.float64), np.asarray(right, np.float64))
         return found
-
-    def agrees(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> np.ndarray:
-        """(n,) bool: the inputs whose tests all pass."""
-        return np.logical_and.reduce(list(self.members(answers, expected).values()))
 
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name of an answer → (n,) bool: for which inputs its tests pass."""
@@ -218,6 +222,11 @@ class Pictures:
         return Verdict(WRONG, share, f"{(1 - share):.0%} of the pixels are wrong", first, pictures)
 
 
+def picture(view: str, points: float, inputs: Callable, run: Callable) -> Part:
+    """The part of a picture that all of the student's classes make."""
+    return Part(f"picture: {view}", points, "the whole pipeline", "", inputs, run, Pictures())
+
+
 def first_wrong(inputs: Arrays, answers: Arrays, expected: Arrays, i: int, count: int) -> dict[str, dict]:
     """The i-th input with both answers, as numbers that can be shown."""
     of_all = {name: shown(a) for name, a in inputs.items() if len(np.atleast_1d(a)) != count and np.size(a) <= 12}
@@ -238,8 +247,3 @@ def shown(value: np.ndarray | float) -> object:
 def _digits(number: object) -> int | float:
     is_whole = isinstance(number, (int, np.integer, np.bool_))
     return int(number) if is_whole else float(f"{float(number):.6g}")  # type: ignore[arg-type, call-overload]
-
-
-def sentence(values: Sequence[str]) -> str:
-    """Words as a list in a sentence: "a, b and c"."""
-    return values[0] if len(values) == 1 else f"{', '.join(values[:-1])} and {values[-1]}"

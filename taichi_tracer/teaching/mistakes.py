@@ -11,9 +11,7 @@ import contextlib
 import hashlib
 import itertools
 import math
-import os
 import time
-import zipfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
@@ -27,11 +25,12 @@ from taichi_tracer.teaching import sealed, temporary
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
+from taichi_tracer.teaching.kept import arrays_in, cache_folder, keep_arrays
 from taichi_tracer.teaching.running import OK, Loaded, answer, expected, load_classes, solution_of
 
 MOST_PAIRS = 16  # how many pairs of mistakes are tried for one answer: the right one is nearly always among the first
+NOTHING = "nothing"  # the only array of a file that says that a mistake has no answers
 SAME_LIKELIHOOD = 0.02  # pairs that are less likely than a pair that fits, by more than this, are not tried
-VARIABLE = "TAICHI_TRACER_CACHE"  # the environment variable that names another folder for what is kept between runs
 
 
 @dataclass(frozen=True)
@@ -223,11 +222,11 @@ def kept_expected(assignment: Assignment, part: Part, inputs: Arrays) -> Arrays:
     if assignment.is_sealed:
         return expected(assignment, part, inputs)
     path = kept_at(assignment, part, (), inputs)
-    kept = read(path)
-    if not kept:
-        kept = expected(assignment, part, inputs)
-        keep(path, kept)
-    return kept
+    found = arrays_in(path)
+    if not found:
+        found = expected(assignment, part, inputs)
+        keep_arrays(path, found)
+    return found
 
 
 def answers_of(assignment: Assignment, part: Part, combination: Sequence[Mistake], inputs: Arrays) -> Arrays | None:
@@ -238,16 +237,17 @@ def answers_of(assignment: Assignment, part: Part, combination: Sequence[Mistake
     if assignment.is_sealed:
         return sealed.answers_of_mistake(assignment, combination[0]) if len(combination) == 1 else None
     path = kept_at(assignment, part, combination, inputs)
-    kept = read(path)
-    if kept is not None:
-        return kept or None
+    known = arrays_in(path)
+    if known is not None:
+        known.pop(NOTHING, None)
+        return known or None
     changed = with_mistakes(assignment, part, combination)
     arrays: Arrays = {}
     if changed is not None:
         with np.errstate(all="ignore"):  # a mistake may divide by 0
             found = answer(part, changed, solution_of(assignment), inputs, dict(assignment.classes))
         arrays = found.arrays if found.status == OK else {}
-    keep(path, arrays)
+    keep_arrays(path, arrays or {NOTHING: np.zeros(0)})
     return arrays or None
 
 
@@ -315,14 +315,6 @@ def split_at_method(source: str, class_name: str, method: str, file: str) -> tup
 # ── what is kept between runs ──
 
 
-def cache_folder() -> Path:
-    """Where answers of mistakes are kept: the folder in TAICHI_TRACER_CACHE, or one in the user's cache."""
-    home = os.environ.get(VARIABLE)
-    if home is None:
-        home = str(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "taichi_tracer")
-    return Path(home) / "teaching"
-
-
 def kept_at(assignment: Assignment, part: Part, combination: Sequence[Mistake], inputs: Arrays) -> Path:
     """The file of the answers of some mistakes to some inputs."""
     digest = hashlib.sha256(fingerprint(assignment.folder).encode())
@@ -349,27 +341,6 @@ def fingerprint(folder: Path) -> str:
 def is_kept(assignment: Assignment, part: Part, combination: Sequence[Mistake], inputs: Arrays) -> bool:
     """Whether the answers of a combination are known from an earlier call."""
     return assignment.is_sealed or kept_at(assignment, part, combination, inputs).exists()
-
-
-def read(path: Path) -> Arrays | None:
-    """Kept answers; {} if it is known that there are none, and None if nothing is known."""
-    try:
-        with np.load(path, allow_pickle=False) as kept:
-            return {name: kept[name] for name in kept.files if name != "nothing"}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
-        return None
-
-
-def keep(path: Path, arrays: Arrays) -> None:
-    """Keep answers. A folder that cannot be written costs the time of the next run, and nothing else."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(f".{os.getpid()}.part")
-        with open(part, "wb") as file:
-            np.savez(file, **(arrays or {"nothing": np.zeros(0)}))
-        part.replace(path)
-    except OSError:
-        return
 
 
 def prepare(assignment: Assignment, seed: int, parts: Iterable[Part] | None = None) -> int:

@@ -6,17 +6,15 @@ kernels, of which every submission gets a copy.
 """
 
 import hashlib
-import os
 import threading
-import zipfile
+from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
-
-import numpy as np
 
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import mistakes
 from taichi_tracer.teaching.base import Arrays, Assignment, Part
+from taichi_tracer.teaching.kept import arrays_in, cache_folder, joined, keep_arrays, parted
 from taichi_tracer.teaching.running import OK
 from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, Child, ChildEnded, Level
 
@@ -33,7 +31,7 @@ class Reference:
 
     def __init__(self, assignment: Assignment, seed: int) -> None:
         self.assignment, self.seed = assignment, seed
-        self.folder = mistakes.cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
+        self.folder = cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
         self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
         self._child: Child | None = None
         self._lock = threading.Lock()
@@ -63,13 +61,12 @@ class Reference:
             with self._lock:
                 found = {part.name: self._answer(part) for part in self.assignment.parts}
                 self._end()  # so that its kernels are written
-            write(path, found)
+            keep_arrays(path, joined(found))
         return found
 
     def find(self, part: Part, answers: Arrays) -> tuple[dict, ...]:
         """What is probably wrong with the answers to a part; the fields of each ``mistakes.Finding``."""
-        groups = {"inputs": self.inputs[part.name], "answers": answers, "expected": self.expected[part.name]}
-        arrays = {f"{group}/{name}": values for group, of in groups.items() for name, values in of.items()}
+        arrays = joined({"inputs": self.inputs[part.name], "answers": answers, "expected": self.expected[part.name]})
         request = {"do": "find", "part": part.name, "seed": self.seed}
         with self._lock:
             try:
@@ -120,26 +117,7 @@ def fingerprint(assignment: Assignment) -> str:
     return digest.hexdigest()
 
 
-def write(path: Path, answers: dict[str, Arrays]) -> None:
-    """Keep the solution's answers. A folder that cannot be written costs the time of the next run, and nothing else."""
-    arrays = {f"{part}/{name}": values for part, found in answers.items() for name, values in found.items()}
-    part = path.with_suffix(f".{os.getpid()}.part")
-    try:
-        with part.open("wb") as file:
-            np.savez(file, **arrays)
-        part.replace(path)
-    except OSError:
-        return
-
-
-def read(path: Path, parts: dict[str, Arrays]) -> dict[str, Arrays] | None:
-    """The answers that were kept; None if they are missing or damaged."""
-    found: dict[str, Arrays] = {part: {} for part in parts}
-    try:
-        with np.load(path, allow_pickle=False) as kept:
-            for key in kept.files:
-                part, _, name = key.rpartition("/")
-                found[part][name] = kept[key]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        return None
-    return found if all(found.values()) else None
+def read(path: Path, parts: Iterable[str]) -> dict[str, Arrays] | None:
+    """The answers to these parts that were kept; None if some of them are missing, or if the file is damaged."""
+    found = parted(arrays_in(path) or {})
+    return found if found.keys() == set(parts) else None

@@ -24,7 +24,7 @@ from pathlib import Path
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import frames, keeper, temporary, walls
-from taichi_tracer.teaching.mistakes import VARIABLE, cache_folder
+from taichi_tracer.teaching.kept import VARIABLE, cache_folder
 from taichi_tracer.teaching.walls import Limits, World
 
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent

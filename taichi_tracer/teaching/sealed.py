@@ -8,6 +8,7 @@ import numpy as np
 
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
+from taichi_tracer.teaching.kept import arrays_in
 
 ANSWERS, FACTS = "answers.npz", "checks.json"
 
@@ -49,12 +50,11 @@ def check_seed(assignment: Assignment, part: Part, inputs: Arrays) -> None:
 
 
 @lru_cache(maxsize=4)
-def _arrays(path: Path) -> dict[str, np.ndarray]:
-    try:
-        with np.load(path, allow_pickle=False) as kept:
-            return {name: kept[name] for name in kept.files}
-    except (OSError, ValueError):
-        raise InputError(f"{path}: the file is damaged: take the folder from the course again") from None
+def _arrays(path: Path) -> Arrays:
+    found = arrays_in(path)
+    if found is None:
+        raise InputError(f"{path}: the file is damaged: take the folder from the course again")
+    return found
 
 
 def of(folder: Path, beginning: str) -> Arrays:

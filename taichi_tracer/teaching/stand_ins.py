@@ -16,13 +16,15 @@ from taichi_tracer.camera import Camera
 from taichi_tracer.effects import Effects
 from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
+from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.materials import Material
 from taichi_tracer.ray import HitData, Ray, no_hit
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
-from taichi_tracer.sampler import IndependentSampler, MeshLightSampler, Sampler
 from taichi_tracer.scene_data_loader import load_scene_data, scene_from_mesh
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
+from taichi_tracer.teaching.judges import statistics
+from taichi_tracer.teaching.rows import WHOLE, samples
 
 PLAIN_EFFECTS: dict[str, Any] = {"brdfs": (), "environment": "none", "lights": (), "emitters": False, "lamps": False}
 PLAIN_EFFECTS |= {"interpolated_normals": True, "spheres": False, "culling": False, "background": False}
@@ -109,13 +111,6 @@ def of(cls: type, **attributes: Any) -> Any:
     return made
 
 
-def sampler(count: int) -> Sampler:
-    """The random numbers of a part: every input is a pixel."""
-    made = IndependentSampler()
-    made.width = count
-    return made
-
-
 @ti.data_oriented
 class PlainIntersector(BruteForceRayIntersector):
     """The test of Möller and Trumbore for few flat triangles of ordinary size: it compiles fast."""
@@ -195,61 +190,49 @@ def read_at(field: ti.template(), place):
     return read_guarded(field, place[0], place[1])
 
 
-# ── functions for the kernels of parts ──
+# ── functions for kernels ──
+
+# The members of a hit that students write, as answers of ``rows.rows``.
+HIT = {"is_hit": WHOLE, "is_backfacing": WHOLE, "triangle_id": WHOLE, "material_id": WHOLE}
+HIT |= {"distance": 1, "barycentric_coords": 2, "normal": 3}
+
+
+@ti.func
+def members(hit):
+    """The members of a HitData in the order of ``HIT``."""
+    is_hit, is_backfacing = ti.select(hit.is_hit != 0, 1, 0), ti.select(hit.is_backfacing != 0, 1, 0)
+    return is_hit, is_backfacing, hit.triangle_id, hit.material_id, hit.distance, hit.barycentric_coords, hit.normal
 
 
 @ti.func
 def vector(array: ti.template(), i):
-    """Row i of an (n, 3) array as a vec3."""
+    """Row i of an (n, 3) array as a vec3, for a part that has a kernel of its own."""
     return tm.vec3(array[i, 0], array[i, 1], array[i, 2])
 
 
 @ti.func
 def ray_of(origins: ti.template(), directions: ti.template(), i):
-    """Row i of two (n, 3) arrays as a Ray."""
+    """Row i of two (n, 3) arrays as a Ray, for a part that has a kernel of its own."""
     return Ray(origin=vector(origins, i), direction=vector(directions, i))
 
 
-@ti.func
-def write_hit(hit, i, whole: ti.template(), real: ti.template()):
-    """A HitData as row i of a table of whole numbers and of one of real numbers; see ``hit_answers``."""
-    is_hit = hit.is_hit != 0
-    whole[i, 0] = ti.select(is_hit, 1, 0)
-    whole[i, 1] = ti.select(hit.is_backfacing != 0, 1, 0)
-    whole[i, 2], whole[i, 3] = hit.triangle_id, hit.material_id
-    real[i, 0], real[i, 1], real[i, 2] = hit.distance, hit.barycentric_coords.x, hit.barycentric_coords.y
-    for k in ti.static(range(3)):
-        real[i, 3 + k] = hit.normal[k]
+@ti.dataclass
+class PlainMaterial:
+    """The members of a material that the BRDFs of the course read."""
 
-
-def hit_answers(whole: np.ndarray, real: np.ndarray) -> Arrays:
-    """The members of the hits in the tables of ``write_hit``."""
-    return {
-        "is_hit": whole[:, 0],
-        "is_backfacing": whole[:, 1],
-        "triangle_id": whole[:, 2],
-        "material_id": whole[:, 3],
-        "distance": real[:, 0],
-        "barycentric_coords": real[:, 1:3],
-        "normal": real[:, 3:6],
-    }
+    Kd: tm.vec3
+    Ks: tm.vec3
+    Ke: tm.vec3
+    Ns: tm.vec3.dtype
 
 
 @ti.func
-def read_hit(i, whole: ti.template(), real: ti.template()):
-    """The HitData of row i of the tables of ``write_hit``."""
-    return HitData(
-        is_hit=whole[i, 0],
-        is_backfacing=whole[i, 1],
-        triangle_id=whole[i, 2],
-        distance=real[i, 0],
-        barycentric_coords=tm.vec2(real[i, 1], real[i, 2]),
-        normal=tm.vec3(real[i, 3], real[i, 4], real[i, 5]),
-        material_id=whole[i, 3],
-        geometric_normal=tm.vec3(real[i, 3], real[i, 4], real[i, 5]),
-        position=tm.vec3(0),
-        position_error=tm.vec3(0),
-    )
+def material_of(Kd, Ns):
+    """A material with a reflectance and an exponent."""
+    return PlainMaterial(Kd=Kd, Ks=tm.vec3(0.5), Ke=tm.vec3(0), Ns=Ns)
+
+
+# ── cameras ──
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
@@ -279,40 +262,37 @@ def views(rng: np.random.Generator, count: int) -> Arrays:
     return {"eye": eye, "at": at, "up": up, "fov": rng.uniform(25, 100, count)}
 
 
-# ── materials and random samples ──
+def places(rng: np.random.Generator) -> Arrays:
+    """Cameras at 40 places."""
+    return {name: array for name, array in views(rng, 40).items() if name != "fov"}
 
 
-@ti.dataclass
-class PlainMaterial:
-    """The members of a material that the BRDFs of the course read."""
-
-    Kd: tm.vec3
-    Ks: tm.vec3
-    Ke: tm.vec3
-    Ns: tm.vec3.dtype
-
-
-@ti.func
-def material_of(Kd: ti.template(), Ns: ti.template(), i):
-    """Row i of the reflectances and of the exponents as a material."""
-    return PlainMaterial(Kd=vector(Kd, i), Ks=tm.vec3(0.5), Ke=tm.vec3(0), Ns=Ns[i])
+def run_matrix(camera_class: type, inputs: Arrays) -> Arrays:
+    """The matrix of the camera at each place, from a method for Python or for kernels."""
+    made, matrices = camera_class(8, 8), []
+    for eye, at, up in zip(inputs["eye"], inputs["at"], inputs["up"], strict=True):
+        made.set_camera_parameters(eye=eye, at=at, up=up)
+        matrices.append(made.camera_to_world.to_numpy())
+    return {"matrix": np.stack(matrices)}
 
 
-@ti.func
-def write(array: ti.template(), i, v):
-    """A vec3 as row i of an (n, 3) array."""
-    for k in ti.static(range(3)):
-        array[i, k] = v[k]
+def front_view(rng: np.random.Generator) -> Arrays:
+    """A camera in front of the Cornell box, or of the spheres."""
+    eye = np.array([0, 1, 3]) + rng.uniform(-0.15, 0.15, 3)
+    return {"eye": eye, "at": np.array([0.0, 1, 0]), "up": np.array([0.0, 1, 0])}
 
 
-@ti.func
-def write_sample(array: ti.template(), i, j, v):
-    """A vec3 as sample j of input i of an (n, m, 3) array."""
-    for k in ti.static(range(3)):
-        array[i, j, k] = v[k]
+def view_of(inputs: Arrays, *names: str) -> dict[str, Any]:
+    """The view of a camera for its constructor: the inputs with these names."""
+    return {name: inputs[name].tolist() for name in names}
 
 
-# ── lamps ──
+# ── scenes ──
+
+
+def quads(count: int) -> np.ndarray:
+    """(2 count, 3) faces of quadrilaterals with four vertices each, one after the other."""
+    return np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(count)]).astype(np.int32)
 
 
 def lamp_room(rng: np.random.Generator) -> Arrays:
@@ -324,7 +304,6 @@ def lamp_room(rng: np.random.Generator) -> Arrays:
     up, forward = down[::-1], down[::-1][:, [0, 2, 1]] * [1, -1, 1]
     corners = [3 * up, forward * [2, 1, 1] + [0, 1, -2]]
     corners += [down * rng.uniform(0.25, 0.5) + [-0.8, 1.6, 0], forward * [0.8, 0.35, 1] + [0.1, 0.5, -1.95]]
-    faces = np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(4)]).astype(np.int32)
     on_floor = rng.uniform([-1, 0, -1], [1, 0, 1], (6, 3))
     on_wall = rng.uniform([-1, 1.1, -2], [1, 1.5, -2], (2, 3))
     eye = np.array([0.2, 1.0, 5.0])
@@ -333,7 +312,7 @@ def lamp_room(rng: np.random.Generator) -> Arrays:
         "origin": np.tile(eye, (len(target), 1)).astype(np.float32),
         "direction": unit(target - eye).astype(np.float32),
         "vertices": np.concatenate(corners),
-        "faces": faces,
+        "faces": quads(4),
         "materials": np.array([0, 1, 0, 0, 2, 2, 3, 3], np.int32),
         "Kd": np.concatenate([rng.uniform(0.3, 0.9, (2, 3)), np.full((2, 3), 0.2)]),
         "Ns": np.array([1.0, rng.uniform(20, 40), 1, 1]),
@@ -363,49 +342,36 @@ def closed_room(rng: np.random.Generator) -> Arrays:
     }
 
 
-def lamp_scene(inputs: Arrays) -> Any:
-    """The scene of ``lamp_room``, whose lamps the handout's ``MeshLightSampler`` samples. It is kept."""
-    names = ("vertices", "faces", "materials", "Kd", "Ns", "Ke")
-    return kept(f"lamp scene {len(inputs['faces'])}", make_lamp_scene, *(inputs[name] for name in names))
+def scene(inputs: Arrays) -> Any:
+    """The scene of the inputs under its sky, the "image"; or with its lamps, which the handout's sampler samples.
+
+    It is kept for the next class under test.
+    """
+    names = ("vertices", "faces", "materials", "Kd", "Ns")
+    more = inputs.get("Ke", np.zeros_like(inputs["Kd"])), inputs.get("image", np.zeros(0))
+    return kept(f"scene with {len(inputs['faces'])} faces", make_scene, *(inputs[name] for name in names), *more)
 
 
-def make_lamp_scene(vertices, faces, ids, Kd, Ns, Ke) -> Any:
+def make_scene(vertices, faces, ids, Kd, Ns, Ke, image) -> Any:
     """A scene from arrays."""
     materials = [Material(f"m{i}", Kd=tuple(Kd[i]), Ns=float(Ns[i]), Ke=tuple(Ke[i])) for i in range(len(Ns))]
-    scene = scene_from_mesh(
-        vertices,
-        faces,
-        material=materials,
-        face_materials=ids,
-        intersector=PlainIntersector,
-        fast=False,
-        lamp_choice=MeshLightSampler,
-    )
-    scene.lamps.prepare()
-    return scene
+    options = {"environment": image} if image.size else {"lamp_choice": MeshLightSampler}
+    options |= {"material": materials, "face_materials": ids, "intersector": PlainIntersector, "fast": False}
+    made = scene_from_mesh(vertices, faces, **options)
+    if not image.size:
+        made.lamps.prepare()
+    return made
 
 
-@ti.kernel
-def shade_kernel(
-    renderer: ti.template(),
-    random: ti.template(),
-    seed: ti.u32,
-    origin: ti.types.ndarray(ndim=2),
-    direction: ti.types.ndarray(ndim=2),
-    samples: ti.types.ndarray(ndim=3),
-):
-    """Samples of the light along each ray."""
-    for i, j in ti.ndrange(samples.shape[0], samples.shape[1]):
-        random.start(seed, i, 0, j)
-        write_sample(samples, i, j, renderer.shade_ray(ray_of(origin, direction, i)))
+def light_along(renderer: Any, inputs: Arrays, count: int) -> np.ndarray:
+    """Statistics of ``count`` samples of ``shade_ray`` of each ray of the inputs."""
 
+    @ti.func
+    def radiance(origin, direction):
+        return renderer.shade_ray(Ray(origin=origin, direction=direction))
 
-def light_along(renderer: Any, inputs: Arrays, count: int, seed: int = 5) -> np.ndarray:
-    """(n, count, 3) samples of ``shade_ray`` of each ray of the inputs."""
-    rays = len(inputs["origin"])
-    samples = np.zeros((rays, count, 3), np.float32)
-    shade_kernel(renderer, sampler(rays), seed, inputs["origin"], inputs["direction"], samples)
-    return samples
+    found = samples(radiance, inputs, ["origin", "direction"], {"radiance": 3}, count, seed_type=ti.u32)
+    return statistics(found["radiance"])
 
 
 # ── noisy pictures ──

@@ -7,15 +7,12 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.accuracy import study_of
-from taichi_tracer.apps.cli import as_value, make_parser
-from taichi_tracer.apps.compare import CompareRequest
+from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.effects import effects_of
 from taichi_tracer.apps.export import export_of
-from taichi_tracer.apps.hardcases import HardCasesRequest
-from taichi_tracer.apps.merge import MergeRequest
-from taichi_tracer.apps.render import render_of
+from taichi_tracer.apps.render_request import render_of
 from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.apps.words import taken, values_of
+from taichi_tracer.apps.words import as_value, values_of
 
 COMMANDS = {
     "render": (render_of, ["cube"]),
@@ -24,9 +21,6 @@ COMMANDS = {
     "export": (export_of, ["cube", "out.xml"]),
     "effects": (effects_of, ["cube"]),
     "accuracy": (study_of, ["cube"]),
-    "compare": (lambda args: taken(CompareRequest, args), ["a.png", "b.png"]),
-    "hardcases": (lambda args: taken(HardCasesRequest, args), ["--quick"]),
-    "merge": (lambda args: taken(MergeRequest, args), ["a", "b", "-o", "c"]),
 }
 
 

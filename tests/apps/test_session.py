@@ -10,7 +10,9 @@ from PIL import Image
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.session import MOST_EVENTS, Session
+from taichi_tracer.apps.mailbox import MOST_EVENTS
+from taichi_tracer.apps.page_facts import details_of, state_of
+from taichi_tracer.apps.session import Session
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.picture.heat import heat
 from taichi_tracer.system.errors import InputError
@@ -215,10 +217,10 @@ def test_light_has_its_error_its_curve_and_explained_pixels(session):
         session.step(0.0)
         if len(session.curves.get("brdf", [])) > 1:
             break
-    state = json.loads(session.state())
+    state = json.loads(state_of(session.renderers, session.split, session.errors))
     assert state["samples"] > 2
     assert state["error"] != ""
-    assert session.details()["environment"] == "studio"
+    assert details_of(session.choices, session.split)["environment"] == "studio"
     session.post({"type": "explain", "column": 16, "row": 12, "sample": 0})
     session.post({"type": "exposure", "value": 1.5})
     session.step(0.0)

@@ -17,7 +17,7 @@ import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.picture.error_estimate import RelativeError, error_quantile, percent, relative_error
 from taichi_tracer.picture.film import Film
-from taichi_tracer.studies.metrics import relative_rmse
+from taichi_tracer.picture.metrics import relative_rmse
 from taichi_tracer.system import compiling
 
 SHAPE = (24, 24)

@@ -9,7 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rt3_text import HEAD, document, read
 
-from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, TAGS, FilmSettings, crop_pixels
+from taichi_tracer.picture.crop import crop_pixels
+from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, TAGS, FilmSettings
 from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.system.errors import InputError
 

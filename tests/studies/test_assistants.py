@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.studies.assistants import Assistants
 from taichi_tracer.studies.bench import Prepared
-from taichi_tracer.studies.crew import WorkerDied
+from taichi_tracer.studies.crew import Assistants
 from taichi_tracer.studies.variants import Source, Variant
+from taichi_tracer.system.processes import WorkerDied
 
 
 class Machine:

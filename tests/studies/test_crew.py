@@ -5,8 +5,9 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.studies import variants
-from taichi_tracer.studies.crew import Here, Worker
+from taichi_tracer.studies.crew import Here
 from taichi_tracer.studies.variants import Source, Variant
+from taichi_tracer.system.processes import Worker
 
 
 def test_a_worker_answers_and_ends():

@@ -9,7 +9,7 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, mistakes
+from taichi_tracer.teaching import catalogue, kept
 from taichi_tracer.teaching.checking import check_folder
 from taichi_tracer.teaching.handing_out import write_folder
 
@@ -18,7 +18,7 @@ from taichi_tracer.teaching.handing_out import write_folder
 def _own_cache(tmp_path_factory):
     start("f32")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(mistakes.VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        patch.setenv(kept.VARIABLE, str(tmp_path_factory.mktemp("cache")))
         yield
 
 

@@ -11,7 +11,7 @@ from support import start
 from teaching.variants import VARIANTS
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, mistakes
+from taichi_tracer.teaching import catalogue, kept, mistakes
 from taichi_tracer.teaching.base import mistake
 from taichi_tracer.teaching.mistakes import find, split_at_method, with_mistakes
 from taichi_tracer.teaching.running import OK, answer, expected, solution_of
@@ -30,7 +30,7 @@ EVERY = [pytest.param(*ids, marks=[] if ids[1] in QUICK and ids[0] == "a1" else 
 def _own_cache(tmp_path_factory):
     start("f32")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(mistakes.VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        patch.setenv(kept.VARIABLE, str(tmp_path_factory.mktemp("cache")))
         yield
 
 

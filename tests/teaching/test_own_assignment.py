@@ -10,7 +10,7 @@ from support import start
 
 from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, mistakes
+from taichi_tracer.teaching import catalogue, kept
 from taichi_tracer.teaching.handing_out import write_folder
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "teaching.md"
@@ -22,7 +22,7 @@ RIGHT = "1 of 1 parts are right: 10 of 10 points"
 def _own_cache(tmp_path_factory):
     start("f32")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(mistakes.VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        patch.setenv(kept.VARIABLE, str(tmp_path_factory.mktemp("cache")))
         yield
 
 

@@ -5,7 +5,8 @@ import warnings
 import numpy as np
 
 from taichi_tracer.assignments import A4Renderer
-from taichi_tracer.camera import Camera, OrthographicCamera
+from taichi_tracer.camera import Camera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES
 from taichi_tracer.materials import Material

@@ -1,11 +1,5 @@
 """The known mistakes of assignment 1: each is a small change of the solution."""
 
-from taichi_tracer.teaching.base import mistake
-
-NDC, COORDS, MATRIX, RAY = (
-    f"Camera.{name}" for name in ("generate_ndc_coords", "generate_camera_coords", "compute_matrix", "generate_ray")
-)
-TRIANGLE, NEAREST = "RayIntersector.intersect_triangle", "RayIntersector.query_ray"
 X_NDC = "ndc_coords.x = 2 * (pixel_x + 0.5) / self.width - 1"
 Y_NDC = "ndc_coords.y = 2 * (pixel_y + 0.5) / self.height - 1"
 TAN = "ti.tan(self.fov * tm.pi / 180 / 2)"
@@ -13,378 +7,261 @@ DIRECTION = "world_coords = self.camera_to_world[None] @ camera_coords"
 INSIDE = "u >= 0 and v >= 0 and u + v <= 1 and t > self.EPSILON"
 NORMAL = "tm.normalize(w * n0 + u * n1 + v * n2)"
 CLOSER = "hit.is_hit and hit.distance < nearest.distance"
+# The mistake of four views; that of the id −1 is black by itself.
+MISS = "Which colour has a ray that hits nothing?", ("if hit_data.is_hit:", "if True:")
 
-
-def view(name: str) -> str:
-    """The part of a view."""
-    return f"A1Renderer.shade_{name}"
-
-
-MISTAKES = (
-    # generate_ndc_coords
-    mistake(
-        NDC,
-        "pixel corner instead of centre",
-        "Through which point of the pixel does the ray pass?",
-        ("(pixel_x + 0.5)", "pixel_x"),
-        ("(pixel_y + 0.5)", "pixel_y"),
-    ),
-    mistake(
-        NDC,
-        "y axis points down",
-        "Where is pixel (0, 0), and in which direction does y grow in NDC?",
-        (Y_NDC, "ndc_coords.y = 1 - 2 * (pixel_y + 0.5) / self.height"),
-    ),
-    mistake(
-        NDC,
-        "x axis mirrored",
-        "At which edge of the picture is x = -1?",
-        (X_NDC, "ndc_coords.x = 1 - 2 * (pixel_x + 0.5) / self.width"),
-    ),
-    mistake(
-        NDC,
-        "width and height exchanged",
-        "By which size is each coordinate divided?",
-        ("self.width", "self.HEIGHT"),
-        ("self.height", "self.width"),
-        ("self.HEIGHT", "self.height"),
-    ),
-    mistake(
-        NDC,
-        "range [0, 1] instead of [-1, 1]",
-        "Which numbers do the corners of the picture have?",
-        (X_NDC, "ndc_coords.x = (pixel_x + 0.5) / self.width"),
-        (Y_NDC, "ndc_coords.y = (pixel_y + 0.5) / self.height"),
-    ),
-    mistake(
-        NDC,
-        "centres of the outer pixels at the corners",
-        "How many pixels wide is the picture, from edge to edge?",
-        (X_NDC, "ndc_coords.x = 2 * pixel_x / (self.width - 1) - 1"),
-        (Y_NDC, "ndc_coords.y = 2 * pixel_y / (self.height - 1) - 1"),
-    ),
-    # generate_camera_coords
-    mistake(
-        COORDS,
-        "fov taken as the horizontal angle",
-        "Does fov span the width or the height of the picture?",
-        ("ndc_coords.x * tan_half_fov * aspect", "ndc_coords.x * tan_half_fov"),
-        ("camera_coords.y = ndc_coords.y * tan_half_fov", "camera_coords.y = ndc_coords.y * tan_half_fov / aspect"),
-    ),
-    mistake(COORDS, "degrees given to tan", "Which unit does tan expect?", (TAN, "ti.tan(self.fov / 2)")),
-    mistake(
-        COORDS,
-        "fov not halved",
-        "Which part of fov lies above the centre of the picture?",
-        (TAN, "ti.tan(self.fov * tm.pi / 180)"),
-    ),
-    mistake(
-        COORDS,
-        "half the tangent instead of the tangent of the half",
-        "What is halved: the angle, or its tangent?",
-        (TAN, "ti.tan(self.fov * tm.pi / 180) / 2"),
-    ),
-    mistake(
-        COORDS,
-        "the angle instead of its tangent",
-        "The image plane is flat: which function turns an angle into a length on it?",
-        (TAN, "self.fov * tm.pi / 180 / 2"),
-    ),
-    mistake(
-        COORDS,
-        "aspect inverted",
-        "Is a wide picture wider in x?",
-        ("self.width / self.height", "self.height / self.width"),
-    ),
-    mistake(COORDS, "aspect forgotten", "What happens to a circle in a wide picture?", (" * aspect", "")),
-    mistake(
-        COORDS,
-        "w = 1 instead of 0",
-        "What does a translation do to a direction?",
-        ("camera_coords.z = 1", "camera_coords.z = 1\n        camera_coords.w = 1"),
-    ),
-    mistake(
-        COORDS,
-        "looks along -z",
-        "Along which axis of its own does this camera look?",
-        ("camera_coords.z = 1", "camera_coords.z = -1"),
-    ),
-    # compute_matrix
-    mistake(
-        MATRIX,
-        "x_c not normalised",
-        "How long is a cross product of vectors that are not perpendicular?",
-        ("x_c = side / np.linalg.norm(side)", "x_c = side"),
-    ),
-    mistake(
-        MATRIX,
-        "up x z_c turned round",
-        "The order of the factors of a cross product matters.",
-        ("np.cross(self.up, z_c)", "np.cross(z_c, self.up)"),
-    ),
-    mistake(
-        MATRIX,
-        "y_c turned round",
-        "The order of the factors of a cross product matters.",
-        ("np.cross(z_c, x_c)", "np.cross(x_c, z_c)"),
-    ),
-    mistake(
-        MATRIX,
-        "matrix transposed",
-        "Are the axes of the camera the rows or the columns?",
-        ("return matrix", "return matrix.T"),
-    ),
-    mistake(
-        MATRIX,
-        "z_c points backwards",
-        "Does the camera look along +z or along -z?",
-        ("(self.at - self.eye) / ", "(self.eye - self.at) / "),
-    ),
-    mistake(
-        MATRIX,
-        "z_c not normalised",
-        "How long is the vector from the eye to the point that it looks at?",
-        (" / np.linalg.norm(self.at - self.eye)", ""),
-    ),
-    mistake(
-        MATRIX,
-        "translation forgotten",
-        "Where in the world is the origin of the camera's coordinates?",
-        ("matrix[:3, 3] = self.eye", ""),
-    ),
-    mistake(
-        MATRIX,
-        "up taken as y_c",
-        "Is up perpendicular to the gaze?",
-        ("np.cross(z_c, x_c)", "self.up / np.linalg.norm(self.up)"),
-    ),
-    mistake(
-        MATRIX,
-        "at taken as a direction",
-        "at is a point. Which vector leads to it from the eye?",
-        ("(self.at - self.eye) / np.linalg.norm(self.at - self.eye)", "self.at / np.linalg.norm(self.at)"),
-    ),
-    # generate_ray
-    mistake(
-        RAY,
-        "direction not normalised",
-        "How long should the direction be?",
-        ("tm.normalize(world_coords.xyz)", "world_coords.xyz"),
-    ),
-    mistake(
-        RAY,
-        "direction transformed as a point (w = 1)",
-        "What does a translation do to a direction?",
-        (DIRECTION, DIRECTION.replace("camera_coords", "tm.vec4(camera_coords.xyz, 1)")),
-    ),
-    mistake(RAY, "origin at 0 instead of the eye", "Where do eye rays start?", ("ray.origin = self.eye", "")),
-    mistake(
-        RAY,
-        "direction left in camera coordinates",
-        "In which coordinates does the scene stand?",
-        (DIRECTION, "world_coords = camera_coords"),
-    ),
-    mistake(
-        RAY,
-        "matrix multiplied from the wrong side",
-        "Does the vector stand to the left or to the right of the matrix?",
-        (DIRECTION, "world_coords = self.camera_to_world[None].transpose() @ camera_coords"),
-    ),
-    mistake(
-        RAY, "pixel x and y exchanged", "Which coordinate comes first?", ("(pixel_x, pixel_y)", "(pixel_y, pixel_x)")
-    ),
-    mistake(
-        RAY,
-        "direction reversed",
-        "Does the direction lead away from the eye?",
-        ("tm.normalize(world_coords.xyz)", "-tm.normalize(world_coords.xyz)"),
-    ),
-    # intersect_triangle
-    mistake(
-        TRIANGLE,
-        "one-sided test: det > epsilon",
-        "Which sign does det have if the ray meets the back?",
-        ("abs(det) > self.EPSILON", "det > self.EPSILON"),
-    ),
-    mistake(TRIANGLE, "u and v exchanged", "Which of u and v belongs to v1?", ("tm.vec2(u, v)", "tm.vec2(v, u)")),
-    mistake(
-        TRIANGLE,
-        "u + v <= 1 forgotten",
-        "Which shape is 0 <= u <= 1, 0 <= v <= 1?",
-        (INSIDE, "u >= 0 and v >= 0 and u <= 1 and v <= 1 and t > self.EPSILON"),
-    ),
-    mistake(TRIANGLE, "u >= 0 forgotten", "On which side of each edge is the inside?", ("u >= 0 and ", "")),
-    mistake(TRIANGLE, "v >= 0 forgotten", "On which side of each edge is the inside?", ("v >= 0 and ", "")),
-    mistake(TRIANGLE, "t not tested", "What does a negative t mean?", (" and t > self.EPSILON", "")),
-    mistake(
-        TRIANGLE,
-        "t not divided by det",
-        "What do u, v and t have in common in Cramer's rule?",
-        ("t = tm.dot(e2, tm.cross(o - v0, e1)) / det", "t = tm.dot(e2, tm.cross(o - v0, e1))"),
-    ),
-    mistake(
-        TRIANGLE,
-        "absolute value of det in the quotients",
-        "Which sign do u, v and t get if the ray meets the back?",
-        ("if abs(det) > self.EPSILON:", "side = det\n        det = abs(det)\n        if det > self.EPSILON:"),
-        ("is_backfacing = det < 0", "is_backfacing = side < 0"),
-    ),
-    mistake(
-        TRIANGLE,
-        "distance in world units instead of t",
-        "In which unit does t count if the direction is not of length 1?",
-        ("hit.distance = t", "hit.distance = t * d.norm()"),
-    ),
-    mistake(
-        TRIANGLE,
-        "corner v1 in place of v0 for u",
-        "From which corner do the edges start?",
-        ("u = tm.dot(o - v0,", "u = tm.dot(o - v1,"),
-    ),
-    mistake(
-        TRIANGLE,
-        "flat normal instead of the interpolated one",
-        "Which normals vary within a triangle?",
-        (NORMAL, "tm.normalize(tm.cross(e1, e2))"),
-    ),
-    mistake(
-        TRIANGLE,
-        "normal not normalised again",
-        "How long is a mean of unit vectors?",
-        (NORMAL, "w * n0 + u * n1 + v * n2"),
-    ),
-    mistake(
-        TRIANGLE,
-        "weights of the normals in the wrong order",
-        "Which weight belongs to which corner?",
-        (NORMAL, "tm.normalize(u * n0 + v * n1 + w * n2)"),
-    ),
-    mistake(
-        TRIANGLE,
-        "normal not turned round on the back",
-        "Should the normal face the origin of the ray?",
-        ("normal = -normal", "normal = normal"),
-    ),
-    mistake(
-        TRIANGLE,
-        "normal turned round on the front",
-        "On which side must the normal be turned?",
-        ("if is_backfacing:", "if not is_backfacing:"),
-    ),
-    mistake(
-        TRIANGLE,
-        "sign of det taken the wrong way round",
-        "Which sign does det have if the triangle faces the ray?",
-        ("is_backfacing = det < 0", "is_backfacing = det > 0"),
-    ),
-    mistake(
-        TRIANGLE,
-        "back-facing not recorded",
-        "Does HitData say which side was hit?",
-        ("hit.is_backfacing = is_backfacing", ""),
-    ),
-    mistake(
-        TRIANGLE,
-        "material id not recorded",
-        "Which material does the triangle have?",
-        ("hit.material_id = self.geometry.triangle_material_ids[triangle_id]", ""),
-    ),
-    mistake(
-        TRIANGLE,
-        "material of the wrong triangle",
-        "Whose material is recorded?",
-        ("triangle_material_ids[triangle_id]", "triangle_material_ids[vertex_ids.x]"),
-    ),
-    mistake(
-        TRIANGLE,
-        "normals looked up by the triangle's id",
-        "What are the entries of triangle_normal_ids?",
-        ("normals[normal_ids.x]", "normals[triangle_id]"),
-        ("normals[normal_ids.y]", "normals[triangle_id]"),
-        ("normals[normal_ids.z]", "normals[triangle_id]"),
-    ),
-    # query_ray
-    mistake(NEAREST, "the last hit is kept", "Which of several hits counts?", (CLOSER, "hit.is_hit")),
-    mistake(
-        NEAREST,
-        "the first hit is kept",
-        "Is the first triangle of the list the nearest?",
-        (CLOSER, "hit.is_hit and not nearest.is_hit"),
-    ),
-    mistake(
-        NEAREST,
-        "the farthest hit is kept",
-        "Which of several hits does the eye see?",
-        (CLOSER, "hit.is_hit and (not nearest.is_hit or hit.distance > nearest.distance)"),
-    ),
-    mistake(
-        NEAREST,
-        "back-facing hits treated as misses",
-        "Is a triangle visible from behind?",
-        (CLOSER, CLOSER + " and not hit.is_backfacing"),
-    ),
-    mistake(
-        NEAREST,
-        "the last triangles are not tried",
-        "Where does range end?",
-        ("range(self.geometry.n_triangles)", "range(self.geometry.n_triangles // 2)"),
-    ),
-    mistake(
-        NEAREST,
-        "material of the loop's last triangle",
-        "Whose material is recorded?",
-        (
-            "return nearest",
-            "nearest.material_id = self.geometry.triangle_material_ids[self.geometry.n_triangles - 1]\n"
-            "        return nearest",
+MISTAKES = {
+    "Camera.generate_ndc_coords": {
+        "pixel corner instead of centre": (
+            "Through which point of the pixel does the ray pass?",
+            ("(pixel_x + 0.5)", "pixel_x"),
+            ("(pixel_y + 0.5)", "pixel_y"),
         ),
-    ),
-    # views
-    mistake(
-        view("hit"),
-        "colours of front and back exchanged",
-        "Which side is white?",
-        ("if hit_data.is_backfacing", "if not hit_data.is_backfacing"),
-    ),
-    mistake(view("triangle_id"), "id_color of the material", "Which id is shown?", ("triangle_id)", "material_id)")),
-    mistake(
-        view("triangle_id"), "1 added twice", "What does id_color add itself?", ("triangle_id)", "triangle_id + 1)")
-    ),
-    mistake(
-        view("distance"),
-        "distance not limited",
-        "What is the largest number of a colour?",
-        ("tm.clamp(hit_data.distance / self.max_distance, 0, 1)", "hit_data.distance / self.max_distance"),
-    ),
-    mistake(
-        view("distance"),
-        "near is white",
-        "Is the eye black or white?",
-        ("tm.vec3(tm.clamp", "tm.vec3(1 - tm.clamp"),
-    ),
-    mistake(view("distance"), "distance not divided", "Which distance is white?", (" / self.max_distance", "")),
-    mistake(view("barycentric"), "w shown first", "Which weight is red?", ("(u, v, 1 - u - v)", "(1 - u - v, u, v)")),
-    mistake(view("barycentric"), "w missing", "What is the third weight?", ("(u, v, 1 - u - v)", "(u, v, 0)")),
-    mistake(
-        view("normal"),
-        "normal not mapped to [0, 1]",
-        "Can a colour be negative?",
-        ("(hit_data.normal + 1) / 2", "hit_data.normal"),
-    ),
-    mistake(
-        view("normal"),
-        "absolute value of the normal",
-        "Do opposite normals have different colours?",
-        ("(hit_data.normal + 1) / 2", "abs(hit_data.normal)"),
-    ),
-    mistake(view("material_id"), "id_color of the triangle", "Which id is shown?", ("material_id)", "triangle_id)")),
-    *(
-        mistake(
-            view(name),
-            "misses are not black",
-            "Which colour has a ray that hits nothing?",
-            ("if hit_data.is_hit:", "if True:"),
-        )
-        for name in ("hit", "distance", "barycentric", "normal")  # that of the id -1 is black by itself
-    ),
-)
+        "y axis points down": (
+            "Where is pixel (0, 0), and in which direction does y grow in NDC?",
+            (Y_NDC, "ndc_coords.y = 1 - 2 * (pixel_y + 0.5) / self.height"),
+        ),
+        "x axis mirrored": (
+            "At which edge of the picture is x = -1?",
+            (X_NDC, "ndc_coords.x = 1 - 2 * (pixel_x + 0.5) / self.width"),
+        ),
+        "width and height exchanged": (
+            "By which size is each coordinate divided?",
+            ("self.width", "self.HEIGHT"),
+            ("self.height", "self.width"),
+            ("self.HEIGHT", "self.height"),
+        ),
+        "range [0, 1] instead of [-1, 1]": (
+            "Which numbers do the corners of the picture have?",
+            (X_NDC, "ndc_coords.x = (pixel_x + 0.5) / self.width"),
+            (Y_NDC, "ndc_coords.y = (pixel_y + 0.5) / self.height"),
+        ),
+        "centres of the outer pixels at the corners": (
+            "How many pixels wide is the picture, from edge to edge?",
+            (X_NDC, "ndc_coords.x = 2 * pixel_x / (self.width - 1) - 1"),
+            (Y_NDC, "ndc_coords.y = 2 * pixel_y / (self.height - 1) - 1"),
+        ),
+    },
+    "Camera.generate_camera_coords": {
+        "fov taken as the horizontal angle": (
+            "Does fov span the width or the height of the picture?",
+            ("ndc_coords.x * tan_half_fov * aspect", "ndc_coords.x * tan_half_fov"),
+            ("camera_coords.y = ndc_coords.y * tan_half_fov", "camera_coords.y = ndc_coords.y * tan_half_fov / aspect"),
+        ),
+        "degrees given to tan": ("Which unit does tan expect?", (TAN, "ti.tan(self.fov / 2)")),
+        "fov not halved": (
+            "Which part of fov lies above the centre of the picture?",
+            (TAN, "ti.tan(self.fov * tm.pi / 180)"),
+        ),
+        "half the tangent instead of the tangent of the half": (
+            "What is halved: the angle, or its tangent?",
+            (TAN, "ti.tan(self.fov * tm.pi / 180) / 2"),
+        ),
+        "the angle instead of its tangent": (
+            "The image plane is flat: which function turns an angle into a length on it?",
+            (TAN, "self.fov * tm.pi / 180 / 2"),
+        ),
+        "aspect inverted": ("Is a wide picture wider in x?", ("self.width / self.height", "self.height / self.width")),
+        "aspect forgotten": ("What happens to a circle in a wide picture?", (" * aspect", "")),
+        "w = 1 instead of 0": (
+            "What does a translation do to a direction?",
+            ("camera_coords.z = 1", "camera_coords.z = 1\n        camera_coords.w = 1"),
+        ),
+        "looks along -z": (
+            "Along which axis of its own does this camera look?",
+            ("camera_coords.z = 1", "camera_coords.z = -1"),
+        ),
+    },
+    "Camera.compute_matrix": {
+        "x_c not normalised": (
+            "How long is a cross product of vectors that are not perpendicular?",
+            ("x_c = side / np.linalg.norm(side)", "x_c = side"),
+        ),
+        "up x z_c turned round": (
+            "The order of the factors of a cross product matters.",
+            ("np.cross(self.up, z_c)", "np.cross(z_c, self.up)"),
+        ),
+        "y_c turned round": (
+            "The order of the factors of a cross product matters.",
+            ("np.cross(z_c, x_c)", "np.cross(x_c, z_c)"),
+        ),
+        "matrix transposed": (
+            "Are the axes of the camera the rows or the columns?",
+            ("return matrix", "return matrix.T"),
+        ),
+        "z_c points backwards": (
+            "Does the camera look along +z or along -z?",
+            ("(self.at - self.eye) / ", "(self.eye - self.at) / "),
+        ),
+        "z_c not normalised": (
+            "How long is the vector from the eye to the point that it looks at?",
+            (" / np.linalg.norm(self.at - self.eye)", ""),
+        ),
+        "translation forgotten": (
+            "Where in the world is the origin of the camera's coordinates?",
+            ("matrix[:3, 3] = self.eye", ""),
+        ),
+        "up taken as y_c": (
+            "Is up perpendicular to the gaze?",
+            ("np.cross(z_c, x_c)", "self.up / np.linalg.norm(self.up)"),
+        ),
+        "at taken as a direction": (
+            "at is a point. Which vector leads to it from the eye?",
+            ("(self.at - self.eye) / np.linalg.norm(self.at - self.eye)", "self.at / np.linalg.norm(self.at)"),
+        ),
+    },
+    "Camera.generate_ray": {
+        "direction not normalised": (
+            "How long should the direction be?",
+            ("tm.normalize(world_coords.xyz)", "world_coords.xyz"),
+        ),
+        "direction transformed as a point (w = 1)": (
+            "What does a translation do to a direction?",
+            (DIRECTION, DIRECTION.replace("camera_coords", "tm.vec4(camera_coords.xyz, 1)")),
+        ),
+        "origin at 0 instead of the eye": ("Where do eye rays start?", ("ray.origin = self.eye", "")),
+        "direction left in camera coordinates": (
+            "In which coordinates does the scene stand?",
+            (DIRECTION, "world_coords = camera_coords"),
+        ),
+        "matrix multiplied from the wrong side": (
+            "Does the vector stand to the left or to the right of the matrix?",
+            (DIRECTION, "world_coords = self.camera_to_world[None].transpose() @ camera_coords"),
+        ),
+        "pixel x and y exchanged": ("Which coordinate comes first?", ("(pixel_x, pixel_y)", "(pixel_y, pixel_x)")),
+        "direction reversed": (
+            "Does the direction lead away from the eye?",
+            ("tm.normalize(world_coords.xyz)", "-tm.normalize(world_coords.xyz)"),
+        ),
+    },
+    "RayIntersector.intersect_triangle": {
+        "one-sided test: det > epsilon": (
+            "Which sign does det have if the ray meets the back?",
+            ("abs(det) > self.EPSILON", "det > self.EPSILON"),
+        ),
+        "u and v exchanged": ("Which of u and v belongs to v1?", ("tm.vec2(u, v)", "tm.vec2(v, u)")),
+        "u + v <= 1 forgotten": (
+            "Which shape is 0 <= u <= 1, 0 <= v <= 1?",
+            (INSIDE, "u >= 0 and v >= 0 and u <= 1 and v <= 1 and t > self.EPSILON"),
+        ),
+        "u >= 0 forgotten": ("On which side of each edge is the inside?", ("u >= 0 and ", "")),
+        "v >= 0 forgotten": ("On which side of each edge is the inside?", ("v >= 0 and ", "")),
+        "t not tested": ("What does a negative t mean?", (" and t > self.EPSILON", "")),
+        "t not divided by det": (
+            "What do u, v and t have in common in Cramer's rule?",
+            ("t = tm.dot(e2, tm.cross(o - v0, e1)) / det", "t = tm.dot(e2, tm.cross(o - v0, e1))"),
+        ),
+        "absolute value of det in the quotients": (
+            "Which sign do u, v and t get if the ray meets the back?",
+            ("if abs(det) > self.EPSILON:", "side = det\n        det = abs(det)\n        if det > self.EPSILON:"),
+            ("is_backfacing = det < 0", "is_backfacing = side < 0"),
+        ),
+        "distance in world units instead of t": (
+            "In which unit does t count if the direction is not of length 1?",
+            ("hit.distance = t", "hit.distance = t * d.norm()"),
+        ),
+        "corner v1 in place of v0 for u": (
+            "From which corner do the edges start?",
+            ("u = tm.dot(o - v0,", "u = tm.dot(o - v1,"),
+        ),
+        "flat normal instead of the interpolated one": (
+            "Which normals vary within a triangle?",
+            (NORMAL, "tm.normalize(tm.cross(e1, e2))"),
+        ),
+        "normal not normalised again": ("How long is a mean of unit vectors?", (NORMAL, "w * n0 + u * n1 + v * n2")),
+        "weights of the normals in the wrong order": (
+            "Which weight belongs to which corner?",
+            (NORMAL, "tm.normalize(u * n0 + v * n1 + w * n2)"),
+        ),
+        "normal not turned round on the back": (
+            "Should the normal face the origin of the ray?",
+            ("normal = -normal", "normal = normal"),
+        ),
+        "normal turned round on the front": (
+            "On which side must the normal be turned?",
+            ("if is_backfacing:", "if not is_backfacing:"),
+        ),
+        "sign of det taken the wrong way round": (
+            "Which sign does det have if the triangle faces the ray?",
+            ("is_backfacing = det < 0", "is_backfacing = det > 0"),
+        ),
+        "back-facing not recorded": ("Does HitData say which side was hit?", ("hit.is_backfacing = is_backfacing", "")),
+        "material id not recorded": (
+            "Which material does the triangle have?",
+            ("hit.material_id = self.geometry.triangle_material_ids[triangle_id]", ""),
+        ),
+        "material of the wrong triangle": (
+            "Whose material is recorded?",
+            ("triangle_material_ids[triangle_id]", "triangle_material_ids[vertex_ids.x]"),
+        ),
+        "normals looked up by the triangle's id": (
+            "What are the entries of triangle_normal_ids?",
+            ("normals[normal_ids.x]", "normals[triangle_id]"),
+            ("normals[normal_ids.y]", "normals[triangle_id]"),
+            ("normals[normal_ids.z]", "normals[triangle_id]"),
+        ),
+    },
+    "RayIntersector.query_ray": {
+        "the last hit is kept": ("Which of several hits counts?", (CLOSER, "hit.is_hit")),
+        "the first hit is kept": (
+            "Is the first triangle of the list the nearest?",
+            (CLOSER, "hit.is_hit and not nearest.is_hit"),
+        ),
+        "the farthest hit is kept": (
+            "Which of several hits does the eye see?",
+            (CLOSER, "hit.is_hit and (not nearest.is_hit or hit.distance > nearest.distance)"),
+        ),
+        "back-facing hits treated as misses": (
+            "Is a triangle visible from behind?",
+            (CLOSER, CLOSER + " and not hit.is_backfacing"),
+        ),
+        "the last triangles are not tried": (
+            "Where does range end?",
+            ("range(self.geometry.n_triangles)", "range(self.geometry.n_triangles // 2)"),
+        ),
+        "material of the loop's last triangle": (
+            "Whose material is recorded?",
+            (
+                "return nearest",
+                "nearest.material_id = self.geometry.triangle_material_ids[self.geometry.n_triangles - 1]\n"
+                "        return nearest",
+            ),
+        ),
+    },
+    "A1Renderer.shade_hit": {
+        "colours of front and back exchanged": (
+            "Which side is white?",
+            ("if hit_data.is_backfacing", "if not hit_data.is_backfacing"),
+        ),
+        "misses are not black": MISS,
+    },
+    "A1Renderer.shade_triangle_id": {
+        "id_color of the material": ("Which id is shown?", ("triangle_id)", "material_id)")),
+        "1 added twice": ("What does id_color add itself?", ("triangle_id)", "triangle_id + 1)")),
+    },
+    "A1Renderer.shade_distance": {
+        "distance not limited": (
+            "What is the largest number of a colour?",
+            ("tm.clamp(hit_data.distance / self.max_distance, 0, 1)", "hit_data.distance / self.max_distance"),
+        ),
+        "near is white": ("Is the eye black or white?", ("tm.vec3(tm.clamp", "tm.vec3(1 - tm.clamp")),
+        "distance not divided": ("Which distance is white?", (" / self.max_distance", "")),
+        "misses are not black": MISS,
+    },
+    "A1Renderer.shade_barycentric": {
+        "w shown first": ("Which weight is red?", ("(u, v, 1 - u - v)", "(1 - u - v, u, v)")),
+        "w missing": ("What is the third weight?", ("(u, v, 1 - u - v)", "(u, v, 0)")),
+        "misses are not black": MISS,
+    },
+    "A1Renderer.shade_normal": {
+        "normal not mapped to [0, 1]": ("Can a colour be negative?", ("(hit_data.normal + 1) / 2", "hit_data.normal")),
+        "absolute value of the normal": (
+            "Do opposite normals have different colours?",
+            ("(hit_data.normal + 1) / 2", "abs(hit_data.normal)"),
+        ),
+        "misses are not black": MISS,
+    },
+    "A1Renderer.shade_material_id": {
+        "id_color of the triangle": ("Which id is shown?", ("material_id)", "triangle_id)"))
+    },
+}

@@ -4,15 +4,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import taichi as ti
-import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import stand_ins
-from taichi_tracer.teaching.base import Arrays, Part
-from taichi_tracer.teaching.judges import Numbers, Pictures
-from taichi_tracer.teaching.stand_ins import hit_answers, ray_of, read_hit, write_hit
+from taichi_tracer.teaching.base import Arrays, Part, method
+from taichi_tracer.teaching.judges import Numbers, picture
+from taichi_tracer.teaching.rows import rows
+from taichi_tracer.teaching.stand_ins import HIT, members
 
 RAYS, TRIANGLES, COLOURS = "eye rays", "ray–triangle intersection", "from hits to colours"
+VIEW = ("eye", "at", "up", "fov")
 
 # ── eye rays ──
 
@@ -24,19 +25,15 @@ def pixels(rng: np.random.Generator) -> Arrays:
     return {"pixel": np.stack([x.ravel(), y.ravel()], axis=1).astype(np.int32), **size}
 
 
-@ti.kernel
-def ndc_kernel(camera: ti.template(), pixel: ti.types.ndarray(ndim=2), ndc: ti.types.ndarray(ndim=2)):
-    """The point of each pixel in NDC."""
-    for i in range(pixel.shape[0]):
-        p = camera.generate_ndc_coords(pixel[i, 0], pixel[i, 1])
-        ndc[i, 0], ndc[i, 1] = p.x, p.y
-
-
 def run_ndc(camera_class: type, inputs: Arrays) -> Arrays:
     """The point of each pixel."""
-    ndc = np.zeros((len(inputs["pixel"]), 2), np.float32)
-    ndc_kernel(stand_ins.camera(camera_class, inputs["width"], inputs["height"]), inputs["pixel"], ndc)
-    return {"ndc": ndc}
+    camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"])
+
+    @ti.func
+    def ndc(pixel):
+        return camera.generate_ndc_coords(pixel.x, pixel.y)
+
+    return rows(ndc, inputs, ["pixel"], {"ndc": 2})
 
 
 def points_and_angles(rng: np.random.Generator) -> Arrays:
@@ -49,44 +46,15 @@ def points_and_angles(rng: np.random.Generator) -> Arrays:
     }
 
 
-@ti.kernel
-def camera_coords_kernel(
-    camera: ti.template(),
-    ndc: ti.types.ndarray(ndim=2),
-    first: ti.i32,
-    last: ti.i32,
-    coords: ti.types.ndarray(ndim=2),
-):
-    """The direction of each point, for some of the rows."""
-    for i in range(first, last):
-        p = camera.generate_camera_coords(tm.vec2(ndc[i, 0], ndc[i, 1]))
-        for k in ti.static(range(4)):
-            coords[i, k] = p[k]
-
-
 def run_camera_coords(camera_class: type, inputs: Arrays) -> Arrays:
     """The direction of each point, for the angle that belongs to it."""
     coords = np.zeros((len(inputs["ndc"]), 4), np.float32)
     for fov in np.unique(inputs["fov"]):
-        rows = np.flatnonzero(inputs["fov"] == fov)
+        chosen = inputs["fov"] == fov
         camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"], fov=float(fov))
-        camera_coords_kernel(camera, inputs["ndc"], int(rows[0]), int(rows[-1]) + 1, coords)
+        found = rows(camera.generate_camera_coords, {"ndc": inputs["ndc"][chosen]}, ["ndc"], {"coords": 4})
+        coords[chosen] = found["coords"]
     return {"camera_coords": coords}
-
-
-def places(rng: np.random.Generator) -> Arrays:
-    """Cameras at 40 places."""
-    return {name: array for name, array in stand_ins.views(rng, 40).items() if name != "fov"}
-
-
-def run_matrix(camera_class: type, inputs: Arrays) -> Arrays:
-    """The matrix of each camera, from a method for Python or for kernels."""
-    original = camera_class(8, 8)
-    matrices = []
-    for eye, at, up in zip(inputs["eye"], inputs["at"], inputs["up"], strict=True):
-        original.set_camera_parameters(eye=eye, at=at, up=up)
-        matrices.append(original.camera_to_world.to_numpy())
-    return {"matrix": np.stack(matrices)}
 
 
 def pixels_of_a_view(rng: np.random.Generator) -> Arrays:
@@ -95,27 +63,17 @@ def pixels_of_a_view(rng: np.random.Generator) -> Arrays:
     return {**pixels(rng), **view}
 
 
-@ti.kernel
-def ray_kernel(
-    camera: ti.template(),
-    pixel: ti.types.ndarray(ndim=2),
-    origin: ti.types.ndarray(ndim=2),
-    direction: ti.types.ndarray(ndim=2),
-):
-    """The ray of each pixel."""
-    for i in range(pixel.shape[0]):
-        ray = camera.generate_ray(pixel[i, 0], pixel[i, 1])
-        for k in ti.static(range(3)):
-            origin[i, k], direction[i, k] = ray.origin[k], ray.direction[k]
-
-
 def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
     """The eye ray of each pixel."""
-    view = {name: inputs[name].tolist() for name in ("eye", "at", "up", "fov")}
+    view = stand_ins.view_of(inputs, *VIEW)
     camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"], **view)
-    origin, direction = (np.zeros((len(inputs["pixel"]), 3), np.float32) for _ in range(2))
-    ray_kernel(camera, inputs["pixel"], origin, direction)
-    return {"origin": origin, "direction": direction}
+
+    @ti.func
+    def eye_ray(pixel):
+        ray = camera.generate_ray(pixel.x, pixel.y)
+        return ray.origin, ray.direction
+
+    return rows(eye_ray, inputs, ["pixel"], {"origin": 3, "direction": 3})
 
 
 # ── triangles ──
@@ -185,28 +143,15 @@ def rays_at_triangles(rng: np.random.Generator) -> Arrays:
     }
 
 
-@ti.kernel
-def triangle_kernel(
-    intersector: ti.template(),
-    origin: ti.types.ndarray(ndim=2),
-    direction: ti.types.ndarray(ndim=2),
-    triangle_id: ti.types.ndarray(ndim=1),
-    whole: ti.types.ndarray(ndim=2),
-    real: ti.types.ndarray(ndim=2),
-):
-    """The hit of each ray on one triangle."""
-    for i in range(origin.shape[0]):
-        hit = intersector.intersect_triangle(ray_of(origin, direction, i), triangle_id[i])
-        write_hit(hit, i, whole, real)
-
-
 def run_triangle(intersector_class: type, inputs: Arrays) -> Arrays:
     """The hit of each ray on its own triangle."""
-    rays = len(inputs["origin"])
-    whole, real = np.zeros((rays, 4), np.int32), np.zeros((rays, 6), np.float32)
     intersector = stand_ins.intersector(intersector_class, inputs)
-    triangle_kernel(intersector, inputs["origin"], inputs["direction"], inputs["triangle_id"], whole, real)
-    return hit_answers(whole, real)
+
+    @ti.func
+    def hit(origin, direction, triangle_id):
+        return members(intersector.intersect_triangle(tt.Ray(origin=origin, direction=direction), triangle_id))
+
+    return rows(hit, inputs, ["origin", "direction", "triangle_id"], HIT)
 
 
 def rays_at_many(rng: np.random.Generator) -> Arrays:
@@ -240,26 +185,15 @@ def is_clear(mesh: Arrays, origin: np.ndarray, direction: np.ndarray) -> np.ndar
     return ~near_edge & ~near_second
 
 
-@ti.kernel
-def nearest_kernel(
-    intersector: ti.template(),
-    origin: ti.types.ndarray(ndim=2),
-    direction: ti.types.ndarray(ndim=2),
-    whole: ti.types.ndarray(ndim=2),
-    real: ti.types.ndarray(ndim=2),
-):
-    """The nearest hit of each ray."""
-    for i in range(origin.shape[0]):
-        hit = intersector.query_ray(ray_of(origin, direction, i))
-        write_hit(hit, i, whole, real)
-
-
 def run_nearest(intersector_class: type, inputs: Arrays) -> Arrays:
     """The nearest hit of each ray."""
-    rays = len(inputs["origin"])
-    whole, real = np.zeros((rays, 4), np.int32), np.zeros((rays, 6), np.float32)
-    nearest_kernel(stand_ins.intersector(intersector_class, inputs), inputs["origin"], inputs["direction"], whole, real)
-    return hit_answers(whole, real)
+    intersector = stand_ins.intersector(intersector_class, inputs)
+
+    @ti.func
+    def hit(origin, direction):
+        return members(intersector.query_ray(tt.Ray(origin=origin, direction=direction)))
+
+    return rows(hit, inputs, ["origin", "direction"], HIT)
 
 
 # ── views ──
@@ -275,31 +209,25 @@ def hits(rng: np.random.Generator) -> Arrays:
     distance = rng.uniform(0, 14, (count, 1))
     real = np.concatenate([distance, uv, stand_ins.directions(rng, count)], axis=1).astype(np.float32)
     real[::10] = [np.inf, 0, 0, 0, 0, 0]
-    return hit_answers(whole, real)
-
-
-@ti.kernel
-def view_kernel(
-    shade: ti.template(), whole: ti.types.ndarray(ndim=2), real: ti.types.ndarray(ndim=2), c: ti.types.ndarray(ndim=2)
-):
-    """The colour of each hit."""
-    for i in range(whole.shape[0]):
-        color = shade(read_hit(i, whole, real))
-        for k in ti.static(range(3)):
-            c[i, k] = color[k]
+    return dict(zip(HIT, [*whole.T.copy(), real[:, 0], real[:, 1:3], real[:, 3:]], strict=True))
 
 
 def run_view(name: str):
     """A function that runs one view on all hits."""
 
     def run(renderer_class: type, inputs: Arrays) -> Arrays:
-        names = ("is_hit", "is_backfacing", "triangle_id", "material_id")
-        whole = np.stack([inputs[name] for name in names], axis=1).astype(np.int32)
-        columns = [inputs["distance"][:, None], inputs["barycentric_coords"], inputs["normal"]]
-        real, color = np.concatenate(columns, axis=1).astype(np.float32), np.zeros((len(whole), 3), np.float32)
         renderer = stand_ins.of(renderer_class, _integrators={"distance": SimpleNamespace(max_distance=10.0)})
-        view_kernel(getattr(renderer, f"shade_{name}"), whole, real, color)
-        return {"color": color}
+        shade = getattr(renderer, f"shade_{name}")
+
+        @ti.func
+        def color(is_hit, is_backfacing, triangle_id, material_id, distance, barycentric_coords, normal):
+            hit = tt.no_hit()
+            hit.is_hit, hit.is_backfacing, hit.triangle_id = is_hit, is_backfacing, triangle_id
+            hit.material_id, hit.distance, hit.barycentric_coords = material_id, distance, barycentric_coords
+            hit.normal = hit.geometric_normal = normal
+            return shade(hit)
+
+        return rows(color, inputs, list(HIT), {"color": 3})
 
     return run
 
@@ -311,8 +239,7 @@ SIZE = 48  # pixels on a side
 
 def cornell_view(rng: np.random.Generator) -> Arrays:
     """A camera in front of the Cornell box."""
-    eye = np.array([0, 1, 3]) + rng.uniform(-0.15, 0.15, 3)
-    return {"eye": eye, "at": np.array([0.0, 1, 0]), "up": np.array([0.0, 1, 0]), "fov": np.array(60.0)}
+    return {**stand_ins.front_view(rng), "fov": np.array(60.0)}
 
 
 def run_picture(view: str):
@@ -320,7 +247,7 @@ def run_picture(view: str):
 
     def run(classes, inputs: Arrays) -> Arrays:
         scene = tt.load_scene_data("cornell_box", intersector=classes.RayIntersector, fast=False)
-        camera = classes.Camera(SIZE, SIZE, **{name: inputs[name].tolist() for name in ("eye", "at", "up", "fov")})
+        camera = classes.Camera(SIZE, SIZE, **stand_ins.view_of(inputs, *VIEW))
         renderer = classes.A1Renderer(scene, camera=camera, jitter=False).use(view)
         picture = np.asarray(renderer.image())
         scene.destroy()
@@ -331,47 +258,18 @@ def run_picture(view: str):
 
 def view_part(name: str) -> Part:
     """The part of one view."""
-    return Part(
-        f"A1Renderer.shade_{name}", 0.5, COLOURS, "A1Renderer", hits, run_view(name), Numbers(1e-4, called="hits")
-    )
+    return method(f"A1Renderer.shade_{name}", 0.5, COLOURS, hits, run_view(name), Numbers(1e-4, called="hits"))
 
 
-def picture_part(view: str) -> Part:
-    """The part of one picture."""
-    return Part(f"picture: {view}", 1, "the whole pipeline", "", cornell_view, run_picture(view), Pictures())
-
-
+PIXELS, HITS = Numbers(1e-4, called="pixels"), Numbers(2e-3, "is_hit", "rays")
+POINTS, CAMERAS = Numbers(1e-4, called="points"), Numbers(1e-4, called="cameras")
 PARTS = (
-    Part("Camera.generate_ndc_coords", 2, RAYS, "Camera", pixels, run_ndc, Numbers(1e-4, called="pixels")),
-    Part(
-        "Camera.generate_camera_coords",
-        3,
-        RAYS,
-        "Camera",
-        points_and_angles,
-        run_camera_coords,
-        Numbers(1e-4, called="points"),
-    ),
-    Part("Camera.compute_matrix", 3, RAYS, "Camera", places, run_matrix, Numbers(1e-4, called="cameras")),
-    Part("Camera.generate_ray", 2, RAYS, "Camera", pixels_of_a_view, run_ray, Numbers(1e-4, called="pixels")),
-    Part(
-        "RayIntersector.intersect_triangle",
-        7,
-        TRIANGLES,
-        "RayIntersector",
-        rays_at_triangles,
-        run_triangle,
-        Numbers(2e-3, "is_hit", "rays"),
-    ),
-    Part(
-        "RayIntersector.query_ray",
-        3,
-        TRIANGLES,
-        "RayIntersector",
-        rays_at_many,
-        run_nearest,
-        Numbers(2e-3, "is_hit", "rays"),
-    ),
+    method("Camera.generate_ndc_coords", 2, RAYS, pixels, run_ndc, PIXELS),
+    method("Camera.generate_camera_coords", 3, RAYS, points_and_angles, run_camera_coords, POINTS),
+    method("Camera.compute_matrix", 3, RAYS, stand_ins.places, stand_ins.run_matrix, CAMERAS),
+    method("Camera.generate_ray", 2, RAYS, pixels_of_a_view, run_ray, PIXELS),
+    method("RayIntersector.intersect_triangle", 7, TRIANGLES, rays_at_triangles, run_triangle, HITS),
+    method("RayIntersector.query_ray", 3, TRIANGLES, rays_at_many, run_nearest, HITS),
     *(view_part(name) for name in ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")),
-    *(picture_part(view) for view in ("distance", "normal", "barycentric")),
+    *(picture(view, 1, cornell_view, run_picture(view)) for view in ("distance", "normal", "barycentric")),
 )

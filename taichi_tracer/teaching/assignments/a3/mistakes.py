@@ -1,270 +1,188 @@
 """The known mistakes of assignment 3: each is a small change of the solution."""
 
-from taichi_tracer.teaching.base import mistake
-
-AREA, CDF, CHOICE, DENSITY, POINT = (
-    f"MeshLightSampler.{name}"
-    for name in (
-        "compute_triangle_area",
-        "compute_cdf",
-        "sample_emissive_triangle",
-        "evaluate_probability",
-        "sample_mesh_lights",
-    )
-)
-CONVERSION, WEIGHT, LIGHT = (f"A3Renderer.{name}" for name in ("to_solid_angle", "power_heuristic", "shade_ray"))
-TEXELS, SKY = "EnvironmentSampler.compute_probabilities", "EnvironmentSampler.evaluate_density"
 Y = "b0 * v0 + b1 * v1 + (1 - b0 - b1) * v2"
 
-MISTAKES = (
-    mistake(AREA, "half forgotten", "What is the area of the parallelogram?", (".norm() / 2", ".norm()")),
-    mistake(
-        AREA, "cross product of the corners", "Which two vectors span the triangle?", ("v1 - v0, v2 - v0", "v0, v1")
-    ),
-    mistake(
-        AREA,
-        "dot product in place of the cross product",
-        "Which product is 0 for parallel edges?",
-        ("tm.cross(v1 - v0, v2 - v0).norm()", "abs(tm.dot(v1 - v0, v2 - v0))"),
-    ),
-    mistake(CDF, "not normalised", "Which number must the last entry have?", (" / self.total_area", "")),
-    mistake(
-        CDF,
-        "index off by one",
-        "Does the first entry contain the first triangle?",
-        (
-            "total += self.areas[i]\n            self.cdf[i] = total / self.total_area",
-            "self.cdf[i] = total / self.total_area\n            total += self.areas[i]",
+MISTAKES = {
+    "MeshLightSampler.compute_triangle_area": {
+        "half forgotten": ("What is the area of the parallelogram?", (".norm() / 2", ".norm()")),
+        "cross product of the corners": ("Which two vectors span the triangle?", ("v1 - v0, v2 - v0", "v0, v1")),
+        "dot product in place of the cross product": (
+            "Which product is 0 for parallel edges?",
+            ("tm.cross(v1 - v0, v2 - v0).norm()", "abs(tm.dot(v1 - v0, v2 - v0))"),
         ),
-    ),
-    mistake(
-        CDF,
-        "density instead of its sum",
-        "What does cumulative mean?",
-        ("total += self.areas[i]", "total = self.areas[i]"),
-    ),
-    mistake(
-        CDF,
-        "all triangles equally probable",
-        "Should large triangles be chosen more often?",
-        ("self.cdf[i] = total / self.total_area", "self.cdf[i] = (i + 1) / self.n_emissive_triangles"),
-    ),
-    mistake(
-        CHOICE,
-        "uniform choice",
-        "Should large triangles be chosen more often?",
-        ("i = low", "i = int(xi * self.n_emissive_triangles)"),
-    ),
-    mistake(CHOICE, "always the first", "How does ξ decide?", ("i = low", "i = 0")),
-    mistake(
-        CHOICE,
-        "comparison the wrong way round",
-        "In which half lies ξ if it is smaller?",
-        ("if xi < self.cdf[middle]", "if xi > self.cdf[middle]"),
-    ),
-    mistake(CHOICE, "one index too low", "Between which two entries lies ξ?", ("i = low", "i = ti.max(low - 1, 0)")),
-    mistake(
-        CHOICE,
-        "the last triangle is never chosen",
-        "What is the largest index?",
-        ("self.n_emissive_triangles - 1", "self.n_emissive_triangles - 2"),
-    ),
-    mistake(
-        DENSITY,
-        "total area instead of 1/total area",
-        "What is the integral of a density?",
-        ("1 / self.total_area", "self.total_area"),
-    ),
-    mistake(
-        DENSITY,
-        "1/number of triangles",
-        "Over what is the point distributed?",
-        ("1 / self.total_area", "1 / self.n_emissive_triangles"),
-    ),
-    mistake(
-        DENSITY,
-        "area of the first triangle alone",
-        "Over what is the point distributed?",
-        ("1 / self.total_area", "1 / self.areas[0]"),
-    ),
-    mistake(POINT, "not normalised", "How long must a direction be?", ("tm.normalize(y - hit_point)", "y - hit_point")),
-    mistake(
-        POINT, "direction from the light to the point", "Where does w_i point?", ("y - hit_point", "hit_point - y")
-    ),
-    mistake(
-        POINT,
-        "hit_point forgotten",
-        "Is the direction a point or a difference?",
-        ("tm.normalize(y - hit_point)", "tm.normalize(y)"),
-    ),
-    mistake(
-        POINT,
-        "always the middle of the triangle",
-        "Where on the triangle does the light come from?",
-        (Y, "(v0 + v1 + v2) / 3"),
-    ),
-    mistake(
-        POINT,
-        "points gather at one corner",
-        "Is the mean of all points the middle of the triangle?",
-        (Y, "(1 - xi0) * v0 + xi0 * ((1 - xi1) * v1 + xi1 * v2)"),
-    ),
-    mistake(
-        POINT,
-        "points of the parallelogram",
-        "Which shape is spanned by two independent numbers?",
-        (Y, "v0 + xi0 * (v1 - v0) + xi1 * (v2 - v0)"),
-    ),
-    mistake(
-        POINT,
-        "index instead of the id of the triangle",
-        "What does sample_emissive_triangle return?",
-        ("self.emissive_triangle_ids[self.sample_emissive_triangle()]", "self.sample_emissive_triangle()"),
-    ),
-    mistake(
-        CONVERSION,
-        "inverted",
-        "Does a light look larger from far away?",
-        ("pdf_area * distance**2 / cos_light", "pdf_area * cos_light / distance**2"),
-    ),
-    mistake(
-        CONVERSION,
-        "distance not squared",
-        "How does the solid angle of a light shrink with the distance?",
-        ("distance**2", "distance"),
-    ),
-    mistake(
-        CONVERSION, "cosine forgotten", "How large does a light look that is seen from the side?", (" / cos_light", "")
-    ),
-    mistake(
-        CONVERSION,
-        "cosine multiplied",
-        "How large does a light look that is seen from the side?",
-        ("/ cos_light", "* cos_light"),
-    ),
-    mistake(
-        CONVERSION,
-        "not converted",
-        "Which measure does each density have?",
-        ("pdf_area * distance**2 / cos_light", "pdf_area"),
-    ),
-    mistake(
-        WEIGHT,
-        "balance heuristic instead of power",
-        "Which power does the power heuristic have?",
-        ("pdf**2 / (pdf**2 + other_pdf**2)", "pdf / (pdf + other_pdf)"),
-    ),
-    mistake(
-        WEIGHT,
-        "weight of the other strategy",
-        "Whose density stands above the line?",
-        ("weight = pdf**2 /", "weight = other_pdf**2 /"),
-    ),
-    mistake(
-        WEIGHT,
-        "square of the sum",
-        "Do the weights of both strategies sum to 1?",
-        ("(pdf**2 + other_pdf**2)", "(pdf + other_pdf)**2"),
-    ),
-    mistake(
-        WEIGHT,
-        "one half",
-        "Do both strategies find this direction equally often?",
-        ("pdf**2 / (pdf**2 + other_pdf**2)", "0.5"),
-    ),
-    mistake(
-        LIGHT,
-        "emission forgotten",
-        "What colour has the lamp itself?",
-        ("radiance = self.emitted(hit)", "radiance = tm.vec3(0)"),
-    ),
-    mistake(
-        LIGHT,
-        "emission counted twice",
-        "How often is the lamp itself counted?",
-        ("radiance = self.emitted(hit)", "radiance = 2 * self.emitted(hit)"),
-    ),
-    mistake(
-        LIGHT,
-        "density per area not converted",
-        "Which measure does each density have?",
-        (
-            "self.to_solid_angle(lights.evaluate_probability(), light_hit.distance, cos_light)",
-            "lights.evaluate_probability()",
+    },
+    "MeshLightSampler.compute_cdf": {
+        "not normalised": ("Which number must the last entry have?", (" / self.total_area", "")),
+        "index off by one": (
+            "Does the first entry contain the first triangle?",
+            (
+                "total += self.areas[i]\n            self.cdf[i] = total / self.total_area",
+                "self.cdf[i] = total / self.total_area\n            total += self.areas[i]",
+            ),
         ),
-    ),
-    mistake(
-        LIGHT,
-        "cosine at the surface forgotten",
-        "How much light falls on a surface at a grazing angle?",
-        (" * ti.max(0.0, tm.dot(n, w_i))", ""),
-    ),
-    mistake(
-        LIGHT,
-        "weights of MIS forgotten",
-        "Is light that both strategies find counted twice?",
-        (" * self.power_heuristic(p_light, p_brdf)", ""),
-        (" * self.power_heuristic(p_brdf, p_light)", ""),
-    ),
-    mistake(
-        LIGHT,
-        "densities exchanged in the weights",
-        "Whose density comes first?",
-        ("self.power_heuristic(p_light, p_brdf)", "self.power_heuristic(p_brdf, p_light)"),
-        ("p_brdf * self.power_heuristic(p_brdf, p_light)", "p_brdf * self.power_heuristic(p_light, p_brdf)"),
-    ),
-    mistake(LIGHT, "the sample of the BRDF missing", "What does MIS combine?", ("elif p_brdf > 0:", "elif False:")),
-    mistake(
-        LIGHT,
-        "sample of the BRDF divided by the light's density",
-        "From which density was this direction drawn?",
-        ("f_cos / p_brdf", "f_cos / p_light"),
-    ),
-    mistake(
-        TEXELS,
-        "sin θ forgotten",
-        "Are texels near the poles as large as those at the equator?",
-        ("luminance * np.sin(theta)[:, None]", "luminance"),
-    ),
-    mistake(
-        TEXELS, "cos θ instead of sin θ", "Where are the texels smallest?", ("np.sin(theta)", "abs(np.cos(theta))")
-    ),
-    mistake(TEXELS, "not normalised", "What is the sum of all probabilities?", ("weights / weights.sum()", "weights")),
-    mistake(
-        TEXELS,
-        "mean of the channels instead of luminance",
-        "Are all colours equally bright?",
-        ("image @ np.array([0.2126, 0.7152, 0.0722])", "image.mean(axis=2)"),
-    ),
-    mistake(
-        TEXELS,
-        "upper edge of the row instead of its middle",
-        "Which θ has the middle of the row?",
-        ("(np.arange(height) + 0.5)", "np.arange(height)"),
-    ),
-    mistake(
-        TEXELS,
-        "all texels equally probable",
-        "Where does the light come from?",
-        ("weights / weights.sum()", "np.full(weights.shape, 1 / weights.size)"),
-    ),
-    mistake(SKY, "sin θ forgotten", "How large is a texel near the pole?", (" * np.sin(theta)[:, None]", "")),
-    mistake(
-        SKY,
-        "density per texel",
-        "Over what is the density integrated?",
-        ("probabilities / solid_angle", "probabilities * height * width"),
-    ),
-    mistake(
-        SKY,
-        "2π instead of π for the rows",
-        "How large is the range of θ?",
-        ("(np.pi / height)", "(2 * np.pi / height)"),
-    ),
-    mistake(
-        SKY,
-        "multiplied by the solid angle",
-        "Is a density large where texels are small?",
-        ("probabilities / solid_angle", "probabilities * solid_angle"),
-    ),
-)
+        "density instead of its sum": (
+            "What does cumulative mean?",
+            ("total += self.areas[i]", "total = self.areas[i]"),
+        ),
+        "all triangles equally probable": (
+            "Should large triangles be chosen more often?",
+            ("self.cdf[i] = total / self.total_area", "self.cdf[i] = (i + 1) / self.n_emissive_triangles"),
+        ),
+    },
+    "MeshLightSampler.sample_emissive_triangle": {
+        "uniform choice": (
+            "Should large triangles be chosen more often?",
+            ("i = low", "i = int(xi * self.n_emissive_triangles)"),
+        ),
+        "always the first": ("How does ξ decide?", ("i = low", "i = 0")),
+        "comparison the wrong way round": (
+            "In which half lies ξ if it is smaller?",
+            ("if xi < self.cdf[middle]", "if xi > self.cdf[middle]"),
+        ),
+        "one index too low": ("Between which two entries lies ξ?", ("i = low", "i = ti.max(low - 1, 0)")),
+        "the last triangle is never chosen": (
+            "What is the largest index?",
+            ("self.n_emissive_triangles - 1", "self.n_emissive_triangles - 2"),
+        ),
+    },
+    "MeshLightSampler.evaluate_probability": {
+        "total area instead of 1/total area": (
+            "What is the integral of a density?",
+            ("1 / self.total_area", "self.total_area"),
+        ),
+        "1/number of triangles": (
+            "Over what is the point distributed?",
+            ("1 / self.total_area", "1 / self.n_emissive_triangles"),
+        ),
+        "area of the first triangle alone": (
+            "Over what is the point distributed?",
+            ("1 / self.total_area", "1 / self.areas[0]"),
+        ),
+    },
+    "MeshLightSampler.sample_mesh_lights": {
+        "not normalised": ("How long must a direction be?", ("tm.normalize(y - hit_point)", "y - hit_point")),
+        "direction from the light to the point": ("Where does w_i point?", ("y - hit_point", "hit_point - y")),
+        "hit_point forgotten": (
+            "Is the direction a point or a difference?",
+            ("tm.normalize(y - hit_point)", "tm.normalize(y)"),
+        ),
+        "always the middle of the triangle": (
+            "Where on the triangle does the light come from?",
+            (Y, "(v0 + v1 + v2) / 3"),
+        ),
+        "points gather at one corner": (
+            "Is the mean of all points the middle of the triangle?",
+            (Y, "(1 - xi0) * v0 + xi0 * ((1 - xi1) * v1 + xi1 * v2)"),
+        ),
+        "points of the parallelogram": (
+            "Which shape is spanned by two independent numbers?",
+            (Y, "v0 + xi0 * (v1 - v0) + xi1 * (v2 - v0)"),
+        ),
+        "index instead of the id of the triangle": (
+            "What does sample_emissive_triangle return?",
+            ("self.emissive_triangle_ids[self.sample_emissive_triangle()]", "self.sample_emissive_triangle()"),
+        ),
+    },
+    "A3Renderer.to_solid_angle": {
+        "inverted": (
+            "Does a light look larger from far away?",
+            ("pdf_area * distance**2 / cos_light", "pdf_area * cos_light / distance**2"),
+        ),
+        "distance not squared": (
+            "How does the solid angle of a light shrink with the distance?",
+            ("distance**2", "distance"),
+        ),
+        "cosine forgotten": ("How large does a light look that is seen from the side?", (" / cos_light", "")),
+        "cosine multiplied": (
+            "How large does a light look that is seen from the side?",
+            ("/ cos_light", "* cos_light"),
+        ),
+        "not converted": ("Which measure does each density have?", ("pdf_area * distance**2 / cos_light", "pdf_area")),
+    },
+    "A3Renderer.power_heuristic": {
+        "balance heuristic instead of power": (
+            "Which power does the power heuristic have?",
+            ("pdf**2 / (pdf**2 + other_pdf**2)", "pdf / (pdf + other_pdf)"),
+        ),
+        "weight of the other strategy": (
+            "Whose density stands above the line?",
+            ("weight = pdf**2 /", "weight = other_pdf**2 /"),
+        ),
+        "square of the sum": (
+            "Do the weights of both strategies sum to 1?",
+            ("(pdf**2 + other_pdf**2)", "(pdf + other_pdf)**2"),
+        ),
+        "one half": (
+            "Do both strategies find this direction equally often?",
+            ("pdf**2 / (pdf**2 + other_pdf**2)", "0.5"),
+        ),
+    },
+    "A3Renderer.shade_ray": {
+        "emission forgotten": (
+            "What colour has the lamp itself?",
+            ("radiance = self.emitted(hit)", "radiance = tm.vec3(0)"),
+        ),
+        "emission counted twice": (
+            "How often is the lamp itself counted?",
+            ("radiance = self.emitted(hit)", "radiance = 2 * self.emitted(hit)"),
+        ),
+        "density per area not converted": (
+            "Which measure does each density have?",
+            (
+                "self.to_solid_angle(lights.evaluate_probability(), light_hit.distance, cos_light)",
+                "lights.evaluate_probability()",
+            ),
+        ),
+        "cosine at the surface forgotten": (
+            "How much light falls on a surface at a grazing angle?",
+            (" * ti.max(0.0, tm.dot(n, w_i))", ""),
+        ),
+        "weights of MIS forgotten": (
+            "Is light that both strategies find counted twice?",
+            (" * self.power_heuristic(p_light, p_brdf)", ""),
+            (" * self.power_heuristic(p_brdf, p_light)", ""),
+        ),
+        "densities exchanged in the weights": (
+            "Whose density comes first?",
+            ("self.power_heuristic(p_light, p_brdf)", "self.power_heuristic(p_brdf, p_light)"),
+            ("p_brdf * self.power_heuristic(p_brdf, p_light)", "p_brdf * self.power_heuristic(p_light, p_brdf)"),
+        ),
+        "the sample of the BRDF missing": ("What does MIS combine?", ("elif p_brdf > 0:", "elif False:")),
+        "sample of the BRDF divided by the light's density": (
+            "From which density was this direction drawn?",
+            ("f_cos / p_brdf", "f_cos / p_light"),
+        ),
+    },
+    "EnvironmentSampler.compute_probabilities": {
+        "sin θ forgotten": (
+            "Are texels near the poles as large as those at the equator?",
+            ("luminance * np.sin(theta)[:, None]", "luminance"),
+        ),
+        "cos θ instead of sin θ": ("Where are the texels smallest?", ("np.sin(theta)", "abs(np.cos(theta))")),
+        "not normalised": ("What is the sum of all probabilities?", ("weights / weights.sum()", "weights")),
+        "mean of the channels instead of luminance": (
+            "Are all colours equally bright?",
+            ("image @ np.array([0.2126, 0.7152, 0.0722])", "image.mean(axis=2)"),
+        ),
+        "upper edge of the row instead of its middle": (
+            "Which θ has the middle of the row?",
+            ("(np.arange(height) + 0.5)", "np.arange(height)"),
+        ),
+        "all texels equally probable": (
+            "Where does the light come from?",
+            ("weights / weights.sum()", "np.full(weights.shape, 1 / weights.size)"),
+        ),
+    },
+    "EnvironmentSampler.evaluate_density": {
+        "sin θ forgotten": ("How large is a texel near the pole?", (" * np.sin(theta)[:, None]", "")),
+        "density per texel": (
+            "Over what is the density integrated?",
+            ("probabilities / solid_angle", "probabilities * height * width"),
+        ),
+        "2π instead of π for the rows": ("How large is the range of θ?", ("(np.pi / height)", "(2 * np.pi / height)")),
+        "multiplied by the solid angle": (
+            "Is a density large where texels are small?",
+            ("probabilities / solid_angle", "probabilities * solid_angle"),
+        ),
+    },
+}

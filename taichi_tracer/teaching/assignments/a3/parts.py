@@ -5,13 +5,13 @@ import taichi as ti
 
 from taichi_tracer.system import memory
 from taichi_tracer.teaching import stand_ins
-from taichi_tracer.teaching.base import Arrays, Part
-from taichi_tracer.teaching.judges import Numbers, Pictures, Samples, statistics
-from taichi_tracer.teaching.stand_ins import vector, write_sample
+from taichi_tracer.teaching.base import Arrays, method
+from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
+from taichi_tracer.teaching.rows import WHOLE, rows, samples
 
 POINTS, MEASURES, COMBINED = "sampling lights", "densities per area and per solid angle", "multiple importance sampling"
 SKY = "environments by their light"
-SEED, SAMPLES, LIGHT_SAMPLES, TRIANGLES = 5, 8192, 2048, 5
+SAMPLES, LIGHT_SAMPLES, TRIANGLES = 8192, 2048, 5
 
 # ── triangles that emit ──
 
@@ -21,24 +21,9 @@ def triangles(rng: np.random.Generator) -> Arrays:
     return {name: rng.uniform(-2, 2, (100, 3)).astype(np.float32) for name in ("v0", "v1", "v2")}
 
 
-@ti.kernel
-def area_kernel(
-    lights: ti.template(),
-    v0: ti.types.ndarray(ndim=2),
-    v1: ti.types.ndarray(ndim=2),
-    v2: ti.types.ndarray(ndim=2),
-    area: ti.types.ndarray(ndim=1),
-):
-    """The area of each triangle."""
-    for i in range(area.shape[0]):
-        area[i] = lights.compute_triangle_area(vector(v0, i), vector(v1, i), vector(v2, i))
-
-
 def run_area(sampler_class: type, inputs: Arrays) -> Arrays:
     """The area of each triangle."""
-    area = np.zeros(len(inputs["v0"]), np.float32)
-    area_kernel(stand_ins.of(sampler_class), inputs["v0"], inputs["v1"], inputs["v2"], area)
-    return {"area": area}
+    return rows(stand_ins.of(sampler_class).compute_triangle_area, inputs, ["v0", "v1", "v2"], {"area": 1})
 
 
 def lights(rng: np.random.Generator) -> Arrays:
@@ -87,56 +72,23 @@ def run_cdf(sampler_class: type, inputs: Arrays) -> Arrays:
     return {"cdf": made.cdf.to_numpy()}
 
 
-@ti.kernel
-def choice_kernel(made: ti.template(), random: ti.template(), chosen: ti.types.ndarray(ndim=2)):
-    """Random triangles."""
-    for i, j in ti.ndrange(chosen.shape[0], chosen.shape[1]):
-        random.start(SEED, i, 0, j)
-        chosen[i, j] = made.sample_emissive_triangle()
-
-
 def run_choice(sampler_class: type, inputs: Arrays) -> Arrays:
     """How often each triangle is chosen, in four sets of samples."""
-    chosen = np.zeros((4, SAMPLES), np.int32)
-    choice_kernel(light_sampler(sampler_class, inputs), stand_ins.sampler(4), chosen)
+    made = light_sampler(sampler_class, inputs)
+    chosen = samples(made.sample_emissive_triangle, {}, [], {"chosen": WHOLE}, SAMPLES, range(4))["chosen"]
     return {"chosen": statistics(chosen[..., None] == np.arange(TRIANGLES))}
-
-
-@ti.kernel
-def density_kernel(made: ti.template(), density: ti.types.ndarray(ndim=1)):
-    """The density."""
-    for i in range(density.shape[0]):
-        density[i] = made.evaluate_probability()
 
 
 def run_density(sampler_class: type, inputs: Arrays) -> Arrays:
     """The density."""
-    density = np.zeros(1, np.float32)
-    density_kernel(light_sampler(sampler_class, inputs), density)
-    return {"density": density}
-
-
-@ti.kernel
-def point_kernel(
-    made: ti.template(),
-    random: ti.template(),
-    hit_point: ti.types.ndarray(ndim=2),
-    w_i: ti.types.ndarray(ndim=3),
-    chosen: ti.types.ndarray(ndim=2),
-):
-    """Random directions to the lights, and the triangles on which they end."""
-    for i, j in ti.ndrange(chosen.shape[0], chosen.shape[1]):
-        random.start(SEED, i, 0, j)
-        direction, triangle_id = made.sample_mesh_lights(vector(hit_point, i))
-        write_sample(w_i, i, j, direction)
-        chosen[i, j] = triangle_id
+    return rows(light_sampler(sampler_class, inputs).evaluate_probability, {}, [], {"density": 1}, range(1))
 
 
 def run_points(sampler_class: type, inputs: Arrays) -> Arrays:
     """Directions to the lights from each point, and how often each triangle is chosen."""
-    w_i, chosen = np.zeros((4, SAMPLES, 3), np.float32), np.zeros((4, SAMPLES), np.int32)
     made = light_sampler(sampler_class, inputs)
-    point_kernel(made, stand_ins.sampler(4), inputs["hit_point"], w_i, chosen)
+    found = samples(made.sample_mesh_lights, inputs, ["hit_point"], {"w_i": 3, "chosen": WHOLE}, SAMPLES)
+    w_i, chosen = found["w_i"], found["chosen"]
     place = places_on_triangles(inputs, w_i.astype(np.float64), chosen)
     frequency = statistics(chosen[..., None] == inputs["emissive"])
     return {"w_i": statistics(w_i), "triangle_id": frequency, "place (u, v)": statistics(place)}
@@ -164,45 +116,23 @@ def densities(rng: np.random.Generator) -> Arrays:
     return dict(zip(names, rng.uniform(low, high, (100, 4)).astype(np.float32).T.copy(), strict=True))
 
 
-@ti.kernel
-def number_kernel(
-    function: ti.template(),
-    a: ti.types.ndarray(ndim=1),
-    b: ti.types.ndarray(ndim=1),
-    c: ti.types.ndarray(ndim=1),
-    takes_three: ti.template(),
-    result: ti.types.ndarray(ndim=1),
-):
-    """A function of two or three numbers, for each row."""
-    for i in range(result.shape[0]):
-        if ti.static(takes_three):
-            result[i] = function(a[i], b[i], c[i])
-        else:
-            result[i] = function(a[i], b[i])
-
-
 def run_conversion(renderer_class: type, inputs: Arrays) -> Arrays:
     """The densities per solid angle."""
-    result = np.zeros(100, np.float32)
-    arrays = [inputs[name] for name in ("pdf", "distance", "cos_light")]
-    number_kernel(stand_ins.of(renderer_class).to_solid_angle, *arrays, True, result)
-    return {"pdf_solid_angle": result}
+    renderer = stand_ins.of(renderer_class)
+    return rows(renderer.to_solid_angle, inputs, ["pdf", "distance", "cos_light"], {"pdf_solid_angle": 1})
 
 
 def run_heuristic(renderer_class: type, inputs: Arrays) -> Arrays:
     """The weights."""
-    result = np.zeros(100, np.float32)
-    arrays = [inputs[name] for name in ("pdf", "other_pdf", "pdf")]
-    number_kernel(stand_ins.of(renderer_class).power_heuristic, *arrays, False, result)
-    return {"weight": result}
+    return rows(stand_ins.of(renderer_class).power_heuristic, inputs, ["pdf", "other_pdf"], {"weight": 1})
 
 
 def run_shading(renderer_class: type, inputs: Arrays) -> Arrays:
     """Samples of the light along each ray, by both estimators."""
-    scene, found = stand_ins.lamp_scene(inputs), {}
+    scene, found = stand_ins.scene(inputs), {}
     for name in ("environment", "mis"):
         renderer = renderer_class(scene, 8, 8).use(name)
-        found[f"radiance ({name})"] = statistics(stand_ins.light_along(renderer, inputs, LIGHT_SAMPLES))
+        found[f"radiance ({name})"] = stand_ins.light_along(renderer, inputs, LIGHT_SAMPLES)
     return found
 
 
@@ -240,32 +170,18 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 
 
 LIGHTS, RENDERER, ENVIRONMENT = "MeshLightSampler", "A3Renderer", "EnvironmentSampler"
+NUMBERS, AREAS = Numbers(1e-4), Numbers(1e-4, called="triangles")
+TEXELS, DENSITIES = Numbers(1e-6, called="texels"), Numbers(1e-5, called="texels")
 PARTS = (
-    Part(f"{LIGHTS}.compute_triangle_area", 1, POINTS, LIGHTS, triangles, run_area, Numbers(1e-4, called="triangles")),
-    Part(f"{LIGHTS}.compute_cdf", 2, POINTS, LIGHTS, lights, run_cdf, Numbers(1e-4, called="triangles")),
-    Part(f"{LIGHTS}.sample_emissive_triangle", 2, POINTS, LIGHTS, lights, run_choice, Samples(called="sets")),
-    Part(f"{LIGHTS}.evaluate_probability", 1, POINTS, LIGHTS, lights, run_density, Numbers(1e-4)),
-    Part(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, LIGHTS, lights, run_points, Samples(called="points")),
-    Part(f"{RENDERER}.to_solid_angle", 2, MEASURES, RENDERER, densities, run_conversion, Numbers(1e-4)),
-    Part(f"{RENDERER}.power_heuristic", 1, COMBINED, RENDERER, densities, run_heuristic, Numbers(1e-4)),
-    Part(f"{RENDERER}.shade_ray", 6, COMBINED, RENDERER, stand_ins.lamp_room, run_shading, Samples(called="rays")),
-    Part(
-        f"{ENVIRONMENT}.compute_probabilities",
-        2,
-        SKY,
-        ENVIRONMENT,
-        image,
-        run_probabilities,
-        Numbers(1e-6, called="texels"),
-    ),
-    Part(
-        f"{ENVIRONMENT}.evaluate_density",
-        2,
-        SKY,
-        ENVIRONMENT,
-        probabilities,
-        run_sky_density,
-        Numbers(1e-5, called="texels"),
-    ),
-    Part("picture: mis", 2, "the whole pipeline", "", stand_ins.any_seed, run_picture, Pictures()),
+    method(f"{LIGHTS}.compute_triangle_area", 1, POINTS, triangles, run_area, AREAS),
+    method(f"{LIGHTS}.compute_cdf", 2, POINTS, lights, run_cdf, AREAS),
+    method(f"{LIGHTS}.sample_emissive_triangle", 2, POINTS, lights, run_choice, Samples(called="sets")),
+    method(f"{LIGHTS}.evaluate_probability", 1, POINTS, lights, run_density, NUMBERS),
+    method(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, lights, run_points, Samples(called="points")),
+    method(f"{RENDERER}.to_solid_angle", 2, MEASURES, densities, run_conversion, NUMBERS),
+    method(f"{RENDERER}.power_heuristic", 1, COMBINED, densities, run_heuristic, NUMBERS),
+    method(f"{RENDERER}.shade_ray", 6, COMBINED, stand_ins.lamp_room, run_shading, Samples(called="rays")),
+    method(f"{ENVIRONMENT}.compute_probabilities", 2, SKY, image, run_probabilities, TEXELS),
+    method(f"{ENVIRONMENT}.evaluate_density", 2, SKY, probabilities, run_sky_density, DENSITIES),
+    picture("mis", 2, stand_ins.any_seed, run_picture),
 )

@@ -1,154 +1,106 @@
 """The known mistakes of assignment 4: each is a small change of the solution."""
 
-from taichi_tracer.teaching.base import mistake
-
-THROUGHPUT, ROULETTE, EVENT, PATH = (
-    f"A4Renderer.{name}" for name in ("next_throughput", "play_roulette", "sample_light", "shade_ray")
-)
 NEXT = "throughput * f_r * cosine / pdf"
 
-MISTAKES = (
-    mistake(
-        THROUGHPUT,
-        "cosine forgotten",
-        "Which cosine stands in the rendering equation?",
-        (NEXT, "throughput * f_r / pdf"),
-    ),
-    mistake(
-        THROUGHPUT,
-        "density forgotten",
-        "What stands below the line of a Monte Carlo estimator?",
-        (NEXT, "throughput * f_r * cosine"),
-    ),
-    mistake(
-        THROUGHPUT, "older bounces forgotten", "What has happened to the light before?", (NEXT, "f_r * cosine / pdf")
-    ),
-    mistake(
-        THROUGHPUT,
-        "multiplied by the density",
-        "What stands below the line of a Monte Carlo estimator?",
-        (NEXT, "throughput * f_r * cosine * pdf"),
-    ),
-    mistake(THROUGHPUT, "f_r forgotten", "How much does the surface reflect?", (NEXT, "throughput * cosine / pdf")),
-    mistake(ROULETTE, "weight missing", "Does the mean stay the same?", ("throughput / (1 - q)", "throughput")),
-    mistake(
-        ROULETTE,
-        "divided by q",
-        "With which probability does the path go on?",
-        ("throughput / (1 - q)", "throughput / ti.max(q, 1e-3)"),
-    ),
-    mistake(
-        ROULETTE, "goes on with the probability q", "Which of the two is q?", ("ti.random() >= q", "ti.random() < q")
-    ),
-    mistake(ROULETTE, "never ends", "Does a random number decide?", ("ti.random() >= q", "ti.random() >= -1")),
-    mistake(
-        EVENT,
-        "cosine at the light forgotten",
-        "How large does a light look that is seen from the side?",
-        (" * cos_light / (p_area", " / (p_area"),
-    ),
-    mistake(
-        EVENT,
-        "cosine at the surface forgotten",
-        "How much light falls on a surface at a grazing angle?",
-        (" * cos_surface * cos_light", " * cos_light"),
-    ),
-    mistake(
-        EVENT,
-        "distance not squared",
-        "How does light fade with the distance?",
-        ("light_hit.distance**2", "light_hit.distance"),
-    ),
-    mistake(
-        EVENT,
-        "distance forgotten",
-        "How does light fade with the distance?",
-        ("(p_area * light_hit.distance**2)", "p_area"),
-    ),
-    mistake(
-        EVENT,
-        "density forgotten",
-        "What is the density of the chosen point?",
-        ("(p_area * light_hit.distance**2)", "light_hit.distance**2"),
-    ),
-    mistake(EVENT, "f_r forgotten", "How much does the surface reflect?", (" * f_r * cos_surface", " * cos_surface")),
-    mistake(
-        EVENT,
-        "cosine at the light with the wrong sign",
-        "Which way does the normal of the light point?",
-        ("tm.dot(light_hit.normal, -w_i)", "tm.dot(light_hit.normal, w_i)"),
-    ),
-    mistake(
-        EVENT,
-        "normal of the light at the surface",
-        "Which normal belongs to which cosine?",
-        ("tm.dot(hit.normal, w_i)", "tm.dot(light_hit.normal, -w_i)"),
-    ),
-    mistake(
-        PATH,
-        "emission counted by both",
-        "Which light does next-event estimation find already?",
-        (
-            "elif bounce == 0:\n                        radiance += self.emitted(hit)",
-            "else:\n                        radiance += throughput * self.emitted(hit)",
+MISTAKES = {
+    "A4Renderer.next_throughput": {
+        "cosine forgotten": ("Which cosine stands in the rendering equation?", (NEXT, "throughput * f_r / pdf")),
+        "density forgotten": (
+            "What stands below the line of a Monte Carlo estimator?",
+            (NEXT, "throughput * f_r * cosine"),
         ),
-    ),
-    mistake(
-        PATH,
-        "emission of the lamp itself forgotten",
-        "What colour has the lamp in the picture?",
-        ("elif bounce == 0:", "elif bounce < 0:"),
-    ),
-    mistake(
-        PATH,
-        "max_bounces off by one",
-        "What is seen with 0 bounces?",
-        ("range(self.max_bounces + 1)", "range(self.max_bounces)"),
-    ),
-    mistake(
-        PATH,
-        "one bounce too many",
-        "What is seen with 0 bounces?",
-        ("range(self.max_bounces + 1)", "range(self.max_bounces + 2)"),
-        ("if bounce < self.max_bounces:", "if bounce < self.max_bounces + 1:"),
-    ),
-    mistake(
-        PATH,
-        "throughput forgotten at emission",
-        "What has happened to the light on its way?",
-        ("radiance += throughput * self.emitted(hit)", "radiance += self.emitted(hit)"),
-    ),
-    mistake(
-        PATH,
-        "throughput forgotten at the sample of the light",
-        "What has happened to the light on its way?",
-        ("radiance += throughput * self.sample_light", "radiance += self.sample_light"),
-    ),
-    mistake(
-        PATH,
-        "w_o of the eye ray at every bounce",
-        "Where does the light of a later bounce go?",
-        ("w_o = -current.direction", "w_o = -ray.direction"),
-    ),
-    mistake(
-        PATH, "roulette never played", "When does the path end?", ("if bounce + 1 > self.rr_start_bounce:", "if False:")
-    ),
-    mistake(
-        PATH,
-        "roulette one bounce too early",
-        "After how many bounces does roulette begin?",
-        ("bounce + 1 > self.rr_start_bounce", "bounce + 2 > self.rr_start_bounce"),
-    ),
-    mistake(
-        PATH,
-        "path starts again from the eye",
-        "From where does the next ray start?",
-        ("tt.Ray(origin=x, direction=w_i)", "tt.Ray(origin=ray.origin, direction=w_i)"),
-    ),
-    mistake(
-        PATH,
-        "only direct light",
-        "What does a path do after its first bounce?",
-        ("current = tt.Ray(origin=x, direction=w_i)", "throughput = tm.vec3(0)"),
-    ),
-)
+        "older bounces forgotten": ("What has happened to the light before?", (NEXT, "f_r * cosine / pdf")),
+        "multiplied by the density": (
+            "What stands below the line of a Monte Carlo estimator?",
+            (NEXT, "throughput * f_r * cosine * pdf"),
+        ),
+        "f_r forgotten": ("How much does the surface reflect?", (NEXT, "throughput * cosine / pdf")),
+    },
+    "A4Renderer.play_roulette": {
+        "weight missing": ("Does the mean stay the same?", ("throughput / (1 - q)", "throughput")),
+        "divided by q": (
+            "With which probability does the path go on?",
+            ("throughput / (1 - q)", "throughput / ti.max(q, 1e-3)"),
+        ),
+        "goes on with the probability q": ("Which of the two is q?", ("ti.random() >= q", "ti.random() < q")),
+        "never ends": ("Does a random number decide?", ("ti.random() >= q", "ti.random() >= -1")),
+    },
+    "A4Renderer.sample_light": {
+        "cosine at the light forgotten": (
+            "How large does a light look that is seen from the side?",
+            (" * cos_light / (p_area", " / (p_area"),
+        ),
+        "cosine at the surface forgotten": (
+            "How much light falls on a surface at a grazing angle?",
+            (" * cos_surface * cos_light", " * cos_light"),
+        ),
+        "distance not squared": (
+            "How does light fade with the distance?",
+            ("light_hit.distance**2", "light_hit.distance"),
+        ),
+        "distance forgotten": (
+            "How does light fade with the distance?",
+            ("(p_area * light_hit.distance**2)", "p_area"),
+        ),
+        "density forgotten": (
+            "What is the density of the chosen point?",
+            ("(p_area * light_hit.distance**2)", "light_hit.distance**2"),
+        ),
+        "f_r forgotten": ("How much does the surface reflect?", (" * f_r * cos_surface", " * cos_surface")),
+        "cosine at the light with the wrong sign": (
+            "Which way does the normal of the light point?",
+            ("tm.dot(light_hit.normal, -w_i)", "tm.dot(light_hit.normal, w_i)"),
+        ),
+        "normal of the light at the surface": (
+            "Which normal belongs to which cosine?",
+            ("tm.dot(hit.normal, w_i)", "tm.dot(light_hit.normal, -w_i)"),
+        ),
+    },
+    "A4Renderer.shade_ray": {
+        "emission counted by both": (
+            "Which light does next-event estimation find already?",
+            (
+                "elif bounce == 0:\n                        radiance += self.emitted(hit)",
+                "else:\n                        radiance += throughput * self.emitted(hit)",
+            ),
+        ),
+        "emission of the lamp itself forgotten": (
+            "What colour has the lamp in the picture?",
+            ("elif bounce == 0:", "elif bounce < 0:"),
+        ),
+        "max_bounces off by one": (
+            "What is seen with 0 bounces?",
+            ("range(self.max_bounces + 1)", "range(self.max_bounces)"),
+        ),
+        "one bounce too many": (
+            "What is seen with 0 bounces?",
+            ("range(self.max_bounces + 1)", "range(self.max_bounces + 2)"),
+            ("if bounce < self.max_bounces:", "if bounce < self.max_bounces + 1:"),
+        ),
+        "throughput forgotten at emission": (
+            "What has happened to the light on its way?",
+            ("radiance += throughput * self.emitted(hit)", "radiance += self.emitted(hit)"),
+        ),
+        "throughput forgotten at the sample of the light": (
+            "What has happened to the light on its way?",
+            ("radiance += throughput * self.sample_light", "radiance += self.sample_light"),
+        ),
+        "w_o of the eye ray at every bounce": (
+            "Where does the light of a later bounce go?",
+            ("w_o = -current.direction", "w_o = -ray.direction"),
+        ),
+        "roulette never played": ("When does the path end?", ("if bounce + 1 > self.rr_start_bounce:", "if False:")),
+        "roulette one bounce too early": (
+            "After how many bounces does roulette begin?",
+            ("bounce + 1 > self.rr_start_bounce", "bounce + 2 > self.rr_start_bounce"),
+        ),
+        "path starts again from the eye": (
+            "From where does the next ray start?",
+            ("tt.Ray(origin=x, direction=w_i)", "tt.Ray(origin=ray.origin, direction=w_i)"),
+        ),
+        "only direct light": (
+            "What does a path do after its first bounce?",
+            ("current = tt.Ray(origin=x, direction=w_i)", "throughput = tm.vec3(0)"),
+        ),
+    },
+}

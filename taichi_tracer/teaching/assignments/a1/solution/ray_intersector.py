@@ -40,7 +40,6 @@ class RayIntersector(tt.BruteForceRayIntersector):
         v2 = self.geometry.vertices[vertex_ids.z]
         o = ray.origin
         d = ray.direction
-
         e1 = v1 - v0
         e2 = v2 - v0
         det = tm.dot(e1, tm.cross(d, e2))

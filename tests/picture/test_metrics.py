@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.studies import metrics
+from taichi_tracer.picture import metrics
 
 
 def test_numbers_by_hand():

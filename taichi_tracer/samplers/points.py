@@ -1,0 +1,26 @@
+"""What the package's sequences have in common: their numbers can be computed for several pixels at once."""
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.sampler import Sampler
+from taichi_tracer.system.blocks import IN_A_BLOCK
+
+
+@ti.data_oriented
+class PointSampler(Sampler):
+    """A sampler whose pairs are the two numbers of a method ``point``, with which ``fast.number_lanes`` makes many."""
+
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        """Two numbers in [0, 1)."""
+        pair = tm.vec2(0)
+        if IN_A_BLOCK:  # see ``system.blocks``
+            pair.x, pair.y = self.point(seed, pixel, index, dimension)
+        return pair
+
+    @ti.func
+    def point(self, seed, pixel, index, dimension):
+        """The two numbers separately; the keys may also be vectors. A subclass defines it."""
+        ti.static_assert(False, "a sampler of points must say what point(self, seed, pixel, index, dimension) is")
+        return 0.0, 0.0
