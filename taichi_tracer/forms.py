@@ -4,7 +4,6 @@ This is the only door to the folder ``fast``. Everything here is the answer of a
 folder exists, ``fast/plan.py`` may give another answer; it says why.
 """
 
-import importlib
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -16,6 +15,7 @@ from taichi_tracer.camera import ProjectiveCamera, through_pixel
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system.seams import why_replaced
 from taichi_tracer.system.stopwatch import EYE_RAYS, LIGHTS, SAMPLES, part
+from taichi_tracer.system.wings import is_there, wing
 
 NO_FAST_FORMS = "this installation has no fast forms"
 
@@ -135,13 +135,8 @@ class Plan:
 
 @cache
 def fast_plan() -> Any:
-    """The module ``fast.plan``; None if the folder ``fast`` was taken away."""
-    try:
-        return importlib.import_module("taichi_tracer.fast.plan")
-    except ModuleNotFoundError as error:
-        if not (error.name or "").startswith("taichi_tracer.fast"):
-            raise
-        return None
+    """The module ``fast.plan``; None if the folder ``fast`` was taken off."""
+    return wing("fast.plan") if is_there("fast") else None
 
 
 def plan_of(renderer: Any) -> Plan:

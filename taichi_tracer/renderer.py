@@ -44,6 +44,7 @@ from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, part
+from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
@@ -385,18 +386,17 @@ class ProgressiveRenderer(RenderedPicture):
         Raises:
             InputError: the picture has no such pixel, or the pixel no such sample.
         """
-        from taichi_tracer.explain.pixel import PixelExplainer, check_pixel
-
+        pixel = wing("explain.pixel")
         self.scene_data.check_alive()
         if not self.is_current():
             self.begin()
         samples = max(1, self.film.samples) if samples is None else samples
-        check_pixel(self, column, row, sample, samples)
+        pixel.check_pixel(self, column, row, sample, samples)
         scene = self.kernel_scene()
         scene.lights.prepare(self.active.samples_lights)
         if self._explainer is None or not self._explainer.is_of(scene, self.explained, self.camera):
             eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
-            self._explainer = PixelExplainer(self, scene, self.explained, eyes)
+            self._explainer = pixel.PixelExplainer(self, scene, self.explained, eyes)
         return self._explainer.explain(column, row, sample, samples)
 
     def __repr__(self) -> str:
