@@ -1,4 +1,4 @@
-"""Each wing can be taken off: what is left renders and answers rays with the same bits, and says in a line what it lacks.
+"""Each wing can be taken off: the rest renders and answers rays with the same bits, and says in a line what it lacks.
 
 Every test copies the package, removes one folder, and runs a program there.
 """
