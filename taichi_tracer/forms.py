@@ -13,9 +13,9 @@ import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, through_pixel
 from taichi_tracer.ray import no_hit
-from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.seams import why_replaced
 from taichi_tracer.system.stopwatch import EYE_RAYS, LIGHTS, SAMPLES, part
+from taichi_tracer.system.wings import is_there, wing
 
 NO_FAST_FORMS = "this installation has no fast forms"
 
@@ -133,13 +133,8 @@ class Plan:
 
 @cache
 def fast_plan() -> Any:
-    """The module ``fast.plan``; None if the folder ``fast`` was taken away."""
-    try:
-        return import_quickly("taichi_tracer.fast.plan")
-    except ModuleNotFoundError as error:
-        if not (error.name or "").startswith("taichi_tracer.fast"):
-            raise
-        return None
+    """The module ``fast.plan``; None if the folder ``fast`` was taken off."""
+    return wing("fast.plan") if is_there("fast") else None
 
 
 def plan_of(renderer: Any) -> Plan:

@@ -42,6 +42,7 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, part
+from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
@@ -387,19 +388,18 @@ class ProgressiveRenderer(RenderedPicture):
         Raises:
             InputError: the picture has no such pixel, or the pixel no such sample.
         """
-        from taichi_tracer.explain.pixel import PixelExplainer, check_pixel
-
+        pixel = wing("explain.pixel")
         self.scene_data.check_alive()
         if not self.is_current():
             self.begin()
         samples = max(1, self.film.samples) if samples is None else samples
-        check_pixel(self, column, row, sample, samples)
+        pixel.check_pixel(self, column, row, sample, samples)
         scene = self.kernel_scene()
         scene.lights.prepare(self.active.samples_lights)
         if self._explainer is None or not self._explainer.is_of(scene, self.explained, self.camera):
             eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
             parts = Parts(scene, self.explained, eyes, self.sampler, self.shares, self.film)
-            self._explainer = PixelExplainer(self, parts)
+            self._explainer = pixel.PixelExplainer(self, parts)
         return self._explainer.explain(column, row, sample, samples)
 
     def __repr__(self) -> str:

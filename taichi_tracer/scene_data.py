@@ -92,7 +92,7 @@ class SceneData:
         self._memory = memory.Memory()
         with self._memory as builder:
             self.material_library = MaterialLibrary(mesh.materials, brdfs_of(given["brdfs"]), builder)
-            self.effects = self._derived()
+            self.effects = derive(self, self._blockers)
             is_students = bool(replaced(chosen))
             self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
         self.geometry.load(self._memory, self.material_library.tables())
@@ -123,13 +123,8 @@ class SceneData:
         self.background = load_background(background)
         self._changed()
 
-    def _derived(self) -> Effects:
-        library = self.material_library
-        rest = self.environment, self.background, self.lights, self.effects_mode
-        return derive(self.mesh, library.brdfs, library.brdf_of, *rest, self._blockers)
-
     def _changed(self) -> None:
-        self.effects = self.geometry.effects = self._derived()
+        self.effects = self.geometry.effects = derive(self, self._blockers)
         self.version += 1
 
     def in_kernels(self, effects: Effects | None = None, compensates: bool = False) -> SceneInKernels:

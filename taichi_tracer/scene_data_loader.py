@@ -14,12 +14,14 @@ from taichi_tracer.files.meshes import from_trimesh
 from taichi_tracer.files.shipped import scene_data_dir
 from taichi_tracer.materials import Material
 from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, check_options, with_options
-from taichi_tracer.rt3.document import Document, read_rt3
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
+from taichi_tracer.system.wings import wing
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
+
+    from taichi_tracer.rt3.document import Document
 
 # The camera of the course (A1-16), and the shipped scenes that are composed for a camera. They look best, and as in the
 # handouts, from there; the others are single objects, which ``SceneData`` shows in a three-quarter view.
@@ -87,7 +89,7 @@ def load_scene_data(name_or_path: str | Path, **options: "Unpack[SceneOptions]")
     if is_file(options.get("background", FILE)):
         options.pop("background", None)
     if is_document(path):
-        return scene_of_document(read_rt3(path), **options)
+        return scene_of_document(wing("rt3.document", str(path)).read_rt3(path), **options)
     mesh = read(path)
     if len(mesh.faces) == 0:
         raise InputError(f"{path}: the file has no triangles")
@@ -143,7 +145,7 @@ def is_document(path: str | Path) -> bool:
     return Path(path).suffix.lower() == ".xml"
 
 
-def scene_of_document(document: Document, **options: "Unpack[SceneOptions]") -> SceneData:
+def scene_of_document(document: "Document", **options: "Unpack[SceneOptions]") -> SceneData:
     """The scene of an RT3 document, with its background, its environment and its ``shots``. Its world may be empty.
 
     Args:

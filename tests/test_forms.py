@@ -45,16 +45,3 @@ def test_both_plans_give_the_same_bits(monkeypatch):
         monkeypatch.setattr(forms, "fast_plan", lambda: None)
     np.testing.assert_array_equal(*found)
     assert found[0].max() > 0
-
-
-def test_a_fault_within_the_fast_forms_is_no_missing_folder(monkeypatch):
-    def broken(name):
-        raise ModuleNotFoundError("No module named 'numpy'", name="numpy")
-
-    forms.fast_plan.cache_clear()
-    monkeypatch.setattr(forms, "import_quickly", broken)
-    with pytest.raises(ModuleNotFoundError, match="numpy"):
-        forms.fast_plan()
-    monkeypatch.undo()
-    forms.fast_plan.cache_clear()
-    assert forms.fast_plan() is not None

@@ -70,7 +70,7 @@ WIDTH, INDENT = 132, 26
 IMPORT_BY_NAME = {
     "__init__": "the public names, when they are first used",
     "system.registry": "the homes of the parts, when a part is first asked for; and the files of --parts",
-    "forms": "the fast forms, which may be absent",
+    "system.wings": "modules of folders that may have been taken off",
     "apps.cli": "the commands, each of which is a file of ``apps/commands``",
     "apps.grammar": "what a command runs",
     "system.importing": "Taichi, whose import it makes shorter",

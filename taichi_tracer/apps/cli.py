@@ -12,7 +12,6 @@ import time
 import warnings
 from argparse import Namespace
 from collections.abc import Sequence
-from pathlib import Path
 
 import taichi_tracer
 from taichi_tracer.apps import commands
@@ -21,8 +20,7 @@ from taichi_tracer.apps.interruption import EXIT_CODE
 from taichi_tracer.apps.words import USER_ERROR, as_value, let_every_character_print, note, told, values_of
 from taichi_tracer.system import clock, leftovers
 from taichi_tracer.system.errors import InputError, StaleSceneError
-
-PACKAGE = Path(taichi_tracer.__file__).parent
+from taichi_tracer.system.wings import missing_wing
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -64,22 +62,10 @@ def text_of(error: Exception, words: Sequence[str], parts: Sequence[str]) -> str
     """What the user is told about an error in one line, after the name of the program; None for an error of ours."""
     if (wing := missing_wing(error)) is not None:
         command = next((word for word in words if not word.startswith("-")), "")
-        return f" {command}: this installation has no {wing}"
+        return f" {command}: this installation has no taichi_tracer/{wing}"
     is_users = isinstance(error, (InputError, StaleSceneError, OSError))
     text = str(error) if is_users else load("faults:told")(error, parts)
     return None if text is None else f": error: {' '.join(text.split())}"
-
-
-def missing_wing(error: Exception) -> str | None:
-    """The folder of the package that was needed and is not installed, such as "taichi_tracer/studies"; None if none.
-
-    Folders such as ``studies``, ``teaching``, ``cluster``, ``explain`` and ``rt3`` can be removed: the commands that do
-    not need them go on working.
-    """
-    names = (error.name or "").split(".") if isinstance(error, ModuleNotFoundError) else []
-    if len(names) < 2 or names[0] != PACKAGE.name or (PACKAGE / names[1]).exists():
-        return None
-    return f"{PACKAGE.name}/{names[1]}"
 
 
 def show_warning(message, category, *_where, **_more) -> None:

@@ -23,6 +23,7 @@ from typing import TypeVar
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.seams import assigned
+from taichi_tracer.system.wings import is_there
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
 HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
@@ -137,7 +138,7 @@ class Registry:
             return
         self._loaded.add(kind)
         modules = []
-        for name in HOMES[kind][0]:
+        for name in filter(is_there, HOMES[kind][0]):
             module = import_quickly(f"taichi_tracer.{name}")
             found = sorted(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", [])))
             modules += [module, *(import_quickly(f"taichi_tracer.{name}.{part}") for part in found)]

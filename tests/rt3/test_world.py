@@ -5,8 +5,9 @@ import pytest
 from rt3_text import document, read
 from shapes import SQUARE
 
+from taichi_tracer.files.mesh_parts import reverse
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, reverse, rotation, similarity
+from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, rotation, similarity
 
 
 def test_synonyms_mean_the_same(tmp_path):
