@@ -21,7 +21,7 @@ from taichi_tracer.picture.progress import slope
 from taichi_tracer.studies.variants import Variant
 
 if TYPE_CHECKING:
-    from taichi_tracer.studies.bench import SceneFacts
+    from taichi_tracer.studies.source import SceneFacts
 
 TARGETS = (0.10, 0.05, 0.02, 0.01)  # relative RMSE
 MIDDLE = TARGETS[2]  # the target by which variants are ranked
@@ -70,7 +70,7 @@ class Shown(NamedTuple):
     flip: float
 
 
-@dataclass
+@dataclass(eq=False)
 class Curve:
     """What one variant reached.
 

@@ -8,7 +8,8 @@ from taichi_tracer.studies.bench import Prepared
 from taichi_tracer.studies.budget import POLL, Budget
 from taichi_tracer.studies.convergence import Curve
 from taichi_tracer.studies.crew import Crew, Here, StudyWorker
-from taichi_tracer.studies.variants import Order, Variant, by_priority, process_of
+from taichi_tracer.studies.source import Order
+from taichi_tracer.studies.variants import Variant, by_priority, process_of
 from taichi_tracer.system.processes import Clerk
 
 # Shares of the budget: until when variants begin to compile, and until when further processes are waited for. What a

@@ -17,12 +17,13 @@ import numpy as np
 from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.metrics import flip, rel_mse
 from taichi_tracer.studies import machine
-from taichi_tracer.studies.bench import SceneFacts, Shot
+from taichi_tracer.studies.bench import Shot
 from taichi_tracer.studies.budget import Budget, Stopped
 from taichi_tracer.studies.convergence import MIDDLE, TARGETS, Block, Curve, Shown, Study, Truth, error_of, scaled
 from taichi_tracer.studies.crew import Assistants, Crew
 from taichi_tracer.studies.lanes import Lane, Lanes
-from taichi_tracer.studies.variants import Order, Variant, by_priority, comparable, is_of_the_chart, reference_variant
+from taichi_tracer.studies.source import Order, SceneFacts, comparable
+from taichi_tracer.studies.variants import Variant, by_priority, is_of_the_chart, reference_variant
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processes import Clerk, WorkerDied
 
