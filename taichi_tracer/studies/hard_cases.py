@@ -168,7 +168,7 @@ def run_mode(
         for case in stage.cases:
             on, sent = placed[case.name], rays[case.name]
             if mode.tries_everything:
-                sent = sent.first(max(FEWEST_RAYS, size.tests // len(stage.cases) // stage.num_triangles))
+                sent = sent[: max(FEWEST_RAYS, size.tests // len(stage.cases) // stage.num_triangles)]
             findings = case.judge(on, sent, mode.epsilon)
             findings |= difference_from_brute_force(mode, case, on, references)
             if case.name == LONG_CASE and not mode.tries_everything and not mode.fast_math:
