@@ -101,6 +101,20 @@ class RendererCase(ABC):
         """How many things were ``tried``, how many answers are ``wrong`` or ``nan``."""
 
 
+@dataclass
+class Tally:
+    """What a ``RendererCase`` counts: how many things were tried, and how many answers are wrong or no numbers."""
+
+    tried: int = 0
+    wrong: int = 0
+    nan: int = 0
+
+    def add(self, wrong: np.ndarray | bool, nan: int = 0, tried: int | None = None) -> None:
+        """Count answers, of which ``wrong`` says whether each is; ``tried`` if they are not all that were tried."""
+        self.tried += np.size(wrong) if tried is None else tried
+        self.wrong, self.nan = self.wrong + int(np.sum(wrong)), self.nan + nan
+
+
 @ti.data_oriented
 class Probe:
     """Questions about single triangles that a scene is not asked from Python."""
