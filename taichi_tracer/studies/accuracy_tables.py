@@ -66,7 +66,7 @@ def knob_table(study: Study) -> list[dict]:
 
 
 def is_noise(ratio: float, low: float, high: float) -> bool:
-    """Whether a ratio cannot be told from 1, and is not known well enough to say that it is 1."""
+    """Whether a ratio is only noise: it cannot be told from 1, and is not known well enough to say that it is 1."""
     return low < 1 < high and high / low > CERTAIN
 
 
@@ -160,7 +160,7 @@ def main_curves(study: Study) -> list[Curve]:
 
 
 def who_wins(study: Study, target: float) -> list[str]:
-    """Which variant reaches an error first, and which of the others did, or did not."""
+    """Which variant reaches an error first, and which of the others reach it, too."""
     main, words = main_curves(study), f"{100 * target:g} %"
     told = sorted((c for c in main if c.seconds_to(target) > 0), key=lambda c: c.seconds_to(target))
     if not told:
@@ -232,7 +232,7 @@ def who_is_biased(study: Study) -> list[str]:
 
 
 def what_samplers_bring(study: Study) -> list[str]:
-    """How much smaller the error is with the better of two samplers, at equal samples; chance is called so."""
+    """How much smaller the error is with the better of two samplers, at equal samples, or that it is chance."""
     rows = [r for r in knob_table(study) if r["knob"] == "sampler"]
     sentences = []
     for first, second in dict.fromkeys((r["from"], r["to"]) for r in rows):
@@ -266,7 +266,7 @@ SUBJECTS = {
 
 
 def what_knobs_bring(study: Study) -> list[str]:
-    """A sentence for each knob beside estimator and sampler, with its uncertainty; noise is called so."""
+    """A sentence for each knob beside estimator and sampler, with its uncertainty, or that it is noise."""
     sentences = []
     for r in knob_table(study):
         if r["knob"] in ("estimator", "sampler"):

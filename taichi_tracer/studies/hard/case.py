@@ -103,7 +103,7 @@ class RendererCase(ABC):
 
 @dataclass
 class Tally:
-    """What a ``RendererCase`` counts: how many things were tried, and how many answers are wrong or no numbers."""
+    """What a ``RendererCase`` counts: how many things were tried, and how many answers are wrong, or are NaN."""
 
     tried: int = 0
     wrong: int = 0
@@ -222,7 +222,7 @@ def not_numbers(hits: RayHits) -> int:
 
 
 class Stage:
-    """A scene of several cases.
+    """A scene that several cases share.
 
     Args:
         name: for messages.

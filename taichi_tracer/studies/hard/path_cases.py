@@ -197,11 +197,11 @@ class LampInTheFloor(LampInPlace):
         return np.array([[-0.5, 0, 0.5], [0.5, 0, 0.5], [0.5, 0, -0.5], [-0.5, 0, -0.5]])
 
     def radiance(self, point):
-        """Nothing."""
+        """The floor reflects nothing."""
         return 0.0
 
     def sees_floor(self, points):
-        """Where the two coincide, either of them is the hit."""
+        """Not where the two coincide: there, either of them is the hit."""
         return (np.abs(points[..., [0, 2]]) > 0.51).any(axis=-1)
 
 
@@ -218,7 +218,7 @@ class LampAtTheFloor(LampInPlace):
         return np.array([[0, 0, 1], [0, 0, -1], [0, 1, -1], [0, 1, 1]])
 
     def sees_floor(self, points):
-        """At x = 0, on the edge itself, the radiance jumps."""
+        """Not at x = 0, on the edge itself, where the radiance jumps."""
         return points[..., 0] != 0
 
 
@@ -246,7 +246,7 @@ class DegenerateLamps(RendererCase):
     corners = np.array([[-0.5, 1, -0.5], [0.5, 1, -0.5], [0.5, 1, 0.5]])  # faces down
 
     def judge(self, epsilon):
-        """Only the right one is a lamp, whichever choice is made; the floor is lit by it alone."""
+        """Only the right triangle is a lamp, whichever choice is made, and the floor is lit by it alone."""
         point, line = np.zeros((3, 3)), np.outer([0.0, 1, 2], [1, 1, 1])
         broken = [point, line, np.full((3, 3), np.nan), self.corners * [1, np.inf, 1], line + [3, 0, 0]]
         vertices = np.concatenate([*broken[:3], self.corners, *broken[3:]])
