@@ -135,7 +135,7 @@ class Curve:
 
     @property
     def seconds_per_sample(self) -> float:
-        """Seconds of one sample of every pixel: the median over blocks, each of which counts as often as it has samples."""
+        """Seconds of one sample of every pixel: the median over blocks, each counted as often as it has samples."""
         if not self.blocks:
             return self.trial.seconds
         return weighted_median([b.seconds / b.samples for b in self.blocks], [b.samples for b in self.blocks])

@@ -31,8 +31,8 @@ REFERENCE_SEED, PICTURE_SEED = 1_000_003, 2_000_003  # no round comes so far
 # Shares of the budget: what the first reference takes at most, every other one (few variants need it), and all pictures
 # at equal time.
 REFERENCE_SHARE, FURTHER_SHARE, PICTURES_SHARE = 0.08, 0.02, 0.05
-# Of the time of the rounds: what those of all variants get. On cube, with 20 and with 60 s, each variant then has two or
-# three pictures of at least 16 samples, and the fastest one reaches 2 % in the rest.
+# Of the time of the rounds: what those of all variants get. On cube, with 20 and with 60 s, each variant then has 2 or
+# 3 pictures of at least 16 samples, and the fastest one reaches 2 % in the rest.
 EVERYBODY = 0.4
 GOOD_REFERENCE = 0.2 * TARGETS[-1]  # a reference need not be better
 FIRST_SAMPLES, FLOOR, MOST_SAMPLES = 4, 16, 1 << 17  # per pixel: of the first picture, of every variant, of any

@@ -55,7 +55,7 @@ def test_a_small_study_of_a_loaded_scene(tmp_path, steps):
     assert list(table["variant"]) == [
         f"{estimator}, {sampler}, moller_trumbore"
         for estimator in ("mis", "uniform")
-        for sampler in ("niederreiter", "independent")
+        for sampler in ("niederreiter", "niederreiter_one", "independent")
     ]
     assert len(figure.axes) == 3
     assert {p.name for p in tmp_path.iterdir()} == set(accuracy_report.FILES)
@@ -87,7 +87,7 @@ def test_a_study_of_a_name_leaves_the_scenes_of_the_caller_alone():
     knobs = {"estimators": ("mis",), "samplers": ("niederreiter",), "precisions": ("f64",), "fast_math": (False,)}
     knobs |= {"triangle_tests": ("watertight",), "lookups": ("nearest",), "adaptive": (False,), "scales": (1.0,)}
     table, figure = tt.studies.accuracy("cube", size=(16, 16), budget=40, seeds=1, forms=("fast",), **knobs)
-    assert list(table["variant"]) == ["mis, sobol, f64"]
+    assert list(table["variant"]) == ["mis, niederreiter, f64"]
     assert table["last error"][0] > 0
     assert len(figure.axes) == 2
     assert renderer.render(2).samples == 4
