@@ -64,8 +64,7 @@ def check_pictures_by_bounce(args: Namespace, pictures: Sequence[PictureRequest]
                 raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
         for one in args.bounces:
             check_bounces(one)
-        most = picture.paths.max_bounces
-        check_terms(args.bounces, DEFAULTS["max_bounces"] if most is None else most)
+        check_terms(args.bounces, dict(picture.paths).get("max_bounces", DEFAULTS["max_bounces"]))
     if len(args.bounces) > 1:
         given = [name for name in ("time", "error", "adaptive") if getattr(args, name)]
         if given:
