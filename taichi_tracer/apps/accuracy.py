@@ -44,7 +44,7 @@ class StudyRequest:
 class View:
     """Where the camera is: the options of the command line, applied to the parameters of a scene's camera.
 
-    It is no function within a function, because it goes to other processes.
+    It is a class and no function within a function, because it is sent to other processes.
     """
 
     camera: CameraRequest
@@ -141,7 +141,7 @@ def roulettes_of(chosen: tuple[str, ...] | None) -> tuple[str | float, ...] | No
 
 
 def number_or_name(word: str) -> str | float:
-    """What a word stands for."""
+    """The number that a word is; else the word, which is a name."""
     try:
         return float(word)
     except ValueError:
@@ -154,7 +154,7 @@ def names(chosen: tuple[str, ...] | None, known: tuple[str, ...]) -> tuple[str, 
 
 
 def prepared(report: str) -> Path:
-    """The report's folder, made, and its files known to be writable."""
+    """Make the folder of the report, and check that its files can be written. Returns the folder."""
     folder = Path(report)
     make_folder(folder, f"--report {report}")
     for name in accuracy_report.FILES:

@@ -69,7 +69,7 @@ def check_answers(where: str) -> None:
 
 
 def client_class(package: Any) -> Any:
-    """Dask's client, without what it does and tells when one that never connected is forgotten."""
+    """Dask's client class, changed so that a client that never connected is deleted without complaints."""
 
     class Client(package.Client):
         """A client that ``Cluster`` closes."""
@@ -231,7 +231,7 @@ class Cluster:
         return future
 
     def look(self) -> list[Member]:
-        """Who came since the last look is asked who they are; returns those that have gone."""
+        """Ask workers that came since the last look what is installed there. Returns the workers that have gone."""
         self.check()
         now = time.perf_counter()
         if now - self.looked_at < LOOK:
@@ -296,7 +296,7 @@ class Cluster:
         member.waiting = self.submit(worker.settle, *words, at=[member.address], priority=20)
 
     def failed(self, member: Member, future: Any) -> None:
-        """A worker did not do what it was asked for: it is asked again, or left out."""
+        """Ask a worker again that did not do what it was asked for, or leave it out."""
         if future.status != "error":  # cancelled, because something that it needed was lost
             member.asked = None
             if member.state == "new":
@@ -359,7 +359,7 @@ class Cluster:
 
 
 def later(function: Callable[[], Any]) -> Future:
-    """The future of a call that may never return, as a question to a machine that has gone: nobody waits for it."""
+    """The future of a call in a thread of its own, which may never return if the machine that it asks has gone."""
     future: Future = Future()
 
     def call() -> None:
@@ -373,6 +373,6 @@ def later(function: Callable[[], Any]) -> Future:
 
 
 def last_line(error: BaseException) -> str:
-    """What an error says, in a line: of a traceback that came as a text, the end."""
+    """What an error says, in one line: the last line if its text is a traceback."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[-1] if lines else type(error).__name__

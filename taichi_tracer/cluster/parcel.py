@@ -45,12 +45,12 @@ class Parcel:
 
     @property
     def id(self) -> str:
-        """The same for the same options and contents."""
+        """A name for the parcel: equal for equal options and contents."""
         return hashlib.sha256(json.dumps([self.options, self.files]).encode()).hexdigest()[:32]
 
     @property
     def hashes(self) -> tuple[str, ...]:
-        """Of all pieces, in the order of ``files``; a content that stands in two places is there once."""
+        """The hashes of all pieces, in the order of ``files``; the hash of a content that stands in two places comes once."""
         return tuple(dict.fromkeys(one for _, pieces in self.files for one in pieces))
 
     def message(self) -> dict:
@@ -73,7 +73,7 @@ class Parcel:
 
 
 def name_of_files(message: dict) -> str:
-    """The same for the same files in the same places."""
+    """A name for the files of a parcel: equal for equal files in the same places."""
     return hashlib.sha256(json.dumps(message["files"]).encode()).hexdigest()[:32]
 
 
@@ -84,7 +84,7 @@ def without(message: dict, names: set[str]) -> str:
 
 
 def hash_of(content: bytes) -> str:
-    """The name of a content."""
+    """The hash by which a content is named."""
     return hashlib.sha256(content).hexdigest()
 
 
