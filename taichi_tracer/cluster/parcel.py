@@ -50,7 +50,7 @@ class Parcel:
 
     @property
     def hashes(self) -> tuple[str, ...]:
-        """The hashes of all pieces, in the order of ``files``; the hash of a content that stands in two places comes once."""
+        """The hashes of all pieces, in the order of ``files``; a content that stands in two places has one hash."""
         return tuple(dict.fromkeys(one for _, pieces in self.files for one in pieces))
 
     def message(self) -> dict:
