@@ -5,13 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
+from taichi_tracer.apps.same_again import DISTANCE
 from taichi_tracer.apps.words import note, taken
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms
 from taichi_tracer.picture.aovs import Aov, find_aovs
 from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.system.errors import InputError
-
-DISTANCE = "distance"  # the view to which --max-distance belongs
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from taichi_tracer.tones.display import Display
 if TYPE_CHECKING:
     from taichi_tracer.rt3.document import Document, Shot
 
+OF_LIGHT = ("intensity", "rotation", "lookup")  # arguments of ``Environment`` beside its image
 QUICK = 4  # a quick picture has a quarter of the width and of the height
 Options = tuple[tuple[str, object], ...]  # names with values, of options that were given
 WHOLE = 0.0, 1.0, 0.0, 1.0  # the crop window of the whole frame
@@ -65,7 +66,7 @@ class EnvironmentRequest:
     @property
     def options(self) -> dict:
         """What is asked for beside the image."""
-        return given(intensity=self.intensity, rotation=self.rotation, lookup=self.lookup)
+        return given(**{name: getattr(self, name) for name in OF_LIGHT})
 
     def load(self) -> Environment:
         """Read the image."""

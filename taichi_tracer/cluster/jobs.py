@@ -45,8 +45,7 @@ class Sweep:
                     self.take(member, watch)
                     if member.state == "ready":
                         self.give(member)
-                self.cluster.wake.wait(WAIT)
-                self.cluster.wake.clear()
+                self.cluster.wait(WAIT)
         finally:
             for member in self.cluster.members.values():
                 member.given.clear()

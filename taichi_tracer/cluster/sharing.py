@@ -145,8 +145,7 @@ class Sharing:
                 if watch is not None:
                     watch(self.progress)
                 if not self.is_over:
-                    self.cluster.wake.wait(WAIT)
-                    self.cluster.wake.clear()
+                    self.cluster.wait(WAIT)
         except (IncompleteError, InputError):
             raise
         except BaseException as error:

@@ -138,10 +138,7 @@ class WorkerCrew:
                     break
                 if passed > patience:
                     return None
-                self.cluster.wake.wait(FIRST_LOOK / 10)
-                self.cluster.wake.clear()
-                for member in list(self.cluster.members.values()):
-                    self.cluster.advance(member)
+                self.cluster.wait_for_answers()
             self.threads = dict(later(self.cluster.client.nthreads).result(FETCH))
             self.measures = max(ready, key=lambda m: self.threads.get(m.address, 0))
             return self.measures
