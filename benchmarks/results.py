@@ -42,7 +42,10 @@ MEASURED = {
         "scene_data.py",
         "scene_data_loader.py",
         "renderer.py",
+        "apps/cli.py",
+        "apps/commands",
         "apps/render.py",
+        "apps/keeping.py",
         "apps/choices.py",
     ],
     "rays": [*RAYS, "scene_data.py"],
@@ -57,7 +60,15 @@ MEASURED = {
     "obj_reader": ["files/obj.py", "files/text.py"],
     "grading": ["teaching"],
     "cluster": ["cluster"],
-    "live": ["apps/session.py", "apps/frames.py", "apps/pace.py", "apps/server.py", "apps/widget.py", "apps/live"],
+    "live": [
+        "apps/session.py",
+        "apps/mailbox.py",
+        "apps/frames.py",
+        "apps/pace.py",
+        "apps/server.py",
+        "apps/widget.py",
+        "apps/live",
+    ],
 }
 ROOT = Path(__file__).parents[1]
 WHEN = re.compile(r"\b(\d{4}-\d\d-\d\d)(?: (\d\d:\d\d) UTC)?")
