@@ -34,7 +34,7 @@ BENCHMARKS = {
 COUNTED = ("error", "samplers")
 # The files and folders of the package whose speed a benchmark measures.
 RAYS = ["fast", "ray_intersector.py", "geometry.py"]
-LIGHT = [*RAYS, "integrators", "lights", "brdfs", "sampler.py", "environment.py", "renderer.py", "picture"]
+LIGHT = [*RAYS, "integrators", "lights", "brdfs", "sampler.py", "samplers", "environment.py", "renderer.py", "picture"]
 MEASURED = {
     "startup": [
         "system",
@@ -54,8 +54,8 @@ MEASURED = {
     "build": ["fast/bvh_build.py", "fast/bvh_wide.py", "fast/wide_bvh.py"],
     "crossover": [*RAYS, "intersectors"],
     "direct": LIGHT,
-    "error": ["picture", "integrators", "lights", "sampler.py"],
-    "samplers": ["sampler.py", "integrators", "lights"],
+    "error": ["picture", "integrators", "lights", "sampler.py", "samplers"],
+    "samplers": ["sampler.py", "samplers", "integrators", "lights"],
     "paths": LIGHT,
     "obj_reader": ["files/obj.py", "files/text.py"],
     "grading": ["teaching"],
