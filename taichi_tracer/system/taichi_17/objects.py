@@ -84,8 +84,8 @@ def takes_the_detour(cls: type) -> bool:
 
 def subclasses(cls: type) -> set[type]:
     """All classes that inherit from a class."""
-    direct = set(cls.__subclasses__())
-    return direct.union(*(subclasses(subclass) for subclass in direct))
+    own: set[type] = set(cls.__subclasses__())
+    return own.union(*(subclasses(subclass) for subclass in own))
 
 
 def bind_kernels(cls: type) -> None:
