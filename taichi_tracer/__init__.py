@@ -82,10 +82,9 @@ if not TYPE_CHECKING:
         if name not in _HOME_OF and name not in _PACKAGES:
             raise AttributeError(f"module 'taichi_tracer' has no attribute {name!r}")
         importing = importlib.import_module("taichi_tracer.system.importing")
-        importing.import_taichi()
         if name in _PACKAGES:
-            return importlib.import_module(f"taichi_tracer.{name}")
-        module = importlib.import_module(f"taichi_tracer.{_HOME_OF[name]}")
+            return importing.import_quickly(f"taichi_tracer.{name}")
+        module = importing.import_quickly(f"taichi_tracer.{_HOME_OF[name]}")
         value = getattr(module, name)
         globals()[name] = value
         return value

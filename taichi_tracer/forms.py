@@ -4,7 +4,6 @@ This is the only door to the folder ``fast``. Everything here is the answer of a
 folder exists, ``fast/plan.py`` may give another answer; it says why.
 """
 
-import importlib
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -14,6 +13,7 @@ import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, through_pixel
 from taichi_tracer.ray import no_hit
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.seams import why_replaced
 from taichi_tracer.system.stopwatch import EYE_RAYS, LIGHTS, SAMPLES, part
 
@@ -135,7 +135,7 @@ class Plan:
 def fast_plan() -> Any:
     """The module ``fast.plan``; None if the folder ``fast`` was taken away."""
     try:
-        return importlib.import_module("taichi_tracer.fast.plan")
+        return import_quickly("taichi_tracer.fast.plan")
     except ModuleNotFoundError as error:
         if not (error.name or "").startswith("taichi_tracer.fast"):
             raise

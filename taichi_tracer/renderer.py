@@ -93,7 +93,7 @@ def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneDa
 
 
 @ti.data_oriented
-@seams("shade_ray")
+@seams("shade_ray", "record")
 class ProgressiveRenderer(RenderedPicture):
     """A camera, a film, and one of the integrators that the subclass offers.
 
@@ -237,7 +237,20 @@ class ProgressiveRenderer(RenderedPicture):
             if is_taken:
                 rng = of.sampler.start(seed, x, y, i)
                 ray, hit = of.eye_rays.hit_of(x, y, rng)
-                of.film.record(x, y, self.radiance(of.scene, of.integrator, ray, hit, rng), i)
+                self.keep(of.film, x, y, self.radiance(of.scene, of.integrator, ray, hit, rng), i)
+
+    @in_kernels
+    def keep(self, film, x, y, value, index):
+        """Give the value of a pixel to the film: by ``record``, unless somebody watches and takes it instead."""
+        if film is self.film:
+            self.record(x, y, value, index)
+        else:
+            film.record(x, y, value, index)
+
+    @ti.func
+    def record(self, x, y, value, index):
+        """Take the value of a pixel: as one sample, or as the final value if samples are not random."""
+        self.film.record(x, y, value, index)
 
     def parts(self, scene: SceneInKernels, integrator: Integrator) -> Parts:
         """What a sample of this picture is made of, for ``_take_sample``."""

@@ -52,7 +52,7 @@ def test_a_fault_within_the_fast_forms_is_no_missing_folder(monkeypatch):
         raise ModuleNotFoundError("No module named 'numpy'", name="numpy")
 
     forms.fast_plan.cache_clear()
-    monkeypatch.setattr(forms.importlib, "import_module", broken)
+    monkeypatch.setattr(forms, "import_quickly", broken)
     with pytest.raises(ModuleNotFoundError, match="numpy"):
         forms.fast_plan()
     monkeypatch.undo()

@@ -73,7 +73,7 @@ class ViewTiles:
                             ray = Ray(origin=self.vector(self.o, c, lane), direction=self.vector(self.d, c, lane))
                             hit = self.hits.hit_in(tile_x * self.hits.tiles_y + tile_y, lane, ray)
                             rng = renderer.sampler.start(seed, x, y, index)
-                            renderer.film.record(x, y, renderer.radiance(scene, integrator, ray, hit, rng), index)
+                            renderer.record(x, y, renderer.radiance(scene, integrator, ray, hit, rng), index)
                 piece = self.turns.next_piece()
 
     @ti.func

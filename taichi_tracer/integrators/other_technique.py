@@ -35,7 +35,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.lights.near_misses import counter_for
 from taichi_tracer.picture.adaptive import Shares
-from taichi_tracer.picture.film import is_finite
+from taichi_tracer.picture.pixel_sums import is_finite
 from taichi_tracer.picture.some_pixels import SomePixels
 from taichi_tracer.picture.unseen_light import KNOWN, unseen_light
 from taichi_tracer.system import memory
