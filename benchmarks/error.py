@@ -16,7 +16,8 @@ from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.samplers import SPHERES_VIEW, three_spheres
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.picture.film import Film, two_sum
+from taichi_tracer.picture.exact_sums import two_sum
+from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.metrics import relative_rmse
 
 RENDERS, SIZE = 200, 64  # of paths

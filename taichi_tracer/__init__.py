@@ -83,7 +83,6 @@ if not TYPE_CHECKING:
     def __getattr__(name: str) -> object:
         if name not in _HOME_OF and name not in _PACKAGES:
             raise AttributeError(f"module 'taichi_tracer' has no attribute {name!r}")
-        importlib.import_module("taichi_tracer.system.importing").import_taichi()
         wing = importlib.import_module("taichi_tracer.system.wings").wing
         if name in _PACKAGES:
             return wing(name)

@@ -68,18 +68,16 @@ class Plan:
 
     Args:
         renderer: the ``ProgressiveRenderer``.
-        why: the reason for receipts. traces: as for ``EyeRays``; None looks whether ``shade_ray`` is replaced.
+        why: the reason for receipts.
 
     Attributes:
         eye_rays: the object that gives the kernel its rays and hits.
     """
 
-    def __init__(self, renderer: Any, why: str = NO_FAST_FORMS, traces: bool | None = None) -> None:
+    def __init__(self, renderer: Any, why: str = NO_FAST_FORMS) -> None:
         self.renderer: Any = renderer
         is_replaced = "shade_ray" in renderer.replaced
-        self.eye_rays: Any = EyeRays(
-            renderer.scene_data, renderer.camera, renderer.jitter, not is_replaced if traces is None else traces
-        )
+        self.eye_rays: Any = EyeRays(renderer.scene_data, renderer.camera, renderer.jitter, not is_replaced)
         self.form = plain_rays(why_replaced(renderer) if is_replaced else why)
 
     def integrator(self, scene: Any) -> Any:
@@ -116,7 +114,7 @@ class Plan:
     def take_each(self, scene: Any, index: int) -> None:
         """Take one sample for every pixel, pixel by pixel."""
         r = self.renderer
-        r._take_sample(scene, self.integrator(scene), self.eye_rays, r.film.near_misses, r.seed, index)
+        r._take_sample(r.parts(scene, self.integrator(scene)), r.seed, index)
 
     def share_eye_rays(self, other: "Plan") -> None:
         """Use the kept hits of a renderer with the same samples, if they are the same: nothing more is compiled."""

@@ -15,13 +15,15 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control, NameControl
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.paths import Paths
-from taichi_tracer.integrators.work import Measurement, WorkMap
+from taichi_tracer.integrators.work import WorkMap, counted
 from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
 from taichi_tracer.picture.heat import HEAT, Scale, round_up
-from taichi_tracer.renderer import ProgressiveRenderer
-from taichi_tracer.scene_data import SceneData
+from taichi_tracer.picture.some_pixels import SomePixels
+from taichi_tracer.renderer import Parts, ProgressiveRenderer
+from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import seams
 from taichi_tracer.tones.base import Tone
@@ -64,15 +66,15 @@ class MapRenderer(ProgressiveRenderer):
     ) -> None:
         self._chosen_display: Display | None = None
         self._measured: dict[str, Integrator] = {}
-        self._measurements: dict[tuple[str, str], Measurement] = {}
         self._of = find_measured(of)
         self._scale_of: tuple = ()
         self._colours: Any = None
+        self._parts, self._tile = Recent(KEPT_FORMS), SomePixels(in_order=True)
         super().__init__(scene_data, width, height, **options)
 
     def make_plan(self) -> Plan:
-        """Rays that are not traced: the maps trace them, so that their work counts."""
-        return Plan(self, "their work is counted", traces=False)
+        """The plain form: its work is counted."""
+        return Plan(self, "their work is counted")
 
     # ── what is measured ──
 
@@ -136,24 +138,31 @@ class MapRenderer(ProgressiveRenderer):
         self.measured.prepare(self.scene_data, self.camera)
         super().begin()
 
-    def _count_near_misses(self) -> None:
-        """Count none: they are of light."""
+    @property
+    def shows_light(self) -> bool:
+        """A map is not of light."""
+        return False
 
     # ── samples ──
 
     def add_sample(self, index: int) -> None:
         """Take one sample for every pixel, and count what it does."""
-        key = self.active.name, self._of
-        if key not in self._measurements:
-            self._measurements[key] = Measurement(self.map, self.measured)
-        measurement, scene = self._measurements[key], self.kernel_scene()
-        scene.lights.prepare(measurement.samples_lights)
+        scene = self.kernel_scene()
+        scene.lights.prepare(self.measured.samples_lights)
+        key = self.map, self.measured, scene
+        parts = self._parts.get(key, lambda: self._watched(self.parts(scene, self.measured)))
         if self.map.is_timed:
-            self._add_times(self.seconds_of_tiles(scene, measurement, index), index)
+            self._add_times(self.seconds_of_tiles(parts, index), index)
         else:
-            self._take_sample(scene, measurement, self.eye_rays, None, self.seed, index)
+            self._take_sample(parts, self.seed, index)
 
-    def seconds_of_tiles(self, scene: Any, measurement: Measurement, index: int) -> np.ndarray:
+    def _watched(self, parts: Parts) -> Parts:
+        """The parts of a sample as the map in use watches them."""
+        if self.map.is_timed:
+            return parts._replace(film=self._tile)
+        return parts if self.map.number is None else counted(parts, self.map.number)
+
+    def seconds_of_tiles(self, parts: Parts, index: int) -> np.ndarray:
         """(tiles across, tiles upwards) seconds that a sample of a pixel takes on one core, as the mean of a tile.
 
         A kernel has no clock. Therefore the tiles are rendered one after the other, each by one thread, and the time
@@ -164,8 +173,10 @@ class MapRenderer(ProgressiveRenderer):
 
         def seconds(x0: int, x1: int, y0: int, y1: int) -> float:
             """How long a sample of each pixel of one tile takes together."""
+            self._tile.choose((x0, x1), (y0, y1))
             begin = time.perf_counter()
-            self._take_tile(scene, measurement, self.eye_rays, self.seed, index, x0, x1, y0, y1)
+            self._take_sample(parts, self.seed, index)
+            ti.sync()
             return time.perf_counter() - begin
 
         empty = min(seconds(0, 0, 0, 0) for _ in range(9))
@@ -182,29 +193,6 @@ class MapRenderer(ProgressiveRenderer):
     def side_of_tiles(self) -> int:
         """Pixels on a side of the tiles that are timed."""
         return max(SMALLEST_TILE, int(np.ceil(np.sqrt(self.width * self.height / TILES))))
-
-    @ti.kernel
-    def _take_tile(
-        self,
-        scene: ti.template(),
-        measurement: ti.template(),
-        eye_rays: ti.template(),
-        seed: ti.u32,
-        index: ti.u32,
-        x0: ti.i32,
-        x1: ti.i32,
-        y0: ti.i32,
-        y1: ti.i32,
-    ) -> ti.f32:
-        total = tm.vec3(0)  # it is returned, so that the compiler leaves nothing out
-        ti.loop_config(serialize=True)
-        for x in range(x0, x1):
-            for y in range(y0, y1):
-                i, _ = self.shares.sample_of(x, y, index)
-                rng = self.sampler.start(seed, x, y, i)
-                ray, hit = eye_rays.hit_of(x, y, rng)
-                total += measurement.radiance(scene, ray, hit, rng)
-        return ti.cast(total.sum(), ti.f32)
 
     @ti.kernel
     def _add_times(self, times: ti.types.ndarray(dtype=ti.f32, ndim=2), index: ti.u32):

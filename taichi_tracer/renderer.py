@@ -8,7 +8,7 @@ import copy
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -20,7 +20,6 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
 from taichi_tracer.integrators.other_technique import OtherTechnique, other_techniques
-from taichi_tracer.lights.near_misses import begin_counting, counter_for
 from taichi_tracer.options import (
     RENDERER_DEFAULTS,
     CameraChoice,
@@ -36,11 +35,10 @@ from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.rendered import RenderedPicture
 from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, UniformSampler, sampler_of
-from taichi_tracer.scene_data import KEPT_FORMS, SceneData
+from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, part
@@ -57,6 +55,17 @@ NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 36, 52
 COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
 
 IntegratorChoice = str | Integrator | type[Integrator] | Enum
+
+
+class Parts(NamedTuple):
+    """What a sample is made of. Who watches samples puts observed copies in the places of some: ``system.observed``."""
+
+    scene: SceneInKernels
+    integrator: Integrator
+    eye_rays: Any
+    sampler: Sampler
+    shares: Shares
+    film: Any  # a ``Film``, or what takes samples in its place
 
 
 def not_a_scene(renderer: str, given: object) -> InputError:
@@ -85,7 +94,7 @@ def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneDa
 
 
 @ti.data_oriented
-@seams("shade_ray")
+@seams("shade_ray", "record")
 class ProgressiveRenderer(RenderedPicture):
     """A camera, a film, and one of the integrators that the subclass offers.
 
@@ -134,8 +143,6 @@ class ProgressiveRenderer(RenderedPicture):
         self.use_tiles: bool | None = None
         self.plan = self.make_plan()
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
-        self._counted_of: Any = None  # the environment whose near misses the film counts
-        self._counters = Recent(KEPT_FORMS)
         self.progress = Progress(Target())
         self.seconds_before, self.error_curves = 0.0, ErrorCurves()
         self._explainer: Any = None
@@ -200,6 +207,11 @@ class ProgressiveRenderer(RenderedPicture):
         return self.active.needs_light
 
     @property
+    def shows_light(self) -> bool:
+        """Whether the picture is of light, of which its samples may miss some: see ``picture.unseen_light``."""
+        return self.srgb
+
+    @property
     def explained(self) -> Integrator:
         """The integrator whose samples ``explain`` explains."""
         return self.active
@@ -220,35 +232,37 @@ class ProgressiveRenderer(RenderedPicture):
     # ── the central kernel ──
 
     @ti.kernel
-    def _take_sample(
-        self,
-        scene: ti.template(),
-        integrator: ti.template(),
-        eye_rays: ti.template(),
-        near_misses: ti.template(),
-        seed: ti.u32,
-        index: ti.u32,
-    ):
-        for x, y in ti.ndrange(*self.film.ranges):
-            i, is_taken = self.shares.sample_of(x, y, index)
+    def _take_sample(self, of: ti.template(), seed: ti.u32, index: ti.u32):
+        for x, y in ti.ndrange(*of.film.ranges):
+            i, is_taken = of.shares.sample_of(x, y, index)
             if is_taken:
-                begin_counting(near_misses, x, y, integrator)
-                rng = self.sampler.start(seed, x, y, i)
-                ray, hit = eye_rays.hit_of(x, y, rng)
-                self.record(x, y, self.radiance(scene, integrator, ray, hit, rng), i)
+                rng = of.sampler.start(seed, x, y, i)
+                ray, hit = of.eye_rays.hit_of(x, y, rng)
+                self.keep(of.film, x, y, self.radiance(of.scene, of.integrator, ray, hit, rng), i)
+
+    @in_kernels
+    def keep(self, film, x, y, value, index):
+        """Give the value of a pixel to the film: by ``record``, unless somebody watches and takes it instead."""
+        if film is self.film:
+            self.record(x, y, value, index)
+        else:
+            film.record(x, y, value, index)
 
     @ti.func
     def record(self, x, y, value, index):
-        """Give the value of a pixel to the film: as one sample, or as the final value if samples are not random."""
-        if ti.static(self.is_random):
-            self.film.add(x, y, value, index)
-        else:
-            self.film.put(x, y, value, index)
+        """Take the value of a pixel: as one sample, or as the final value if samples are not random."""
+        self.film.record(x, y, value, index)
+
+    def parts(self, scene: SceneInKernels, integrator: Integrator) -> Parts:
+        """What a sample of this picture is made of, for ``_take_sample``."""
+        parts = Parts(scene, integrator, self.eye_rays, self.sampler, self.shares, self.film)
+        return self.film.unseen.watched(parts)
 
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):
         """One sample of the radiance along the ray, from the integrator or from a replaced ``shade_ray``."""
         if "shade_ray" in self.replaced:
+            rng.scene = scene
             return called(self.shade_ray, ray)
         return integrator.radiance(scene, ray, hit, rng)
 
@@ -261,7 +275,8 @@ class ProgressiveRenderer(RenderedPicture):
     @in_kernels
     def _shade_hit(self, ray, hit):
         rng = RandomNumbers.of_this_kernel()
-        return self.active.radiance(self.kernel_scene(), ray, hit, rng)
+        scene = getattr(rng, "scene", None)  # that of ``radiance``; a student's own kernel has none
+        return self.active.radiance(self.kernel_scene() if scene is None else scene, ray, hit, rng)
 
     def kernel_scene(self) -> SceneInKernels:
         """The part of the scene that kernels use."""
@@ -318,25 +333,11 @@ class ProgressiveRenderer(RenderedPicture):
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
         with part(LIGHTS, waits=True):
-            self._count_near_misses()
+            environment = self.scene_data.environment if self.shows_light else None
+            self.film.unseen.begin(environment, self.kernel_scene, self.width, self.height)
         self.reset()
         self.active.prepare(self.scene_data, self.camera)
         self._shown = self.state()
-
-    def _count_near_misses(self) -> None:
-        """Give the film a counter of near misses of the present environment, if light can be missed."""
-        environment = self.scene_data.environment if self.active.srgb else None
-        is_over = self.film.near_misses is not None and self.film.near_misses.is_over()
-        if environment is not self._counted_of or is_over:
-            if is_over:
-                self._counters = Recent(KEPT_FORMS)
-            self.film.near_misses = None if environment is None else self._counter()
-            self._counted_of = environment
-
-    def _counter(self) -> Any:
-        """The counter of near misses for the scene as it is, see ``counter_for``."""
-        scene = self.kernel_scene()
-        return self._counters.get(scene, lambda: counter_for(scene, self.width, self.height))
 
     def begin_anew(self) -> None:
         """Let the next ``render`` start again after a change of the seed; adaptive sampling takes a new pilot."""
@@ -354,8 +355,9 @@ class ProgressiveRenderer(RenderedPicture):
             return 0.0
         if self._other is None or self._other.is_of != (scene, self.active, crop, techniques):
             eyes = EyeRays(self.scene_data, self.camera, self.jitter)
-            self._other = OtherTechnique(scene, self.active, self.sampler, eyes, crop, techniques)
-        self._other.look((self._shown, self.seed), self.seed)
+            parts = Parts(scene, self.active, eyes, self.sampler, self.shares, self.film)
+            self._other = OtherTechnique(parts, crop, techniques)
+        self._other.look(self, (self._shown, self.seed))
         return self._other.missed(self.samples)
 
     def notes(self) -> list[str]:
@@ -396,7 +398,8 @@ class ProgressiveRenderer(RenderedPicture):
         scene.lights.prepare(self.active.samples_lights)
         if self._explainer is None or not self._explainer.is_of(scene, self.explained, self.camera):
             eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
-            self._explainer = pixel.PixelExplainer(self, scene, self.explained, eyes)
+            parts = Parts(scene, self.explained, eyes, self.sampler, self.shares, self.film)
+            self._explainer = pixel.PixelExplainer(self, parts)
         return self._explainer.explain(column, row, sample, samples)
 
     def __repr__(self) -> str:

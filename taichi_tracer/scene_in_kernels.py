@@ -9,7 +9,6 @@ from taichi_tracer.brdfs.surface import Surface, surface_at
 from taichi_tracer.effects import Effects
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
-from taichi_tracer.lights.near_misses import note_surface
 from taichi_tracer.lights.scene_lights import SceneLights, is_blocked, may_meet
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system.seams import in_kernels
@@ -44,9 +43,7 @@ class SceneInKernels:
     @in_kernels
     def surface_at(self, ray, hit) -> Surface:
         """The surface that a ray hit."""
-        surface = surface_at(self, ray, hit)
-        note_surface(surface)
-        return surface
+        return surface_at(self, ray, hit)
 
     @ti.func
     def emitted(self, ray, hit, rng):

@@ -14,6 +14,7 @@ from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
 from taichi_tracer.studies.crew import Crew
+from taichi_tracer.studies.source import Order, Source
 from taichi_tracer.system.digits import digits
 
 EFFICIENCIES = ("roulette", "lamp_choice")
@@ -69,16 +70,16 @@ def run(args: Namespace, crew: Crew | None = None) -> int:
     return 0 if interruption.number is None else interruption.exit_code
 
 
-def study_of(args: Namespace) -> variants.Order:
+def study_of(args: Namespace) -> Order:
     """The study that the options ask for."""
     find_scene(args.scene)
     knobs = {name: names(getattr(args, name), variants.known(name)) for name in variants.NAMED}
     knobs["estimators"] = estimators_of(args)
     knobs |= {"max_bounces": args.max_bounces, "roulettes": roulettes_of(args.roulettes)}
     knobs |= {"rr_start_bounce": args.rr_start_bounce, "fast_math": FAST_MATH.get(args.fast_math)}
-    return variants.Order(
+    return Order(
         source_of(args),
-        variants.plan(every=args.every, **given(**knobs)),
+        tuple(variants.plan(every=args.every, **given(**knobs))),
         args.size,
         args.budget,
         args.seeds,
@@ -88,11 +89,11 @@ def study_of(args: Namespace) -> variants.Order:
     )
 
 
-def source_of(args: Namespace) -> variants.Source:
+def source_of(args: Namespace) -> Source:
     """Where the scenes of the study come from."""
     camera, (width, height) = taken(CameraRequest, args), args.size
     of_scene = {"brdfs": args.brdfs, "lights": args.lights, "up_axis": up_axis_of(args)}
-    return variants.Source(
+    return Source(
         args.scene,
         args.environment,
         of_scene | {"two_sided_lamps": args.two_sided_lamps},

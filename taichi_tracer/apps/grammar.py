@@ -4,7 +4,6 @@ Nothing here imports Taichi: a command loads what it needs when it runs.
 """
 
 import argparse
-import importlib
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 
@@ -63,11 +62,10 @@ def here_or_on_cluster(name: str) -> Command:
 
 def load(target: str) -> Callable:
     """The function that "module:function" names, its module imported only now; one without dots is in this folder."""
-    from taichi_tracer.system.importing import import_taichi
+    from taichi_tracer.system.importing import import_quickly
 
-    import_taichi()  # almost every module needs it, and would import it slowly
     module, function = target.split(":")
-    return getattr(importlib.import_module(module if "." in module else f"taichi_tracer.apps.{module}"), function)
+    return getattr(import_quickly(module if "." in module else f"taichi_tracer.apps.{module}"), function)
 
 
 def load_parts(paths: Sequence[str]) -> None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from taichi_tracer.picture.film import Film
     from taichi_tracer.renderer import ProgressiveRenderer
     from taichi_tracer.scene_data import SceneData
-    from taichi_tracer.studies.bench import SceneFacts
+    from taichi_tracer.studies.source import SceneFacts
     from taichi_tracer.studies.variants import Variant
 
 SLOW = 10.0  # seconds of a first sample, after which no second one is taken to learn its time
@@ -108,7 +108,7 @@ class Stand:
         self.environment = str(args.environment)
 
     def get_ready(self) -> None:
-        """It is open now."""
+        """Do nothing: a call that comes back shows that the bench is open."""
 
     def facts(self, variant: "Variant") -> "SceneFacts":
         """What the bench says, with the name of the environment's file in place of where it is on this machine."""

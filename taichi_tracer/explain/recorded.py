@@ -21,8 +21,8 @@ class Form:
 
     Attributes:
         step: the name of the step; "" takes the name of the method.
-        got: names of the arguments that are noted. gave: names of the results; with a struct or a single value, one
-            name, which is "" if its members have names of their own.
+        got: names of the arguments that are noted. gave: names of the first results; with a struct or a single value,
+            one name, which is "" if its members have names of their own.
         is_group: whether other steps may run within it; it is noted before and after them.
         is_limited: see ``Log.note``.
     """
@@ -48,16 +48,14 @@ INTERSECTOR = {
 }
 SCENE = {
     "emitted": Form(gave=("L_e",)),
-    "visible_radiance": Form("light from a direction", ("w_i",), ("L_i",), is_group=True),
     "is_blocked": Form("shadow ray", ("w_i", "distance"), ("is_blocked",), is_group=True),
     "met": Form("the ray that leaves the surface", ("ray",), (), is_group=True),
 }
 LIGHTS = {
-    "sample_far": Form("a direction from the light", ("xi",), ("w_i", "pdf")),
-    "pdf_far": Form("the light's density", ("w_i",), ("pdf",)),
     "sample": Form("a sample of the lights", ("xi",), ("w_i", "distance", "L_i", "pdf"), is_group=True),
     "pdf": Form("the lights' density", ("w_i",), ("pdf",)),
     "arriving": Form("light that arrives", gave=("L_i",)),
+    "visible": Form("light from a direction", ("w_i",), ("L_i",), is_group=True),
     "reflected_single": Form("lights that are sampled one by one", gave=("L",), is_group=True),
 }
 SURFACE = {
@@ -99,7 +97,7 @@ def given_names(names: tuple[str, ...], result: Any) -> dict[str, Any]:
     """Name → result."""
     if not names or result is None:
         return {}
-    results = result if isinstance(result, tuple | list) and len(names) > 1 else [result]
+    results = result if isinstance(result, tuple | list) else [result]
     return dict(zip(names, results, strict=False))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_levels import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
 from taichi_tracer.fast.lanes import lanes_of, larger, smaller
 from taichi_tracer.fast.packets import smaller_axes

@@ -133,7 +133,7 @@ class FastPlan(Plan):
         view_tiles = self.tiles_of_view()
         with part(SAMPLES, waits=True):
             if tiles is not None:
-                tiles.take(r.film.near_misses, r.seed, index)
+                tiles.take(r.seed, index)
             elif view_tiles is not None:
                 view_tiles.take(r, scene, r.active, r.seed, index)
             else:

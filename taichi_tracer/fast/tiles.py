@@ -27,14 +27,7 @@ from taichi_tracer.fast.turns import Turns
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.forms import Form
 from taichi_tracer.formulas.heuristics import heuristic
-from taichi_tracer.lights.near_misses import (
-    begin_counting,
-    code_of_look_up,
-    count_look_up,
-    kind_before_weight,
-    kind_of_look_up,
-    weighted_kind,
-)
+from taichi_tracer.lights.near_misses import EYE
 from taichi_tracer.lights.scene_lights import may_meet
 from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS, lane_of
 from taichi_tracer.picture.progress import Progress
@@ -139,6 +132,8 @@ class Tiles:
         form = form_class(scene, integrator)
         self.integrator = type(f"Waiting{form.__name__}", (Waiting, form), {"tiles": self})(integrator)
         self.weights = issubclass(form, FarMis)
+        self.counter = renderer.film.unseen.counter
+        self.counts = self.counter is not None
         renderer.eye_rays.is_long = True
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
         self.across, self.upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)
@@ -170,22 +165,12 @@ class Tiles:
         place.dense(ti.j, most if self.weights else 1).place(self.pdf)
         self._memory.allocate()
 
-    def take(self, near_misses, seed: int, index: int) -> None:
+    def take(self, seed: int, index: int) -> None:
         """Take one sample for every pixel, as ``ProgressiveRenderer._take_sample`` does."""
-        renderer = self.renderer
-        self._take(renderer, self.scene, self.integrator, renderer.eye_rays, near_misses, seed, index)
+        self._take(self.renderer.parts(self.scene, self.integrator), seed, index)
 
     @ti.kernel
-    def _take(
-        self,
-        renderer: ti.template(),
-        scene: ti.template(),
-        integrator: ti.template(),
-        eye_rays: ti.template(),
-        near_misses: ti.template(),
-        seed: ti.u32,
-        index: ti.u32,
-    ):
+    def _take(self, of: ti.template(), seed: ti.u32, index: ti.u32):
         self.turns.begin()
         for iteration in range(self.turns.iterations):
             c, tile = self.turns.place_and_piece(iteration)
@@ -196,23 +181,22 @@ class Tiles:
                 # Pixels come in groups, which are those whose eye rays are kept side by side.
                 for group_x in range(first_x >> GROUP_BITS, (end_x + GROUP - 1) >> GROUP_BITS):
                     for group_y in range(first_y >> GROUP_BITS, (end_y + GROUP - 1) >> GROUP_BITS):
-                        if self.begin_group(c, eye_rays, group_x, group_y):
+                        if self.begin_group(c, of.eye_rays, group_x, group_y):
                             continue
                         self.find_numbers(c, group_x, group_y, seed, index)
                         low_x, low_y = group_x << GROUP_BITS, group_y << GROUP_BITS
                         for x in range(ti.max(low_x, first_x), ti.min(low_x + GROUP, end_x)):
                             for y in range(ti.max(low_y, first_y), ti.min(low_y + GROUP, end_y)):
-                                i, is_taken = renderer.shares.sample_of(x, y, index)
+                                i, is_taken = of.shares.sample_of(x, y, index)
                                 if is_taken:
-                                    begin_counting(near_misses, x, y, integrator)
-                                    rng = self.begin_numbers(c, renderer, seed, x, y, i)
-                                    ray, hit = eye_rays.hit_of(x, y, rng)
-                                    value = renderer.radiance(scene, integrator, ray, hit, rng)
+                                    rng = self.begin_numbers(c, of.sampler, seed, x, y, i)
+                                    ray, hit = of.eye_rays.hit_of(x, y, rng)
+                                    value = of.integrator.radiance(of.scene, ray, hit, rng)
                                     self.end_pixel(c, x, y, value)
                 self.find_light(c)
                 self.shadow_rays.trace(c)
                 first, end = tm.ivec2(first_x, first_y), tm.ivec2(end_x, end_y)
-                self.end_groups(c, renderer, integrator, near_misses, first, end, index)
+                self.end_groups(c, of, first, end, index)
                 tile = self.turns.next_piece()
 
     @ti.func
@@ -240,9 +224,9 @@ class Tiles:
                 self.light_lanes.find(c, self.numbers.first[c, 1], self.numbers.second[c, 1])
 
     @in_kernels
-    def begin_numbers(self, c, renderer, seed, x, y, index):
+    def begin_numbers(self, c, sampler, seed, x, y, index):
         """The random numbers of a pixel."""
-        rng = renderer.sampler.start(seed, x, y, index)
+        rng = sampler.start(seed, x, y, index)
         if not self.has_numbers:
             return rng
         self.lane = lane_of(x, y)
@@ -266,7 +250,8 @@ class Tiles:
         if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
             c = self.place
             k = self.look_ups.add(c, w_i)
-            self.factor[c, k], self.kind[c, k] = factor, kind_before_weight()
+            self.factor[c, k] = factor
+            self.note_kind(c, k)
             if ti.static(self.weights):
                 self.pdf[c, k] = self.pdf_brdf
             self.origin[c, k], self.direction[c, k] = surface.origin, w_i
@@ -279,9 +264,23 @@ class Tiles:
         """Note the direction of a ray that hits nothing, so that its light is added later."""
         c = self.place
         k = self.look_ups.add(c, ray.direction)
-        self.factor[c, k], self.kind[c, k], self.leaves[c, k] = tm.vec3(1), kind_before_weight(), 0
+        self.factor[c, k], self.leaves[c, k] = tm.vec3(1), 0
+        self.note_kind(c, k)
         if ti.static(self.weights):
             self.pdf[c, k] = -1.0
+
+    @ti.func
+    def note_kind(self, c, k):
+        """Note for the counter of near misses what kind of look-up a term is."""
+        if ti.static(self.counts):
+            self.kind[c, k] = self.counter.kind_before_weight()
+
+    @ti.func
+    def note_code(self, c, k, factor, light):
+        """Note for the counter of near misses what the look-up of a term counts for, if nothing blocks it."""
+        if ti.static(self.counts):
+            u, v = self.look_ups.coords(c, k)
+            self.code[c, k] = self.counter.code(self.counter.weighted(self.kind[c, k], factor), u, v, light)
 
     @ti.func
     def wait_for_density(self, surface, xi):
@@ -310,22 +309,11 @@ class Tiles:
                 ray = UNTRACED
                 if self.leaves[c, k] != 0:
                     ray = self.shadow_rays.add(c, self.origin[c, k], self.direction[c, k])
-            u, v = self.look_ups.coords(c, k)
-            kind = weighted_kind(self.kind[c, k], factor)
-            self.ray[c, k], self.code[c, k] = ray, code_of_look_up(kind, u, v, light)
-            self.factor[c, k] = factor * light
+            self.note_code(c, k, factor, light)
+            self.ray[c, k], self.factor[c, k] = ray, factor * light
 
     @ti.func
-    def end_groups(
-        self,
-        c,
-        renderer: ti.template(),
-        integrator: ti.template(),
-        near_misses: ti.template(),
-        first,
-        end,
-        index,
-    ):
+    def end_groups(self, c, of: ti.template(), first, end, index):
         """Add the light of the terms that nothing blocks to their samples, and give these to the film.
 
         Args:
@@ -338,40 +326,41 @@ class Tiles:
             red, green, blue = lanes(0.0), lanes(0.0), lanes(0.0)
             for lane in range(LANES):
                 x, y = low.x + lane // GROUP, low.y + lane % GROUP
-                _, is_taken = self.sample_of(renderer, x, y, is_whole, first, end, index)
+                _, is_taken = self.sample_of(of.shares, x, y, is_whole, first, end, index)
                 if is_taken:
                     value = tm.vec3(0)
                     if behind >= 0:
-                        begin_counting(near_misses, x, y, integrator)
                         k = self.look_ups.number_in_group(behind, lane)
-                        u, v = self.look_ups.coords(c, k)
                         value = self.look_ups.look_up(c, k)
-                        count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(tm.vec3(1)), u, v, value))
+                        if ti.static(self.counts):
+                            u, v = self.look_ups.coords(c, k)
+                            self.counter.count(x, y, self.counter.code(EYE, u, v, value))
                     else:
                         value = self.value[c, g * LANES + lane]
                         while term < self.end[c, g * LANES + lane]:
                             if self.is_seen(c, term):
                                 value += self.factor[c, term]
-                                count_look_up(near_misses, x, y, self.code[c, term])
+                                if ti.static(self.counts):
+                                    self.counter.count(x, y, self.code[c, term])
                             term += 1
                     red[lane], green[lane], blue[lane] = value.x, value.y, value.z
             are_added = False
-            if ti.static(can_add_together(renderer.film)):
+            if ti.static(can_add_together(of.film)):
                 if is_whole:
-                    are_added = add_samples(renderer.film, *self.group[c, g], index, red, green, blue)
+                    are_added = add_samples(of.film, *self.group[c, g], index, red, green, blue)
             if not are_added:
                 for lane in range(LANES):
                     x, y = low.x + lane // GROUP, low.y + lane % GROUP
-                    i, is_taken = self.sample_of(renderer, x, y, is_whole, first, end, index)
+                    i, is_taken = self.sample_of(of.shares, x, y, is_whole, first, end, index)
                     if is_taken:
-                        renderer.record(x, y, tm.vec3(red[lane], green[lane], blue[lane]), i)
+                        of.film.record(x, y, tm.vec3(red[lane], green[lane], blue[lane]), i)
 
     @ti.func
-    def sample_of(self, renderer: ti.template(), x, y, is_whole, first, end, index):
+    def sample_of(self, shares: ti.template(), x, y, is_whole, first, end, index):
         """``Shares.sample_of`` for a pixel that may lie outside the tile, unless its group ``is_whole``."""
         i, is_taken = index, False
         if is_whole or (first.x <= x and x < end.x and first.y <= y and y < end.y):
-            i, is_taken = renderer.shares.sample_of(x, y, index)
+            i, is_taken = shares.sample_of(x, y, index)
         return i, is_taken
 
     @ti.func

@@ -5,6 +5,7 @@ same code, and counts what this code does: it observes the parts of the scene (`
 no maps use the parts themselves, and pay nothing.
 """
 
+import copy
 from collections.abc import Callable
 from typing import Any
 
@@ -13,7 +14,7 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.system.observed import after, before, observed_scene
+from taichi_tracer.system.observed import after, before, observed, observed_scene
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import in_kernels
 
@@ -27,7 +28,9 @@ SCATTERING = "eval_cosine", "weight"
 class Tally:
     """What one sample does, counted in variables of the kernel that is being compiled."""
 
-    def __init__(self) -> None:
+    @in_kernels
+    def begin(self) -> None:
+        """Begin a sample."""
         self.nodes, self.primitives, self.shadows, self.blocked, self.below = (impl.expr_init(0) for _ in range(5))
         self.x, self.y, self.z = (impl.expr_init(0.0) for _ in range(3))  # of the last direction
 
@@ -84,33 +87,6 @@ class WorkMap(Integrator):
         self.name, self.label, self.unit, self.number = name, label, unit, number
         self.is_timed, self.shows_error = is_timed, shows_error
 
-    @in_kernels
-    def measure(self, integrator: Integrator, scene: Any, ray: Any, rng: Any) -> Any:
-        """One sample of the integrator along the ray: the number that is counted, or the radiance."""
-        tally = None if self.number is None else Tally()
-        parts = scene if tally is None else counted_scene(scene, tally)
-        hit = impl.expr_init(parts.ray_intersector.query_segment(ray, 0.0, tm.inf))
-        value = impl.expr_init(integrator.radiance(parts, ray, hit, rng))
-        return value if self.number is None or tally is None else _grey(self.number(tally))
-
-
-@ti.func
-def _grey(number):
-    return tm.vec3(ti.cast(number, float))
-
-
-@ti.data_oriented
-class Measurement:
-    """A map of one integrator: what kernels get."""
-
-    def __init__(self, map_: WorkMap, integrator: Integrator) -> None:
-        self.map, self.integrator, self.samples_lights = map_, integrator, integrator.samples_lights
-
-    @in_kernels
-    def radiance(self, scene, ray, hit, rng):
-        """One sample; see ``WorkMap.measure``. The ray is traced here, so that its work counts, too."""
-        return self.map.measure(self.integrator, scene, ray, rng)
-
 
 register(WorkMap("nodes", "Nodes entered", "nodes entered per sample", lambda tally: tally.nodes))
 register(
@@ -122,6 +98,26 @@ register(
 )
 register(WorkMap("standard_error", "Standard error", "standard error of the mean, as radiance", shows_error=True))
 register(WorkMap("seconds", "Seconds", "seconds per sample on one core", is_timed=True))
+
+
+def counted(parts: Any, number: Callable[[Tally], Any]) -> Any:
+    """The parts of a sample (``renderer.Parts``), observed: the film gets a number of what the sample did."""
+    tally = Tally()
+    scene = counted_scene(parts.scene, tally)
+    eye_rays = copy.copy(parts.eye_rays)
+    eye_rays.intersector = scene.ray_intersector
+    sampler = observed(parts.sampler, {"start": before(lambda *_: tally.begin())})
+
+    def record(film, call, x, y, value, index):
+        return call(x, y, _grey(number(tally)), index)
+
+    film = observed(parts.film, {"record": record})
+    return parts._replace(scene=scene, eye_rays=eye_rays, sampler=sampler, film=film)
+
+
+@ti.func
+def _grey(number):
+    return tm.vec3(ti.cast(number, float))
 
 
 def counted_scene(scene: Any, tally: Tally) -> Any:

@@ -13,9 +13,7 @@ import taichi.math as tm
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.far_lights import FarLights
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.lights.near_misses import note_look_up
 from taichi_tracer.ray import Ray, no_hit
-from taichi_tracer.system.blocks import IN_A_BLOCK
 
 FAR_SHARE = 0.5  # of the samples of a scene with both: they go to what is far away
 
@@ -78,7 +76,6 @@ class SceneLights:
                 light = self.lamps.emitted(hit)
         else:
             light = self.from_far.radiance(ray, hit)
-            note_look_up(ray.direction, light, tm.vec3(1))
         return light
 
     @ti.func
@@ -100,8 +97,6 @@ class SceneLights:
                     hit.is_hit = scene.is_blocked(surface, w_i, tm.inf)
                     if hit.is_hit:
                         light = tm.vec3(0)
-                    else:
-                        note_look_up(w_i, light, factor)
         return light, hit
 
     @ti.func
@@ -114,8 +109,7 @@ class SceneLights:
         if ti.static(self.far_share == 0):
             w_i, distance, light, pdf = self.lamps.sample_from(x, n, xi)
         elif ti.static(self.far_share == 1):
-            if IN_A_BLOCK:  # see ``system.blocks``
-                w_i, distance, light, pdf = self.from_far.sample(x, xi)
+            w_i, distance, light, pdf = self.from_far.sample(x, xi)
         elif xi.x < self.far_share:
             w_i, distance, light, pdf = self.from_far.sample(x, tm.vec2(xi.x / self.far_share, xi.y))
             pdf *= self.far_share

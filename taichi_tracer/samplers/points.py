@@ -4,7 +4,6 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.sampler import Sampler
-from taichi_tracer.system.blocks import IN_A_BLOCK
 
 
 @ti.data_oriented
@@ -15,8 +14,7 @@ class PointSampler(Sampler):
     def get_2d(self, seed, pixel, index, dimension):
         """Two numbers in [0, 1)."""
         pair = tm.vec2(0)
-        if IN_A_BLOCK:  # see ``system.blocks``
-            pair.x, pair.y = self.point(seed, pixel, index, dimension)
+        pair.x, pair.y = self.point(seed, pixel, index, dimension)
         return pair
 
     @ti.func

@@ -70,10 +70,11 @@ def accuracy(
     start = time.perf_counter()
     given: dict[str, Any] = dict(locals())  # the knobs, by their names in ``variants``
     from taichi_tracer.studies import accuracy_report, schedule, variants
+    from taichi_tracer.studies.source import Order, Source, lives_here_alone
     from taichi_tracer.system import runtime
 
     knobs: dict[str, Any] = {name: given[name] for name in variants.USUAL}
-    source = variants.Source(scene, environment, here=variants.lives_here_alone())
+    source = Source(scene, environment, here=lives_here_alone())
     if source.here:
         settings = runtime.ensure()
         running = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)}
@@ -83,7 +84,7 @@ def accuracy(
     accuracy_report.get_ready()
     keep = accuracy_report.DRAWING + (0.0 if report is None else accuracy_report.WRITING)
     spent = time.perf_counter() - start
-    study = schedule.measure(variants.Order(source, plan, size, budget, seeds, spent, keep))
+    study = schedule.measure(Order(source, tuple(plan), size, budget, seeds, spent, keep))
     if report is not None:
         accuracy_report.write(study, Path(report))
     return found(study)

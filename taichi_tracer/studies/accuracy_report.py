@@ -204,7 +204,7 @@ def knob_rows(study: Study) -> list[dict]:
 
 
 def draw_knobs(study: Study, axes) -> dict[str, list[str]]:
-    """For each knob, times the seconds of a sample and times the error, with their 95 % intervals."""
+    """For each knob, by which factor it changes the seconds of a sample and the error, with 95 % intervals."""
     rows, titles = knob_rows(study), {}
     for i, row in enumerate(rows):
         for name, offset, marker, colour in (("time", -0.16, "o", TIME), ("error", 0.16, "D", ERROR)):

@@ -66,7 +66,7 @@ def knob_table(study: Study) -> list[dict]:
 
 
 def is_noise(ratio: float, low: float, high: float) -> bool:
-    """Whether a ratio cannot be told from 1, and is not known well enough to say that it is 1."""
+    """Whether a ratio is only noise: it cannot be told from 1, and is not known well enough to say that it is 1."""
     return low < 1 < high and high / low > CERTAIN
 
 
@@ -160,7 +160,7 @@ def main_curves(study: Study) -> list[Curve]:
 
 
 def who_wins(study: Study, target: float) -> list[str]:
-    """Which variant reaches an error first, and which of the others did, or did not."""
+    """Which variant reaches an error first, and which of the others reach it, too."""
     main, words = main_curves(study), f"{100 * target:g} %"
     told = sorted((c for c in main if c.seconds_to(target) > 0), key=lambda c: c.seconds_to(target))
     if not told:
@@ -174,26 +174,20 @@ def who_wins(study: Study, target: float) -> list[str]:
         return [f"No variant reached {words} within the {study.budget:g} s of the study{nearest}.", *sentences]
     best = told[0]
     alike = [c for c in told[1:] if cannot_be_told_apart(best, c, target)]
-    sentence = (
-        f"To {words} error, {best.variant.label} is fastest: {show_seconds(best.seconds_to(target))} of rendering"
-    )
+    least = best.seconds_to(target)
+    sentence = f"To {words} error, {best.variant.label} is fastest: {show_seconds(least)} of rendering"
     if alike:
         sentence += f"; the time of {' and of '.join(c.variant.label for c in alike)} cannot be told from it"
     sentences = [f"{sentence}."]
     others = [c for c in told[1:] if c not in alike]
     if others:
-        worst = others[-1]
-        ratio = worst.seconds_to(target) / best.seconds_to(target)
-        sentences.append(
-            f"{worst.variant.label} needs {show_seconds(worst.seconds_to(target))} for it, {times_as_long(ratio)}."
-        )
+        worst, most = others[-1], others[-1].seconds_to(target)
+        sentences.append(f"{worst.variant.label} needs {show_seconds(most)} for it, {times_as_long(most / least)}.")
     return [*sentences, *who_missed([c for c in main if c not in told], study, words)]
 
 
 def who_missed(missed: list[Curve], study: Study, words: str) -> list[str]:
-    """A sentence on those that did not reach an error: how near those with the first sampler came, and the best of
-    each other sampler.
-    """
+    """How near those came that did not reach an error: all with the first sampler, and the best of each other one."""
     named = [c for c in missed if c.variant.sampler == study.base.sampler]
     for sampler in dict.fromkeys(c.variant.sampler for c in missed if c not in named):
         named.append(min((c for c in missed if c.variant.sampler == sampler), key=lambda c: c.last[1]))
@@ -229,16 +223,16 @@ def who_met_no_light(study: Study) -> list[str]:
 
 def who_is_biased(study: Study) -> list[str]:
     """Which variants differ from the reference by more than chance explains."""
-    wrong = [c for c in study.curves if abs(c.bias) > 4 and not c.is_biased]
     return [
         f"{c.variant.label} differs from the reference by {percent(c.shift)} of the light, {abs(c.bias):.0f} standard "
         "errors: one of the two is biased."
-        for c in wrong
+        for c in study.curves
+        if abs(c.bias) > 4 and not c.is_biased
     ]
 
 
 def what_samplers_bring(study: Study) -> list[str]:
-    """How much smaller the error is with the better of two samplers, at equal samples; chance is called so."""
+    """How much smaller the error is with the better of two samplers, at equal samples, or that it is chance."""
     rows = [r for r in knob_table(study) if r["knob"] == "sampler"]
     sentences = []
     for first, second in dict.fromkeys((r["from"], r["to"]) for r in rows):
@@ -262,29 +256,27 @@ def what_samplers_bring(study: Study) -> list[str]:
 
 
 SUBJECTS = {
-    "precision": lambda r: NAMES.get(r["to"], r["to"]),
-    "triangle test": lambda r: NAMES.get(r["to"], r["to"]),
-    "fast math": lambda r: "Fast math" if "no" not in r["to"] else "No fast math",
-    "plain": lambda r: "The readable code (plain forms)",
-    "lookup": lambda r: f"The {r['to']} look-up",
-    "adaptive": lambda r: "Adaptive sampling",
-    "intersector": lambda r: f"The intersector {r['to']}",
-    "scale": lambda r: "Half of the resolution",
+    "fast math": lambda to: "No fast math" if "no" in to else "Fast math",
+    "plain": lambda to: "The readable code (plain forms)",
+    "lookup": lambda to: f"The {to} look-up",
+    "adaptive": lambda to: "Adaptive sampling",
+    "intersector": lambda to: f"The intersector {to}",
+    "scale": lambda to: "Half of the resolution",
 }
 
 
 def what_knobs_bring(study: Study) -> list[str]:
-    """A sentence for each knob beside estimator and sampler, with its uncertainty; noise is called so."""
+    """A sentence for each knob beside estimator and sampler, with its uncertainty, or that it is noise."""
     sentences = []
     for r in knob_table(study):
-        if r["knob"] not in SUBJECTS:
+        if r["knob"] in ("estimator", "sampler"):
             continue
-        subject = SUBJECTS[r["knob"]](r)
-        time = (r["time low"], r["time high"], r["time"])
-        if time[0] <= 1 <= time[1]:
-            told = f"{subject}: no difference in time can be told from noise ({time[0]:.2f} to {time[1]:.2f} times)"
+        subject = SUBJECTS.get(r["knob"], lambda to: NAMES.get(to, to))(r["to"])
+        time, low, high = r["time"], r["time low"], r["time high"]
+        if low <= 1 <= high:
+            told = f"{subject}: no difference in time can be told from noise ({low:.2f} to {high:.2f} times)"
         else:
-            told = f"{subject} takes {time[2]:.2f} times the time of a sample ({time[0]:.2f} to {time[1]:.2f})"
+            told = f"{subject} takes {time:.2f} times the time of a sample ({low:.2f} to {high:.2f})"
         sentences.append(f"{told}, {error_in_words(r)}.")
     return sentences
 
@@ -332,9 +324,9 @@ def told_of_paths(study: Study) -> list[str]:
         clear = [r for r in bounces if r not in hidden]
         if clear:
             r, most = clear[-1], bounces[-1]["bounces"]
-            bounces_of = "1 bounce" if r["bounces"] == 1 else f"{r['bounces']} bounces"
+            few = "1 bounce" if r["bounces"] == 1 else f"{r['bounces']} bounces"
             sentences.append(
-                f"Paths of at most {bounces_of} miss {100 * r['missing light']:.2g} % of the light, with a standard "
+                f"Paths of at most {few} miss {100 * r['missing light']:.2g} % of the light, with a standard "
                 f"error of {100 * r['standard error']:.1g} %, and take {100 * r['time']:.0f} % of the time of {most}."
             )
         if hidden and hidden[0] is not bounces[-1]:
@@ -345,12 +337,8 @@ def told_of_paths(study: Study) -> list[str]:
         if rows:
             best = max(rows, key=lambda r: r["efficiency"])
             name, first = best[knob.replace("_", " ")], rows[0][knob.replace("_", " ")]
-            if best is rows[0]:
-                sentences.append(f"No {what} is more efficient than {first}.")
-            else:
-                sentences.append(
-                    f"{name[0].upper()}{name[1:]} is {best['efficiency']:.3g} times as efficient as {first}."
-                )
+            told = f"{name[0].upper()}{name[1:]} is {best['efficiency']:.3g} times as efficient as {first}."
+            sentences.append(f"No {what} is more efficient than {first}." if best is rows[0] else told)
     return sentences
 
 
@@ -388,15 +376,14 @@ def show(value: float) -> str:
 
 
 def in_words(rows: list[dict]) -> list[dict]:
-    """Rows whose numbers are words: errors in percent, others with three digits."""
+    """Rows whose numbers are words with three digits, errors in percent."""
+
+    def in_word(name: str, value) -> str:
+        if name.startswith(PERCENT):
+            return f"{show(100 * value)} %"
+        return show(value) if isinstance(value, float) else str(value)
+
     return [{name: in_word(name, value) for name, value in row.items()} for row in rows]
-
-
-def in_word(name: str, value) -> str:
-    """One value of a column of that name."""
-    if name.startswith(PERCENT):
-        return f"{show(100 * value)} %"
-    return show(value) if isinstance(value, float) else str(value)
 
 
 # ── as numbers ──
@@ -458,13 +445,5 @@ def as_json(study: Study) -> str:
         "lamp choices": efficiency_of(study, "lamp_choice"),
         "measurements": table_rows(study),
     }
-    return json.dumps(without_nan(content), indent=1)
-
-
-def without_nan(value):
-    """A value in which None stands for every number that is not finite: JSON has no NaN."""
-    if isinstance(value, dict):
-        return {k: without_nan(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [without_nan(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    read_again = json.loads(json.dumps(content), parse_constant=lambda _: None)  # NaN is no JSON
+    return json.dumps(read_again, indent=1)

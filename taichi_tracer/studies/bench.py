@@ -16,28 +16,12 @@ from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.convergence import Trial
 from taichi_tracer.studies.machine import describe_machine
-from taichi_tracer.studies.variants import Source, Variant, renderer_of
+from taichi_tracer.studies.source import SceneFacts, Source
+from taichi_tracer.studies.variants import Variant, renderer_of
 from taichi_tracer.system import compiling, registry
 
 WARM_UP = 3  # samples: after them everything is compiled
 TRIAL = 8  # samples more, from which the plan learns what a sample takes and how large the error is
-
-
-@dataclass(frozen=True)
-class SceneFacts:
-    """What a study must know of a scene.
-
-    Attributes:
-        read_seconds: of reading the scene, and of building its hierarchy.
-    """
-
-    title: str
-    source: str
-    machine: str
-    lamps: int
-    has_environment: bool
-    primitives: int
-    read_seconds: float
 
 
 @dataclass(frozen=True)

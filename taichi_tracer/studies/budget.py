@@ -52,7 +52,7 @@ class Budget:
 
     @property
     def share(self) -> float:
-        """Of the budget that is spent."""
+        """The share of the budget that is spent."""
         return self.elapsed / self.seconds
 
     @property
@@ -67,7 +67,7 @@ class Budget:
         self.end -= min(self.keep * self.start_seconds, max(share * self.seconds, seconds))
 
     def variant_is_ready(self) -> None:
-        """A variant is compiled: from now on, something can be measured, and be it a little too late."""
+        """A variant is compiled: from now on something can be measured, for at least ``SHORTEST`` seconds."""
         if not self.can_measure:
             self.can_measure, self.end = True, max(self.end, time.perf_counter() + SHORTEST)
 

@@ -21,7 +21,7 @@ from taichi_tracer.picture.progress import slope
 from taichi_tracer.studies.variants import Variant
 
 if TYPE_CHECKING:
-    from taichi_tracer.studies.bench import SceneFacts
+    from taichi_tracer.studies.source import SceneFacts
 
 TARGETS = (0.10, 0.05, 0.02, 0.01)  # relative RMSE
 MIDDLE = TARGETS[2]  # the target by which variants are ranked
@@ -70,7 +70,7 @@ class Shown(NamedTuple):
     flip: float
 
 
-@dataclass
+@dataclass(eq=False)
 class Curve:
     """What one variant reached.
 
@@ -110,7 +110,7 @@ class Curve:
 
     @property
     def samples(self) -> np.ndarray:
-        """(K,) per pixel, at which pictures were compared."""
+        """(K,) the numbers of samples per pixel at which pictures were compared."""
         return np.array(sorted({n for levels in self.found.values() for n in levels}), int)
 
     @property
@@ -135,7 +135,7 @@ class Curve:
 
     @property
     def seconds_per_sample(self) -> float:
-        """Of every pixel: the median over blocks, each of which counts as often as it has samples."""
+        """Seconds of one sample of every pixel: the median over blocks, each counted as often as it has samples."""
         if not self.blocks:
             return self.trial.seconds
         return weighted_median([b.seconds / b.samples for b in self.blocks], [b.samples for b in self.blocks])
@@ -147,18 +147,18 @@ class Curve:
 
     @property
     def milliseconds_per_sample(self) -> float:
-        """Of every pixel."""
+        """Milliseconds of one sample of every pixel."""
         return 1e3 * self.seconds_per_sample
 
     @property
     def mean_seconds(self) -> np.ndarray:
-        """(K,) of rendering."""
+        """(K,) seconds of rendering until each picture."""
         pilot = statistics.median(self.pilots) if self.pilots else 0.0
         return pilot + self.samples * self.seconds_per_sample
 
     @property
     def mean_errors(self) -> np.ndarray:
-        """(K,) root of the mean square over the seeds that went so far."""
+        """(K,) relative RMSE: the root of the mean square over the seeds that went so far."""
         known = np.isfinite(self.errors)
         squares = np.where(known, self.errors, 0.0) ** 2
         return np.sqrt(squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1))
@@ -170,7 +170,7 @@ class Curve:
 
     @property
     def is_unsure(self) -> bool:
-        """Whether much of the light may lie where no sample has met it: then the error measures chance."""
+        """Whether much of the light may be where no sample has met it: then the error measures chance."""
         return self.unmet is not None or self.unseen > UNSEEN_SHARE * self.last[1]
 
     @property
@@ -241,7 +241,7 @@ class Truth:
 
     @property
     def mean(self) -> float:
-        """Of all pixels."""
+        """The mean of all pixels."""
         return float(self.image.mean())
 
     def error_of(self, image: np.ndarray) -> float:

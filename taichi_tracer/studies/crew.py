@@ -72,7 +72,7 @@ class Crew(Protocol):
         """One more process on the machine that measures."""
 
     def assistants(self) -> list[Clerk]:
-        """A process on each other machine that has none yet, for a part of the reference."""
+        """A process on each other machine on which there is none yet, for a part of the reference."""
 
     def told(self) -> str:
         """A sentence on whose seconds the study tells."""

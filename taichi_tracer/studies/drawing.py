@@ -67,7 +67,7 @@ def spread(wanted: list[float], gap: float) -> list[float]:
 
 
 def mean(values: list[float]) -> float:
-    """Of some numbers."""
+    """The mean of some numbers."""
     return sum(values) / len(values)
 
 

@@ -8,11 +8,12 @@ from taichi_tracer.studies.bench import Prepared
 from taichi_tracer.studies.budget import POLL, Budget
 from taichi_tracer.studies.convergence import Curve
 from taichi_tracer.studies.crew import Crew, Here, StudyWorker
-from taichi_tracer.studies.variants import Order, Variant, by_priority, process_of
+from taichi_tracer.studies.source import Order
+from taichi_tracer.studies.variants import Variant, by_priority, process_of
 from taichi_tracer.system.processes import Clerk
 
-# Shares of the budget: until when variants begin to compile, and until when further processes are waited for. What a
-# variant takes after the first share (some seconds without kept kernels), and half of the rest, is for the rounds.
+# Shares of the budget: until when variants begin to compile, and until when further processes are waited for. A variant
+# of cornell_box compiles for 1 to 5 s, so that at 45 s about half of the budget is left to measure.
 COMPILE_SHARE, ABANDON_SHARE = 0.4, 0.6
 SHORT = 20.0  # seconds: with a smaller budget, nothing is compiled beside the first variant
 

@@ -2,8 +2,8 @@
 
 1. **Compiling** (``lanes``). The first process reads the scene and compiles the first variant; others compile the rest
    beside it. A variant is left out, and named, if compiling it would take the time of the measurement.
-2. **A round for each seed**, with an equal time for every variant. Pictures are compared with the reference at 2, 4,
-   8, … samples. Variants that differ in one knob take turns, so that their times can be compared.
+2. **A round for each seed**, with an equal time for every variant. Pictures are compared with the reference at 4, 8,
+   16, … samples. Variants that differ in one knob take turns, so that their times can be compared.
 3. **More rounds of those that may still win**, each with at least twice as many samples as the one before, until they
    have reached the errors that are asked for. What is left then goes to those that have the fewest pictures.
 """
@@ -17,12 +17,13 @@ import numpy as np
 from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.metrics import flip, rel_mse
 from taichi_tracer.studies import machine
-from taichi_tracer.studies.bench import SceneFacts, Shot
+from taichi_tracer.studies.bench import Shot
 from taichi_tracer.studies.budget import Budget, Stopped
 from taichi_tracer.studies.convergence import MIDDLE, TARGETS, Block, Curve, Shown, Study, Truth, error_of, scaled
 from taichi_tracer.studies.crew import Assistants, Crew
 from taichi_tracer.studies.lanes import Lane, Lanes
-from taichi_tracer.studies.variants import Order, Variant, by_priority, comparable, is_of_the_chart, reference_variant
+from taichi_tracer.studies.source import Order, SceneFacts, comparable
+from taichi_tracer.studies.variants import Variant, by_priority, is_of_the_chart, reference_variant
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processes import Clerk, WorkerDied
 
@@ -30,9 +31,11 @@ REFERENCE_SEED, PICTURE_SEED = 1_000_003, 2_000_003  # no round comes so far
 # Shares of the budget: what the first reference takes at most, every other one (few variants need it), and all pictures
 # at equal time.
 REFERENCE_SHARE, FURTHER_SHARE, PICTURES_SHARE = 0.08, 0.02, 0.05
-EVERYBODY = 0.4  # of the time of the rounds: those of all variants; those who may win get the rest
+# Of the time of the rounds: what those of all variants get. On cube, with 20 and with 60 s, each variant then has 2 or
+# 3 pictures of at least 16 samples, and the fastest one reaches 2 % in the rest.
+EVERYBODY = 0.4
 GOOD_REFERENCE = 0.2 * TARGETS[-1]  # a reference need not be better
-FIRST_SAMPLES, FLOOR, MOST_SAMPLES = 2, 16, 1 << 17  # per pixel: of the first picture, of every variant, of any
+FIRST_SAMPLES, FLOOR, MOST_SAMPLES = 4, 16, 1 << 17  # per pixel: of the first picture, of every variant, of any
 TIMED = 8  # samples: shorter blocks say little about time
 LEADING = 3.0  # times the seconds of the best: who is predicted to need no more may still win
 MARGIN = 1.15  # times the samples that a target probably needs are rendered, so that few rounds miss it
@@ -171,16 +174,19 @@ class Schedule:
         """A round of all variants for each seed, the pictures to be shown, and the rounds of those that may win."""
         while len(self.curves) > 1 and FLOOR * self.seconds_of_all > self.budget.left / 4:
             self.curves.pop()
-        seconds = EVERYBODY * self.budget.left
-        seeds = min(max(int(seconds / (FLOOR * self.seconds_of_all)), 1), self.order.seeds)
-        share = seconds / seeds / len(self.curves)
+        begun, seconds = self.budget.elapsed, EVERYBODY * self.budget.left
+        planned = min(max(int(seconds / (FLOOR * self.seconds_of_all)), 1), self.order.seeds)
+        share = seconds / planned / len(self.curves)
         levels = {curve.variant: power_of_two(share / curve.seconds_per_sample) for curve in self.curves}
         for variant in (v for v in levels if not is_of_the_chart(v, self.base)):
             levels[variant] = min(levels[variant], levels[self.base])  # more could not be compared
-        for seed in range(1, seeds + 1):
+        seeds, took = 0, 0.0
+        while seeds < planned and took * (seeds + 1) <= seconds * max(seeds, 1):
             self.look()
+            seeds += 1
             for wave in waves(self.curves):
-                self.round(wave, seed, levels)
+                self.round(wave, seeds, levels, begun + seconds * seeds / planned)
+            took = self.budget.elapsed - begun
         self.render_pictures()
         while found := self.next_of_the_race() or self.next_with_few():
             curve, samples = found
@@ -192,10 +198,16 @@ class Schedule:
         """Seconds of one sample of every variant."""
         return sum(curve.seconds_per_sample for curve in self.curves)
 
-    def round(self, curves: Sequence[Curve], seed: int, samples: dict[Variant, int]) -> None:
-        """Render variants with one seed, which take turns; compare their pictures at each doubling."""
+    def round(self, curves: Sequence[Curve], seed: int, samples: dict[Variant, int], end: float = math.inf) -> None:
+        """Render variants with one seed, which take turns; compare their pictures at each doubling.
+
+        Args:
+            end: seconds of the budget; later than that, no picture gets more than ``FLOOR`` samples.
+        """
         levels = {curve.variant: levels_up_to(curve.variant, samples[curve.variant]) for curve in curves}
         for level in sorted({n for own in levels.values() for n in own}):
+            if level > FLOOR and self.budget.elapsed > end:
+                break
             self.turn += 1
             for curve in curves:
                 if level in levels[curve.variant]:

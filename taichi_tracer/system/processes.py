@@ -19,7 +19,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
-from typing import Any
+from typing import IO, Any, cast
 
 from taichi_tracer.system.errors import InputError
 
@@ -88,15 +88,16 @@ class Worker(Clerk):
             start_new_session=True,  # Ctrl-C is for the parent, which then writes what is done
             env=os.environ | {"PYTHONPATH": os.pathsep.join([PACKAGES, *filter(None, [os.environ.get("PYTHONPATH")])])},
         )
+        self.input, self.output = cast(IO[bytes], self.process.stdin), cast(IO[bytes], self.process.stdout)
         self.pid = self.process.pid
         super().__init__()
 
     def answer(self, method: str, words: tuple, options: dict) -> Any:
         """What the process sends back."""
         try:
-            pickle.dump((method, words, options), self.process.stdin)
-            self.process.stdin.flush()
-            is_good, answer = pickle.load(self.process.stdout)
+            pickle.dump((method, words, options), self.input)
+            self.input.flush()
+            is_good, answer = pickle.load(self.output)
         except (OSError, EOFError, ValueError) as error:
             raise WorkerDied(f"a process of {self.task} ended in {method}: {error}") from None
         if not is_good:
@@ -107,7 +108,7 @@ class Worker(Clerk):
         """Let it end. Nobody waits for a worker that is compiling: it finishes the kernel first."""
         super().close()
         try:
-            self.process.stdin.close()
+            self.input.close()
             self.process.wait(PATIENCE)
         except (OSError, ValueError, subprocess.TimeoutExpired):
             pass

@@ -12,7 +12,6 @@ Each kind of part has a home: the modules that define the parts of this kind in 
 part of the kind is looked up for the first time.
 """
 
-import importlib
 import os
 import pkgutil
 import runpy
@@ -22,6 +21,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.seams import assigned
 from taichi_tracer.system.wings import is_there
 
@@ -139,9 +139,9 @@ class Registry:
         self._loaded.add(kind)
         modules = []
         for name in filter(is_there, HOMES[kind][0]):
-            module = importlib.import_module(f"taichi_tracer.{name}")
+            module = import_quickly(f"taichi_tracer.{name}")
             found = sorted(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", [])))
-            modules += [module, *(importlib.import_module(f"taichi_tracer.{name}.{part}") for part in found)]
+            modules += [module, *(import_quickly(f"taichi_tracer.{name}.{part}") for part in found)]
         place = {str(Path(str(module.__file__)).resolve()): i for i, module in enumerate(modules)}
         by_file = sorted(self._parts[kind], key=lambda name: place.get(self._files[kind, name], len(place)))
         self._parts[kind] = {name: self._parts[kind][name] for name in by_file}

@@ -13,10 +13,6 @@ from typing import TypeVar
 
 import taichi as ti
 
-from taichi_tracer.system import objects
-
-objects.read_attributes_directly()  # here, because the modules of all parts import this one first
-
 Class = TypeVar("Class", bound=type)
 Function = TypeVar("Function", bound=Callable)
 

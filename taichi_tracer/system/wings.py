@@ -3,11 +3,11 @@
 What needs a wing asks for it by ``wing``, so that one line tells the user if it is missing.
 """
 
-import importlib
 from pathlib import Path
 from types import ModuleType
 
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.importing import import_quickly
 
 PACKAGE = Path(__file__).parents[1]
 
@@ -53,7 +53,7 @@ def wing(module: str, why: str = "") -> ModuleType:
         MissingWingError: "this installation has no taichi_tracer/rt3, which reads and renders scene files of RT3".
     """
     try:
-        return importlib.import_module(f"{PACKAGE.name}.{module}")
+        return import_quickly(f"{PACKAGE.name}.{module}")
     except ModuleNotFoundError as error:
         missing = missing_wing(error)
         if missing is None:

@@ -62,16 +62,10 @@ def load_folder(folder: Path) -> Assignment:
     unknown = {mistake.part for mistake in mistakes} - {part.name for part in parts}
     if unknown:
         raise InputError(f"{folder / 'mistakes.py'}: there is no part {sorted(unknown)[0]!r}")
-    return Assignment(
-        name=folder.name,
-        title=title_of(folder / "README.md"),
-        folder=folder,
-        parts=parts,
-        files=tuple(dict.fromkeys(classes.values())),
-        classes=classes,
-        mistakes=mistakes,
-        program=programs[0] if programs else "",
-    )
+    files = tuple(dict.fromkeys(classes.values()))
+    program = programs[0] if programs else ""
+    title = title_of(folder / "README.md")
+    return Assignment(folder.name, title, folder, parts, files, classes, mistakes, program)
 
 
 def mistakes_in(file: Path) -> tuple[Mistake, ...]:
@@ -83,17 +77,10 @@ def mistakes_in(file: Path) -> tuple[Mistake, ...]:
 def load_sealed(folder: Path) -> Assignment:
     """The assignment in a folder that has no solution."""
     facts = facts_of(folder)
-    return Assignment(
-        name=facts["name"],
-        title=title_of(folder / "README.md"),
-        folder=folder,
-        parts=tuple(constant(folder / "parts.py", "PARTS")),
-        files=tuple(dict.fromkeys(facts["classes"].values())),
-        classes=facts["classes"],
-        mistakes=facts["mistakes"],
-        program=facts["program"],
-        is_sealed=True,
-    )
+    parts, classes = tuple(constant(folder / "parts.py", "PARTS")), facts["classes"]
+    files, title = tuple(dict.fromkeys(classes.values())), title_of(folder / "README.md")
+    own = facts["mistakes"], facts["program"]
+    return Assignment(facts["name"], title, folder, parts, files, classes, *own, is_sealed=True)
 
 
 def constant(file: Path, name: str) -> Any:

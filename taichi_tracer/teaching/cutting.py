@@ -114,15 +114,3 @@ def methods_by_line(source: str, name: str) -> dict[int, str]:
                 owner = f"{node.name}." if isinstance(node, ast.ClassDef) else ""
                 found |= dict.fromkeys(range(member.lineno, (member.end_lineno or 0) + 1), owner + member.name)
     return found
-
-
-def solution_blocks(source: str) -> list[list[str]]:
-    """The lines of every solution, to test that a student's folder has none of them."""
-    blocks, lines, i = [], source.splitlines(), 0
-    while i < len(lines):
-        if BEGIN.match(lines[i]):
-            end = partner(lines, i, END, "BEGIN SOLUTION without an END SOLUTION after it")
-            blocks.append(lines[i + 1 : end])
-            i = end
-        i += 1
-    return blocks

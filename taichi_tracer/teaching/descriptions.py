@@ -32,7 +32,7 @@ def describe(inputs: Arrays, answers: Arrays, expected: Arrays, is_right: np.nda
         rows = rows & yours & right
     if rows.any():
         for name, right in expected.items():
-            told += about(name, np.asarray(answers[name])[rows], np.asarray(right)[rows])
+            told += differences_of(name, np.asarray(answers[name])[rows], np.asarray(right)[rows])
     return told or ["the numbers differ in no way that is known"]
 
 
@@ -55,7 +55,7 @@ def cases(inputs: Arrays, expected: Arrays, is_right: np.ndarray) -> list[str]:
     return told
 
 
-def about(name: str, yours: np.ndarray, right: np.ndarray) -> list[str]:
+def differences_of(name: str, yours: np.ndarray, right: np.ndarray) -> list[str]:
     """How one answer differs, over all rows that are wrong; nothing if it does not."""
     count = len(yours)
     if right.dtype.kind in "iub":
@@ -73,10 +73,10 @@ def about(name: str, yours: np.ndarray, right: np.ndarray) -> list[str]:
     square = right.shape[1:] if len(right.shape) == 3 and right.shape[1] == right.shape[2] else None
     if square and near(np.swapaxes(yours, 1, 2).reshape(count, -1), r):
         return [f"{name} is transposed"]
-    return [one(name, y, r)]
+    return [description_of(name, y, r)]
 
 
-def one(name: str, y: np.ndarray, r: np.ndarray) -> str:
+def description_of(name: str, y: np.ndarray, r: np.ndarray) -> str:
     """The first description that fits (n, k) numbers."""
     k = r.shape[1]
     if near(y, 0 * r):

@@ -154,11 +154,6 @@ def read(descriptor: int) -> tuple[dict, Arrays] | None:
     return None
 
 
-def write(descriptor: int, message: dict, arrays: Arrays | None = None) -> None:
-    """Write one frame, and wait until it is written."""
-    write_bytes(descriptor, encode(message, arrays))
-
-
 def write_bytes(descriptor: int, data: bytes) -> None:
     """Write bytes, and wait until they are written."""
     rest = memoryview(data)

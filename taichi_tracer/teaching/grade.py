@@ -33,12 +33,11 @@ from taichi_tracer.teaching.base import (
 )
 from taichi_tracer.teaching.marks import Mark, PartMark, Rules, deductions, mark_of, plain
 from taichi_tracer.teaching.reference import Reference, fingerprint
-from taichi_tracer.teaching.running import OK
+from taichi_tracer.teaching.running import LONGEST_MESSAGE, OK
 from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, Child, ChildEnded, Level
 from taichi_tracer.teaching.submissions import RefusedError, Submission
 from taichi_tracer.teaching.walls import Limits
 
-LONGEST_MESSAGE = 300  # characters of what a submission's process says
 LONGEST_PRINT = 2000  # characters of what it prints that a report shows
 PATIENCE = 3  # how many parts may use up their time before the others get less
 LESS_CPU, LESS_WALL = 6.0, 15.0  # seconds; a part of a shipped assignment needs about one
@@ -76,7 +75,7 @@ class Stop:
         return self._is_set
 
     def set(self) -> None:
-        """Stop."""
+        """Stop the grading."""
         with self._lock:
             self._is_set = True
             for child in self._children:
@@ -252,28 +251,23 @@ class Runner:
     def _ask(self, part: Part, mended: Sequence[str] = ()) -> tuple[dict, Arrays]:
         """The answer of the submission's process to one part.
 
-        If the process ends although it has answered other parts, one of these may be to blame. Then the part gets a
-        second chance in a new process.
+        If the process ends although it has answered other parts, one of these may be to blame. Then the part is asked
+        for once more, in a new process.
         """
         files = self._files(part)
         if self._child is None or self._loaded != files:
             self._start(files)
-        is_first, self._is_fresh = self._is_fresh, False
         request = {"do": "run", "part": part.name, "mended": list(mended)}
-        try:
-            return self._child.ask(request, self.reference.inputs[part.name])
-        except ChildEnded as error:
-            self._end()
-            if is_first or self.stop:
-                self._late += error.is_late
-                raise
-            self._start(files, hurries=error.is_late)
-        try:
-            return self._child.ask(request, self.reference.inputs[part.name])
-        except ChildEnded as error:
-            self._late += error.is_late
-            self._end()
-            raise
+        while True:
+            is_first, self._is_fresh = self._is_fresh, False
+            try:
+                return self._child.ask(request, self.reference.inputs[part.name])
+            except ChildEnded as error:
+                self._end()
+                if is_first or self.stop:
+                    self._late += error.is_late
+                    raise
+                self._start(files, hurries=error.is_late)
 
     def _files(self, part: Part) -> tuple[str, ...]:
         """The files to load for a part: all, or its own alone if loading all of them ends the process."""

@@ -13,7 +13,7 @@ import numpy as np
 from taichi_tracer.teaching.base import RIGHT, WRONG, Arrays, Part, Verdict
 
 
-class OfRows:
+class JudgeOfRows:
     """A judge whose inputs are judged row by row."""
 
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
@@ -26,7 +26,7 @@ class OfRows:
 
 
 @dataclass(frozen=True)
-class Numbers(OfRows):
+class Numbers(JudgeOfRows):
     """Every input has one right answer, up to rounding.
 
     Attributes:
@@ -99,7 +99,7 @@ def statistics(samples: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Samples(OfRows):
+class Samples(JudgeOfRows):
     """Random answers: the means of many samples are compared with those of the solution, by z-tests.
 
     A random answer is what ``statistics`` returns.

@@ -26,7 +26,7 @@ from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, A
 from taichi_tracer.teaching.stubs import is_stub, line_of_mark, plain
 
 OK = "ok"
-LONGEST_MESSAGE = 300  # characters of an error that a report shows
+LONGEST_MESSAGE = 300  # characters of an error, or of what a submission's process says, that a report shows
 
 
 @dataclass

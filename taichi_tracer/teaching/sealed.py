@@ -31,22 +31,17 @@ def facts_of(folder: Path) -> dict:
 
 
 def answers_to_part(assignment: Assignment, part: Part, inputs: Arrays) -> Arrays:
-    """What the solution answers; an InputError if the inputs have another seed."""
-    check_seed(assignment, part, inputs)
-    return of(assignment.folder, f"part {assignment.parts.index(part)}/")
-
-
-def answers_of_mistake(assignment: Assignment, mistake: Mistake) -> Arrays | None:
-    """What a mistake answers."""
-    return of(assignment.folder, f"mistake {assignment.mistakes.index(mistake)}/") or None
-
-
-def check_seed(assignment: Assignment, part: Part, inputs: Arrays) -> None:
-    """Raise an InputError if the inputs are not those to which the answers belong."""
+    """What the solution answers; an InputError if the inputs have another seed than the answers."""
     seed = facts_of(assignment.folder)["seed"]
     known = assignment.inputs(part, seed)
     if any(not np.array_equal(known[name], inputs.get(name), equal_nan=True) for name in known):
         raise InputError(f"{assignment.folder}: only the answers to the inputs of seed {seed} are there")
+    return arrays_of(assignment.folder, f"part {assignment.parts.index(part)}/")
+
+
+def answers_of_mistake(assignment: Assignment, mistake: Mistake) -> Arrays | None:
+    """What a mistake answers."""
+    return arrays_of(assignment.folder, f"mistake {assignment.mistakes.index(mistake)}/") or None
 
 
 @lru_cache(maxsize=4)
@@ -57,7 +52,7 @@ def _arrays(path: Path) -> Arrays:
     return found
 
 
-def of(folder: Path, beginning: str) -> Arrays:
+def arrays_of(folder: Path, beginning: str) -> Arrays:
     """The arrays whose names begin with a text, without it."""
     arrays = _arrays(folder / ANSWERS)
     return {name.removeprefix(beginning): array for name, array in arrays.items() if name.startswith(beginning)}

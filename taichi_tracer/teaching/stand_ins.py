@@ -4,7 +4,7 @@ A stand-in is made once, by the package's own class. For every class under test 
 class: the fields are shared, and only the tested methods are compiled.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -12,15 +12,10 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.camera import Camera
+import taichi_tracer as tt
 from taichi_tracer.effects import Effects
 from taichi_tracer.formulas.triangles import moller_trumbore
 from taichi_tracer.geometry import Geometry, Mesh, clean
-from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
-from taichi_tracer.materials import Material
-from taichi_tracer.ray import HitData, Ray, no_hit
-from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
-from taichi_tracer.scene_data_loader import load_scene_data, scene_from_mesh
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.teaching.base import Arrays
 from taichi_tracer.teaching.judges import statistics
@@ -43,7 +38,7 @@ def _camera(width: int, height: int, kind: type, version: int) -> Any:
     return kind(width, height)
 
 
-def camera(cls: type, width: int, height: int, kind: type = Camera, **view: Any) -> Any:
+def camera(cls: type, width: int, height: int, kind: type = tt.Camera, **view: Any) -> Any:
     """A camera of the class under test. The package sets the view; the methods in kernels are those of ``cls``.
 
     Args:
@@ -97,9 +92,9 @@ def make_geometry(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, 
 
 def intersector(cls: type, inputs: Arrays) -> Any:
     """An intersector of the class under test, for the triangles of the inputs."""
-    original = RayIntersector.__new__(cls)
+    original = tt.RayIntersector.__new__(cls)
     original.geometry = geometry(inputs)
-    if cls.__init__ is not RayIntersector.__init__:
+    if cls.__init__ is not tt.RayIntersector.__init__:
         return cls(original.geometry)
     return original
 
@@ -112,7 +107,7 @@ def of(cls: type, **attributes: Any) -> Any:
 
 
 @ti.data_oriented
-class PlainIntersector(BruteForceRayIntersector):
+class PlainIntersector(tt.BruteForceRayIntersector):
     """The test of Möller and Trumbore for few flat triangles of ordinary size: it compiles fast."""
 
     name = "plain"
@@ -122,11 +117,11 @@ class PlainIntersector(BruteForceRayIntersector):
         """The hit on one triangle, with its position and the error of it."""
         v0, v1, v2 = self.geometry.triangle(triangle_id)
         is_inside, t, u, v, det = moller_trumbore(ray.origin, ray.direction, v0, v1, v2)
-        hit = no_hit()
+        hit = tt.no_hit()
         if is_inside and t > 0 and det != 0:
             n = self.geometry.unit_normals[triangle_id] * ti.select(det < 0, -1, 1)
             position, error = self.geometry.position(triangle_id, u, v)
-            hit = HitData(
+            hit = tt.HitData(
                 is_hit=1,
                 is_backfacing=det < 0,
                 triangle_id=triangle_id,
@@ -143,7 +138,7 @@ class PlainIntersector(BruteForceRayIntersector):
     @ti.func
     def query_ray(self, ray):
         """The nearest hit."""
-        nearest = no_hit()
+        nearest = tt.no_hit()
         for triangle_id in range(self.geometry.n_triangles):
             hit = self.intersect_triangle(ray, triangle_id)
             if hit.is_hit and hit.distance < nearest.distance:
@@ -186,7 +181,7 @@ def read_guarded(field: ti.template(), i, j):
 
 @ti.func
 def read_at(field: ti.template(), place):
-    """The same, at a vector of two indices."""
+    """An element at a vector of two indices; see ``read_guarded``."""
     return read_guarded(field, place[0], place[1])
 
 
@@ -199,7 +194,7 @@ HIT |= {"distance": 1, "barycentric_coords": 2, "normal": 3}
 
 @ti.func
 def members(hit):
-    """The members of a HitData in the order of ``HIT``."""
+    """The members of a ``tt.HitData`` in the order of ``HIT``."""
     is_hit, is_backfacing = ti.select(hit.is_hit != 0, 1, 0), ti.select(hit.is_backfacing != 0, 1, 0)
     return is_hit, is_backfacing, hit.triangle_id, hit.material_id, hit.distance, hit.barycentric_coords, hit.normal
 
@@ -213,7 +208,7 @@ def vector(array: ti.template(), i):
 @ti.func
 def ray_of(origins: ti.template(), directions: ti.template(), i):
     """Row i of two (n, 3) arrays as a Ray, for a part that has a kernel of its own."""
-    return Ray(origin=vector(origins, i), direction=vector(directions, i))
+    return tt.Ray(origin=vector(origins, i), direction=vector(directions, i))
 
 
 @ti.dataclass
@@ -279,12 +274,15 @@ def run_matrix(camera_class: type, inputs: Arrays) -> Arrays:
 def front_view(rng: np.random.Generator) -> Arrays:
     """A camera in front of the Cornell box, or of the spheres."""
     eye = np.array([0, 1, 3]) + rng.uniform(-0.15, 0.15, 3)
-    return {"eye": eye, "at": np.array([0.0, 1, 0]), "up": np.array([0.0, 1, 0])}
+    return {"eye": eye, "at": np.array([0.0, 1, 0]), "up": np.array([0.0, 1, 0]), "fov": np.array(60.0)}
+
+
+VIEW = ("eye", "at", "up", "fov")
 
 
 def view_of(inputs: Arrays, *names: str) -> dict[str, Any]:
-    """The view of a camera for its constructor: the inputs with these names."""
-    return {name: inputs[name].tolist() for name in names}
+    """The view of a camera for its constructor: the inputs with these names, or else with those of ``VIEW``."""
+    return {name: inputs[name].tolist() for name in names or VIEW}
 
 
 # ── scenes ──
@@ -354,10 +352,10 @@ def scene(inputs: Arrays) -> Any:
 
 def make_scene(vertices, faces, ids, Kd, Ns, Ke, image) -> Any:
     """A scene from arrays."""
-    materials = [Material(f"m{i}", Kd=tuple(Kd[i]), Ns=float(Ns[i]), Ke=tuple(Ke[i])) for i in range(len(Ns))]
-    options = {"environment": image} if image.size else {"lamp_choice": MeshLightSampler}
+    materials = [tt.Material(f"m{i}", Kd=tuple(Kd[i]), Ns=float(Ns[i]), Ke=tuple(Ke[i])) for i in range(len(Ns))]
+    options = {"environment": image} if image.size else {"lamp_choice": tt.MeshLightSampler}
     options |= {"material": materials, "face_materials": ids, "intersector": PlainIntersector, "fast": False}
-    made = scene_from_mesh(vertices, faces, **options)
+    made = tt.scene_from_mesh(vertices, faces, **options)
     if not image.size:
         made.lamps.prepare()
     return made
@@ -368,10 +366,23 @@ def light_along(renderer: Any, inputs: Arrays, count: int) -> np.ndarray:
 
     @ti.func
     def radiance(origin, direction):
-        return renderer.shade_ray(Ray(origin=origin, direction=direction))
+        return renderer.shade_ray(tt.Ray(origin=origin, direction=direction))
 
     found = samples(radiance, inputs, ["origin", "direction"], {"radiance": 3}, count, seed_type=ti.u32)
     return statistics(found["radiance"])
+
+
+def run_integrators(names: Sequence[str], count: int) -> Callable[[type, Arrays], Arrays]:
+    """A function that takes ``count`` samples of the light along each ray, by each of these integrators."""
+
+    def run(renderer_class: type, inputs: Arrays) -> Arrays:
+        lit, found = scene(inputs), {}
+        for name in names:
+            renderer = renderer_class(lit, 8, 8).use(name)
+            found[f"radiance ({name})"] = light_along(renderer, inputs, count)
+        return found
+
+    return run
 
 
 # ── noisy pictures ──
@@ -396,7 +407,7 @@ def noisy_picture(renderer: Any, first_seed: int) -> Arrays:
 
 def lit_cornell_box(renderer_class: type, integrator: str, lamp_choice: type, inputs: Arrays) -> Arrays:
     """A noisy picture of the Cornell box, whose lamps ``lamp_choice`` samples; the inputs are those of ``any_seed``."""
-    scene = load_scene_data("cornell_box", lamp_choice=lamp_choice, fast=False)
+    scene = tt.load_scene_data("cornell_box", lamp_choice=lamp_choice, fast=False)
     renderer = renderer_class(scene, SIZE, SIZE, fast=False).use(integrator)
     scene.lamps.prepare()
     found = noisy_picture(renderer, int(inputs["seed"]))

@@ -29,11 +29,11 @@ def parsed(*words):
 
 
 def requests_in(found):
-    """Every request within one: those of the command line, all of them dataclasses of the programs."""
+    """Every request within one: those of the command line, all of them dataclasses of the programs or of a study."""
     if isinstance(found, tuple):
         for one in found:
             yield from requests_in(one)
-    elif is_dataclass(found) and type(found).__module__.startswith("taichi_tracer.apps"):
+    elif is_dataclass(found) and type(found).__module__.startswith(("taichi_tracer.apps", "taichi_tracer.studies")):
         yield found
         for field in fields(found):
             yield from requests_in(getattr(found, field.name))

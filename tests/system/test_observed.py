@@ -1,11 +1,14 @@
 """An observed part does what the part does, whatever was replaced, and its observer sees every call."""
 
+import ast
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 import taichi as ti
 from support import start
 
+import taichi_tracer
 from taichi_tracer.system.observed import after, before, observed, observed_scene
 from taichi_tracer.system.seams import called, in_kernels
 
@@ -156,3 +159,17 @@ def test_a_scene_is_observed_with_its_parts_and_the_surfaces_that_it_makes():
     assert ask_twice(watched.lights, 1) == 12
     assert watched.ray_intersector is scene.ray_intersector
     assert scene.surface_at(None, None) is made
+
+
+def test_samples_begin_in_one_place():
+    """Outside ``fast``, one loop begins the samples of pictures: whoever watches a sample uses this loop.
+
+    The checks of the assignments ask parts for random numbers, too, but make no picture.
+    """
+    package = Path(taichi_tracer.__file__).parent
+    found = set()
+    for path in package.rglob("*.py"):
+        calls = [node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.Call)]
+        if any(getattr(call.func, "attr", "") == "start" and len(call.args) == 4 for call in calls):
+            found.add(path.relative_to(package).parts[0])
+    assert found == {"renderer.py", "fast", "teaching"}

@@ -19,14 +19,21 @@ class Attack:
     """One hostile submission.
 
     Attributes:
-        code: the file. add: what the part "Sums.add" may become. loses_all: whether no part can have an answer.
+        top: code that runs when the file is loaded. add: the body of the method that the part "Sums.add" tests.
+        becomes: what this part may become. loses_all: whether no part can have an answer.
         needs: the levels that stop it, if limits alone do not.
     """
 
-    code: str
-    add: tuple[str, ...] = LOST
+    top: str = ""
+    add: str = "return a + b"
+    becomes: tuple[str, ...] = LOST
     loses_all: bool = False
     needs: tuple[str, ...] = ("bwrap", "unshare", "landlock", "limits")
+
+    @property
+    def code(self) -> str:
+        """The file."""
+        return submission(self.top, self.add)
 
 
 FORGE = """
@@ -47,10 +54,9 @@ FILES = ("bwrap", "unshare", "landlock")
 
 ATTACKS = {
     # time
-    "endless loop": Attack(submission(add="while True: pass")),
+    "endless loop": Attack(add="while True: pass"),
     "endless kernel": Attack(
-        submission(
-            top="""
+        top="""
             import taichi as ti
             @ti.kernel
             def endless(n: ti.i32) -> ti.i32:
@@ -63,24 +69,20 @@ ATTACKS = {
                             found = 0
                 return found
             """,
-            add="return a + endless(1)",
-        )
+        add="return a + endless(1)",
     ),
-    "sleep": Attack(submission("import time", "time.sleep(10000)")),
+    "sleep": Attack("import time", "time.sleep(10000)"),
     "ignores the signal of the time limit": Attack(
-        submission(
-            "import signal",
-            """
+        "import signal",
+        """
             signal.signal(signal.SIGXCPU, signal.SIG_IGN)
             signal.signal(signal.SIGTERM, signal.SIG_IGN)
             while True: pass
             """,
-        )
     ),
     "raises its own limits": Attack(
-        submission(
-            "import resource",
-            """
+        "import resource",
+        """
             for name in ("RLIMIT_AS", "RLIMIT_CPU", "RLIMIT_FSIZE", "RLIMIT_NPROC"):
                 number = getattr(resource, name)
                 try:
@@ -89,90 +91,76 @@ ATTACKS = {
                     continue
             while True: pass
             """,
-        )
     ),
-    "endless loop on import": Attack(submission("while True: pass"), loses_all=True),
+    "endless loop on import": Attack("while True: pass", loses_all=True),
     "endless loop at exit": Attack(
-        submission("import atexit\ndef wait():\n    while True: pass\natexit.register(wait)"), ("right",)
+        "import atexit\ndef wait():\n    while True: pass\natexit.register(wait)", becomes=("right",)
     ),
-    "recursion": Attack(submission("def deep(n): return deep(n + 1) + 1", "return a + deep(0)")),
+    "recursion": Attack("def deep(n): return deep(n + 1) + 1", "return a + deep(0)"),
     "recursion without a limit": Attack(
-        submission(
-            "import sys\nsys.setrecursionlimit(10**9)\ndef deep(n): return deep(n + 1) + 1", "return a + deep(0)"
-        )
+        "import sys\nsys.setrecursionlimit(10**9)\ndef deep(n): return deep(n + 1) + 1", "return a + deep(0)"
     ),
     # memory, disk, output
-    "a billion pixels": Attack(submission("import numpy as np", "return a + np.ones((10**9, 3)).sum()")),
+    "a billion pixels": Attack("import numpy as np", "return a + np.ones((10**9, 3)).sum()"),
     "a billion pixels in a field": Attack(
-        submission(
-            "import taichi as ti",
-            """
+        "import taichi as ti",
+        """
             field = ti.Vector.field(3, float, shape=10**9)
             field.fill(1.0)
             return a + field[0][0]
             """,
-        )
     ),
     "memory of many processes": Attack(
-        submission(
-            "import os, time\nimport numpy as np",
-            """
+        "import os, time\nimport numpy as np",
+        """
             for _ in range(12):
                 if os.fork() == 0:
                     kept = np.ones(60_000_000)
                     time.sleep(1000)
             time.sleep(1000)
             """,
-        )
     ),
-    "a huge answer": Attack(submission("import numpy as np", "return np.zeros(30_000_000)")),
+    "a huge answer": Attack("import numpy as np", "return np.zeros(30_000_000)"),
     "a gigabyte on stdout": Attack(
-        submission("import sys", "for _ in range(1024): sys.stdout.write('x' * 2**20)\nreturn a + b"), ANY
+        "import sys", "for _ in range(1024): sys.stdout.write('x' * 2**20)\nreturn a + b", becomes=ANY
     ),
     "a full disk": Attack(
-        submission(
-            "import os",
-            """
+        "import os",
+        """
             for i in range(100):
                 with open(os.path.join(os.environ["TMPDIR"], str(i)), "wb") as file:
                     for _ in range(60):
                         file.write(bytes(2**20))
             return a + b
             """,
-        ),
         needs=NEW_WORLD,
     ),
     "a huge file": Attack(
-        submission(
-            "import os",
-            """
+        "import os",
+        """
             with open(os.path.join(os.environ["TMPDIR"], "x"), "wb") as file:
                 for _ in range(200):
                     file.write(bytes(2**20))
             return a + b
             """,
-        )
     ),
     # the end of the process
-    "os._exit": Attack(submission("import os", "os._exit(0)")),
-    "os._exit on import": Attack(submission("import os\nos._exit(0)"), loses_all=True),
-    "sys.exit": Attack(submission("import sys", "sys.exit(0)")),
-    "sys.exit on import": Attack(submission("import sys\nsys.exit(0)"), loses_all=True),
-    "KeyboardInterrupt": Attack(submission(add="raise KeyboardInterrupt")),
-    "an exception of its own": Attack(
-        submission("class Wild(BaseException):\n    def __str__(self): raise self", "raise Wild()")
-    ),
-    "segmentation fault": Attack(submission("import ctypes", "ctypes.string_at(0)")),
-    "abort": Attack(submission("import os", "os.abort()")),
+    "os._exit": Attack("import os", "os._exit(0)"),
+    "os._exit on import": Attack("import os\nos._exit(0)", loses_all=True),
+    "sys.exit": Attack("import sys", "sys.exit(0)"),
+    "sys.exit on import": Attack("import sys\nsys.exit(0)", loses_all=True),
+    "KeyboardInterrupt": Attack(add="raise KeyboardInterrupt"),
+    "an exception of its own": Attack("class Wild(BaseException):\n    def __str__(self): raise self", "raise Wild()"),
+    "segmentation fault": Attack("import ctypes", "ctypes.string_at(0)"),
+    "abort": Attack("import os", "os.abort()"),
     # processes
     "fork that stays": Attack(
-        submission("import os, time", "if os.fork() == 0: time.sleep(10000)\nreturn a + b"), ("right",)
+        "import os, time", "if os.fork() == 0: time.sleep(10000)\nreturn a + b", becomes=("right",)
     ),
-    "fork that answers, too": Attack(submission("import os", "os.fork()\nreturn a + b"), ANY),
+    "fork that answers, too": Attack("import os", "os.fork()\nreturn a + b", becomes=ANY),
     "daemon": Attack(
-        submission(
-            "import os, time",
-            """
+        "import os, time",
+        """
             if os.fork() == 0:
                 os.setsid()
                 if os.fork() == 0:
@@ -180,36 +168,30 @@ ATTACKS = {
                 os._exit(0)
             return a + b
             """,
-        ),
-        ("right",),
+        becomes=("right",),
     ),
     "500 forks": Attack(
-        submission(
-            "import os, time",
-            """
+        "import os, time",
+        """
             for _ in range(500):
                 if os.fork() == 0:
                     time.sleep(10000)
             return a + b
             """,
-        )
     ),
     "thread that stays": Attack(
-        submission(
-            "import threading",
-            """
+        "import threading",
+        """
             def spin():
                 while True: pass
             threading.Thread(target=spin).start()
             return a + b
             """,
-        ),
-        ANY,
+        becomes=ANY,
     ),
     "signals to its parents": Attack(
-        submission(
-            "import os, signal",
-            """
+        "import os, signal",
+        """
             for process in (os.getppid(), {pid}):
                 for number in (signal.SIGSTOP, signal.SIGTERM, signal.SIGKILL):
                     try:
@@ -218,159 +200,135 @@ ATTACKS = {
                         pass
             return a + b
             """,
-        ),
-        ANY,
+        becomes=ANY,
         needs=FILES,
     ),
     "signals to everybody": Attack(
-        submission("import os, signal", "os.kill(-1, signal.SIGKILL)\nreturn a + b"), ANY, needs=NEW_WORLD
+        "import os, signal", "os.kill(-1, signal.SIGKILL)\nreturn a + b", becomes=ANY, needs=NEW_WORLD
     ),
     # the grader's words
     "patched numpy": Attack(
-        submission(
-            """
+        """
             import numpy as np
             np.allclose = np.array_equal = np.isclose = lambda *args, **named: True
             np.abs = lambda values: values * 0
             """,
-            "return a * 0",
-        ),
-        WRONG,
+        "return a * 0",
+        becomes=WRONG,
     ),
     "patched grader": Attack(
-        submission(
-            """
+        """
             from taichi_tracer.teaching import base, judges
             judges.Numbers.__call__ = lambda *args: base.Verdict("right", 1.0)
             judges.Numbers.agrees = lambda self, inputs, *args: inputs["a"] == inputs["a"]
             """,
-            "return a * 0",
-        ),
-        WRONG,
+        "return a * 0",
+        becomes=WRONG,
     ),
     "patched protocol": Attack(
-        submission(
-            """
+        """
             from taichi_tracer.teaching import frames
             plain = frames.encode
             def encode(message, arrays=None):
                 return plain({**message, "status": "right", "share": 1.0, "points": 100})
             frames.encode = encode
             """,
-            "return a * 0",
-        ),
+        "return a * 0",
         loses_all=True,
     ),
-    "garbage on all descriptors": Attack(submission(FORGE, "to_all(b'garbage' * 10)\nreturn a + b"), ANY),
+    "garbage on all descriptors": Attack(FORGE, "to_all(b'garbage' * 10)\nreturn a + b", becomes=ANY),
     "forged frames": Attack(
-        submission(FORGE, "to_all(forged({'status': 'ok', 'ticket': 'x'}) * 3)\nreturn a * 0"), LOST + WRONG
+        FORGE, "to_all(forged({'status': 'ok', 'ticket': 'x'}) * 3)\nreturn a * 0", becomes=LOST + WRONG
     ),
     "a frame of a billion bytes": Attack(
-        submission(
-            FORGE,
-            """
+        FORGE,
+        """
             header = json.dumps({"message": {}, "arrays": [{"name": "x", "dtype": "<f8", "shape": [2**40]}]}).encode()
             to_all(struct.pack("<8sI", b"TTFRAME1", len(header)) + header + bytes(1000))
             return a * 0
             """,
-        )
     ),
-    "closed descriptors": Attack(submission("import os", "os.closerange(0, 256)\nreturn a + b")),
+    "closed descriptors": Attack("import os", "os.closerange(0, 256)\nreturn a + b"),
     "an answer of objects": Attack(
-        submission("import numpy as np", "return np.array([print, open, {}], dtype=object)"), LOST
+        "import numpy as np", "return np.array([print, open, {}], dtype=object)", becomes=LOST
     ),
     "an answer that equals everything": Attack(
-        submission(
-            """
+        """
             import numpy as np
             class Equal(np.ndarray):
                 def __eq__(self, other): return True
                 def __le__(self, other): return True
             """,
-            "return (a * 0).view(Equal)",
-        ),
-        WRONG,
+        "return (a * 0).view(Equal)",
+        becomes=WRONG,
     ),
-    "an answer without numbers": Attack(
-        submission("import numpy as np", "return np.full((20, 3, 1, 1), np.nan)"), WRONG
-    ),
+    "an answer without numbers": Attack("import numpy as np", "return np.full((20, 3, 1, 1), np.nan)", becomes=WRONG),
     "letters for the terminal": Attack(
-        submission(add="raise ValueError('\\x1b[2J\\x1b]0;x\\x07<script>alert(1)</script>')"), ("crashed",)
+        add="raise ValueError('\\x1b[2J\\x1b]0;x\\x07<script>alert(1)</script>')", becomes=("crashed",)
     ),
     # files, the network, the others
     "deleted files": Attack(
-        submission("import shutil", "shutil.rmtree('{victim}', ignore_errors=True)\nreturn a + b"), ANY, needs=FILES
+        "import shutil", "shutil.rmtree('{victim}', ignore_errors=True)\nreturn a + b", becomes=ANY, needs=FILES
     ),
     "a file of the others": Attack(
-        submission(add="return a + b if 'secret' in open('{victim}/secret.txt').read() else a"), needs=FILES
+        add="return a + b if 'secret' in open('{victim}/secret.txt').read() else a", needs=FILES
     ),
     "the files of the others": Attack(
-        submission(
-            "import os",
-            """
+        "import os",
+        """
             found = [name for name in os.listdir("/tmp") if name.startswith("taichi_tracer_submission")]
             assert not found
             return a + b
             """,
-        ),
-        ANY,
+        becomes=ANY,
         needs=FILES,
     ),
     "a changed package": Attack(
-        submission(
-            """
+        """
             import pathlib, taichi_tracer
             place = pathlib.Path(taichi_tracer.__file__).parent / "hacked.py"
             """,
-            "place.write_text('x = 1')\nreturn a + b",
-        ),
+        "place.write_text('x = 1')\nreturn a + b",
         needs=FILES,
     ),
     "links to outside": Attack(
-        submission(
-            "import os",
-            """
+        "import os",
+        """
             os.symlink("{victim}", "link")
             os.symlink("/", os.path.join(os.environ["TMPDIR"], "root"))
             return a + b
             """,
-        ),
-        ("right",),
+        becomes=("right",),
     ),
     "a locked folder": Attack(
-        submission("import os", "os.mkdir('x')\nopen('x/y', 'w').close()\nos.chmod('x', 0)\nreturn a + b"), ("right",)
+        "import os", "os.mkdir('x')\nopen('x/y', 'w').close()\nos.chmod('x', 0)\nreturn a + b", becomes=("right",)
     ),
     "poisoned kernels": Attack(
-        submission(
-            "import os",
-            """
+        "import os",
+        """
             for place, _, files in os.walk(os.environ["TI_OFFLINE_CACHE_FILE_PATH"]):
                 for name in files:
                     open(os.path.join(place, name), "wb").write(b"poison")
             return a + b
             """,
-        ),
-        ("right",),
+        becomes=("right",),
     ),
     "the network": Attack(
-        submission("import socket", "socket.create_connection(('127.0.0.1', {port}), 3).send(b'secret')\nreturn a + b"),
-        needs=FILES,
+        "import socket", "socket.create_connection(('127.0.0.1', {port}), 3).send(b'secret')\nreturn a + b", needs=FILES
     ),
     "the environment": Attack(
-        submission("import os", "assert 'TEACHERS_PASSWORD' not in os.environ\nreturn a + b"), ("right",)
+        "import os", "assert 'TEACHERS_PASSWORD' not in os.environ\nreturn a + b", becomes=("right",)
     ),
     "the requests of others": Attack(
-        submission(
-            "import os",
-            """
+        "import os",
+        """
             for name in os.listdir("/proc"):
                 if name.isdecimal() and int(name) not in (os.getpid(), 1):
                     with open(f"/proc/{{name}}/environ", "rb") as file:
                         assert b"TEACHERS_PASSWORD" not in file.read()
             return a + b
             """,
-        ),
-        ("right", "crashed"),
+        becomes=("right", "crashed"),
         needs=FILES,
     ),
 }

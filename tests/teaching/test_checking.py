@@ -4,22 +4,15 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, kept
+from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.checking import check_folder
 from taichi_tracer.teaching.handing_out import write_folder
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _own_cache(tmp_path_factory):
-    start("f32")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(kept.VARIABLE, str(tmp_path_factory.mktemp("cache")))
-        yield
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @pytest.fixture

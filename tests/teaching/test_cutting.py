@@ -3,7 +3,7 @@
 import pytest
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.cutting import solution_blocks, solved, stub_of, with_package
+from taichi_tracer.teaching.cutting import solved, stub_of, with_package
 
 SOURCE = '''"""A file."""
 
@@ -73,11 +73,6 @@ def test_the_solved_file_has_the_solution_and_no_tags():
     assert "SOLUTION" not in text
     assert "PROMPT" not in text
     assert "z = ..." not in text
-
-
-def test_the_blocks_of_a_solution():
-    assert solution_blocks(SOURCE)[0] == ["        y = x + 1"]
-    assert len(solution_blocks(SOURCE)) == 3
 
 
 @pytest.mark.parametrize(

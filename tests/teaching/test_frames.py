@@ -54,7 +54,7 @@ def test_frames_arrive_in_pieces(size):
 def test_a_pipe_carries_frames():
     reader, writer = os.pipe()
     sent = {"values": np.arange(100_000.0)}
-    thread = threading.Thread(target=lambda: (frames.write(writer, {"a": 1}, sent), os.close(writer)))
+    thread = threading.Thread(target=lambda: (frames.write_bytes(writer, encode({"a": 1}, sent)), os.close(writer)))
     thread.start()
     message, arrays = frames.read(reader)
     np.testing.assert_array_equal(arrays["values"], sent["values"])

@@ -127,7 +127,7 @@ def test_an_attack_costs_only_its_own_marks(name, reference, level, listener, pl
     if attack.loses_all:
         assert mark.score == 0
     else:
-        assert statuses["Sums.add"] in attack.add, [part.message for part in mark.parts]
+        assert statuses["Sums.add"] in attack.becomes, [part.message for part in mark.parts]
         if statuses["Sums.add"] != "right":
             assert earned(mark)["Sums.add"] < 2
         assert earned(mark)["Sums.multiply"] == 5, [part.message for part in mark.parts]

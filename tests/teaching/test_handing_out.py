@@ -17,7 +17,6 @@ from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, checkerboard, running
 from taichi_tracer.teaching.base import NOT_WRITTEN
-from taichi_tracer.teaching.cutting import solution_blocks
 from taichi_tracer.teaching.handing_out import write_folder, write_notebook
 from taichi_tracer.teaching.running import answer, load_submission, solution_of
 
@@ -70,7 +69,7 @@ def test_nothing_of_the_solution_is_in_what_students_get(folders, name):
     notebook = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
     for path in assignment.solution_folder.glob("*.py"):
         source = path.read_text(encoding="utf-8")
-        blocks = solution_blocks(source)
+        blocks = [block.splitlines()[1:-1] for block in BLOCK.findall(source)]
         lines = {line.strip() for block in blocks for line in block if len(line.strip()) > 12}
         solution = {s for block in blocks for s in statements("if True:\n" + "\n".join(block))}
         # A solution may repeat a line that is given, such as v = tm.vec3(0).

@@ -7,11 +7,10 @@ import itertools
 
 import numpy as np
 import pytest
-from support import start
 from teaching.variants import VARIANTS
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, kept, mistakes
+from taichi_tracer.teaching import catalogue, mistakes
 from taichi_tracer.teaching.base import mistake
 from taichi_tracer.teaching.mistakes import find, split_at_method, with_mistakes
 from taichi_tracer.teaching.running import OK, answer, expected, solution_of
@@ -26,12 +25,7 @@ PARTS = [(name, part.name) for name in catalogue.names() for part in catalogue.l
 EVERY = [pytest.param(*ids, marks=[] if ids[1] in QUICK and ids[0] == "a1" else pytest.mark.long) for ids in PARTS]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _own_cache(tmp_path_factory):
-    start("f32")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(kept.VARIABLE, str(tmp_path_factory.mktemp("cache")))
-        yield
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def answers_with(assignment, part, combination, inputs):

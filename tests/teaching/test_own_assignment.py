@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import start
 
 from taichi_tracer.apps.cli import main
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, kept
+from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.handing_out import write_folder
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "teaching.md"
@@ -18,12 +17,7 @@ FILE = re.compile(r"^`(sphere/[^`]+)`:\n\n```\w+\n(.*?)^```$", re.MULTILINE | re
 RIGHT = "1 of 1 parts are right: 10 of 10 points"
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _own_cache(tmp_path_factory):
-    start("f32")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(kept.VARIABLE, str(tmp_path_factory.mktemp("cache")))
-        yield
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @pytest.fixture(scope="module")

@@ -1,18 +1,27 @@
-"""Right solutions that are written differently: bodies of methods, by assignment and part."""
+"""Right solutions that are written differently, as five students would write them.
 
-A1 = {
-    "one": {
-        "Camera.generate_ndc_coords": """
+A text has the methods of one student: the name of each part, and below it the body of its method and helpers.
+"""
+
+import re
+
+
+def methods(text: str) -> dict[str, str]:
+    """Part → the body of its method."""
+    _, *found = re.split(r"^(\w+\.\w+)\n", text, flags=re.MULTILINE)
+    return dict(zip(found[::2], found[1::2], strict=True))
+
+
+A1_ONE = """
+Camera.generate_ndc_coords
         u = (pixel_x + 0.5) / self.width
         v = (pixel_y + 0.5) / self.height
         return tm.vec2(-1 + u + u, -1 + v + v)
-""",
-        "Camera.generate_camera_coords": """
+Camera.generate_camera_coords
         top = ti.sin(self.fov * (tm.pi / 360)) / ti.cos(self.fov * (tm.pi / 360))
         right = top * (self.width / self.height)
         return tm.vec4(right * ndc_coords.x, top * ndc_coords.y, 1.0, 0.0)
-""",
-        "RayIntersector.intersect_triangle": """
+RayIntersector.intersect_triangle
         ids = self.geometry.triangle_vertex_ids[triangle_id]
         v0, v1, v2 = self.geometry.vertices[ids[0]], self.geometry.vertices[ids[1]], self.geometry.vertices[ids[2]]
         edge1, edge2 = v1 - v0, v2 - v0
@@ -40,24 +49,21 @@ A1 = {
                         hit.normal = normal.normalized() * (1.0 if a > 0 else -1.0)
                         hit.material_id = self.geometry.triangle_material_ids[triangle_id]
         return hit
-""",
-    },
-    "two": {
-        "Camera.compute_matrix": """
+"""
+A1_TWO = """
+Camera.compute_matrix
         forward = np.array(self.at) - np.array(self.eye)
         forward /= np.sqrt(forward @ forward)
         right = np.cross(np.array(self.up), forward)
         right /= np.sqrt(right @ right)
         rows = np.stack([right, np.cross(forward, right), forward, np.array(self.eye)])
         return np.vstack([rows.T, [0, 0, 0, 1]])
-""",
-        "Camera.generate_ray": """
+Camera.generate_ray
         p = self.generate_camera_coords(self.generate_ndc_coords(pixel_x, pixel_y))
         m = self.camera_to_world[None]
         target = m @ tm.vec4(p.xyz, 1)
         return tt.Ray(origin=self.eye, direction=(target.xyz / target.w - self.eye).normalized())
-""",
-        "RayIntersector.query_ray": """
+RayIntersector.query_ray
         best = tt.HitData()
         closest = 1e30
         for i in range(self.geometry.n_triangles):
@@ -67,22 +73,19 @@ A1 = {
                     closest = candidate.distance
                     best = candidate
         return best
-""",
-        "A1Renderer.shade_hit": """
+A1Renderer.shade_hit
         front = tm.vec3(1, 1, 1) * hit_data.is_hit
         return ti.select(hit_data.is_backfacing, tm.vec3(0.5, 0, 0), front)
-""",
-        "A1Renderer.shade_triangle_id": """
+A1Renderer.shade_triangle_id
         return ti.select(hit_data.is_hit != 0, id_color(hit_data.triangle_id), tm.vec3(0.0, 0.0, 0.0))
-""",
-        "A1Renderer.shade_normal": "        return (0.5 * hit_data.normal + 0.5) * hit_data.is_hit\n",
-    },
-    "three": {
-        "Camera.generate_ndc_coords": """
+A1Renderer.shade_normal
+        return (0.5 * hit_data.normal + 0.5) * hit_data.is_hit
+"""
+A1_THREE = """
+Camera.generate_ndc_coords
         size = tm.vec2(self.width, self.height)
         return (2 * tm.vec2(pixel_x, pixel_y) + 1 - size) / size
-""",
-        "RayIntersector.intersect_triangle": """
+RayIntersector.intersect_triangle
         hit = tt.no_hit()
         v0, v1, v2 = self.geometry.triangle(triangle_id)
         n = tm.cross(v1 - v0, v2 - v0)
@@ -106,20 +109,17 @@ A1 = {
                 hit.normal = ti.select(facing < 0, -normal, normal)
                 hit.material_id = self.geometry.triangle_material_ids[triangle_id]
         return hit
-""",
-        "A1Renderer.shade_distance": """
+A1Renderer.shade_distance
         grey = ti.min(ti.max(hit_data.distance * (1 / self.max_distance), 0), 1)
         return ti.select(hit_data.is_hit, tm.vec3(grey, grey, grey), tm.vec3(0))
-""",
-    },
-    "four": {
-        "Camera.generate_camera_coords": """
+"""
+A1_FOUR = """
+Camera.generate_camera_coords
         half = tm.radians(self.fov) / 2
         y = ndc_coords.y * tm.tan(half)
         x = ndc_coords.x * tm.tan(half) * self.width / self.height
         return tm.vec4(x, y, 1, 0)
-""",
-        "Camera.compute_matrix": """
+Camera.compute_matrix
         z = self.at - self.eye
         z = z / np.linalg.norm(z)
         y = self.up - (self.up @ z) * z
@@ -127,8 +127,7 @@ A1 = {
         m = np.zeros((4, 4))
         m[:3, 1], m[:3, 2], m[:3, 0], m[:3, 3], m[3, 3] = y, z, np.cross(y, z), self.eye, 1
         return m
-""",
-        "RayIntersector.query_ray": """
+RayIntersector.query_ray
         nearest = self.intersect_triangle(ray, 0)
         for i in range(1, self.geometry.n_triangles):
             hit = self.intersect_triangle(ray, i)
@@ -136,18 +135,16 @@ A1 = {
             if is_nearer:
                 nearest = hit
         return nearest
-""",
-    },
-    "five": {
-        "Camera.generate_ray": """
+"""
+A1_FIVE = """
+Camera.generate_ray
         c = self.generate_camera_coords(self.generate_ndc_coords(pixel_x, pixel_y))
         m = self.camera_to_world[None]
         d = tm.vec3(0)
         for k in ti.static(range(3)):
             d[k] = m[k, 0] * c.x + m[k, 1] * c.y + m[k, 2] * c.z
         return tt.Ray(self.eye, d / ti.sqrt(d.x**2 + d.y**2 + d.z**2))
-""",
-        "RayIntersector.query_ray": """
+RayIntersector.query_ray
         nearest = tt.no_hit()
         t_min = tm.inf
         triangle = -1
@@ -158,70 +155,58 @@ A1 = {
         if triangle >= 0:
             nearest = self.intersect_triangle(ray, triangle)
         return nearest
-""",
-        "A1Renderer.shade_material_id": """
+A1Renderer.shade_material_id
         return hit_data.is_hit * id_color(ti.max(hit_data.material_id, 0))
-""",
-        "A1Renderer.shade_barycentric": """
+A1Renderer.shade_barycentric
         uv = hit_data.barycentric_coords
         return ti.select(hit_data.is_hit != 0, 1, 0) * tm.vec3(uv, 1 - uv.x - uv.y)
-""",
-    },
-}
-
-A2 = {
-    "one": {
-        "BRDF.evaluate_probability": """
+"""
+A2_ONE = """
+BRDF.evaluate_probability
         probability = ti.max(normal.dot(w_i), 0) / tm.pi
         if material.Ns > 1:
             mirrored = tm.normalize(2 * normal.dot(w_o) * normal - w_o)
             probability = (material.Ns + 1) / 2 / tm.pi * ti.exp(material.Ns * ti.log(ti.max(mirrored.dot(w_i), 1e-30)))
         return probability
-""",
-        "Environment.query_ray": """
+Environment.query_ray
         d = ray.direction
         u = (ti.atan2(d.z, d.x) / tm.pi + 1.0) * 0.5
         v = ti.asin(tm.clamp(d.y, -1.0, 1.0)) / tm.pi + 0.5
         x = tm.clamp(ti.floor(u * self.width), 0, self.width - 1)
         y = tm.clamp(ti.floor((1.0 - v) * self.height), 0, self.height - 1)
         return self.texels[ti.cast(y, int), ti.cast(x, int)]
-""",
-        "Camera.generate_ndc_coords": """
+Camera.generate_ndc_coords
         x, y = pixel_x + 0.5, pixel_y + 0.5
         if jitter:
             y += ti.random() - 0.5
             x += ti.random() - 0.5
         return tm.vec2(2 * x / self.width - 1, 2 * y / self.height - 1)
-""",
-        "A2Renderer.running_mean": "        return mean + (sample - mean) / (count + 1)\n",
-        "UniformSampler.sample_direction": """
+A2Renderer.running_mean
+        return mean + (sample - mean) / (count + 1)
+UniformSampler.sample_direction
         phi = 2 * tm.pi * ti.random()
         y = 1 - 2 * ti.random()
         r = ti.sqrt(ti.max(0.0, 1 - y**2))
         return tm.vec3(r * ti.sin(phi), y, r * ti.cos(phi))
-""",
-        "BRDF.evaluate_brdf": """
+BRDF.evaluate_brdf
         value = material.Kd / tm.pi
         if material.Ns > 1:
             w_r = -tm.reflect(w_o, normal)
             value = (material.Ns + 1) / (2 * tm.pi) * material.Kd * ti.max(tm.dot(w_r, w_i), 0.0) ** material.Ns
         return value
-""",
-    },
-    "two": {
-        "Camera.generate_ndc_coords": """
+"""
+A2_TWO = """
+Camera.generate_ndc_coords
         offset = tm.vec2(0.5)
         if jitter:
             offset = tm.vec2(ti.random(), ti.random())
         return 2.0 * (tm.vec2(pixel_x, pixel_y) + offset) / tm.vec2(self.width, self.height) - 1.0
-""",
-        "UniformSampler.sample_direction": """
+UniformSampler.sample_direction
         p = tm.vec3(2)
         while p.norm() > 1 or p.norm() < 1e-3:
             p = 2 * tm.vec3(ti.random(), ti.random(), ti.random()) - 1
         return p.normalized()
-""",
-        "BRDF.sample_direction": """
+BRDF.sample_direction
         axis, exponent = normal, 1.0
         if material.Ns > 1:
             axis, exponent = -tm.reflect(w_o, normal), material.Ns
@@ -234,18 +219,16 @@ A2 = {
         angle = tm.pi * (2 * ti.random() - 1)
         sin_theta = ti.sqrt(1 - cos_theta**2)
         return tm.normalize(x * sin_theta * ti.cos(angle) + y * sin_theta * ti.sin(angle) + axis * cos_theta)
-""",
-        "Environment.query_ray": """
+Environment.query_ray
         d = ray.direction.normalized()
         phi = ti.atan2(d.z, d.x) + tm.pi
         theta = ti.acos(ti.max(-1.0, ti.min(1.0, d.y)))
         i = ti.cast(phi / (2 * tm.pi) * self.width, ti.i32) % self.width
         j = ti.cast(theta / tm.pi * self.height, ti.i32)
         return self.texels[ti.min(j, self.height - 1), i]
-""",
-    },
-    "three": {
-        "BRDF.sample_direction": """
+"""
+A2_THREE = """
+BRDF.sample_direction
         w_i = normal
         if material.Ns > 1:
             w_r = 2 * tm.dot(normal, w_o) * normal - w_o
@@ -263,9 +246,9 @@ A2 = {
             r = ti.sqrt(1 - z * z)
             w_i = tm.normalize(normal * 1.000001 + tm.vec3(r * ti.cos(phi), r * ti.sin(phi), z))
         return w_i
-""",
-        "A2Renderer.running_mean": "        return mean * (count / (count + 1)) + sample / (count + 1)\n",
-        "A2Renderer.shade_ray": """
+A2Renderer.running_mean
+        return mean * (count / (count + 1)) + sample / (count + 1)
+A2Renderer.shade_ray
         scene = self.scene_data
         light = scene.environment.query_ray(ray)
         hit = scene.ray_intersector.query_ray(ray)
@@ -284,10 +267,9 @@ A2 = {
                 if not scene.ray_intersector.query_ray(shadow).is_hit:
                     light = scene.environment.query_ray(shadow) * f * cosine / pdf
         return light
-""",
-    },
-    "four": {
-        "A2Renderer.shade_ray": """
+"""
+A2_FOUR = """
+A2Renderer.shade_ray
         radiance = tm.vec3(0)
         hit = self.scene_data.ray_intersector.query_ray(ray)
         if not hit.is_hit:
@@ -308,62 +290,53 @@ A2 = {
             if weight.max() > 0 and not self.scene_data.ray_intersector.query_ray(shadow_ray).is_hit:
                 radiance = weight * self.scene_data.environment.query_ray(shadow_ray)
         return radiance
-""",
-        "BRDF.evaluate_brdf": """
+BRDF.evaluate_brdf
         w_r = tm.normalize(2 * tm.dot(w_o, normal) * normal - w_o)
         lobe = (material.Ns + 1) / (2 * tm.pi) * ti.pow(ti.max(0.0, w_r.dot(w_i)), material.Ns)
         return material.Kd * ti.select(material.Ns > 1, lobe, 1 / tm.pi)
-""",
-        "BRDF.evaluate_brdf_factor": """
+BRDF.evaluate_brdf_factor
         factor = material.Kd
         if material.Ns > 1:
             factor = material.Kd * tm.clamp(normal.dot(w_i), 0.0, 1.0)
         return factor
-""",
-        "Camera.generate_ray": """
+Camera.generate_ray
         c = self.generate_camera_coords(self.generate_ndc_coords(pixel_x, pixel_y, jitter))
         return tt.Ray(origin=self.eye, direction=(self.camera_to_world[None] @ c).xyz.normalized())
-""",
-        "BRDF.evaluate_probability": """
+BRDF.evaluate_probability
         pdf = tm.max(tm.dot(w_i, normal), 0.0) / tm.pi
         if material.Ns > 1:
             half = ti.max(tm.dot(2 * normal * tm.dot(w_o, normal) - w_o, w_i), 0.0)
             pdf = (1 + material.Ns) * half**material.Ns / 2 / tm.pi
         return pdf
-""",
-    },
-    "five": {
-        "BRDF.evaluate_brdf_factor": """
+"""
+A2_FIVE = """
+BRDF.evaluate_brdf_factor
         cosine = ti.max(tm.dot(w_i, normal), 0.0)
         return ti.select(material.Ns > 1, material.Kd * cosine, material.Kd)
-""",
-        "UniformSampler.evaluate_probability": "        return 0.25 / tm.pi\n",
-        "UniformSampler.sample_direction": """
+UniformSampler.evaluate_probability
+        return 0.25 / tm.pi
+UniformSampler.sample_direction
         a, b, c = ti.randn(), ti.randn(), ti.randn()
         return tm.normalize(tm.vec3(a, b, c))
-""",
-    },
-}
-
-A3 = {
-    "one": {
-        "MeshLightSampler.compute_triangle_area": "        return 0.5 * tm.length(tm.cross(v0 - v2, v1 - v2))\n",
-        "MeshLightSampler.compute_cdf": """
+"""
+A3_ONE = """
+MeshLightSampler.compute_triangle_area
+        return 0.5 * tm.length(tm.cross(v0 - v2, v1 - v2))
+MeshLightSampler.compute_cdf
         for i in range(self.n_emissive_triangles):
             total = 0.0
             for j in range(i + 1):
                 total += self.areas[j]
             self.cdf[i] = total / self.total_area
-""",
-        "MeshLightSampler.sample_emissive_triangle": """
+MeshLightSampler.sample_emissive_triangle
         xi = ti.random()
         i = 0
         while i < self.n_emissive_triangles - 1 and xi >= self.cdf[i]:
             i += 1
         return i
-""",
-        "MeshLightSampler.evaluate_probability": "        return 1.0 / self.total_area\n",
-        "MeshLightSampler.sample_mesh_lights": """
+MeshLightSampler.evaluate_probability
+        return 1.0 / self.total_area
+MeshLightSampler.sample_mesh_lights
         i = self.sample_emissive_triangle()
         triangle = self.emissive_triangle_ids[i]
         a, b, c = self.geometry.triangle(triangle)
@@ -372,17 +345,14 @@ A3 = {
         point = (1 - root) * a + root * (1 - v) * b + root * v * c
         to_light = point - hit_point
         return to_light / to_light.norm(), triangle
-""",
-        "A3Renderer.to_solid_angle": """
+A3Renderer.to_solid_angle
         d2 = distance * distance
         return pdf_area * d2 * (1.0 / cos_light)
-""",
-        "A3Renderer.power_heuristic": """
+A3Renderer.power_heuristic
         f = pdf * pdf
         g = other_pdf * other_pdf
         return f / (f + g)
-""",
-        "A3Renderer.shade_ray": """
+A3Renderer.shade_ray
         scene = self.scene_data
         colour = tm.vec3(0.0, 0.0, 0.0)
         hit = scene.ray_intersector.query_ray(ray)
@@ -412,8 +382,7 @@ A3 = {
                     light = self.emitted(found) * tt.BRDF.evaluate_brdf(mat, wo, wi, n) * tm.dot(n, wi) / p_brdf
                     colour += light * self.power_heuristic(p_brdf, p_light)
         return colour
-""",
-        "EnvironmentSampler.compute_probabilities": """
+EnvironmentSampler.compute_probabilities
         height, width, _ = image.shape
         weights = np.zeros((height, width))
         for row in range(height):
@@ -421,42 +390,36 @@ A3 = {
                 r, g, b = image[row, column]
                 weights[row, column] = (0.2126 * r + 0.7152 * g + 0.0722 * b) * np.sin(np.pi * (row + 0.5) / height)
         return weights / np.sum(weights)
-""",
-        "EnvironmentSampler.evaluate_density": """
+EnvironmentSampler.evaluate_density
         height, width = probabilities.shape
         density = np.empty((height, width))
         for row in range(height):
             sine = np.sin(np.pi * (row + 0.5) / height)
             density[row] = probabilities[row] * width * height / (2 * np.pi**2 * sine)
         return density
-""",
-    },
-    "two": {
-        "MeshLightSampler.compute_triangle_area": """
+"""
+A3_TWO = """
+MeshLightSampler.compute_triangle_area
         e1, e2 = v1 - v0, v2 - v0
         return ti.sqrt(ti.max(e1.dot(e1) * e2.dot(e2) - e1.dot(e2) ** 2, 0.0)) / 2
-""",
-        "MeshLightSampler.compute_cdf": """
+MeshLightSampler.compute_cdf
         self.cdf[0] = self.areas[0] / self.total_area
         ti.loop_config(serialize=True)
         for i in range(1, self.n_emissive_triangles):
             self.cdf[i] = self.cdf[i - 1] + self.areas[i] / self.total_area
-""",
-        "MeshLightSampler.sample_emissive_triangle": """
+MeshLightSampler.sample_emissive_triangle
         xi = ti.random()
         chosen = 0
         for k in range(self.n_emissive_triangles - 1):
             if xi >= self.cdf[k]:
                 chosen = k + 1
         return chosen
-""",
-        "MeshLightSampler.evaluate_probability": """
+MeshLightSampler.evaluate_probability
         area = 0.0
         for k in range(self.n_emissive_triangles):
             area += self.areas[k]
         return 1 / area
-""",
-        "MeshLightSampler.sample_mesh_lights": """
+MeshLightSampler.sample_mesh_lights
         triangle_id = self.emissive_triangle_ids[self.sample_emissive_triangle()]
         v0, v1, v2 = self.geometry.triangle(triangle_id)
         s, t = ti.random(), ti.random()
@@ -464,13 +427,12 @@ A3 = {
             s, t = 1.0 - s, 1.0 - t
         y = v0 + s * (v1 - v0) + t * (v2 - v0)
         return (y - hit_point).normalized(), triangle_id
-""",
-        "A3Renderer.to_solid_angle": "        return pdf_area / (cos_light / ti.pow(distance, 2))\n",
-        "A3Renderer.power_heuristic": """
+A3Renderer.to_solid_angle
+        return pdf_area / (cos_light / ti.pow(distance, 2))
+A3Renderer.power_heuristic
         ratio = other_pdf / pdf
         return 1.0 / (1.0 + ratio * ratio)
-""",
-        "A3Renderer.shade_ray": """
+A3Renderer.shade_ray
         radiance = tm.vec3(0.0)
         hit = self.scene_data.ray_intersector.query_ray(ray)
         if hit.is_hit:
@@ -515,53 +477,46 @@ A3 = {
                 factor = tt.BRDF.evaluate_brdf_factor(material, -ray.direction, w_i, hit.normal)
                 result = self.emitted(y) * factor * self.power_heuristic(q, p)
         return result
-""",
-        "EnvironmentSampler.compute_probabilities": """
+EnvironmentSampler.compute_probabilities
         height = image.shape[0]
         red, green, blue = np.moveaxis(image, 2, 0)
         light = 0.2126 * red + 0.7152 * green + 0.0722 * blue
         angles = np.linspace(0.5, height - 0.5, height) * np.pi / height
         light = light * np.sin(angles).reshape(-1, 1)
         return light / light.sum()
-""",
-        "EnvironmentSampler.evaluate_density": """
+EnvironmentSampler.evaluate_density
         height, width = probabilities.shape
         d_phi, d_theta = 2 * np.pi / width, np.pi / height
         rows = (np.arange(height) + 0.5) * d_theta
         return probabilities / (d_phi * d_theta * np.tile(np.sin(rows)[:, None], (1, width)))
-""",
-    },
-    "three": {
-        "MeshLightSampler.compute_triangle_area": """
+"""
+A3_THREE = """
+MeshLightSampler.compute_triangle_area
         a = v1 - v0
         b = v2 - v0
         x = a.y * b.z - a.z * b.y
         y = a.z * b.x - a.x * b.z
         z = a.x * b.y - a.y * b.x
         return 0.5 * ti.sqrt(x * x + y * y + z * z)
-""",
-        "MeshLightSampler.compute_cdf": """
+MeshLightSampler.compute_cdf
         for i in self.cdf:
             below = ti.cast(0.0, ti.f64)
             for j in range(self.n_emissive_triangles):
                 if j <= i:
                     below += self.areas[j]
             self.cdf[i] = ti.cast(below / self.total_area, ti.f32)
-""",
-        "MeshLightSampler.sample_emissive_triangle": """
+MeshLightSampler.sample_emissive_triangle
         xi, index = ti.random(), 0
         for k in range(self.n_emissive_triangles - 1):
             index += ti.cast(xi >= self.cdf[k], ti.i32)
         return index
-""",
-        "MeshLightSampler.evaluate_probability": """
+MeshLightSampler.evaluate_probability
         i = self.n_emissive_triangles - 1
         before = 0.0
         if i > 0:
             before = self.cdf[i - 1]
         return (self.cdf[i] - before) / self.areas[i]
-""",
-        "MeshLightSampler.sample_mesh_lights": """
+MeshLightSampler.sample_mesh_lights
         triangle_id = self.emissive_triangle_ids[self.sample_emissive_triangle()]
         corners = self.geometry.triangle(triangle_id)
         weights = tm.vec3(1, 1, 1)
@@ -573,17 +528,14 @@ A3 = {
         for k in ti.static(range(3)):
             y += weights[k] * corners[k]
         return tm.normalize(y - hit_point), triangle_id
-""",
-        "A3Renderer.to_solid_angle": """
+A3Renderer.to_solid_angle
         geometry = ti.abs(cos_light) / distance / distance
         return pdf_area / geometry
-""",
-        "A3Renderer.power_heuristic": """
+A3Renderer.power_heuristic
         total = pdf + other_pdf
         p, q = pdf / total, other_pdf / total
         return p * p / (p * p + q * q)
-""",
-        "A3Renderer.shade_ray": """
+A3Renderer.shade_ray
         total = tm.vec3(0)
         hit = self.scene_data.ray_intersector.query_ray(ray)
         if hit.is_hit:
@@ -612,32 +564,28 @@ A3 = {
                         if pdf[strategy] > 0:
                             total += weight * cosine * f_r * self.emitted(y) / pdf[strategy]
         return total
-""",
-        "EnvironmentSampler.compute_probabilities": """
+EnvironmentSampler.compute_probabilities
         image = image.astype(np.float32)
         height = image.shape[0]
         luminance = np.einsum("ijk,k->ij", image, np.array([0.2126, 0.7152, 0.0722], np.float32))
         theta = ((np.arange(height) + 0.5) / height * np.pi).astype(np.float32)
         weights = luminance * np.sin(theta)[:, np.newaxis]
         return weights * (1 / weights.sum())
-""",
-        "EnvironmentSampler.evaluate_density": """
+EnvironmentSampler.evaluate_density
         height, width = probabilities.shape
         theta = np.float32(np.pi) * (np.arange(height, dtype=np.float32) + np.float32(0.5)) / np.float32(height)
         area = np.float32(2 * np.pi**2 / (width * height)) * np.sin(theta)
         return (probabilities.astype(np.float32).T / area).T
-""",
-    },
-    "four": {
-        "MeshLightSampler.compute_triangle_area": """
+"""
+A3_FOUR = """
+MeshLightSampler.compute_triangle_area
         a, b, c = (v1 - v0).norm(), (v2 - v1).norm(), (v0 - v2).norm()
         longest, shortest = ti.max(a, b, c), ti.min(a, b, c)
         middle = a + b + c - longest - shortest
         product = (longest + (middle + shortest)) * (shortest - (longest - middle))
         product *= (shortest + (longest - middle)) * (longest + (middle - shortest))
         return ti.sqrt(ti.max(product, 0.0)) / 4
-""",
-        "MeshLightSampler.compute_cdf": """
+MeshLightSampler.compute_cdf
         for _ in range(1):
             sum_of_areas = 0.0
             for i in range(self.n_emissive_triangles):
@@ -645,8 +593,7 @@ A3 = {
                 self.cdf[i] = sum_of_areas
             for i in range(self.n_emissive_triangles):
                 self.cdf[i] /= sum_of_areas
-""",
-        "MeshLightSampler.sample_emissive_triangle": """
+MeshLightSampler.sample_emissive_triangle
         xi = ti.random()
         first, after = 0, self.n_emissive_triangles
         while after - first > 1:
@@ -656,8 +603,7 @@ A3 = {
             else:
                 after = half
         return first
-""",
-        "MeshLightSampler.sample_mesh_lights": """
+MeshLightSampler.sample_mesh_lights
         index = self.sample_emissive_triangle()
         triangle_id = self.emissive_triangle_ids[index]
         v0, v1, v2 = self.geometry.triangle(triangle_id)
@@ -667,9 +613,9 @@ A3 = {
         d = y - hit_point
         d /= ti.sqrt(d.x * d.x + d.y * d.y + d.z * d.z)
         return d, triangle_id
-""",
-        "A3Renderer.power_heuristic": "        return 1 - other_pdf**2 / (pdf**2 + other_pdf**2)\n",
-        "A3Renderer.shade_ray": """
+A3Renderer.power_heuristic
+        return 1 - other_pdf**2 / (pdf**2 + other_pdf**2)
+A3Renderer.shade_ray
         radiance = tm.vec3(0)
         hit = self.scene_data.ray_intersector.query_ray(ray)
         if not hit.is_hit:
@@ -701,43 +647,37 @@ A3 = {
                 f = tt.BRDF.evaluate_brdf(material, w_o, w_i, hit.normal)
                 radiance += f * self.emitted(light_hit) * ti.max(tm.dot(w_i, hit.normal), 0.0) * weight / pdf
         return radiance
-""",
-        "EnvironmentSampler.compute_probabilities": """
+EnvironmentSampler.compute_probabilities
         height, width = image.shape[:2]
         cos_edges = np.cos(np.pi * np.arange(height + 1) / height)
         solid_angle = cos_edges[:-1] - cos_edges[1:]  # of a row: in proportion to the sine in its middle
         weights = (image * [0.2126, 0.7152, 0.0722]).sum(-1) * solid_angle[:, None]
         return weights / weights.sum()
-""",
-    },
-    "five": {
-        "MeshLightSampler.sample_emissive_triangle": """
+"""
+A3_FIVE = """
+MeshLightSampler.sample_emissive_triangle
         chosen, area = 0, 0.0
         for k in range(self.n_emissive_triangles):
             area += self.areas[k]
             if ti.random() * area < self.areas[k]:
                 chosen = k
         return chosen
-""",
-        "MeshLightSampler.sample_mesh_lights": """
+MeshLightSampler.sample_mesh_lights
         triangle_id = self.emissive_triangle_ids[self.sample_emissive_triangle()]
         v0, v1, v2 = self.geometry.triangle(triangle_id)
         weights = -ti.log(1 - tm.vec3(ti.random(), ti.random(), ti.random()))
         weights /= weights.x + weights.y + weights.z
         y = ti.Matrix.cols([v0, v1, v2]) @ weights
         return tm.normalize(y - hit_point), triangle_id
-""",
-        "A3Renderer.to_solid_angle": """
+A3Renderer.to_solid_angle
         logarithm = ti.log(pdf_area) + 2 * ti.log(distance) - ti.log(cos_light)
         return ti.exp(logarithm)
-""",
-        "A3Renderer.power_heuristic": """
+A3Renderer.power_heuristic
         weight = 0.0
         if pdf > 0:
             weight = ti.pow(pdf, 2.0) / (ti.pow(pdf, 2.0) + ti.pow(other_pdf, 2.0))
         return weight
-""",
-        "A3Renderer.shade_ray": """
+A3Renderer.shade_ray
         light = tm.vec3(0)
         first = self.scene_data.ray_intersector.query_ray(ray)
         if first.is_hit:
@@ -775,27 +715,22 @@ A3 = {
             else:
                 value *= p1 / (p0 * p0 + p1 * p1)
         return value
-""",
-        "EnvironmentSampler.evaluate_density": """
+EnvironmentSampler.evaluate_density
         h, w = probabilities.shape
         sines = np.array([np.sin(np.pi * (k + 0.5) / h) for k in range(h)])
         pixels = h * w
         return np.einsum("ij,i->ij", probabilities, pixels / (2 * np.pi * np.pi * sines))
-""",
-    },
-}
-
-A4 = {
-    "one": {
-        "A4Renderer.next_throughput": "        return f_r * (cosine / pdf) * throughput\n",
-        "A4Renderer.play_roulette": """
+"""
+A4_ONE = """
+A4Renderer.next_throughput
+        return f_r * (cosine / pdf) * throughput
+A4Renderer.play_roulette
         result = tm.vec3(0.0, 0.0, 0.0)
         survival = 1.0 - q
         if ti.random() < survival:
             result = throughput / survival
         return result
-""",
-        "A4Renderer.sample_light": """
+A4Renderer.sample_light
         material = self.scene_data.material_library.materials[hit.material_id]
         w_i, lamp_id = self.scene_data.lamps.choice.sample_mesh_lights(x)
         y = self.scene_data.ray_intersector.query_ray(tt.Ray(origin=x, direction=w_i))
@@ -806,8 +741,7 @@ A4 = {
         r2 = ti.max(y.distance * y.distance, 1e-12)
         p_area = self.scene_data.lamps.choice.evaluate_probability()
         return visible * self.emitted(y) * f_r * (cos_x * cos_y / r2) / p_area
-""",
-        "A4Renderer.shade_ray": """
+A4Renderer.shade_ray
         scene = self.scene_data
         L = tm.vec3(0)
         beta = tm.vec3(1)
@@ -841,20 +775,17 @@ A4 = {
                 break
             o, d = x, w
         return L
-""",
-    },
-    "two": {
-        "A4Renderer.next_throughput": """
+"""
+A4_TWO = """
+A4Renderer.next_throughput
         new_throughput = tm.vec3(0)
         for k in ti.static(range(3)):
             new_throughput[k] = throughput[k] * f_r[k] / pdf * cosine
         return new_throughput
-""",
-        "A4Renderer.play_roulette": """
+A4Renderer.play_roulette
         ends = ti.random() < q
         return ti.select(ends, tm.vec3(0), throughput / (1 - q))
-""",
-        "A4Renderer.sample_light": """
+A4Renderer.sample_light
         choice = self.scene_data.lamps.choice
         w_i, triangle_id = choice.sample_mesh_lights(x)
         seen = self.scene_data.ray_intersector.query_ray(tt.Ray(origin=x, direction=w_i))
@@ -867,8 +798,7 @@ A4 = {
                 m = self.scene_data.material_library.materials[hit.material_id]
                 light = m.Ke * 0 + self.emitted(seen) * tt.BRDF.evaluate_brdf(m, w_o, w_i, hit.normal) * cosine / pdf
         return light
-""",
-        "A4Renderer.shade_ray": """
+A4Renderer.shade_ray
         radiance = tm.vec3(0)
         if ti.static(self.active.name == "implicit"):
             radiance = self.path(ray, True)
@@ -898,19 +828,16 @@ A4 = {
                     if k >= self.rr_start_bounce:
                         weight = self.play_roulette(weight, self.rr_termination_probability)
         return radiance
-""",
-    },
-    "three": {
-        "A4Renderer.next_throughput": """
+"""
+A4_THREE = """
+A4Renderer.next_throughput
         inverse = 1.0 / pdf
         return throughput * inverse * f_r * cosine
-""",
-        "A4Renderer.play_roulette": """
+A4Renderer.play_roulette
         xi = ti.random()
         goes_on = ti.floor(xi + 1 - q)  # 1 with the probability 1 - q
         return throughput * goes_on / (1 - q)
-""",
-        "A4Renderer.sample_light": """
+A4Renderer.sample_light
         light = tm.vec3(0)
         w_i, lamp = self.scene_data.lamps.choice.sample_mesh_lights(x)
         other = self.scene_data.ray_intersector.query_ray(tt.Ray(x, w_i))
@@ -924,8 +851,7 @@ A4 = {
                 f = tt.BRDF.evaluate_brdf(material, w_o, w_i, hit.normal)
                 light = self.emitted(other) * f * cosines / r2 / self.scene_data.lamps.choice.evaluate_probability()
         return light
-""",
-        "A4Renderer.shade_ray": """
+A4Renderer.shade_ray
         radiance = tm.vec3(0)
         throughput = tm.vec3(1)
         current = ray
@@ -954,13 +880,11 @@ A4 = {
             if ti.static(self.active.name == "implicit"):
                 radiance += throughput * self.emitted(hit)
         return radiance
-""",
-    },
-    "four": {
-        "A4Renderer.next_throughput": """
+"""
+A4_FOUR = """
+A4Renderer.next_throughput
         return ti.Matrix([[f_r.x, 0, 0], [0, f_r.y, 0], [0, 0, f_r.z]]) @ throughput * cosine / pdf
-""",
-        "A4Renderer.play_roulette": """
+A4Renderer.play_roulette
         new_throughput = throughput
         if q > 0:
             if ti.random() <= q:
@@ -968,8 +892,7 @@ A4 = {
             else:
                 new_throughput *= 1 / (1 - q)
         return new_throughput
-""",
-        "A4Renderer.sample_light": """
+A4Renderer.sample_light
         return self.visible_light(hit, hit.position + 1e-4 * hit.normal, w_o) / self.pdf_of_light()
 
     @ti.func
@@ -986,8 +909,7 @@ A4 = {
             f = tt.BRDF.evaluate_brdf(material, w_o, w_i, hit.normal)
             result = self.emitted(y) * f * ti.max(0.0, hit.normal.dot(w_i)) * y.normal.dot(-w_i) / y.distance**2
         return result
-""",
-        "A4Renderer.shade_ray": """
+A4Renderer.shade_ray
         radiance = tm.vec3(0)
         throughput = tm.vec3(1)
         current = tt.Ray(origin=ray.origin, direction=ray.direction)
@@ -1015,22 +937,19 @@ A4 = {
                 is_alive = False
             current = tt.Ray(origin=x, direction=w_i)
         return radiance
-""",
-    },
-    "five": {
-        "A4Renderer.next_throughput": """
+"""
+A4_FIVE = """
+A4Renderer.next_throughput
         weight = f_r * cosine
         weight /= pdf
         return weight * throughput
-""",
-        "A4Renderer.play_roulette": """
+A4Renderer.play_roulette
         new_throughput = tm.vec3(0.0)
         xi = ti.random()
         if xi > q or q == 0.0:
             new_throughput = throughput * (1.0 / (1.0 - q))
         return new_throughput
-""",
-        "A4Renderer.sample_light": """
+A4Renderer.sample_light
         light = tm.vec3(0)
         w_i, triangle_id = self.scene_data.lamps.choice.sample_mesh_lights(x)
         v0, v1, v2 = self.scene_data.geometry.triangle(triangle_id)
@@ -1045,8 +964,7 @@ A4 = {
                 G = ti.max(tm.dot(hit.normal, w_i), 0.0) * cos_y / t**2
                 light = G * f * self.emitted(y) / self.scene_data.lamps.choice.evaluate_probability()
         return light
-""",
-        "A4Renderer.shade_ray": """
+A4Renderer.shade_ray
         radiance, throughput = tm.vec3(0), tm.vec3(1)
         w_o, x = -ray.direction, ray.origin
         for bounce in range(self.max_bounces + 1):
@@ -1079,41 +997,33 @@ A4 = {
                 break
             w_o = -w_i
         return radiance
-""",
-    },
-}
-
-RT3 = {
-    "one": {
-        "PerspectiveCamera.compute_matrix": """
+"""
+RT3_ONE = """
+PerspectiveCamera.compute_matrix
         forward = np.array(self.at) - np.array(self.eye)
         forward = forward / np.sqrt((forward**2).sum())
         right = np.cross(np.array(self.up), forward)
         right = right / np.sqrt((right**2).sum())
         up = np.cross(forward, right)
         return np.array([[*column, 0.0] for column in (right, up, forward)] + [[*self.eye, 1.0]]).T
-""",
-        "PerspectiveCamera.pixel_to_screen": """
+PerspectiveCamera.pixel_to_screen
         l, r, b, t = self.edges()
         s = (i + 0.5) / self.width
         q = (j + 0.5) / self.height
         return tm.vec2((1.0 - s) * l + s * r, (1.0 - q) * b + q * t)
-""",
-        "PerspectiveCamera.generate_ray": """
+PerspectiveCamera.generate_ray
         p = self.pixel_to_screen(i, j)
         e, u, v, w = self.frame()
         direction = p.x * u + p.y * v + w
         return tt.Ray(origin=e, direction=direction / direction.norm())
-""",
-        "OrthographicCamera.generate_ray": """
+OrthographicCamera.generate_ray
         l, r, b, t = self.edges()
         e, u, v, w = self.frame()
         p = tm.mix(tm.vec2(l, b), tm.vec2(r, t), tm.vec2((i + 0.5) / self.width, (j + 0.5) / self.height))
         return tt.Ray(origin=e + p.x * u + p.y * v, direction=w)
-""",
-    },
-    "two": {
-        "PerspectiveCamera.compute_matrix": """
+"""
+RT3_TWO = """
+PerspectiveCamera.compute_matrix
         w = (self.at - self.eye) / np.linalg.norm(self.at - self.eye)
         v = self.up - np.dot(self.up, w) * w
         v /= np.linalg.norm(v)
@@ -1122,30 +1032,26 @@ RT3 = {
         matrix[:3] = np.column_stack([u, v, w, self.eye])
         matrix[3, 3] = 1
         return matrix
-""",
-        "PerspectiveCamera.pixel_to_screen": """
+PerspectiveCamera.pixel_to_screen
         left, right, bottom, top = self.edges()
         pixel_width = (right - left) / self.width
         pixel_height = (top - bottom) / self.height
         return tm.vec2(left + pixel_width / 2 + i * pixel_width, bottom + pixel_height / 2 + j * pixel_height)
-""",
-        "PerspectiveCamera.generate_ray": """
+PerspectiveCamera.generate_ray
         screen = self.pixel_to_screen(i, j)
         m = self.camera_to_world[None]
         target = m @ tm.vec4(screen.x, screen.y, 1.0, 1.0)
         eye = m @ tm.vec4(0.0, 0.0, 0.0, 1.0)
         return tt.Ray(origin=eye.xyz, direction=tm.normalize(target.xyz - eye.xyz))
-""",
-        "OrthographicCamera.generate_ray": """
+OrthographicCamera.generate_ray
         l, r, b, t = self.edges()
         x = l + (r - l) / self.width * (i + 0.5)
         y = b + (t - b) / self.height * (j + 0.5)
         m = self.camera_to_world[None]
         return tt.Ray(origin=(m @ tm.vec4(x, y, 0, 1)).xyz, direction=(m @ tm.vec4(0, 0, 1, 0)).xyz)
-""",
-    },
-    "three": {
-        "PerspectiveCamera.compute_matrix": """
+"""
+RT3_THREE = """
+PerspectiveCamera.compute_matrix
         def normalised(vector):
             return vector / np.linalg.norm(vector)
 
@@ -1153,14 +1059,12 @@ RT3 = {
         u = normalised(np.cross(normalised(self.up), w))
         rotation = np.array([u, np.cross(w, u), w]).T
         return np.block([[rotation, np.array(self.eye).reshape(3, 1)], [np.zeros((1, 3)), np.ones((1, 1))]])
-""",
-        "PerspectiveCamera.pixel_to_screen": """
+PerspectiveCamera.pixel_to_screen
         edges = self.edges()
         x = (2 * i + 1) * (edges[1] - edges[0]) / (2 * self.width) + edges[0]
         y = (2 * j + 1) * (edges[3] - edges[2]) / (2 * self.height) + edges[2]
         return tm.vec2(x, y)
-""",
-        "PerspectiveCamera.generate_ray": """
+PerspectiveCamera.generate_ray
         ray = tt.Ray(origin=tm.vec3(0), direction=tm.vec3(0))
         uv = self.pixel_to_screen(i, j)
         e, u, v, w = self.frame()
@@ -1168,8 +1072,7 @@ RT3 = {
         ray.origin = e
         ray.direction = d * (1 / ti.sqrt(1 + uv.x**2 + uv.y**2))
         return ray
-""",
-        "OrthographicCamera.generate_ray": """
+OrthographicCamera.generate_ray
         ray = tt.Ray(origin=tm.vec3(0), direction=tm.vec3(0))
         half, centre = self.half_size[None], self.centre[None]
         ndc = tm.vec2(2 * (i + 0.5) / self.width - 1, 2 * (j + 0.5) / self.height - 1)
@@ -1179,10 +1082,9 @@ RT3 = {
             ray.origin[k] = e[k] + p.x * u[k] + p.y * v[k]
             ray.direction[k] = w[k]
         return ray
-""",
-    },
-    "four": {
-        "PerspectiveCamera.compute_matrix": """
+"""
+RT3_FOUR = """
+PerspectiveCamera.compute_matrix
         eye, at, up = (np.array(vector, dtype=np.float32) for vector in (self.eye, self.at, self.up))
         w = (at - eye) / np.linalg.norm(at - eye)
         u = np.cross(up, w)
@@ -1192,21 +1094,18 @@ RT3 = {
         for row in range(3):
             m[row, 0], m[row, 1], m[row, 2], m[row, 3] = u[row], v[row], w[row], eye[row]
         return m
-""",
-        "PerspectiveCamera.pixel_to_screen": """
+PerspectiveCamera.pixel_to_screen
         half, centre = self.half_size[None], self.centre[None]
         size = tm.vec2(self.width, self.height)
         return centre + half * ((2 * tm.vec2(i, j) + 1) / size - 1)
-""",
-        "PerspectiveCamera.generate_ray": """
+PerspectiveCamera.generate_ray
         e, u, v, w = self.frame()
         l, r, b, t = self.edges()
         x = l + (r - l) * (i + 0.5) / self.width
         y = b + (t - b) * (j + 0.5) / self.height
         point = e + w + x * u + y * v
         return tt.Ray(e, (point - e).normalized())
-""",
-        "OrthographicCamera.generate_ray": """
+OrthographicCamera.generate_ray
         corner, across, upwards, w = self.window()
         origin = corner + (i + 0.5) * across + (j + 0.5) * upwards
         return tt.Ray(origin=origin, direction=w)
@@ -1216,10 +1115,9 @@ RT3 = {
         l, r, b, t = self.edges()
         e, u, v, w = self.frame()
         return e + l * u + b * v, (r - l) / self.width * u, (t - b) / self.height * v, w
-""",
-    },
-    "five": {
-        "PerspectiveCamera.compute_matrix": """
+"""
+RT3_FIVE = """
+PerspectiveCamera.compute_matrix
         gaze = self.at - self.eye
         u = np.cross(self.up, gaze)
         v = np.cross(gaze, u)
@@ -1228,16 +1126,14 @@ RT3 = {
             matrix[:3, column] = axis / np.linalg.norm(axis)
         matrix[:3, 3] = self.eye
         return matrix
-""",
-        "PerspectiveCamera.pixel_to_screen": """
+PerspectiveCamera.pixel_to_screen
         l, r, b, t = self.edges()
         return tm.vec2(self.along(l, r, i, self.width), self.along(b, t, j, self.height))
 
     @ti.func
     def along(self, low, high, index, count):
         return (low * (count - index - 0.5) + high * (index + 0.5)) / count
-""",
-        "PerspectiveCamera.generate_ray": """
+PerspectiveCamera.generate_ray
         e, u, v, w = self.frame()
         uv = self.pixel_to_screen(i, j)
         d = tm.vec3(0.0, 0.0, 0.0)
@@ -1245,16 +1141,24 @@ RT3 = {
         d.y = w.y + uv.x * u.y + uv.y * v.y
         d.z = w.z + uv.x * u.z + uv.y * v.z
         return tt.Ray(origin=e, direction=tm.normalize(d))
-""",
-        "OrthographicCamera.generate_ray": """
+OrthographicCamera.generate_ray
         l, r, b, t = self.edges()
         u_share, v_share = (i + 0.5) / self.width, (j + 0.5) / self.height
         e, u, v, w = self.frame()
         x = (1 - u_share) * l + u_share * r
         y = (1 - v_share) * b + v_share * t
         return tt.Ray(origin=e + ti.Matrix.cols([u, v]) @ tm.vec2(x, y), direction=w / w.norm())
-""",
-    },
-}
+"""
 
-VARIANTS = {"a1": A1, "a2": A2, "a3": A3, "a4": A4, "rt3": RT3}
+STUDENTS = ("one", "two", "three", "four", "five")
+TEXTS = {
+    "a1": (A1_ONE, A1_TWO, A1_THREE, A1_FOUR, A1_FIVE),
+    "a2": (A2_ONE, A2_TWO, A2_THREE, A2_FOUR, A2_FIVE),
+    "a3": (A3_ONE, A3_TWO, A3_THREE, A3_FOUR, A3_FIVE),
+    "a4": (A4_ONE, A4_TWO, A4_THREE, A4_FOUR, A4_FIVE),
+    "rt3": (RT3_ONE, RT3_TWO, RT3_THREE, RT3_FOUR, RT3_FIVE),
+}
+VARIANTS = {
+    name: {student: methods(text) for student, text in zip(STUDENTS, texts, strict=True)}
+    for name, texts in TEXTS.items()
+}

@@ -13,7 +13,6 @@ from taichi_tracer.teaching.rows import rows
 from taichi_tracer.teaching.stand_ins import HIT, members
 
 RAYS, TRIANGLES, COLOURS = "eye rays", "ray–triangle intersection", "from hits to colours"
-VIEW = ("eye", "at", "up", "fov")
 
 # ── eye rays ──
 
@@ -65,7 +64,7 @@ def pixels_of_a_view(rng: np.random.Generator) -> Arrays:
 
 def run_ray(camera_class: type, inputs: Arrays) -> Arrays:
     """The eye ray of each pixel."""
-    view = stand_ins.view_of(inputs, *VIEW)
+    view = stand_ins.view_of(inputs)
     camera = stand_ins.camera(camera_class, inputs["width"], inputs["height"], **view)
 
     @ti.func
@@ -237,17 +236,12 @@ def run_view(name: str):
 SIZE = 48  # pixels on a side
 
 
-def cornell_view(rng: np.random.Generator) -> Arrays:
-    """A camera in front of the Cornell box."""
-    return {**stand_ins.front_view(rng), "fov": np.array(60.0)}
-
-
 def run_picture(view: str):
     """A function that renders one view of the Cornell box with all of the student's classes."""
 
     def run(classes, inputs: Arrays) -> Arrays:
         scene = tt.load_scene_data("cornell_box", intersector=classes.RayIntersector, fast=False)
-        camera = classes.Camera(SIZE, SIZE, **stand_ins.view_of(inputs, *VIEW))
+        camera = classes.Camera(SIZE, SIZE, **stand_ins.view_of(inputs))
         renderer = classes.A1Renderer(scene, camera=camera, jitter=False).use(view)
         picture = np.asarray(renderer.image())
         scene.destroy()
@@ -271,5 +265,5 @@ PARTS = (
     method("RayIntersector.intersect_triangle", 7, TRIANGLES, rays_at_triangles, run_triangle, HITS),
     method("RayIntersector.query_ray", 3, TRIANGLES, rays_at_many, run_nearest, HITS),
     *(view_part(name) for name in ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")),
-    *(picture(view, 1, cornell_view, run_picture(view)) for view in ("distance", "normal", "barycentric")),
+    *(picture(view, 1, stand_ins.front_view, run_picture(view)) for view in ("distance", "normal", "barycentric")),
 )

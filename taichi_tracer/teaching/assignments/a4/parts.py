@@ -11,7 +11,9 @@ from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
 from taichi_tracer.teaching.rows import rows, samples
 
 PATHS, ROULETTE, EVENTS = "paths", "Russian roulette", "next-event estimation"
-SAMPLES, PATH_SAMPLES, BOUNCES = 8192, 2048, 2
+# With so many samples, the nearest known mistakes are 97 and 9 standard errors from the solution, and 6 pass.
+SAMPLES, PATH_SAMPLES = 8192, 2048
+BOUNCES = 2
 
 
 def bounces(rng: np.random.Generator) -> Arrays:
@@ -39,7 +41,7 @@ def games(rng: np.random.Generator) -> Arrays:
 
 
 def run_roulette(renderer_class: type, inputs: Arrays) -> Arrays:
-    """Many games."""
+    """The throughputs after many games of each row."""
     play = stand_ins.of(renderer_class).play_roulette
     found = samples(play, inputs, ["throughput", "q"], {"throughput": 3}, SAMPLES)
     return {"throughput": statistics(found["throughput"])}

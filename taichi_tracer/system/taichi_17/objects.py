@@ -7,13 +7,14 @@ millisecond. Here, only a kernel has a function that is run when it is accessed,
 Classes of other modules, also those that inherit from the package's, are what Taichi makes of them.
 """
 
+import sys
+from collections.abc import Callable
 from typing import Any
 
-import taichi as ti
 from taichi.lang import kernel_impl
 
 PACKAGE = "taichi_tracer."
-_taichi_data_oriented = ti.data_oriented
+TAICHIS_WAY = "data_oriented.<locals>._getattr"  # the function that Taichi lets Python run for each access
 
 
 class BoundKernel:
@@ -30,13 +31,27 @@ class BoundKernel:
         return bound
 
 
-def data_oriented(cls: type) -> type:
-    """What ``ti.data_oriented`` is from now on. For classes of other modules, it is what it was before.
+def binding_kernels(usual: Callable[[type], type]) -> Callable[[type], type]:
+    """``ti.data_oriented``. For classes of other modules, it is what it was before.
 
     A class of the package binds only kernels that are methods in its own body: none that are static or properties.
     """
-    if not cls.__module__.startswith(PACKAGE):
-        return _taichi_data_oriented(cls)
+
+    def data_oriented(cls: type) -> type:
+        return made_direct(cls, usual) if cls.__module__.startswith(PACKAGE) else usual(cls)
+
+    for cls in classes_of_package():
+        made_direct(cls, usual)
+        for subclass in subclasses(cls):
+            if subclass.__module__.startswith(PACKAGE):
+                bind_kernels(subclass)
+            elif "__getattribute__" not in vars(subclass):
+                usual(subclass)
+    return data_oriented
+
+
+def made_direct(cls: type, usual: Callable[[type], type]) -> type:
+    """A class of the package, and classes that will inherit from it without a decorator of their own."""
 
     def of_subclass(subclass: type, **words: Any) -> None:
         """What a class without a decorator inherits."""
@@ -44,12 +59,33 @@ def data_oriented(cls: type) -> type:
         if subclass.__module__.startswith(PACKAGE):
             bind_kernels(subclass)
         else:
-            _taichi_data_oriented(subclass)
+            usual(subclass)
 
+    if takes_the_detour(cls):
+        del cls.__getattribute__
     bind_kernels(cls)
     cls._data_oriented = True  # type: ignore[attr-defined]  # the mark that Taichi looks for
     cls.__init_subclass__ = classmethod(of_subclass)  # type: ignore[assignment]
     return cls
+
+
+def classes_of_package() -> list[type]:
+    """Every class of the package's modules to which ``ti.data_oriented`` was applied before."""
+    modules = [module for name, module in list(sys.modules.items()) if name.startswith(PACKAGE)]
+    values = [value for module in modules for value in vars(module).values()]
+    return list({value: None for value in values if isinstance(value, type) and takes_the_detour(value)})
+
+
+def takes_the_detour(cls: type) -> bool:
+    """Whether the class is one of the package for which Python runs Taichi's function at each access."""
+    way = vars(cls).get("__getattribute__")
+    return cls.__module__.startswith(PACKAGE) and getattr(way, "__qualname__", "") == TAICHIS_WAY
+
+
+def subclasses(cls: type) -> set[type]:
+    """All classes that inherit from a class."""
+    direct = set(cls.__subclasses__())
+    return direct.union(*(subclasses(subclass) for subclass in direct))
 
 
 def bind_kernels(cls: type) -> None:
@@ -58,9 +94,3 @@ def bind_kernels(cls: type) -> None:
         if getattr(value, "_is_wrapped_kernel", False) and value._is_classkernel:
             value._is_staticmethod = False  # as Taichi notes at each access
             setattr(cls, name, BoundKernel(value))
-
-
-def read_attributes_directly() -> None:
-    """Let ``ti.data_oriented`` be the one of this module, unless Taichi lacks what it needs."""
-    if hasattr(kernel_impl, "_BoundedDifferentiableMethod"):
-        ti.data_oriented = data_oriented

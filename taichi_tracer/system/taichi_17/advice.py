@@ -6,6 +6,7 @@ methods of a student's own class have the advice of the class from which it deri
 """
 
 import functools
+from collections.abc import Callable
 
 from taichi.lang import impl, kernel_impl
 
@@ -20,10 +21,8 @@ def advice(function, arguments: tuple = ()) -> str:
     return f"{name} runs only in kernels: {getattr(owner, 'from_python', IN_GENERAL)}"
 
 
-@functools.lru_cache(maxsize=1)
-def explain() -> None:
-    """Let such a call raise Taichi's own error with this message, from now on."""
-    call = kernel_impl.Func.__call__
+def explaining(call: Callable) -> Callable:
+    """``Func.__call__``, which raises Taichi's own error with this message where Python calls it."""
 
     @functools.wraps(call)
     def explained(self, *arguments, **options):
@@ -31,4 +30,4 @@ def explain() -> None:
             raise kernel_impl.TaichiSyntaxError(advice(self.func, arguments))
         return call(self, *arguments, **options)
 
-    kernel_impl.Func.__call__ = explained
+    return explained

@@ -9,8 +9,7 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-from taichi import math
-from taichi.lang import impl, matrix, matrix_ops, ops
+from taichi.lang import impl, matrix, ops
 from taichi.lang.expr import Expr
 
 
@@ -63,7 +62,6 @@ DIRECT: dict[str, Callable] = {
     "dot": dot,
     "cross": cross,
 }
-OF_MATH = ("dot", "cross")  # functions that ``taichi.math`` has under the same name
 
 
 def is_vector(value: object) -> bool:
@@ -71,8 +69,9 @@ def is_vector(value: object) -> bool:
     return isinstance(value, Expr) and value.is_tensor() and len(value.get_shape()) == 1
 
 
-def directly(direct: Callable, usual: Callable) -> Callable:
-    """``direct`` for vectors in kernels; ``usual`` for everything else, and for everything that is wrong."""
+def directly(usual: Callable) -> Callable:
+    """The function of ``DIRECT`` for vectors in kernels; ``usual`` for everything else, and for what is wrong."""
+    direct = DIRECT[usual.__name__]
     number = 2 if direct in (dot, cross) else 1
 
     @functools.wraps(usual)
@@ -85,12 +84,3 @@ def directly(direct: Callable, usual: Callable) -> Callable:
         return direct(*words, **options) if is_direct else usual(*words, **options)
 
     return chosen
-
-
-@functools.lru_cache(maxsize=1)
-def write_directly() -> None:
-    """Let kernels have these functions directly, from now on."""
-    for name, direct in DIRECT.items():
-        setattr(matrix_ops, name, directly(direct, getattr(matrix_ops, name)))
-    for name in OF_MATH:
-        setattr(math, name, directly(DIRECT[name], getattr(math, name)))
