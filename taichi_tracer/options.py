@@ -138,13 +138,6 @@ RENDERER_DEFAULTS: RendererOptions = {
 }
 
 
-class PictureOptions(RendererOptions, total=False):
-    """The options of a renderer, and the size of its picture in pixels: for what passes all of them on."""
-
-    width: int
-    height: int
-
-
 def check_options(caller: str, given: Iterable[str], known: Iterable[str]) -> None:
     """Raise the error for a name that is no option, as Python does for a wrong argument, but with the nearest name.
 

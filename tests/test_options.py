@@ -47,6 +47,14 @@ def test_arguments_of_the_function_itself_are_suggested_too():
         tt.scene_from_mesh(*SQUARE, colour=(1, 0, 0))
 
 
+@pytest.mark.parametrize("name", ["A1Renderer", "A4Renderer", "MapRenderer", "RT3Renderer"])
+def test_renderers_tell_an_unknown_option_too_and_show_every_known_one(name):
+    renderer_class, scene = getattr(tt, name), tt.scene_from_mesh(*SQUARE, intersector="brute_force")
+    with pytest.raises(TypeError, match=f"^unknown option of {name} 'sampller': did you mean 'sampler'"):
+        renderer_class(scene, 8, 8, sampller="sobol")
+    assert {"width", "height", *options.RENDERER_DEFAULTS} < set(inspect.signature(renderer_class).parameters)
+
+
 def test_the_given_options_come_before_the_defaults():
     found = options.all_options("it", {"seed": 3}, options.RENDERER_DEFAULTS)
     assert found == {**options.RENDERER_DEFAULTS, "seed": 3}
