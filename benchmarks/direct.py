@@ -391,13 +391,14 @@ def compilation() -> str:
         for estimator in ("brdf", "mis"):
             scene = SCENES[title][0]()
             renderer = tt.A2Renderer(scene, SIZE, SIZE).use(estimator)
-            kernels, near = renderer.kernel_scene(), renderer.film.near_misses
+            kernels = renderer.kernel_scene()
             renderer.begin()
             kernels.lights.prepare()
-            renderer.eye_rays.bring_up_to_date(0, 0)
-            one_sample = kernels, renderer.active, renderer.eye_rays, near, 0, 0
+            if hasattr(renderer.eye_rays, "bring_up_to_date"):
+                renderer.eye_rays.bring_up_to_date(0, 0)
+            one_sample = renderer.parts(kernels, renderer.plan.integrator(kernels)), 0, 0
             pixels = processor(functools.partial(renderer._take_sample, *one_sample))
-            together = processor(functools.partial(Tiles(renderer, kernels, renderer.active).take, near, 0, 0))
+            together = processor(functools.partial(Tiles(renderer, kernels, renderer.active).take, 0, 0))
             lines.append(f"| {title}, {estimator} | {pixels:.2f} | {together:.2f} |")
             scene.destroy()
     return "\n".join(lines) + "\n"

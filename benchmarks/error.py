@@ -16,8 +16,9 @@ from benchmarks.measure import describe_machine, interleaved, ratio_table
 from benchmarks.samplers import SPHERES_VIEW, three_spheres
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.picture.film import Film, two_sum
-from taichi_tracer.studies.metrics import relative_rmse
+from taichi_tracer.picture.exact_sums import two_sum
+from taichi_tracer.picture.film import Film
+from taichi_tracer.picture.metrics import relative_rmse
 
 RENDERS, SIZE = 200, 64  # of paths
 CELL_RENDERS, CELL_SIZE, CELL_SPP, CELL_REFERENCE = 100, 48, (16, 64), 4096  # of direct light

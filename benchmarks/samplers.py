@@ -25,8 +25,8 @@ from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.direct_light import MultipleImportanceSampling
 from taichi_tracer.materials import Material
-from taichi_tracer.sampler import SobolSampler
-from taichi_tracer.studies.metrics import relative_rmse
+from taichi_tracer.picture.metrics import relative_rmse
+from taichi_tracer.samplers.sobol import SobolSampler
 
 SIZE, COUNTS, SEEDS = 96, (4, 16, 64, 256), 3
 REFERENCE_SPP, REFERENCE_SEED = 4096, 10**6

@@ -38,7 +38,8 @@ def commands() -> list[list[str]]:
 
 def render(words: list[str], folder: Path) -> list[Path]:
     """Run a command of the documents on the CPU, with ``folder`` in place of docs/images; returns what it wrote."""
-    from taichi_tracer.apps.cli import as_value, main
+    from taichi_tracer.apps.cli import main
+    from taichi_tracer.apps.words import as_value
     from taichi_tracer.system import runtime
 
     runtime.init("cpu", force=True)

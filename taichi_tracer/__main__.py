@@ -2,8 +2,9 @@
 
 import gc
 import os
+import sys
 
-from taichi_tracer.apps.interruption import EXIT_CODE, ignore, leave_at_once
+USER_ERROR = 2  # exit code, as in ``apps.words``
 
 # New objects after which Python looks for cycles that nothing needs. With its usual 700, the search takes a tenth of
 # the time until the first picture, because modules and the syntax trees of kernels are many objects that stay.
@@ -12,6 +13,13 @@ OBJECTS_BETWEEN_COLLECTIONS = 50_000
 
 def main() -> int:
     """Run the command line; a signal is minded before anything large is imported."""
+    try:
+        from taichi_tracer.apps.interruption import EXIT_CODE, ignore, leave_at_once
+    except ModuleNotFoundError as error:
+        if error.name != "taichi_tracer.apps":
+            raise
+        sys.stderr.write("taichi-tracer: this installation has no taichi_tracer/apps\n")
+        return USER_ERROR
     leave_at_once()
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
     # numpy's library for matrix products starts one thread per CPU, which wait for work in a loop that keeps the CPUs

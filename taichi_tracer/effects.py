@@ -5,9 +5,9 @@ object, so that it always says what was compiled.
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from taichi_tracer.system import runtime
-from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.seams import replaced
 
 MODES = ("scene", "all")
@@ -74,62 +74,65 @@ class Effects:
         ]
 
 
-def derive(
-    mesh,
-    brdfs,
-    brdf_of: list[int],
-    environment=None,
-    background=None,
-    lights=(),
-    mode: str = "scene",
-    blockers: str = "all",
-) -> Effects:
+def derive(scene, blockers: str = "all") -> Effects:
     """The effects of a scene.
 
     Args:
-        mesh: a ``geometry.Mesh``. A material that no primitive has does not call for any effect.
-        brdfs: the BRDFs that the scene knows.
-        brdf_of: for each material of the mesh, the index of its BRDF in ``brdfs``.
-        environment, background, lights: the attributes of ``SceneData`` with these names.
-        mode: "scene" derives the effects; "all" has every effect, for comparison.
+        scene: a ``SceneData``, whose ``effects_mode`` is "scene": what the scene calls for, or "all": every effect, for
+            comparison. A material that no primitive has does not call for any effect.
         blockers: what a ray that leaves a surface can hit, see ``Effects``.
     """
-    if mode not in MODES:
-        raise one_of("effects", mode, MODES)
+    found = _found(scene, blockers)
+    reasons = _reasons(scene, found)
+    if scene.effects_mode == "all":
+        has_environment = scene.environment is not None
+        brdfs = tuple(range(len(scene.material_library.brdfs)))
+        found |= {"brdfs": brdfs, "environment": "image" if has_environment else "none", "blockers": "all"}
+        found |= dict.fromkeys(("emitters", "interpolated_normals", "spheres", "scatters"), True)
+        reasons = [_with_all(*reason, has_environment) for reason in reasons]
+    return Effects(**found, reasons=tuple(reasons))
+
+
+def _found(scene, blockers: str) -> dict[str, Any]:
+    """The attributes of ``Effects`` that the scene calls for, without the reasons."""
+    mesh, library = scene.mesh, scene.material_library
     used = [int(i) for i in mesh.used_materials()]
-    has = [brdf_of[i] for i in used]
-    sky = _kind_of(environment)
+    brdfs = {library.brdf_of[i] for i in used}
     emits = any(max(mesh.materials[i].Ke) > 0 for i in used)
-    found = {
-        "brdfs": tuple(sorted(set(has))),
-        "environment": sky,
-        "lights": tuple(light.name for light in lights),
+    return {
+        "brdfs": tuple(sorted(brdfs)),
+        "environment": _kind_of(scene.environment),
+        "lights": tuple(light.name for light in scene.lights),
         "emitters": emits,
         "lamps": emits,
         "interpolated_normals": mesh.has_vertex_normals,
         "spheres": len(mesh.spheres) > 0,
         "culling": mesh.has_culling,
-        "background": background is not None,
+        "background": scene.background is not None,
         "blockers": blockers,
-        "scatters": any(not brdfs[i].is_delta for i in has),
+        "scatters": any(not library.brdfs[i].is_delta for i in brdfs),
     }
-    reasons = [_about_brdf(b, has.count(i), [mesh.materials[k] for k in used]) for i, b in enumerate(brdfs)]
-    reasons += _about_light(sky, environment, lights)
-    reasons += _about_paths(found, len(lights), int(mesh.emits().sum()) if emits else 0)
-    normals = "a triangle has them" if found["interpolated_normals"] else "no triangle has them"
-    reasons.append(("vertex normals", found["interpolated_normals"], normals))
-    count = f"{len(mesh.spheres):,} of them" if found["spheres"] else "the scene has none"
-    reasons.append(("spheres", found["spheres"], count))
-    sides = "rays pass through the backs of some triangles" if found["culling"] else "all triangles have two sides"
-    reasons.append(("backface cull", found["culling"], sides))
-    behind = background.what if found["background"] else "the scene has none"
-    reasons.append(("background", found["background"], behind))
-    if mode == "all":
-        found |= {"brdfs": tuple(range(len(brdfs))), "environment": "none" if environment is None else "image"}
-        found |= {"emitters": True, "interpolated_normals": True, "spheres": True}
-        found |= {"blockers": "all", "scatters": True}
-        reasons = [_with_all(name, is_on, why, environment is not None) for name, is_on, why in reasons]
-    return Effects(**found, reasons=tuple(reasons))
+
+
+def _reasons(scene, found: dict[str, Any]) -> list[tuple[str, bool, str]]:
+    """The lines of the receipt; ``found`` has the attributes of ``Effects``."""
+    mesh, library = scene.mesh, scene.material_library
+    used = [int(i) for i in mesh.used_materials()]
+    has, materials = [library.brdf_of[i] for i in used], [mesh.materials[i] for i in used]
+    normals, spheres, culls = found["interpolated_normals"], found["spheres"], found["culling"]
+    return [
+        *(_about_brdf(brdf, has.count(i), materials) for i, brdf in enumerate(library.brdfs)),
+        *_about_light(found["environment"], scene.environment, scene.lights),
+        *_about_paths(found, len(scene.lights), int(mesh.emits().sum()) if found["emitters"] else 0),
+        ("vertex normals", normals, "a triangle has them" if normals else "no triangle has them"),
+        ("spheres", spheres, f"{len(mesh.spheres):,} of them" if spheres else "the scene has none"),
+        (
+            "backface cull",
+            culls,
+            "rays pass through the backs of some triangles" if culls else "all triangles have two sides",
+        ),
+        ("background", found["background"], scene.background.what if found["background"] else "the scene has none"),
+    ]
 
 
 def _with_all(name: str, is_on: bool, why: str, has_environment: bool) -> tuple[str, bool, str]:

@@ -2,7 +2,6 @@
 
 import copy
 import functools
-import math
 import time
 from typing import TYPE_CHECKING, Any, cast
 
@@ -10,26 +9,28 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.files.picture import Picture
+from taichi_tracer.forms import Plan
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control, NameControl
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.paths import Paths
-from taichi_tracer.integrators.work import Measurement, WorkMap
+from taichi_tracer.integrators.work import WorkMap, counted
+from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
 from taichi_tracer.picture.heat import HEAT, Scale, round_up
-from taichi_tracer.renderer import EyeRays, IntegratorChoice, ProgressiveRenderer, SamplerChoice, plain_rays
-from taichi_tracer.sampler import DEFAULT_SAMPLER
-from taichi_tracer.scene_data import SceneData
+from taichi_tracer.picture.some_pixels import SomePixels
+from taichi_tracer.renderer import Parts, ProgressiveRenderer
+from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import seams
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
-    from typing_extensions import Self
+    from typing_extensions import Self, Unpack
 
 USUAL = "path"  # what is measured when nobody says it
 MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
@@ -44,8 +45,7 @@ class MapRenderer(ProgressiveRenderer):
     """Maps of work: nodes and triangles per pixel, shadow rays blocked, standard error, seconds.
 
     Args:
-        scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast: as for
-            ``ProgressiveRenderer``; ``integrator`` is a map.
+        scene_data, width, height, options: as for ``ProgressiveRenderer``; ``integrator`` is a map.
         of: the name of the integrator that is measured. It may be assigned later; the picture then starts again.
 
     ``image()`` has the numbers. Windows and files of 8 bits show them as heat: black is 0, and white is the end of
@@ -54,35 +54,27 @@ class MapRenderer(ProgressiveRenderer):
 
     name, what, jitters, has_own_display = "MapRenderer", "map", True, True
 
+    @with_options(RendererOptions, RENDERER_DEFAULTS)
     def __init__(
         self,
         scene_data: SceneData,
         width: int = 512,
         height: int = 512,
-        camera: ProjectiveCamera | type[ProjectiveCamera] | str | None = None,
-        jitter: bool | None = None,
-        sampler: SamplerChoice = DEFAULT_SAMPLER,
-        seed: int = 0,
-        first_sample: int = 0,
-        crop: tuple[int, int, int, int] | None = None,
-        adaptive: bool = False,
-        integrator: IntegratorChoice | None = None,
-        fast: bool | None = None,
+        *,
         of: str = USUAL,
+        **options: "Unpack[RendererOptions]",
     ) -> None:
         self._chosen_display: Display | None = None
         self._measured: dict[str, Integrator] = {}
-        self._measurements: dict[tuple[str, str], Measurement] = {}
         self._of = find_measured(of)
         self._scale_of: tuple = ()
         self._colours: Any = None
-        super().__init__(
-            scene_data, width, height, camera, jitter, sampler, seed, first_sample, crop, adaptive, integrator, fast
-        )
+        self._parts = Recent(KEPT_FORMS)
+        super().__init__(scene_data, width, height, **options)
 
-    def _make_eye_rays(self, passes: float = math.inf, in_tiles: bool = False) -> tuple[Any, Any]:
-        """Rays that are not traced: the maps trace them, so that their work counts."""
-        return EyeRays(self.scene_data, self.camera, self.jitter, traces=False), plain_rays("their work is counted")
+    def make_plan(self) -> Plan:
+        """The plain form: its work is counted."""
+        return Plan(self, "their work is counted")
 
     # ── what is measured ──
 
@@ -146,24 +138,36 @@ class MapRenderer(ProgressiveRenderer):
         self.measured.prepare(self.scene_data, self.camera)
         super().begin()
 
-    def _count_near_misses(self) -> None:
-        """Count none: they are of light."""
+    @property
+    def shows_light(self) -> bool:
+        """A map is not of light."""
+        return False
 
     # ── samples ──
 
     def add_sample(self, index: int) -> None:
         """Take one sample for every pixel, and count what it does."""
-        key = self.active.name, self._of
-        if key not in self._measurements:
-            self._measurements[key] = Measurement(self.map, self.measured)
-        measurement, scene = self._measurements[key], self.kernel_scene()
-        scene.lights.prepare(measurement.samples_lights)
+        scene = self.kernel_scene()
+        scene.lights.prepare(self.measured.samples_lights)
+        key = self.map, self.measured, scene
+        parts = self._parts.get(key, lambda: self._watched(self.parts(scene, self.measured)))
         if self.map.is_timed:
-            self._add_times(self.seconds_of_tiles(scene, measurement, index), index)
+            self._add_times(self.seconds_of_tiles(parts, index), index)
         else:
-            self._take_sample(scene, measurement, self.eye_rays, None, self.seed, index)
+            self._take_sample(parts, self.seed, index)
 
-    def seconds_of_tiles(self, scene: Any, measurement: Measurement, index: int) -> np.ndarray:
+    def _watched(self, parts: Parts) -> Parts:
+        """The parts of a sample as the map in use watches them."""
+        if self.map.is_timed:
+            return parts._replace(film=self._tile)
+        return parts if self.map.number is None else counted(parts, self.map.number)
+
+    @functools.cached_property
+    def _tile(self) -> SomePixels:
+        """The tile that is timed."""
+        return SomePixels(in_order=True)
+
+    def seconds_of_tiles(self, parts: Parts, index: int) -> np.ndarray:
         """(tiles across, tiles upwards) seconds that a sample of a pixel takes on one core, as the mean of a tile.
 
         A kernel has no clock. Therefore the tiles are rendered one after the other, each by one thread, and the time
@@ -174,8 +178,10 @@ class MapRenderer(ProgressiveRenderer):
 
         def seconds(x0: int, x1: int, y0: int, y1: int) -> float:
             """How long a sample of each pixel of one tile takes together."""
+            self._tile.choose((x0, x1), (y0, y1))
             begin = time.perf_counter()
-            self._take_tile(scene, measurement, self.eye_rays, self.seed, index, x0, x1, y0, y1)
+            self._take_sample(parts, self.seed, index)
+            ti.sync()
             return time.perf_counter() - begin
 
         empty = min(seconds(0, 0, 0, 0) for _ in range(9))
@@ -192,29 +198,6 @@ class MapRenderer(ProgressiveRenderer):
     def side_of_tiles(self) -> int:
         """Pixels on a side of the tiles that are timed."""
         return max(SMALLEST_TILE, int(np.ceil(np.sqrt(self.width * self.height / TILES))))
-
-    @ti.kernel
-    def _take_tile(
-        self,
-        scene: ti.template(),
-        measurement: ti.template(),
-        eye_rays: ti.template(),
-        seed: ti.u32,
-        index: ti.u32,
-        x0: ti.i32,
-        x1: ti.i32,
-        y0: ti.i32,
-        y1: ti.i32,
-    ) -> ti.f32:
-        total = tm.vec3(0)  # it is returned, so that the compiler leaves nothing out
-        ti.loop_config(serialize=True)
-        for x in range(x0, x1):
-            for y in range(y0, y1):
-                i, _ = self.shares.sample_of(x, y, index)
-                rng = self.sampler.start(seed, x, y, i)
-                ray, hit = eye_rays.hit_of(x, y, rng)
-                total += measurement.radiance(scene, ray, hit, rng)
-        return ti.cast(total.sum(), ti.f32)
 
     @ti.kernel
     def _add_times(self, times: ti.types.ndarray(dtype=ti.f32, ndim=2), index: ti.u32):

@@ -1,6 +1,6 @@
 """Rays, and what they hit, inside kernels."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import taichi as ti
 import taichi.math as tm
@@ -10,6 +10,23 @@ from taichi_tracer.system import runtime
 # tm.vec3 follows the precision that Taichi runs with. ``float`` in a ti.dataclass does not: it keeps the type that it
 # had when this file was imported. Therefore the members take their scalar type from tm.vec3.
 real = tm.vec3.dtype
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    class Members(TypedDict, total=False):
+        """The members of ``HitData``, as editors know them; those that are not given are 0."""
+
+        is_hit: Any
+        is_backfacing: Any
+        triangle_id: Any
+        distance: Any
+        barycentric_coords: Any
+        normal: Any
+        material_id: Any
+        geometric_normal: Any
+        position: Any
+        position_error: Any
 
 
 @ti.dataclass
@@ -56,19 +73,7 @@ class HitData:
 
     if TYPE_CHECKING:  # what ti.dataclass adds, for editors
 
-        def __init__(
-            self,
-            is_hit: Any = 0,
-            is_backfacing: Any = 0,
-            triangle_id: Any = 0,
-            distance: Any = 0,
-            barycentric_coords: Any = 0,
-            normal: Any = 0,
-            material_id: Any = 0,
-            geometric_normal: Any = 0,
-            position: Any = 0,
-            position_error: Any = 0,
-        ) -> None: ...
+        def __init__(self, *members: Any, **named: "Unpack[Members]") -> None: ...
 
 
 @ti.func

@@ -256,15 +256,14 @@ class RayIntersector:
     @ti.func
     def describe_triangle(self, ray, t, triangle_id, u, v):
         """HitData from t and barycentric coordinates. Both normals face the origin of the ray (A1-13, C-17)."""
-        v0, v1, v2 = self.geometry.triangle(triangle_id)
-        return self.describe_corners(ray, t, triangle_id, u, v, v0, v1, v2)
+        return self.describe_corners(ray, t, triangle_id, u, v, self.geometry.triangle(triangle_id))
 
     @ti.func
-    def describe_corners(self, ray, t, triangle_id, u, v, v0, v1, v2):
-        """``describe_triangle`` with the vertices of the triangle."""
+    def describe_corners(self, ray, t, triangle_id, u, v, corners):
+        """``describe_triangle`` with the three vertices of the triangle."""
         geometric_normal = self.geometry.unit_normals[triangle_id]
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
-        position, position_error = self.geometry.position_on(triangle_id, u, v, v0, v1, v2)
+        position, position_error = self.geometry.position_on(triangle_id, u, v, *corners)
         is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
         facing = ti.select(is_backfacing, -1, 1)
         return HitData(

@@ -3,23 +3,25 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
 
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files import EXTENSIONS, read
+from taichi_tracer.files.arrays import dressed, mesh_from_arrays
+from taichi_tracer.files.meshes import from_trimesh
 from taichi_tracer.files.shipped import scene_data_dir
-from taichi_tracer.formulas.triangles import TriangleTest
-from taichi_tracer.rt3.document import Document, read_rt3
-from taichi_tracer.scene_data import (
-    BackgroundChoice,
-    BrdfChoice,
-    EnvironmentChoice,
-    IntersectorChoice,
-    LampChoices,
-    LightChoice,
-    SceneData,
-)
+from taichi_tracer.materials import Material
+from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, check_options, with_options
+from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
+from taichi_tracer.system.wings import wing
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from taichi_tracer.rt3.document import Document
 
 # The camera of the course (A1-16), and the shipped scenes that are composed for a camera. They look best, and as in the
 # handouts, from there; the others are single objects, which ``SceneData`` shows in a three-quarter view.
@@ -69,49 +71,63 @@ def find_scene(name: str | Path) -> Path:
     raise MissingFileError(f"{path}: no such file")
 
 
-def load_scene_data(
-    name_or_path: str | Path,
-    *,
-    intersector: IntersectorChoice = "bvh",
-    triangle_test: str | TriangleTest = "watertight",
-    view: dict[str, Any] | None = None,
-    environment: EnvironmentChoice = FILE,
-    effects: str = "scene",
-    background: BackgroundChoice = FILE,
-    brdfs: Sequence[BrdfChoice] = (),
-    lights: Sequence[LightChoice] = (),
-    fast: bool = True,
-    smooth: bool | float = False,
-    up_axis: str = "y",
-    lamp_choice: LampChoices | None = None,
-    two_sided_lamps: bool = False,
-) -> SceneData:
+@with_options(SceneOptions, SCENE_DEFAULTS, environment=FILE, background=FILE)
+def load_scene_data(name_or_path: str | Path, **options: "Unpack[SceneOptions]") -> SceneData:
     """Read a scene.
 
     Args:
         name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml).
-        view: as for ``SceneData``; None takes the camera of the file, or that of the course for some shipped meshes.
-        environment, background: as for ``SceneData``; "file" takes those of the file, which only .xml can have.
-        intersector, triangle_test, effects, brdfs, lights, fast, smooth, up_axis, lamp_choice, two_sided_lamps: as for
-            ``SceneData``.
+        options: see ``options.SceneOptions``.
 
     Raises:
         InputError: the file cannot be used; the message has its name and, if there is one, the line and the value.
     """
+    check_options("load_scene_data", options, SCENE_DEFAULTS)
     path = find_scene(name_or_path)
-    options: dict[str, Any] = {"intersector": intersector, "triangle_test": triangle_test, "effects": effects}
-    options |= {"view": view, "brdfs": brdfs, "lights": lights, "fast": fast, "smooth": smooth, "up_axis": up_axis}
-    options |= {"lamp_choice": lamp_choice, "two_sided_lamps": two_sided_lamps}
-    said = {"environment": environment, "background": background}
-    options |= {name: value for name, value in said.items() if not is_file(value)}
+    if is_file(options.get("environment", FILE)):
+        options.pop("environment", None)
+    if is_file(options.get("background", FILE)):
+        options.pop("background", None)
     if is_document(path):
-        return scene_of_document(read_rt3(path), **options)
+        return scene_of_document(wing("rt3.document", str(path)).read_rt3(path), **options)
     mesh = read(path)
     if len(mesh.faces) == 0:
         raise InputError(f"{path}: the file has no triangles")
-    if view is None:
+    if options.get("view") is None:
         options["view"] = own_view(path)
     return SceneData(mesh, **options)
+
+
+@with_options(SceneOptions, SCENE_DEFAULTS)
+def scene_from_mesh(
+    vertices: Any,
+    faces: ArrayLike | None = None,
+    *,
+    color: ArrayLike | None = None,
+    material: Material | Sequence[Material] | None = None,
+    normals: ArrayLike | None = None,
+    face_materials: ArrayLike | None = None,
+    **options: "Unpack[SceneOptions]",
+) -> SceneData:
+    """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
+
+    Args:
+        vertices: (V, 3) float positions, or the trimesh object.
+        faces: (F, 3) int vertex ids, counted from 0, counter-clockwise when seen from the front.
+        color: the reflectance Kd of a diffuse material, three numbers from 0 to 1, linear RGB; or (M, 3), one row for
+            each of several materials. None, without a ``material``, is a light grey, or what the trimesh object has.
+        material: a ``Material`` instead of a colour, or a list of several.
+        normals: (V, 3), a normal for each vertex, or (F, 3, 3), a normal for each corner of each triangle. They need
+            not have unit length. Without them, triangles are flat; ``smooth=True`` computes normals.
+        face_materials: (F,) ids into the colours or materials, counted from 0, one for each triangle.
+        options: see ``options.SceneOptions``.
+
+    Raises:
+        InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
+    """
+    check_options("scene_from_mesh", options, [*SCENE_DEFAULTS, "color", "material", "normals", "face_materials"])
+    mesh = from_trimesh(vertices) if faces is None else mesh_from_arrays(vertices, faces)
+    return SceneData(dressed(mesh, color, material, normals, face_materials), **options)
 
 
 def own_view(path: Path) -> dict[str, Any] | None:
@@ -129,11 +145,11 @@ def is_document(path: str | Path) -> bool:
     return Path(path).suffix.lower() == ".xml"
 
 
-def scene_of_document(document: Document, **options: Any) -> SceneData:
+def scene_of_document(document: "Document", **options: "Unpack[SceneOptions]") -> SceneData:
     """The scene of an RT3 document, with its background, its environment and its ``shots``. Its world may be empty.
 
     Args:
-        options: arguments of ``SceneData``; they replace the settings of the document. A ``view`` of None does not.
+        options: see ``options.SceneOptions``; they replace the settings of the document. A ``view`` of None does not.
     """
     if options.get("view") is None:
         options["view"] = document.shots[0].view

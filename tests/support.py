@@ -1,11 +1,14 @@
 """How tests start Taichi and find real meshes; TAICHI_TRACER_DEBUG=1 checks the bounds of every read (slow)."""
 
+import contextlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from taichi_tracer.system import runtime
+from taichi_tracer.system.taichi_17 import patches
 
 DEBUG = os.environ.get("TAICHI_TRACER_DEBUG") == "1"
 DATA = Path(__file__).parent.parent.parent / "shared" / "data"
@@ -30,3 +33,22 @@ def data_file(name: str) -> Path:
     if not path.exists():
         pytest.skip(f"{name} is not here")
     return path
+
+
+def needs_patch(name: str) -> None:
+    """Skip the test where a patch of ``taichi_17`` is not in use."""
+    reason = runtime.patches().get(name, "the folder taichi_17 is not there")
+    if reason:
+        pytest.skip(f"patch {name}: {reason}")
+
+
+@contextlib.contextmanager
+def as_taichi_is() -> Iterator[None]:
+    """Taichi with its own names within this context, for what is read and compiled there.
+
+    Classes that the patch ``objects`` has changed stay as they are.
+    """
+    with pytest.MonkeyPatch.context() as undo:
+        for name, original in patches.originals.items():
+            undo.setattr(*patches.place_of(name), original)
+        yield

@@ -92,7 +92,7 @@ def test_a_background_that_cannot_be_is_one_line(value, message):
 def test_renderers_show_it_where_nothing_is_hit_and_it_lights_nothing():
     scene = tt.scene_from_mesh(*SQUARE, background=COLORS, environment="white")
     renderer = tt.A2Renderer(scene, 32, 20)
-    renderer.eye_rays, _ = renderer._make_eye_rays(in_tiles=True)  # whose hits can be looked at
+    renderer.plan.choose_eye_rays(in_tiles=True)  # whose hits can be looked at
     renderer.eye_rays.use_packets = False
     image = renderer.use("brdf").render(2).image()
     away = renderer.eye_rays.to_image("triangle_id") < 0

@@ -4,8 +4,6 @@ What is compiled is seen in the kernels themselves: in the arguments that Taichi
 that exist, and in code that raises as soon as a kernel looks at it.
 """
 
-import weakref
-
 import numpy as np
 import pytest
 import taichi as ti
@@ -14,6 +12,7 @@ from shapes import SQUARE, random_rays, soup, with_spheres
 from support import long_except, start
 
 import taichi_tracer as tt
+from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.background import Background
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.effects import Effects
@@ -21,10 +20,11 @@ from taichi_tracer.environment import Environment
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
+from taichi_tracer.lights.far_lights import FarLights
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.renderer import A2Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import Parts, ProgressiveRenderer
 from taichi_tracer.system.seams import in_kernels
 
 
@@ -141,11 +141,10 @@ def rendered(scene, spp=2, **options):
     return A2Renderer(scene, 8, 8, **options).use("mis").render(spp)
 
 
-def specialisations(kernel, owner) -> list[tuple]:
-    """The template arguments of every kernel that Taichi compiled of a method for one object."""
-    keys = kernel._primal.mapper.mapping
-    arguments = [tuple(part() if isinstance(part, weakref.ref) else part for part in key) for key in keys]
-    return [found for found in arguments if found and found[0] is owner]
+def specialisations(owner) -> list[Parts]:
+    """The parts for which Taichi compiled the kernel of a sample of a renderer."""
+    keys = ProgressiveRenderer._take_sample._primal.mapper.mapping
+    return [Parts(*(part() for part in parts)) for renderer, parts, *_ in keys if renderer() is owner]
 
 
 @pytest.mark.long
@@ -154,11 +153,11 @@ def test_the_kernel_is_specialised_with_the_effects_that_the_receipt_prints(fast
     """One object: the scene's, the geometry's and the kernel's; and again after each change of the scene."""
     scene = scene_of(environment="studio", fast=fast)
     renderer = rendered(scene)
-    (arguments,) = specialisations(ProgressiveRenderer._take_sample, renderer)
-    assert arguments[1] is renderer.kernel_scene()
-    assert arguments[1].effects is scene.effects is scene.geometry.effects
-    assert arguments[2] is renderer.active
-    assert arguments[3] is renderer.eye_rays
+    (parts,) = specialisations(renderer)
+    assert parts.scene is renderer.kernel_scene()
+    assert parts.scene.effects is scene.effects is scene.geometry.effects
+    assert parts.integrator is renderer.plan.integrator(parts.scene)
+    assert parts.eye_rays is renderer.eye_rays
 
     for change, kind in (
         (lambda: scene.set_environment("white"), "constant"),
@@ -170,11 +169,11 @@ def test_the_kernel_is_specialised_with_the_effects_that_the_receipt_prints(fast
         else:
             with pytest.warns(UserWarning, match="nothing in this scene emits light"):
                 renderer.render()
-        arguments = specialisations(ProgressiveRenderer._take_sample, renderer)[-1]
-        assert isinstance(arguments[1].effects, Effects)
-        assert arguments[1].effects is scene.effects is scene.geometry.effects
+        parts = specialisations(renderer)[-1]
+        assert isinstance(parts.scene.effects, Effects)
+        assert parts.scene.effects is scene.effects is scene.geometry.effects
         assert scene.effects.environment == kind
-    assert len(specialisations(ProgressiveRenderer._take_sample, renderer)) == 3
+    assert len(specialisations(renderer)) == 3
 
 
 @pytest.mark.long
@@ -182,7 +181,7 @@ def test_going_back_to_what_was_compiled_compiles_nothing():
     renderer = rendered(scene_of(environment="studio"))
     renderer.use("brdf").render()
     renderer.use("mis").render()
-    assert len(specialisations(ProgressiveRenderer._take_sample, renderer)) == 2
+    assert len(specialisations(renderer)) == 2
 
 
 class Refused(Exception):
@@ -230,7 +229,7 @@ CODE = {
         lambda: (scene_of(Material(Ke=(1, 1, 1)), environment="black"), scene_of(environment="white")),
     ),
     "environment, none": (EnvironmentLight, "sample", lambda: (scene_of(lights=[Lamp()]), None)),
-    "far lights": (SceneLights, "visible_far", lambda: (scene_of(lights=[Lamp()]), scene_of(**LIT))),
+    "far lights": (SceneLights, "visible", lambda: (scene_of(lights=[Lamp()]), scene_of(**LIT))),
     "single lights": (SceneLights, "reflected_single", lambda: (scene_of(**LIT), scene_of(lights=[Lamp()]))),
     "emitters": (
         MaterialLibrary,
@@ -245,7 +244,7 @@ CODE = {
     ),
     "background": (Background, "color", lambda: (scene_of(**LIT), scene_of(background=(1, 0, 0), **LIT))),
     "shadow rays": (RayIntersector, "is_occluded", lambda: (scene_of(**LIT), scene_of(mesh=TWO, **LIT))),
-    "light and BRDF": (SceneLights, "pdf_far", lambda: (scene_of(Material(Ns=1e21), **LIT), scene_of(**LIT))),
+    "light and BRDF": (FarLights, "pdf", lambda: (scene_of(Material(Ns=1e21), **LIT), scene_of(**LIT))),
 }
 
 

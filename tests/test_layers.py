@@ -1,7 +1,12 @@
-"""The house: imports go downwards only, one file starts Taichi, and every function can be read in one go."""
+"""The house: imports go downwards only, one file starts Taichi, and every function can be read in one go.
+
+The map in docs/design.md is made of this file and of the first sentences of the docstrings. ``python
+tests/test_layers.py`` writes it anew.
+"""
 
 import ast
 import importlib
+import textwrap
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -16,21 +21,25 @@ PACKAGE = Path(taichi_tracer.__file__).parent
 FILES = [path for path in PACKAGE.rglob("*.py") if path.parent.name != "solution"]
 MODULES = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in FILES}
 FOLDERS = sorted({module.split(".")[0] for module in MODULES if "." in module})
+DESIGN = Path(__file__).parent.parent / "docs" / "design.md"
+PUBLIC_LOADERS = {"scene_data_loader", "studies.__init__", "cluster.__init__"}  # their options are users' keywords
 ORACLES = sorted(Path(__file__).parent.glob("oracles/*.py"))
-MOST_LINES_OF_A_FUNCTION = 90
+MOST_LINES_OF_A_FILE, MOST_LINES_OF_A_FUNCTION, MOST_PARAMETERS = 450, 50, 7
 
 # From the bottom up: a file uses what stands before it. A folder's name stands for all of its files.
 LAYERS = (
     "system",
-    "formulas ray tones",
+    "formulas ray ray_hits random_numbers tones",
     "brdfs",
     "materials geometry files",
     "environment background effects lights",
-    "sampler camera",
+    "sampler samplers camera_settings camera cameras",
     "ray_intersector intersectors",
-    "picture fast scene_data",
+    "options",
+    "picture forms scene_parts scene_in_kernels scene_data",
     "explain integrators renderer",
-    "maps rt3 scene_data_loader",
+    "assignments maps rt3 scene_data_loader",
+    "fast",
     "__init__",
     "studies",
     "teaching",
@@ -40,16 +49,42 @@ LAYERS = (
 )
 ORDER = " ".join(LAYERS).split()
 
+# The map in docs/design.md: what stands together, for a reader. The root files of the first part are the handouts'.
+MAP = {
+    "what a student opens: the formulas and the plain forms": (
+        "ray random_numbers sampler camera geometry materials environment ray_intersector renderer assignments "
+        "scene_data scene_in_kernels scene_data_loader"
+    ),
+    "parts: one file for each, in the folder of their kind": (
+        "formulas cameras samplers brdfs lights integrators intersectors tones"
+    ),
+    "the door to the fast forms, and the wing behind it, which nobody needs to read": "forms fast",
+    "the picture, the scene's effects and options, what is underneath": (
+        "picture effects background options camera_settings scene_parts ray_hits maps system"
+    ),
+    "outside; each folder but files can be taken off": "files rt3 studies teaching explain apps cluster",
+}
+WIDTH, INDENT = 132, 26
+
 # Who imports by a name that is made at run time, which the tests of the order cannot see, and what.
+BY_NAME = ("import_module", "import_quickly", "resolve_name")
 IMPORT_BY_NAME = {
     "__init__": "the public names, when they are first used",
     "system.registry": "the homes of the parts, when a part is first asked for; and the files of --parts",
-    "apps.cli": "the command that was asked for",
-    "system.importing": "Taichi, whose import it makes shorter",
+    "system.wings": "modules of folders that may have been taken off",
+    "system.taichi_17.patches": "names of Taichi, and what replaces them",
+    "system.runtime": "the patches of Taichi, if their folder is there",
+    "system.importing": "Taichi and modules that others ask for, whose import it makes shorter",
+    "apps.cli": "the commands, each of which is a file of ``apps/commands``",
+    "apps.grammar": "what a command runs",
 }
 
 # Who names a part above it in an import that never runs, which only editors read.
-FOR_EDITORS = {"__init__": {"cluster", "studies", "teaching", "apps"}}
+FOR_EDITORS = {
+    "__init__": {"cluster", "studies", "teaching", "apps"},
+    "options": {"integrators"},
+    "scene_in_kernels": {"scene_data"},
+}
 
 
 @cache
@@ -134,8 +169,8 @@ def test_files_of_a_folder_do_not_import_each_other_in_a_circle(folder):
 
 
 def test_only_these_import_by_name():
-    """What no test of the order can see is in three files, of which the registry alone reaches upwards."""
-    found = {m for m, path in MODULES.items() if any(calls(n, "import_module") for n in ast.walk(read(path)))}
+    """What no test of the order can see is in these files, of which the registry alone reaches upwards."""
+    found = {m for m, path in MODULES.items() if any(calls(n, *BY_NAME) for n in ast.walk(read(path)))}
     assert found == set(IMPORT_BY_NAME)
 
 
@@ -148,11 +183,10 @@ def test_the_registry_reaches_up_to_the_homes_of_the_parts_alone():
     assert {name.split(".")[1] for name in at_the_top} == {"system"}
 
 
-def test_nobody_needs_the_fast_wing_but_those_that_choose_a_form():
-    """A reader of the plain forms meets the fast ones in two places: where a scene and a renderer choose."""
+def test_nobody_imports_the_fast_wing():
+    """A reader of the plain forms meets the fast ones nowhere: ``forms`` alone looks whether they are there."""
     users = {m for m, path in MODULES.items() if "fast" in parts_used(read(path))}
-    users = {m for m in users if m.split(".")[0] not in ("fast", "studies")}
-    assert users == {"scene_data", "renderer"}
+    assert {m for m in users if m.split(".")[0] != "fast"} == set()
 
 
 # ── what only one file does ──
@@ -163,20 +197,20 @@ def test_only_runtime_starts_taichi():
 
 
 def test_random_numbers_never_come_from_taichi_but_in_one_function():
-    """``sampler.taichi_pair`` alone, for the kernels of students who have no sample; see ``given_or_drawn``.
+    """``random_numbers.taichi_pair`` alone, for the kernels of students who have no sample; see ``given_or_drawn``.
 
     The checks of the teaching kit replace ``ti.random`` itself, so that students' code gives the same numbers again.
     """
-    of_taichi = {"random", "randn"}
-    assert [m for m, path in MODULES.items() if taichi_names(read(path)) & of_taichi] == ["sampler", "teaching.running"]
-    drawn = [node for node in ast.walk(read(MODULES["sampler"])) if is_taichi_random(node)]
-    (pair,) = [f for f in functions_of(read(MODULES["sampler"])) if f.name == "taichi_pair"]
+    users = {m for m, path in MODULES.items() if taichi_names(read(path)) & {"random", "randn"}}
+    assert users == {"random_numbers", "teaching.running"}
+    tree = read(MODULES["random_numbers"])
+    drawn = [node for node in ast.walk(tree) if is_taichi_random(node)]
+    (pair,) = [f for f in functions_of(tree) if f.name == "taichi_pair"]
     assert len(drawn) == 2
     assert all(node in set(ast.walk(pair)) for node in drawn)
-    users = [
-        f.name for f in functions_of(read(MODULES["sampler"])) if any(calls(n, "taichi_pair") for n in ast.walk(f))
+    assert [f.name for f in functions_of(tree) if any(calls(n, "taichi_pair") for n in ast.walk(f))] == [
+        "given_or_drawn"
     ]
-    assert users == ["given_or_drawn"]
     assert not {m for m, path in MODULES.items() if any(name.endswith(".taichi_pair") for name in imports(read(path)))}
 
 
@@ -197,10 +231,75 @@ def test_an_oracle_knows_nothing_of_the_package(path):
     assert not {name.split(".")[0] for name in imports(read(path))} & {"taichi_tracer", "taichi"}
 
 
+# ── what can be read in one go ──
+
+
 @pytest.mark.parametrize("module", sorted(MODULES))
-def test_functions_can_be_read_in_one_go(module):
-    lengths = {f.name: f.end_lineno - f.lineno + 1 for f in functions_of(read(MODULES[module]))}
-    assert {name: length for name, length in lengths.items() if length >= MOST_LINES_OF_A_FUNCTION} == {}
+def test_files_and_functions_can_be_read_in_one_go(module):
+    tree = read(MODULES[module])
+    assert len(MODULES[module].read_text(encoding="utf-8").splitlines()) <= MOST_LINES_OF_A_FILE
+    lengths = {f.name: f.end_lineno - f.lineno + 1 for f in functions_of(tree)}
+    assert {name: length for name, length in lengths.items() if length > MOST_LINES_OF_A_FUNCTION} == {}
+    if module.split(".")[0] != "fast" and module not in PUBLIC_LOADERS:
+        many = {f.name: parameters_of(f) for f in functions_of(tree)}
+        assert {name: count for name, count in many.items() if count > MOST_PARAMETERS} == {}
+
+
+def parameters_of(function: ast.FunctionDef) -> int:
+    """How many parameters a function has, without ``self`` and ``cls``."""
+    names = [a.arg for a in function.args.posonlyargs + function.args.args + function.args.kwonlyargs]
+    return len([name for name in names if name not in ("self", "cls")])
+
+
+# ── the map ──
+
+
+def first_sentence(path: Path) -> str:
+    """The first sentence of a file's docstring, without markup."""
+    text = " ".join((ast.get_docstring(read(path)) or "").split("\n\n")[0].split()).replace("``", "")
+    return min((text.split(end)[0] for end in (". ", "; ")), key=len).removesuffix(".")
+
+
+def lines_of(name: str) -> list[str]:
+    """A file or a folder in the map: what it is, and the files of the folder."""
+    folder = PACKAGE / name
+    if not folder.is_dir():
+        return [f"  {name + '.py':<{INDENT - 2}}{first_sentence(PACKAGE / f'{name}.py')}"]
+    inside = sorted({m.split(".")[1] for m in MODULES if m.startswith(f"{name}.")} - {"__init__"})
+    pad = " " * INDENT
+    files = textwrap.wrap(", ".join(inside), WIDTH, initial_indent=pad, subsequent_indent=pad)
+    return [f"  {name + '/':<{INDENT - 2}}{first_sentence(folder / '__init__.py')}", *files]
+
+
+def the_map() -> str:
+    """The map of the house: what stands together, and in which order imports go."""
+    lines = ["```", "taichi_tracer/"]
+    for title, names in MAP.items():
+        lines += [f"  ── {title}", *(line for name in names.split() for line in lines_of(name))]
+    order = ", ".join(f"`{name}`" for name in reversed(ORDER))
+    lines += ["```", "", f"A file imports only what comes after it in this order: {order}."]
+    return "\n".join(lines)
+
+
+def with_map(document: str) -> str:
+    """A document in which the map stands between its two marks."""
+    begin, end = "<!-- the map: made by python tests/test_layers.py -->\n", "<!-- end of the map -->"
+    return document[: document.index(begin) + len(begin)] + the_map() + "\n" + document[document.index(end) :]
+
+
+def test_the_map_in_the_documents_is_this_one():
+    named = " ".join(MAP.values()).split()
+    assert sorted(named) == sorted(set(ORDER) - {"__init__", "__main__"})
+    document = DESIGN.read_text(encoding="utf-8")
+    assert document == with_map(document), "run: python tests/test_layers.py"
+
+
+def test_the_readme_counts_the_lines_of_what_is_to_be_read():
+    """The files that students open, and the parts; rounded to hundreds."""
+    names = " ".join(list(MAP.values())[:2]).split()
+    files = [path for module, path in MODULES.items() if module.split(".")[0] in names]
+    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files)
+    assert f"{round(lines, -2):,} lines" in (DESIGN.parent.parent / "README.md").read_text(encoding="utf-8")
 
 
 # ── whether these tests see what they look for ──
@@ -228,3 +327,7 @@ def test_every_way_to_import_is_seen(source, part):
 )
 def test_every_way_to_start_taichi_is_seen(source):
     assert "init" in taichi_names(ast.parse(source))
+
+
+if __name__ == "__main__":
+    DESIGN.write_text(with_map(DESIGN.read_text(encoding="utf-8")), encoding="utf-8")

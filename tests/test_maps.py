@@ -36,7 +36,7 @@ def counted(explanation, name):
         return sum(bool(step.values["is_blocked"]) for step in explanation.find("is_occluded"))
     found = 0
     normals = [step.values["normal"] for step in explanation.find("surface")]
-    for step in explanation.find("direction"):
+    for step in explanation.find("sample"):
         found += float(np.dot(normals[0], step.values["w_i"])) <= 0
     return found
 

@@ -13,9 +13,9 @@ from support import start
 import taichi_tracer as tt
 from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.files.images import to_bytes, told_display
+from taichi_tracer.forms import EyeRays
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.picture.progress import Target
-from taichi_tracer.renderer import EyeRays
 from taichi_tracer.system import compiling
 from taichi_tracer.tones.display import Display
 
@@ -73,7 +73,7 @@ def test_small_random_pictures_trace_their_rays_in_the_kernel_and_large_ones_kee
     assert isinstance(small.eye_rays, EyeRays)
     assert any("too small for packets" in line for line in small.receipt())
     kept = renderer_of(24)
-    kept.eye_rays, _ = kept._make_eye_rays(in_tiles=True)
+    kept.plan.choose_eye_rays(in_tiles=True)
     kept.eye_rays.use_packets = False
     np.testing.assert_array_equal(small.render(3).image(), kept.render(3).image())
     assert isinstance(small.eye_rays, EyeRays)
@@ -89,8 +89,8 @@ def test_the_form_of_new_rays_is_chosen_when_the_length_of_the_picture_is_known(
         renderer = tt.A3Renderer(scene, 256, 256).use("brdf")
         for options in (first, then):
             if options is not None:
-                renderer._expect(Target(**options))
-                renderer._passes += options.get("spp", 0)
+                renderer.plan.expect(Target(**options), False)
+                renderer.plan.passes += options.get("spp", 0)
         return type(renderer.eye_rays)
 
     assert form_for({"spp": 1}) is PrimaryHits  # as in a window: nobody knows how many more there will be
@@ -103,9 +103,9 @@ def test_the_form_of_new_rays_is_chosen_when_the_length_of_the_picture_is_known(
     assert form_for({"spp": 64}, {"spp": 64}) is EyeRays
     assert form_for({"spp": 500}, {"spp": 64}) is PrimaryHits  # more pictures seem to follow
     renderer = tt.A3Renderer(scene, 256, 256).use("brdf")
-    renderer._expect(Target(spp=4))
-    renderer._passes = 512
-    renderer._expect(Target(spp=4))
+    renderer.plan.expect(Target(spp=4), False)
+    renderer.plan.passes = 512
+    renderer.plan.expect(Target(spp=4), False)
     assert renderer.eye_rays.is_much_work()  # packets at once, so that no other form is compiled in between
     renderer = tt.A3Renderer(scene, 256, 256).use("brdf").render()
     renderer.render(4)

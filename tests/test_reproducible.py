@@ -8,7 +8,7 @@ import pytest
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.system.registry import PARTS
 
 PROGRAM = """

@@ -1,22 +1,17 @@
 """Questions asked of a scene from Python, and what a scene is made of: its parts, its effects, its fingerprint."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
 from oracles import rays as oracle
-from shapes import SQUARE, sphere, with_spheres
+from shapes import SQUARE, with_spheres
 from support import DEBUG, start
 
 import taichi_tracer as tt
-from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
-from taichi_tracer.scene_data import RayHit, RayHits, again, brdfs_of, described
-from taichi_tracer.system import reuse
-from taichi_tracer.system.registry import PARTS
+from taichi_tracer.scene_data import again, described
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -62,16 +57,6 @@ def test_answers_have_the_promised_shapes_and_values(square):
     assert len(hits) == 2
 
 
-def test_answers_that_are_kept_stay_as_they_are(square, monkeypatch):
-    """Their memory is used again only when the last part of them is gone."""
-    monkeypatch.setattr(reuse, "LARGE", 1)
-    kept = square.intersect([0.5, 0.25, 2], [0, 0, -1]).normal
-    others = [square.intersect([0.5, 0.25, -2], [0, 0, 1]) for _ in range(3)]
-    np.testing.assert_array_equal(kept, [[0, 0, 1]])
-    for other in others:
-        np.testing.assert_array_equal(other.normal, [[0, 0, -1]])
-
-
 def test_one_ray_meets_many_and_none_is_fine(square):
     assert len(square.intersect([0, 0, 1], [[0, 0, -1], [0, 0, 1], [0, 1, 0]])) == 3
     assert len(square.intersect([0, 0, 1], [0, 0, -1])) == 1
@@ -81,21 +66,6 @@ def test_one_ray_meets_many_and_none_is_fine(square):
     np.testing.assert_array_equal(
         square.occluded([0, 0.1, 1], [0, 0, -1], t_max=[0.5, 1.0, 1.5, np.inf]), [False, False, True, True]
     )
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([[0, 0]], [[0, 0, 1]]), "origins must have the shape (n, 3), not (1, 2)"),
-        (([0, 0, 0], 1.0), "directions must have the shape (n, 3)"),
-        ((np.zeros((2, 3)), np.zeros((3, 3))), "do not fit together: (2, 3), (3, 3)"),
-        ((np.zeros((2, 3)), np.zeros((2, 3)), [0, 0, 0]), "do not fit together"),
-    ],
-)
-def test_shapes_that_do_not_fit_are_named(square, arguments, message):
-    with pytest.raises(tt.InputError) as error:
-        square.intersect(*arguments)
-    assert message in str(error.value)
 
 
 def test_f64_rays_are_traced_in_f64():
@@ -109,45 +79,6 @@ def test_f64_rays_are_traced_in_f64():
     start("f32")
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: tt.scene_from_mesh([[0, 0, 0]], [[0, 0, 3]]), "triangle 0 has vertex index 3, which is out of range"),
-        (lambda: tt.scene_from_mesh(np.zeros((3, 3)), [[0, 1.5, 2]]), "faces must be integers, not float64"),
-        (lambda: tt.scene_from_mesh("abc", [[0, 1, 2]]), "arrays of numbers"),
-        (lambda: tt.scene_from_mesh(*SQUARE, intersector="bhv"), "bvh"),
-        (lambda: tt.scene_from_mesh(*SQUARE, triangle_test="water"), "watertight"),
-    ],
-)
-def test_what_cannot_be_a_scene_is_one_line(make, message):
-    with pytest.raises(tt.InputError) as error:
-        make()
-    assert message in str(error.value)
-    assert "\n" not in str(error.value)
-
-
-def test_a_trimesh_is_a_scene_too():
-    import trimesh
-
-    vertices, faces = sphere()
-    by_arrays = tt.scene_from_mesh(vertices, faces).intersect([0, 0, 3], [0.1, 0.05, -1])
-    by_trimesh = tt.scene_from_mesh(trimesh.Trimesh(vertices, faces, process=False)).intersect(
-        [0, 0, 3], [0.1, 0.05, -1]
-    )
-    assert by_arrays.triangle_id[0] == by_trimesh.triangle_id[0]
-    assert by_arrays.distance[0] == by_trimesh.distance[0]
-
-
-@pytest.mark.parametrize("name", PARTS.names("intersector"))
-def test_notebooks_show_a_table(name):
-    scene = tt.scene_from_mesh(*SQUARE, intersector=name)
-    html = scene.intersect(np.zeros((30, 3)) + [0, 0.5, 1], [0, 0, -1])._repr_html_()
-    assert "30 rays, 30 hits" in html
-    assert html.count("<tr>") == 21
-    assert "and 10 more rays" in html
-    assert f"2 triangles, 1 materials, {name}" in repr(scene)
-
-
 def test_destroyed_scenes_free_their_memory_once():
     scene = tt.scene_from_mesh(*SQUARE)
     scene.destroy()
@@ -156,16 +87,6 @@ def test_destroyed_scenes_free_their_memory_once():
 
 
 # ── what a scene is made of ──
-
-
-@ti.data_oriented
-class Velvet(Diffuse):
-    """A BRDF of a user's own, for every material."""
-
-    name = "velvet"
-
-    def describes(self, material, dtype):
-        return True
 
 
 @ti.data_oriented
@@ -180,18 +101,6 @@ class Lamp(Light):
     @ti.func
     def sample(self, x, xi):
         return tm.vec3(0, 0, 1), 1.0, tm.vec3(self.power), 1.0
-
-
-def test_the_brdfs_that_were_given_come_last_the_first_of_them_at_the_very_end():
-    """Of those that describe a material, the last is taken."""
-    first, second = Velvet(), Velvet()
-    known = brdfs_of([first, second])
-    assert known[-2:] == [second, first]
-    assert known[:-2] == PARTS.all("BRDF")
-    assert brdfs_of(["phong"])[-1] is PARTS.find("BRDF", "phong")
-    assert len(brdfs_of(["phong"])) == len(PARTS.all("BRDF"))
-    scene = tt.scene_from_mesh(*SQUARE, brdfs=[Velvet])
-    assert [scene.material_library.brdfs[i].name for i in scene.effects.brdfs] == ["velvet"]
 
 
 def test_a_change_of_the_scene_makes_its_kernels_anew_and_is_counted():
@@ -278,81 +187,6 @@ def test_meshes_and_spheres_are_counted():
     scene = tt.SceneData(with_spheres([(0, 0, 0, 1), (2, 0, 0, 1)], *SQUARE))
     assert (scene.num_triangles, scene.num_spheres) == (2, 2)
     assert "2 triangles, 2 spheres, 1 materials, bvh, watertight" in repr(scene)
-
-
-# ── the answers as a table ──
-
-
-@pytest.fixture(scope="module")
-def hits():
-    origins, directions = [[0.5, 0.25, 2], [5, 5, 2], [0, 0.5, -1]], [[0, 0, -1], [0, 0, -1], [0, 0, 2]]
-    return tt.scene_from_mesh(*SQUARE).intersect(origins, directions)
-
-
-def test_hits_have_points_and_misses_have_none(hits):
-    np.testing.assert_array_equal(hits.points, [[0.5, 0.25, 0], [np.nan] * 3, [0, 0.5, 0]])
-    np.testing.assert_array_equal(hits.position, [[0.5, 0.25, 0], [0, 0, 0], [0, 0.5, 0]])
-    assert hits.points.dtype == hits.distance.dtype
-
-
-def test_hits_can_be_counted_iterated_and_chosen(hits):
-    assert len(hits) == 3
-    rows = list(hits)
-    assert [row.distance for row in rows] == [2, np.inf, 0.5]
-    assert [bool(row.is_backfacing) for row in rows] == [False, False, True]
-    assert rows[2].normal.tolist() == hits[-1].normal.tolist() == [0, 0, -1]
-    assert RayHit._fields == tuple(f.name for f in fields(RayHits))
-    chosen = hits[hits.is_hit]
-    assert len(chosen) == 2
-    np.testing.assert_array_equal(chosen.points, hits.points[[0, 2]])
-    assert len(hits[1:]) == 2
-    assert repr(hits) == "RayHits(3 rays, 2 hits)"
-    with pytest.raises(IndexError):
-        hits[3]
-
-
-def test_hits_are_columns_of_a_table(hits):
-    columns = hits.to_dict()
-    assert all(values.shape == (3,) for values in columns.values())
-    vectors = [f"{name}_{letter}" for name in ("normal", "geometric_normal", "position") for letter in "xyz"]
-    numbers = ["is_hit", "distance", "triangle_id", "material_id", "is_backfacing"]
-    assert sorted(columns) == sorted([*numbers, "barycentric_coords_u", "barycentric_coords_v", *vectors])
-    np.testing.assert_array_equal(columns["position_y"], hits.position[:, 1])
-    np.testing.assert_array_equal(columns["barycentric_coords_v"], hits.barycentric_coords[:, 1])
-
-
-# ── scenes from arrays ──
-
-
-@pytest.mark.long
-def test_a_mesh_has_the_colour_the_material_and_the_normals_that_are_given():
-    normals = np.tile([0.6, 0, 0.8], (4, 1))
-    scene = tt.scene_from_mesh(*SQUARE, color=(0.25, 0.5, 1), normals=normals)
-    hits = scene.intersect([0, 0.1, 1], [0, 0, -1])
-    assert scene.materials[hits.material_id[0]].Kd == (0.25, 0.5, 1)
-    np.testing.assert_allclose(hits.normal, [[0.6, 0, 0.8]], atol=1e-7)
-    lamps = [tt.Material("lamp", Ke=(1, 1, 1)), tt.Material("wall")]
-    several = tt.scene_from_mesh(*SQUARE, material=lamps, face_materials=[1, 0])
-    hits = several.intersect([[0.5, -0.5, 1], [-0.5, 0.5, 1]], [0, 0, -1])
-    assert [several.materials[i].name for i in hits.material_id] == ["wall", "lamp"]
-    assert several.effects.emitters
-
-
-def test_a_trimesh_can_have_another_colour():
-    import trimesh
-
-    scene = tt.scene_from_mesh(trimesh.Trimesh(*SQUARE, process=False), color=(1, 0, 0))
-    assert [material.Kd for material in scene.materials] == [(1, 0, 0)]
-
-
-@pytest.mark.long
-def test_smooth_normals_are_computed_on_request():
-    vertices, faces = sphere(24, 12)
-    rays = np.random.default_rng(1).normal(size=(200, 3))
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    hits = tt.scene_from_mesh(vertices, faces, smooth=40).intersect(3 * rays, -rays)
-    assert np.abs((hits.geometric_normal * rays).sum(axis=1) - 1).max() > 0.005
-    assert np.abs((hits.normal * rays).sum(axis=1) - 1).max() < 0.001
 
 
 def test_the_fingerprint_does_not_depend_on_how_materials_are_shown():

@@ -2,7 +2,7 @@
 
 import time
 from argparse import Namespace
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from taichi_tracer.apps.interruption import Interruption
@@ -14,6 +14,7 @@ from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
 from taichi_tracer.studies.crew import Crew
+from taichi_tracer.studies.source import Order, Source
 from taichi_tracer.system.digits import digits
 
 EFFICIENCIES = ("roulette", "lamp_choice")
@@ -21,30 +22,10 @@ FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
 
 
 @dataclass(frozen=True)
-class StudyRequest:
-    """What is compared, on which scene, and for how long.
-
-    Attributes:
-        variants: the ways to render the picture.
-        budget: seconds in all. seeds: renderings of every variant.
-        arch: None is the default of ``runtime.init``.
-        report: the folder for the report, or None.
-    """
-
-    source: variants.Source
-    variants: tuple[variants.Variant, ...]
-    size: tuple[int, int]
-    budget: float
-    seeds: int
-    arch: str | None
-    report: Path | None
-
-
-@dataclass(frozen=True)
 class View:
     """Where the camera is: the options of the command line, applied to the parameters of a scene's camera.
 
-    It is no function within a function, because it goes to other processes.
+    It is a class and no function within a function, because it is sent to other processes.
     """
 
     camera: CameraRequest
@@ -65,61 +46,58 @@ def run(args: Namespace, crew: Crew | None = None) -> int:
         0, or 128 and the number of the signal.
     """
     try:
-        request = study_of(args)
+        order, report = study_of(args), report_of(args)
     except Exception:
         if args.helper is not None:
             args.helper.close()
         raise
-    if request.report is not None:
+    if report is not None:
         accuracy_report.get_ready()
-    with Interruption() as interruption, Bar(request.budget, args.started) as bar:
+    with Interruption() as interruption, Bar(order.budget, args.started) as bar:
         study = schedule.measure(
-            request.source,
-            list(request.variants),
-            request.size,
-            request.budget,
-            request.seeds,
+            replace(order, spent=time.perf_counter() - args.started),
             tell=bar.show,
-            parts=tuple(args.parts),
-            spent=time.perf_counter() - args.started,
             first=args.helper,
             crew=crew,
-            keep=0.0 if request.report is None else accuracy_report.WRITING,
             should_stop=lambda: interruption.number is not None,
-            **given(arch=request.arch),
         )
         print("\n".join(as_text(study)))
-        if request.report is not None:
+        if report is not None:
             bar.show("writing the report", 1.0)
             for name, content in accuracy_report.contents(study).items():
-                print(written_bytes(request.report / name, content))
-    print(f"total: {time.perf_counter() - args.started:.1f} s from the start, of a budget of {request.budget:g} s")
+                print(written_bytes(report / name, content))
+    print(f"total: {time.perf_counter() - args.started:.1f} s from the start, of a budget of {order.budget:g} s")
     return 0 if interruption.number is None else interruption.exit_code
 
 
-def study_of(args: Namespace) -> StudyRequest:
-    """The study that the options ask for; the folder of its report is made, and known to be writable."""
+def study_of(args: Namespace) -> Order:
+    """The study that the options ask for."""
     find_scene(args.scene)
     knobs = {name: names(getattr(args, name), variants.known(name)) for name in variants.NAMED}
     knobs["estimators"] = estimators_of(args)
     knobs |= {"max_bounces": args.max_bounces, "roulettes": roulettes_of(args.roulettes)}
     knobs |= {"rr_start_bounce": args.rr_start_bounce, "fast_math": FAST_MATH.get(args.fast_math)}
-    plan = variants.plan(every=args.every, **given(**knobs))
-    report = None if args.report is None else prepared(args.report)
-    return StudyRequest(source_of(args), tuple(plan), args.size, args.budget, args.seeds, args.arch, report)
+    return Order(
+        source_of(args),
+        tuple(variants.plan(every=args.every, **given(**knobs))),
+        args.size,
+        args.budget,
+        args.seeds,
+        keep=0.0 if args.report is None else accuracy_report.WRITING,
+        parts=tuple(args.parts),
+        **given(arch=args.arch),
+    )
 
 
-def source_of(args: Namespace) -> variants.Source:
+def source_of(args: Namespace) -> Source:
     """Where the scenes of the study come from."""
     camera, (width, height) = taken(CameraRequest, args), args.size
-    return variants.Source(
+    of_scene = {"brdfs": args.brdfs, "lights": args.lights, "up_axis": up_axis_of(args)}
+    return Source(
         args.scene,
         args.environment,
-        args.brdfs,
-        args.lights,
+        of_scene | {"two_sided_lamps": args.two_sided_lamps},
         view_of=View(camera, width / height),
-        up_axis=up_axis_of(args),
-        two_sided_lamps=args.two_sided_lamps,
         **given(intensity=args.intensity, rotation=args.rotation),
     )
 
@@ -141,7 +119,7 @@ def roulettes_of(chosen: tuple[str, ...] | None) -> tuple[str | float, ...] | No
 
 
 def number_or_name(word: str) -> str | float:
-    """What a word stands for."""
+    """The number that a word is; else the word, which is a name."""
     try:
         return float(word)
     except ValueError:
@@ -153,10 +131,12 @@ def names(chosen: tuple[str, ...] | None, known: tuple[str, ...]) -> tuple[str, 
     return known if chosen == ("all",) else chosen
 
 
-def prepared(report: str) -> Path:
-    """The report's folder, made, and its files known to be writable."""
-    folder = Path(report)
-    make_folder(folder, f"--report {report}")
+def report_of(args: Namespace) -> Path | None:
+    """The report's folder, made, and its files known to be writable; None if no report is wanted."""
+    if args.report is None:
+        return None
+    folder = Path(args.report)
+    make_folder(folder, f"--report {args.report}")
     for name in accuracy_report.FILES:
         check_place(folder / name)
     return folder
@@ -168,9 +148,9 @@ def as_text(study: convergence.Study) -> list[str]:
     width = max(len(row["variant"]) for row in rows)
     kept = f"kernels compiled anew: {study.kernels_made}"
     lines = [
-        f"{study.scene}, {study.size[0]}x{study.size[1]}, at least {renderings(study)}, {study.machine}",
-        f"reference: {study.reference_samples} spp, error {study.reference_error}; {study.start_seconds:.1f} s to "
-        f"start, {study.read_seconds:.1f} s to read the scene; {kept}",
+        f"{study.facts.title}, {study.size[0]}x{study.size[1]}, at least {renderings(study)}, {study.facts.machine}",
+        f"reference: {study.truth.samples} spp, error {study.truth.error}; {study.start_seconds:.1f} s to "
+        f"start, {study.facts.read_seconds:.1f} s to read the scene; {kept}",
         "",
         f"{'seconds of rendering to':<{width}}  " + "".join(f"{t:>10.0%}" for t in convergence.TARGETS)
         + "   best error     after   ms/sample  compile s  bias z",
@@ -204,7 +184,7 @@ def short(seconds: float) -> str:
 
 def columns(rows: list[dict]) -> list[str]:
     """Rows of names and numbers as lines of text, with errors in percent."""
-    shown = [list(rows[0]), *(list(row.values()) for row in accuracy_report.in_words(rows))]
+    shown = [list(rows[0]), *(list(row.values()) for row in accuracy_tables.in_words(rows))]
     widths = [max(len(str(row[i])) for row in shown) for i in range(len(shown[0]))]
     return ["  ".join(str(value).rjust(width) for value, width in zip(row, widths, strict=True)) for row in shown]
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera
+from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.formulas.camera_frame import camera_frame, world_axes
 from taichi_tracer.system.errors import InputError
 

@@ -3,12 +3,14 @@
 import copy
 
 from taichi_tracer.apps.names import renderers
+from taichi_tracer.apps.requests import OF_LIGHT
 from taichi_tracer.apps.words import LIGHT
+from taichi_tracer.assignments import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.maps import MapRenderer
-from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.system.registry import PARTS
 
@@ -41,8 +43,7 @@ class Choices:
         self._environments = {} if environment is None else {environment.name: environment}
         # That of the scene, those of the package, and none: the order in which they come one after another.
         self.environments = list(dict.fromkeys([*self._environments, *shipped_environments(), NO_LIGHT]))
-        of_environment = ("intensity", "rotation", "lookup")
-        self._light_options = {} if environment is None else {k: getattr(environment, k) for k in of_environment}
+        self._light_options = {} if environment is None else {name: getattr(environment, name) for name in OF_LIGHT}
         self._has_chosen_light = environment is not None
         self.white: float | None = None
         self.usual_white: float | None = None
@@ -185,7 +186,7 @@ def made_like(
     options |= {"crop": like.film.crop, "fast": like.fast, "jitter": (like.jitter and not like.jitters) or None}
     options["adaptive"] = like.adaptive and renderer_class.jitters
     renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
-    renderer.share_eye_rays(like)
+    renderer.plan.share_eye_rays(like.plan)
     renderer.eye_rays.use_packets = like.eye_rays.use_packets  # so that nothing is compiled that is not needed
     return renderer
 

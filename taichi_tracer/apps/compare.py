@@ -1,17 +1,15 @@
 """``taichi-tracer compare``: how different two pictures are, in numbers and as a page."""
 
 from argparse import Namespace
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.apps.words import taken
+from taichi_tracer.files import page
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.images import read_image, told_display
 from taichi_tracer.picture.heat import heat
-from taichi_tracer.studies import page
-from taichi_tracer.studies.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
+from taichi_tracer.picture.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
 from taichi_tracer.system.digits import digits_of
 from taichi_tracer.system.errors import InputError
 
@@ -20,29 +18,10 @@ SHOWN = 400  # pixels, width of a picture in the page
 FEWEST_FOR_FLIP = 8  # pixels on a side
 
 
-@dataclass(frozen=True)
-class CompareRequest:
-    """Two pictures and what is to be told of them.
-
-    Attributes:
-        first: the picture that is measured. second: the one that it is measured by.
-        report: the page to write, or None.
-        tolerance: in percent, the relative RMSE above which the exit code is 1; None is any.
-        data: whether 8-bit files hold data instead of colours.
-    """
-
-    first: str
-    second: str
-    report: str | None
-    tolerance: float | None
-    data: bool
-
-
 def run(args: Namespace) -> int:
     """Print the differences; 1 when they are above ``--tolerance``, and 0 otherwise."""
-    request = taken(CompareRequest, args)
-    image, reference = (read_image(path, srgb=not request.data) for path in (request.first, request.second))
-    for path in (request.first, request.second):
+    image, reference = (read_image(path, srgb=not args.data) for path in (args.first, args.second))
+    for path in (args.first, args.second):
         display = told_display(path)
         if display is not None:
             advice = "compare a file that is linear, such as .exr, or one without --exposure and --tone"
@@ -50,21 +29,21 @@ def run(args: Namespace) -> int:
     try:
         check_same_size(image, reference)
     except InputError as error:
-        raise InputError(f"{request.first}, {request.second}: {error}") from None
-    for path, picture in ((request.first, image), (request.second, reference)):
+        raise InputError(f"{args.first}, {args.second}: {error}") from None
+    for path, picture in ((args.first, image), (args.second, reference)):
         if not np.isfinite(picture).all():
             y, x = np.argwhere(~np.isfinite(picture).all(axis=2))[0]
             raise InputError(f"{path}: the pixel in column {x}, row {y} from the top is not finite")
-    if request.report is not None:
-        check_place(request.report)
+    if args.report is not None:
+        check_place(args.report)
     lines = numbers(image, reference)
     print("\n".join(lines))
-    if request.report is not None:
-        replace_file(request.report, as_html(request, image, reference, lines).encode())
-        print(request.report)
+    if args.report is not None:
+        replace_file(args.report, as_html(args, image, reference, lines).encode())
+        print(args.report)
     error = relative_rmse(image, reference)
-    if request.tolerance is not None and not 100 * error <= request.tolerance:
-        print(f"the pictures differ by more than {request.tolerance:g} %")
+    if args.tolerance is not None and not 100 * error <= args.tolerance:
+        print(f"the pictures differ by more than {args.tolerance:g} %")
         return 1
     return 0
 
@@ -89,19 +68,19 @@ def numbers(image: np.ndarray, reference: np.ndarray) -> list[str]:
     return lines
 
 
-def as_html(request: CompareRequest, image: np.ndarray, reference: np.ndarray, lines: list[str]) -> str:
+def as_html(args: Namespace, image: np.ndarray, reference: np.ndarray, lines: list[str]) -> str:
     """Both pictures, and where they differ."""
     difference = np.abs(image - reference).max(axis=2)
     largest = float(difference.max())
     width = max(SHOWN, min(image.shape[1], 2 * SHOWN))
-    shows = not request.data
+    shows = not args.data
     parts = [f"<pre>{page.html.escape(chr(10).join(lines))}</pre>"]
     parts += [
-        page.picture(image, str(request.first), width, shows),
-        page.picture(reference, str(request.second), width, shows),
+        page.picture(image, str(args.first), width, shows),
+        page.picture(reference, str(args.second), width, shows),
     ]
     parts.append(page.picture(heat(difference, largest), f"difference: black 0, white {largest:.3g}", width))
     if min(image.shape[:2]) >= FEWEST_FOR_FLIP:
         mean, values = flip(image, reference)
         parts.append(page.picture(heat(values, 1.0), f"FLIP, mean {mean:.3g}: black 0, white 1", width))
-    return page.page(f"{Path(request.first).name} and {Path(request.second).name}", parts)
+    return page.page(f"{Path(args.first).name} and {Path(args.second).name}", parts)

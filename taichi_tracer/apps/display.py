@@ -6,6 +6,7 @@ import ctypes.util
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import taichi as ti
@@ -78,17 +79,24 @@ def find_display() -> Verdict:
 
 def x11_opens(name: str) -> bool:
     """Whether the X server ``name`` accepts a connection."""
-    library = ctypes.util.find_library("X11")
-    if library is None:
-        return False
-    with contextlib.suppress(OSError, AttributeError):
-        x11 = ctypes.CDLL(library)
-        x11.XOpenDisplay.restype = ctypes.c_void_p
-        connection = x11.XOpenDisplay(name.encode())
-        if connection is not None:
-            x11.XCloseDisplay(ctypes.c_void_p(connection))
-            return True
+    with contextlib.suppress(OSError, AttributeError), x11_display(name) as display:
+        return display is not None
     return False
+
+
+@contextlib.contextmanager
+def x11_display(name: str) -> Iterator[tuple[ctypes.CDLL, ctypes.c_void_p] | None]:
+    """The library of X11 and a connection to the X server ``name``; None if there is no library, or no connection."""
+    library = ctypes.util.find_library("X11")
+    x11 = None if library is None else ctypes.CDLL(library)
+    if x11 is not None:
+        x11.XOpenDisplay.restype = ctypes.c_void_p
+    connection = None if x11 is None else x11.XOpenDisplay(name.encode())
+    if x11 is None or connection is None:
+        yield None
+        return
+    yield x11, ctypes.c_void_p(connection)
+    x11.XCloseDisplay(ctypes.c_void_p(connection))
 
 
 def screen_size() -> tuple[int, int] | None:
@@ -108,19 +116,12 @@ def screen_size() -> tuple[int, int] | None:
 
 def x11_screen_size(name: str) -> tuple[int, int] | None:
     """(width, height) of the default screen of the X server ``name``; None if it cannot be asked."""
-    library = ctypes.util.find_library("X11")
-    if library is None:
-        return None
-    x11 = ctypes.CDLL(library)
-    x11.XOpenDisplay.restype = ctypes.c_void_p
-    connection = x11.XOpenDisplay(name.encode())
-    if connection is None:
-        return None
-    display = ctypes.c_void_p(connection)
-    screen = x11.XDefaultScreen(display)
-    size = x11.XDisplayWidth(display, screen), x11.XDisplayHeight(display, screen)
-    x11.XCloseDisplay(display)
-    return size
+    with x11_display(name) as found:
+        if found is None:
+            return None
+        x11, display = found
+        screen = x11.XDefaultScreen(display)
+        return x11.XDisplayWidth(display, screen), x11.XDisplayHeight(display, screen)
 
 
 def vulkan_remedy() -> str:

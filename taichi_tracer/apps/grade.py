@@ -5,11 +5,10 @@ import io
 import json
 from argparse import Namespace
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from taichi_tracer.apps.words import note, taken
+from taichi_tracer.apps.words import note
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions
@@ -19,50 +18,31 @@ from taichi_tracer.teaching.marks import Mark, Rules, plain, read_rules
 from taichi_tracer.teaching.sandbox import Level, best_level
 
 
-@dataclass(frozen=True)
-class GradeRequest:
-    """What is graded, how, and what is written; a path that is None is not written."""
-
-    assignment: str
-    path: str
-    jobs: int
-    json: bool
-    gradescope: str | None
-    csv: str | None
-    report: str | None
-    weights: str | None
-    seed: int
-    level: str | None
-    anew: bool
-    upload: bool
-
-
 def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
     """Grade, print a line for each submission, and write what was asked for.
 
     Args:
         elsewhere: who grades on other machines; None grades here.
     """
-    request = taken(GradeRequest, args)
-    assignment = catalogue.load(request.assignment)
+    assignment = catalogue.load(args.assignment)
     if assignment.is_sealed:
-        raise InputError(f"{request.assignment}: these are a student's checks: give the assignment with its solution")
-    if request.upload:
-        target = gradescope.write_upload(assignment, request.assignment, Path(request.path), request.seed)
+        raise InputError(f"{args.assignment}: these are a student's checks: give the assignment with its solution")
+    if args.upload:
+        target = gradescope.write_upload(assignment, args.assignment, Path(args.path), args.seed)
         print(target)
         return 0
-    rules = Rules() if request.weights is None else read_rules(Path(request.weights), assignment)
-    found = submissions.find(Path(request.path).expanduser(), assignment.files)
-    check_targets(request, found)
-    level = best_level(request.level) if elsewhere is None else elsewhere.walls(request.level, found)
+    rules = Rules() if args.weights is None else read_rules(Path(args.weights), assignment)
+    found = submissions.find(Path(args.path).expanduser(), assignment.files)
+    check_targets(args, found)
+    level = best_level(args.level) if elsewhere is None else elsewhere.walls(args.level, found)
     if level.name == "limits":
         note("there are no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
-    settings = Settings(level, seed=request.seed, jobs=request.jobs, anew=request.anew)
-    watch = None if request.json else lambda mark: print(line_of(mark), flush=True)
+    settings = Settings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)
+    watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
     grades = grade_class if elsewhere is None else elsewhere.grade_class
     marks = grades(assignment, found, rules, settings, watch)
-    write(request, assignment, found, marks, settings)
-    print(as_json(assignment, marks, settings) if request.json else summary(marks, level))
+    write(args, assignment, found, marks, settings)
+    print(as_json(assignment, marks, settings) if args.json else summary(marks, level))
     return 0
 
 
@@ -83,35 +63,35 @@ class Elsewhere(Protocol):
         """As ``teaching.grade.grade_class``."""
 
 
-def check_targets(request: GradeRequest, found: Sequence[submissions.Submission]) -> None:
+def check_targets(args: Namespace, found: Sequence[submissions.Submission]) -> None:
     """Raise an InputError before anything runs, if a file could not be written in the end."""
-    if request.gradescope is not None and len(found) > 1:
-        raise InputError(f"--gradescope writes one student's results, and {request.path} has {len(found)} submissions")
-    for path in (request.gradescope, request.csv):
+    if args.gradescope is not None and len(found) > 1:
+        raise InputError(f"--gradescope writes one student's results, and {args.path} has {len(found)} submissions")
+    for path in (args.gradescope, args.csv):
         if path is not None:
             check_place(Path(path))
-    if request.report is not None:
-        if Path(request.report).is_file():
-            raise InputError(f"{request.report} is a file: give a folder for the report")
-        Path(request.report).mkdir(parents=True, exist_ok=True)
+    if args.report is not None:
+        if Path(args.report).is_file():
+            raise InputError(f"{args.report} is a file: give a folder for the report")
+        Path(args.report).mkdir(parents=True, exist_ok=True)
 
 
 def write(
-    request: GradeRequest,
+    args: Namespace,
     assignment: Assignment,
     found: Sequence[submissions.Submission],
     marks: Sequence[Mark],
     settings: Settings,
 ) -> None:
     """Write the files that were asked for."""
-    if request.gradescope is not None:
+    if args.gradescope is not None:
         text = gradescope.dumps(marks[0])
-        replace_file(Path(request.gradescope), text.encode())
-    if request.csv is not None:
-        replace_file(Path(request.csv), as_csv(marks).encode())
-    if request.report is not None:
-        page = class_page.write(Path(request.report), assignment, found, marks, settings)
-        if not request.json:
+        replace_file(Path(args.gradescope), text.encode())
+    if args.csv is not None:
+        replace_file(Path(args.csv), as_csv(marks).encode())
+    if args.report is not None:
+        page = class_page.write(Path(args.report), assignment, found, marks, settings)
+        if not args.json:
             print(page)
 
 
@@ -125,7 +105,7 @@ def line_of(mark: Mark) -> str:
 
 
 def summary(marks: Sequence[Mark], level: Level) -> str:
-    """The last line."""
+    """The last line that is printed: the mean, and the walls."""
     mean = sum(mark.score for mark in marks) / len(marks)
     plural = "s" * (len(marks) > 1)
     return f"{len(marks)} submission{plural}, mean {mean:.4g} of {marks[0].points:g}; walls: {level}"

@@ -7,9 +7,9 @@ from dataclasses import replace
 import taichi as ti
 
 from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.renderer import A1Renderer, A2Renderer, ProgressiveRenderer
+from taichi_tracer.assignments import A1Renderer, A2Renderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.studies.variants import light_renderer
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.registry import PARTS
 
@@ -57,7 +57,7 @@ def describe(renderer: ProgressiveRenderer) -> list[str]:
 
 def cost_of_light(scene: SceneData, estimator: str) -> list[str]:
     """What compiling the scene's effects takes, and how many rays a sample needs: measured on a small picture."""
-    renderer = light_renderer()(scene, MEASURED, MEASURED).use(estimator)
+    renderer = PARTS.last_of("renderer", A2Renderer)(scene, MEASURED, MEASURED).use(estimator)
     renderer.eye_rays.use_packets = False
     seconds = []
     for _ in range(2):

@@ -1,12 +1,10 @@
 """``taichi-tracer merge``: the samples of two renderings of one picture, added."""
 
-import sys
 from argparse import Namespace
-from dataclasses import dataclass
 from pathlib import Path
 
-from taichi_tracer.apps.render import note_linear
-from taichi_tracer.apps.words import taken
+from taichi_tracer.apps.places import note_linear
+from taichi_tracer.apps.words import note
 from taichi_tracer.files import checkpoint
 from taichi_tracer.files.disk import check_place
 from taichi_tracer.files.images import ENCODERS, check_writable, save_image
@@ -17,21 +15,9 @@ from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.display import Display
 
 
-@dataclass(frozen=True)
-class MergeRequest:
-    """Two checkpoints, and the file for what they hold together."""
-
-    first: str
-    second: str
-    output: str
-    exposure: float
-    tone: str
-
-
 def run(args: Namespace) -> int:
     """Add two checkpoints; write a checkpoint, or a picture if the ending is one of a picture's."""
-    request = taken(MergeRequest, args)
-    output, display = Path(request.output), Display(request.exposure, request.tone)
+    output, display = Path(args.output), Display(args.exposure, args.tone)
     is_picture = output.suffix.lower() in ENCODERS
     if is_picture:
         check_writable(output)
@@ -42,14 +28,14 @@ def run(args: Namespace) -> int:
         known = ", ".join([checkpoint.EXTENSION, *ENCODERS])
         raise InputError(f"-o {output}: unknown file type {output.suffix!r}: known are {known}")
     (facts, arrays), (other_facts, other_arrays) = (
-        checkpoint.read_checkpoint(path) for path in (request.first, request.second)
+        checkpoint.read_checkpoint(path) for path in (args.first, args.second)
     )
     first, second = facts.pop("samples"), other_facts.pop("samples")
-    checkpoint.check_same(request.second, other_facts, request.first, facts)
+    checkpoint.check_same(args.second, other_facts, args.first, facts)
     try:
         ranges = checkpoint.joined(first, second)
     except InputError as error:
-        raise InputError(f"{request.first}, {request.second}: {error}") from None
+        raise InputError(f"{args.first}, {args.second}: {error}") from None
 
     runtime.init("cpu", facts["precision"])
     film, other = (film_of(facts, values, done) for values, done in ((arrays, first), (other_arrays, second)))
@@ -62,7 +48,7 @@ def run(args: Namespace) -> int:
         checkpoint.write_checkpoint(output, {"samples": ranges, **facts}, film.to_arrays())
     print(f"{output}: {film.samples} spp, error {film.error()}, samples {checkpoint.show_ranges(ranges)}")
     if film.non_finite > 0:
-        print(f"taichi-tracer: note: {film.non_finite} samples were not finite, not added", file=sys.stderr)
+        note(f"{film.non_finite} samples were not finite, not added")
     return 0
 
 

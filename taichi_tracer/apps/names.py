@@ -10,18 +10,18 @@ import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from taichi_tracer.camera import HANDEDNESS, ProjectiveCamera, make_camera
+from taichi_tracer.assignments import A2Renderer, A4Renderer
+from taichi_tracer.camera import ProjectiveCamera, make_camera
 from taichi_tracer.effects import MODES
 from taichi_tracer.environment import LOOKUPS, Environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.camera_frame import UP_AXES
+from taichi_tracer.formulas.view import HANDEDNESS
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
-from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
-from taichi_tracer.studies import variants
-from taichi_tracer.studies.variants import light_renderer
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.registry import PARTS
@@ -72,10 +72,10 @@ def find_estimator(name: str) -> Integrator:
     Raises:
         InputError: there is none, or it shows something for which no light is needed.
     """
-    offered = [*light_renderer().offered(), *A4Renderer.offered()]
+    offered = [one for c in renderers() if issubclass(c, A2Renderer | A4Renderer) for one in c.offered()]
     known = {alias: one for one in offered for alias in (*one.aliases, one.name)}
     if name not in known:
-        raise one_of("estimator", name, [one.name for one in offered])
+        raise one_of("estimator", name, list(dict.fromkeys(one.name for one in offered)))
     return known[name]
 
 
@@ -114,110 +114,71 @@ def names_of_views() -> dict[str, Names]:
     return {title: Names(tuple(dict.fromkeys(names)), (VIEW,)) for title, names in found.items()}
 
 
-def names_of_pictures() -> dict[str, Names]:
-    """What the options of a picture take."""
-    return names_of_views() | names_of_cameras() | names_of_samplers()
-
-
-def names_of_cameras() -> dict[str, Names]:
-    """What the options of a camera take."""
-    return {
-        "cameras": Names.of_parameter(PARTS.names("camera"), make_camera, "projection"),
-        "handedness": Names.of_parameter(HANDEDNESS, ProjectiveCamera, "handedness"),
-    }
-
-
-def names_of_samplers() -> dict[str, Names]:
-    """Where random numbers come from."""
-    return {"samplers": Names.of_parameter(PARTS.names("sampler"), ProgressiveRenderer, "sampler")}
-
-
-def names_of_aovs() -> dict[str, Names]:
-    """Which raw arrays a picture can have beside it."""
-    return {"AOVs": Names(tuple(AOVS))}
-
-
-def names_of_tones() -> dict[str, Names]:
-    """The curves for the screen."""
-    return {"tones": Names.of_parameter(PARTS.names("tone curve"), Display, "tone")}
-
-
-def names_of_estimators() -> dict[str, Names]:
-    """How light is sampled."""
-    return {title: names for title, names in names_of_views().items() if title == "estimators"}
-
-
-def names_of_rays() -> dict[str, Names]:
-    """How rays are intersected."""
-    return {
-        "intersectors": Names.of_parameter(PARTS.names("intersector"), SceneData, "intersector"),
-        "triangle tests": Names.of_parameter(PARTS.names("triangle test"), SceneData, "triangle_test"),
-    }
-
-
-def names_of_surfaces() -> dict[str, Names]:
-    """What surfaces and lights are."""
-    return {
-        "BRDFs": Names(tuple(PARTS.names("BRDF"))),
-        "lights": Names(tuple(PARTS.names("light"))),
-        "lamp choices": Names.of_parameter(PARTS.names("lamp choice"), SceneData, "lamp_choice"),
-    }
-
-
-def names_of_files() -> dict[str, Names]:
-    """The scenes and environments that come with the package."""
-    return {
-        "scenes": Names(tuple(scene_names())),
-        "environments": Names((*shipped_environments(), "none")),
-        "up axes": Names.of_parameter(tuple(UP_AXES), SceneData, "up_axis"),
-    }
-
-
-def names_of_archs() -> dict[str, Names]:
-    """Where kernels run."""
-    return {"archs": Names.of_parameter(runtime.ARCHS, runtime.init, "arch")}
-
-
-def names_of_scenes() -> dict[str, Names]:
-    """What the options of a scene take."""
-    return {
-        **names_of_files(),
-        "lookups": Names.of_parameter(LOOKUPS, Environment, "lookup"),
-        "effects": Names.of_parameter(MODES, SceneData, "effects"),
-        **names_of_rays(),
-        **names_of_surfaces(),
-        **names_of_archs(),
-        "precisions": Names.of_parameter(runtime.PRECISIONS, runtime.init, "precision"),
-    }
-
-
 def names_of_knobs() -> dict[str, Names]:
     """What a study of accuracy compares."""
+    from taichi_tracer.studies import variants
+
     knobs = (*variants.NAMED, "roulettes")
     return {knob.replace("_", " "): Names(variants.known(knob), variants.USUAL[knob]) for knob in knobs}
 
 
-LISTS = {
-    "scenes": names_of_scenes,
-    "files": names_of_files,
-    "archs": names_of_archs,
-    "pictures": names_of_pictures,
-    "estimators": names_of_estimators,
-    "cameras": names_of_cameras,
-    "samplers": names_of_samplers,
-    "aovs": names_of_aovs,
-    "tones": names_of_tones,
-    "rays": names_of_rays,
-    "surfaces": names_of_surfaces,
-    "knobs": names_of_knobs,
+def names_of_options() -> dict[str, Names]:
+    """What the options of scenes, cameras and pictures take."""
+    of = Names.of_parameter
+    return {
+        "cameras": of(PARTS.names("camera"), make_camera, "projection"),
+        "handedness": of(HANDEDNESS, ProjectiveCamera, "handedness"),
+        "samplers": of(PARTS.names("sampler"), ProgressiveRenderer, "sampler"),
+        "AOVs": Names(tuple(AOVS)),
+        "tones": of(PARTS.names("tone curve"), Display, "tone"),
+        "scenes": Names(tuple(scene_names())),
+        "environments": Names((*shipped_environments(), "none")),
+        "up axes": of(tuple(UP_AXES), SceneData, "up_axis"),
+        "lookups": of(LOOKUPS, Environment, "lookup"),
+        "effects": of(MODES, SceneData, "effects"),
+        "intersectors": of(PARTS.names("intersector"), SceneData, "intersector"),
+        "triangle tests": of(PARTS.names("triangle test"), SceneData, "triangle_test"),
+        "BRDFs": Names(tuple(PARTS.names("BRDF"))),
+        "lights": Names(tuple(PARTS.names("light"))),
+        "lamp choices": of(PARTS.names("lamp choice"), SceneData, "lamp_choice"),
+        "archs": of(runtime.ARCHS, runtime.init, "arch"),
+        "precisions": of(runtime.PRECISIONS, runtime.init, "precision"),
+    }
+
+
+# The lists that a command can ask for → the titles in them. ``names_in`` adds the names of views and of knobs.
+RAYS, SURFACES = ("intersectors", "triangle tests"), ("BRDFs", "lights", "lamp choices")
+FILES = ("scenes", "environments", "up axes")
+LISTS: dict[str, tuple[str, ...]] = {
+    "scenes": (*FILES, "lookups", "effects", *RAYS, *SURFACES, "archs", "precisions"),
+    "files": FILES,
+    "archs": ("archs",),
+    "pictures": ("cameras", "handedness", "samplers"),
+    "estimators": (),
+    "cameras": ("cameras", "handedness"),
+    "samplers": ("samplers",),
+    "aovs": ("AOVs",),
+    "tones": ("tones",),
+    "rays": RAYS,
+    "surfaces": SURFACES,
+    "knobs": (),
 }
+
+
+def names_in(name: str) -> dict[str, Names]:
+    """The names of one of ``LISTS``, by their titles."""
+    views = names_of_views() if name in ("pictures", "estimators") else {}
+    if name == "estimators":
+        return {"estimators": views["estimators"]}
+    known = names_of_options()
+    return views | (names_of_knobs() if name == "knobs" else {title: known[title] for title in LISTS[name]})
 
 
 def help_text(lists: Sequence[str]) -> str:
     """The end of a command's help: the names that can be given; ``lists`` says which of ``LISTS``."""
     found: dict[str, Names] = {}
     for name in lists:
-        found |= LISTS[name]()
+        found |= names_in(name)
     return as_lists(found)
 
 

@@ -1,12 +1,10 @@
 """``taichi-tracer render``: pictures into files."""
 
 import math
-import signal
 import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -14,115 +12,27 @@ import numpy as np
 
 from taichi_tracer.apps.contact_sheet import contact_sheet
 from taichi_tracer.apps.interruption import Interruption
-from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
-from taichi_tracer.apps.rescue import written, written_bytes, written_picture
-from taichi_tracer.apps.words import PICTURE_FOLDER, USER_ERROR, note
-from taichi_tracer.files import checkpoint
-from taichi_tracer.files.disk import check_place, make_folder
-from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable, to_bytes
-from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, in_words, name_of
-from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
+from taichi_tracer.apps.keeping import Keeper, add_samples
+from taichi_tracer.apps.places import note_linear, paths_of
+from taichi_tracer.apps.render_request import RenderRequest, render_of
+from taichi_tracer.apps.requests import PictureRequest, SceneRequest
+from taichi_tracer.apps.rescue import written_bytes, written_picture
+from taichi_tracer.apps.words import USER_ERROR, note
+from taichi_tracer.files.disk import check_place
+from taichi_tracer.files.images import to_bytes
+from taichi_tracer.integrators.path_settings import Bounces, in_words
 from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.error_estimate import percent
-from taichi_tracer.picture.progress import Progress, two_digits
-from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import compiling, stopwatch
 from taichi_tracer.system.errors import IncompleteError, InputError
 from taichi_tracer.system.stopwatch import READ, part
-from taichi_tracer.tones.display import Display
 
-SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
-BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
-SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anything was timed
-DISTANCE = "distance"  # the view to which --max-distance belongs
 SUM = "sum"  # the caption of the last picture of a contact sheet
 PROFILE = ".profile.html"  # the ending of the page that tells where the time of a picture went
 MOST_PLACES = 3  # of samples that are not finite: how many are told
-
-
-@dataclass(frozen=True)
-class RenderRequest:
-    """The pictures of a scene that are to be made, where they go, and when to stop.
-
-    Attributes:
-        output: a file or a folder; None is where the scene file says, or ``PICTURE_FOLDER``.
-        spp, time, error: what ends the rendering, as for ``ProgressiveRenderer.render``. Where all are None, it is the
-            samples of the picture.
-        bounces: (first, last) of the light that each picture counts, see ``PathSettings``; empty is one picture of all.
-        checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
-        aovs: the raw arrays that each file has beside its picture.
-        profile: whether a page tells where the time went.
-    """
-
-    scene: SceneRequest
-    pictures: tuple[PictureRequest, ...]
-    output: str | None
-    spp: int | None
-    time: float | None
-    error: float | None
-    bounces: tuple[Bounces, ...]
-    checkpoint: str | None
-    checkpoint_every: float
-    aovs: tuple[Aov, ...]
-    profile: bool
-
-    def samples_of(self, picture: PictureRequest) -> int | None:
-        """How many samples end the rendering of a picture; None where only time or error do."""
-        return picture.spp if self.spp is None and self.time is None and self.error is None else self.spp
-
-
-def render_of(args: Namespace) -> RenderRequest:
-    """What the options ask for."""
-    scene, pictures = scene_and_pictures_of(args)
-    if args.max_distance is not None and all(one.name != DISTANCE for picture in pictures for _, one in picture.views):
-        note(f"--max-distance {args.max_distance:g} changes nothing here: it belongs to the view {DISTANCE!r}")
-    if args.bounces:
-        check_pictures_by_bounce(args, pictures)
-    return RenderRequest(
-        scene=scene,
-        pictures=pictures,
-        output=args.output,
-        spp=args.spp,
-        time=args.time,
-        error=None if args.error is None else args.error / 100,
-        bounces=args.bounces,
-        checkpoint=args.checkpoint,
-        checkpoint_every=args.checkpoint_every,
-        aovs=find_aovs(args.aov),
-        profile=args.profile,
-    )
-
-
-def check_pictures_by_bounce(args: Namespace, pictures: Sequence[PictureRequest]) -> None:
-    """Raise an InputError unless there are pictures for ``--bounces`` that can be added up."""
-    for picture in pictures:
-        for renderer_class, integrator in picture.views:
-            if not issubclass(renderer_class, A4Renderer):
-                raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
-        for one in args.bounces:
-            check_bounces(one)
-        most = picture.paths.max_bounces
-        check_terms(args.bounces, DEFAULTS["max_bounces"] if most is None else most)
-    if len(args.bounces) > 1:
-        given = [name for name in ("time", "error", "adaptive") if getattr(args, name)]
-        if given:
-            advice = "give --spp alone"
-            raise InputError(f"--bounces takes the same samples for each picture, --{given[0]} does not: {advice}")
-
-
-@dataclass(frozen=True)
-class Places:
-    """Where the pictures of one view go.
-
-    Attributes:
-        pictures: one path, or one for each member of ``RenderRequest.bounces``.
-        sheet: where a contact sheet of them goes, or None.
-    """
-
-    pictures: tuple[Path, ...]
-    sheet: Path | None = None
 
 
 def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
@@ -146,18 +56,14 @@ def run_watched(args: Namespace, elsewhere: "Elsewhere | None", watch: stopwatch
     """``run``, while a stopwatch runs if there is one."""
     request = render_of(args)
     paths = paths_of(request)
+    pictures = [path for views in paths for places in views for path in places.pictures]
     if watch is not None:
-        check_profile([path for views in paths for places in views for path in places.pictures])
+        check_profile(pictures)
         watch.charge(stopwatch.IMPORTS)
     for picture, views in zip(request.pictures, paths, strict=True):
         note_linear(picture.display, [path for places in views for path in places.pictures])
     if request.checkpoint is not None:
-        count = sum(len(places.pictures) for views in paths for places in views)
-        if count > 1:
-            raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
-        if args.adaptive:
-            raise InputError(f"--checkpoint {request.checkpoint}: {NOT_ADAPTIVE}: leave out one of the two")
-        check_place(request.checkpoint)
+        check_checkpoint(request, len(pictures))
     clock = Clock(args.started)
     scene = clock.load(request.scene)
     if elsewhere is not None:
@@ -190,11 +96,21 @@ def run_watched(args: Namespace, elsewhere: "Elsewhere | None", watch: stopwatch
     return 0 if is_in_place else USER_ERROR
 
 
+def check_checkpoint(request: RenderRequest, count: int) -> None:
+    """Raise an InputError unless the samples of so many pictures can be kept in the file that was asked for."""
+    if count > 1:
+        raise InputError(f"--checkpoint {request.checkpoint} is one file for {count} pictures: ask for one")
+    if request.pictures[0].samples.adaptive:
+        raise InputError(f"--checkpoint {request.checkpoint}: {NOT_ADAPTIVE}: leave out one of the two")
+    check_place(request.checkpoint)
+
+
 def check_profile(pictures: Sequence[Path]) -> None:
     """Raise an InputError unless one picture is asked for, beside which its profile can be written."""
     if len(pictures) > 1:
         raise InputError(f"--profile tells where the time of one picture goes, not of {len(pictures)}: ask for one")
     check_place(profile_path(pictures[0]))
+    from taichi_tracer import studies  # noqa: F401 (so that an installation without it says so before the rendering)
 
 
 def profile_path(picture: Path) -> Path:
@@ -326,179 +242,6 @@ def report_missed_error(renderer: ProgressiveRenderer, interruption: Interruptio
     note(f"an error of {percent(target)} was not reached: {' or '.join(limits)} came first")
 
 
-def note_linear(display: Display, paths: Sequence[Path]) -> None:
-    """Tell the user which files keep linear values although an exposure or a tone curve was asked for."""
-    linear = [str(path) for path in paths if path.suffix.lower() not in EIGHT_BITS]
-    if linear and not display.is_plain:
-        note(f"{', '.join(linear)}: linear, without {display}: these change only {' '.join(EIGHT_BITS)}")
-
-
-def paths_of(request: RenderRequest) -> list[list[Places]]:
-    """Where each view of each picture goes: where ``-o`` says, or the scene file; else into ``PICTURE_FOLDER``."""
-    asked, output = request.pictures, request.output
-    names = [(picture.filename, integrator.name) for picture in asked for _, integrator in picture.views]
-    if output is None and all(filename is not None for filename, _ in names):
-        paths = [Path(filename) for filename, _ in names]
-        for path in paths:
-            make_folder(path.parent, f"filename {path}")
-    else:
-        extension = HAVE_CHANNELS[0] if request.aovs else ".png"
-        paths = output_paths(output, request.scene.name, [name for _, name in names], extension)
-        if len(paths) > 1 or Path(output or PICTURE_FOLDER).is_dir():
-            paths = [
-                path.parent / Path(path.name if filename is None else filename).name
-                for path, (filename, _) in zip(paths, names, strict=True)
-            ]
-    found = [places_of(path, request) for path in distinct(paths)]
-    for places in found:
-        for path in places.pictures:
-            check_writable(path, channel_names(request.aovs))
-        if places.sheet is not None:
-            check_writable(places.sheet)
-    following = iter(found)
-    return [[next(following) for _ in picture.views] for picture in asked]
-
-
-def places_of(path: Path, request: RenderRequest) -> Places:
-    """The place of a view's picture; or of its pictures by bounce, which have the number after the name."""
-    if not request.bounces:
-        return Places((path,))
-    pictures = tuple(path.with_stem(f"{path.stem}_bounce_{name_of(one)}") for one in request.bounces)
-    if len(pictures) == 1:
-        return Places((path,) if request.output is not None and Path(request.output) == path else pictures)
-    return Places(pictures, path.with_name(f"{path.stem}_bounces.png"))
-
-
-def distinct(paths: list[Path]) -> list[Path]:
-    """The same paths, but a number after the name of each that an earlier one has."""
-    free: list[Path] = []
-    for path in paths:
-        numbered, count = path, 1
-        while numbered in free:
-            count += 1
-            numbered = path.with_stem(f"{path.stem}_{count}")
-        free.append(numbered)
-    return free
-
-
-def add_samples(
-    renderer: ProgressiveRenderer,
-    keeper: "Keeper",
-    spp: int | None,
-    request: RenderRequest,
-    interruption: Interruption,
-    render: Callable[..., object],
-) -> None:
-    """Render until a target is reached or a signal came, and keep a checkpoint if one is wanted."""
-    kept = keeper.resume()
-    if spp is not None:
-        spp -= kept
-        if spp <= 0:
-            return
-    with Bar(renderer) as bar:
-
-        def watch(progress: Progress) -> None:
-            """After each sample: bring the bar up to date, keep a checkpoint if it is due, and stop after a signal."""
-            bar.show(progress)
-            keeper.keep_sometimes()
-            if interruption.number is not None:
-                raise Stopped
-
-        interruption.is_rendering = True
-        try:
-            render(spp=spp, time=request.time, error=request.error, watch=watch)
-        except Stopped:
-            pass
-        except KeyboardInterrupt:  # within a sample: some pixels may have it, so that nothing can go on from there
-            interruption.number = interruption.number or signal.SIGINT
-            return
-        finally:
-            interruption.is_rendering = False
-    keeper.keep()
-
-
-class Stopped(Exception):
-    """The rendering was interrupted after a whole sample."""
-
-
-class Keeper:
-    """Writes a checkpoint every few seconds, and reads the one that is there."""
-
-    def __init__(self, renderer: ProgressiveRenderer, path: str | None, every: float) -> None:
-        self.renderer, self.path, self.every = renderer, path, every
-        self.kept_at, self.failed, self.is_in_place = time.perf_counter(), False, True
-
-    def resume(self) -> int:
-        """Go on from the file if it exists; returns how many samples it has."""
-        if self.path is None or not Path(self.path).exists():
-            return 0
-        self.renderer.load_checkpoint(self.path)
-        print(f"{self.path}: going on after {self.renderer.samples} samples")
-        return self.renderer.samples
-
-    def keep_sometimes(self) -> None:
-        """Write, unless that was just done."""
-        if self.path is not None and self.renderer.samples > 0 and time.perf_counter() - self.kept_at > self.every:
-            self.kept_at = time.perf_counter()
-            try:
-                self.renderer.save_checkpoint(self.path)
-            except InputError as error:  # the disk may have room by the next time
-                if not self.failed:
-                    print(f"taichi-tracer: note: {error}: rendering goes on", file=sys.stderr)
-                self.failed = True
-
-    def kept_at_end(self, picture: Path) -> str:
-        """Write now, beside the picture if nobody named a place; says how to go on."""
-        if self.renderer.samples == 0:
-            return "nothing has come yet: run the same command again"
-        if self.renderer.adaptive:
-            return f"they are in the picture, because {NOT_ADAPTIVE}"
-        if self.path is None:
-            self.path = str(picture.with_suffix(checkpoint.EXTENSION))
-        self.keep()
-        again = f"run the same command again, with --checkpoint {self.path}"
-        return f"they are kept in {self.path}: to go on, {again}" if self.is_in_place else "they are kept as told above"
-
-    def keep(self) -> None:
-        """Write now, if there is where to and what."""
-        if self.path is not None and self.renderer.samples > 0:
-            with part(stopwatch.WRITE):
-                self.is_in_place = written(Path(self.path), self.renderer.save_checkpoint) == Path(self.path)
-
-
-class Bar:
-    """A progress bar on stderr, when that is a terminal and the work is long: samples, seconds, error, seconds left."""
-
-    def __init__(self, renderer: ProgressiveRenderer) -> None:
-        self.renderer, self.bar = renderer, None
-        if sys.stderr.isatty():  # where there is no bar, tqdm is not loaded either
-            from tqdm import tqdm
-
-            options = {"delay": SHOW_PROGRESS_AFTER, "leave": False}
-            self.bar = tqdm(total=1.0, bar_format=BAR, desc=renderer.active.name, **options)
-
-    def __enter__(self):
-        return self
-
-    def show(self, progress: Progress) -> None:
-        """Bring the bar up to date."""
-        if self.bar is None:
-            return
-        left, texts = progress.seconds_left, [f"{self.renderer.samples} spp", f"{progress.seconds:.1f} s"]
-        if not math.isnan(progress.error):
-            texts.append(f"error {two_digits(progress.error)}")
-        if progress.place:
-            texts.append(progress.place)
-        texts.append("? left" if math.isnan(left) else f"{left:.1f} s left")
-        self.bar.set_postfix_str(", ".join(texts), refresh=False)
-        done = 0.0 if math.isnan(left) else progress.seconds / max(progress.seconds + left, SHORTEST)
-        self.bar.update(max(0.0, done - self.bar.n))
-
-    def __exit__(self, *_error) -> None:
-        if self.bar is not None:
-            self.bar.close()
-
-
 def describe(renderer: ProgressiveRenderer, image: np.ndarray) -> str:
     """Size, samples, and the error where there is one."""
     text = f"{image.shape[1]}x{image.shape[0]}, {renderer.samples} spp"
@@ -521,32 +264,4 @@ def report_non_finite(renderer: ProgressiveRenderer) -> None:
     if renderer.non_finite > 0:
         found = renderer.film.non_finite_samples()[:MOST_PLACES]
         places = ", ".join(f"pixel ({x}, {y}) sample {i}" for x, y, i in found)
-        print(
-            f"taichi-tracer: note: {renderer.non_finite} samples were not finite, not added: {places}", file=sys.stderr
-        )
-
-
-def output_paths(output: str | None, scene: str, names: list[str], extension: str = ".png") -> list[Path]:
-    """Where each view goes, known to be writable before any work is done.
-
-    Args:
-        output: a file, a folder, or None for ``PICTURE_FOLDER``. Folders are made.
-        scene: name or path of the scene: in a folder, files are called <scene>_<view><extension>.
-        names: of the views.
-
-    Raises:
-        InputError: one file for several views, or a place that cannot be written.
-    """
-    folder = Path(PICTURE_FOLDER if output is None else output)
-    is_folder = output is None or output.endswith(("/", "\\")) or folder.is_dir()
-    if len(names) > 1 and not is_folder:
-        if folder.suffix != "":
-            raise InputError(f"-o {output} is one file for {len(names)} views: give a folder, such as renders/")
-        is_folder = True
-    paths = [folder]
-    if is_folder:
-        make_folder(folder, f"-o {output}")
-        paths = [folder / f"{Path(scene).stem}_{name}{extension}" for name in names]
-    for path in paths:
-        check_writable(path)
-    return paths
+        note(f"{renderer.non_finite} samples were not finite, not added: {places}")

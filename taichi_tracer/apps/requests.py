@@ -6,16 +6,19 @@ return. Names of parts are looked up in the registry, after the files of ``--par
 
 from argparse import Namespace
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
-from taichi_tracer.camera import OrthographicCamera, ProjectiveCamera, change_projection, make_camera, without_angle
+from taichi_tracer.assignments import A1Renderer, A3Renderer, A4Renderer
+from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.formulas.camera_frame import up_of
+from taichi_tracer.formulas.view import without_angle
 from taichi_tracer.maps import MapRenderer, find_measured
-from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer, ProgressiveRenderer
-from taichi_tracer.rt3 import document as rt3
-from taichi_tracer.rt3.renderer import RT3Renderer
+from taichi_tracer.picture.crop import crop_pixels
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_data, scene_of_document
 from taichi_tracer.system import runtime
@@ -24,7 +27,13 @@ from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.stopwatch import TAICHI, part
 from taichi_tracer.tones.display import Display
 
+if TYPE_CHECKING:
+    from taichi_tracer.rt3.document import Document, Shot
+
+OF_LIGHT = ("intensity", "rotation", "lookup")  # arguments of ``Environment`` beside its image
 QUICK = 4  # a quick picture has a quarter of the width and of the height
+Options = tuple[tuple[str, object], ...]  # names with values, of options that were given
+WHOLE = 0.0, 1.0, 0.0, 1.0  # the crop window of the whole frame
 
 
 # ── where kernels run, and the scene ──
@@ -57,10 +66,14 @@ class EnvironmentRequest:
     rotation: float | None
     lookup: str | None
 
+    @property
+    def options(self) -> dict:
+        """What is asked for beside the image."""
+        return given(**{name: getattr(self, name) for name in OF_LIGHT})
+
     def load(self) -> Environment:
         """Read the image."""
-        options = given(intensity=self.intensity, rotation=self.rotation, lookup=self.lookup)
-        return load_environment(self.name, **options)
+        return load_environment(self.name, **self.options)
 
 
 @dataclass(frozen=True)
@@ -82,7 +95,7 @@ class SceneRequest:
     """
 
     name: str
-    document: rt3.Document | None
+    document: "Document | None"
     environment: EnvironmentRequest | None
     is_usual: bool
     intersector: str | None
@@ -101,10 +114,9 @@ class SceneRequest:
     def load(self) -> SceneData:
         """Start Taichi and read the scene; what the user should know about it goes to stderr."""
         self.machine.start()
-        options = given(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
-        options |= given(smooth=self.smooth, lamp_choice=self.lamp_choice)
-        options |= {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain, "up_axis": self.up_axis}
-        options["two_sided_lamps"] = self.two_sided_lamps
+        options = {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain, "up_axis": self.up_axis}
+        names = ("intersector", "triangle_test", "effects", "smooth", "lamp_choice")
+        options |= given(**{name: getattr(self, name) for name in names}, two_sided_lamps=self.two_sided_lamps)
         if not self.is_usual:
             options["environment"] = None if self.environment is None else self.environment.load()
         if self.document is None:
@@ -121,9 +133,7 @@ class SceneRequest:
         """The options that make this scene, but for its name and that of its environment."""
         words = [word for path in self.parts for word in ("--parts", path)]
         words += options_of(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
-        if self.environment is not None:
-            light = self.environment
-            words += options_of(intensity=light.intensity, rotation=light.rotation, lookup=light.lookup)
+        words += [] if self.environment is None else options_of(**self.environment.options)
         words += options_of(brdfs=",".join(self.brdfs) or None, lights=",".join(self.lights) or None)
         words += options_of(smooth=self.smooth)
         words += ["--up-axis", self.up_axis] * (self.up_axis != "y")
@@ -180,24 +190,6 @@ class SamplesRequest:
 
 
 @dataclass(frozen=True)
-class PathRequest:
-    """How long paths are, as for ``PathSettings``; None is its default."""
-
-    max_bounces: int | None
-    rr_start_bounce: int | None
-    rr_termination_probability: float | None
-    roulette: str | None
-
-
-@dataclass(frozen=True)
-class WeightsRequest:
-    """How often ``mis_one_sample`` takes which direction, as for ``A3Renderer``; None is its default."""
-
-    mis_plight: float | None
-    mis_pbrdf: float | None
-
-
-@dataclass(frozen=True)
 class PictureRequest:
     """One picture that is asked for: by a scene file, and by the command line, which wins.
 
@@ -211,6 +203,7 @@ class PictureRequest:
         filename: where the scene file wants it; None where it says nothing, or something else is shown.
         display: exposure and tone curve, for what shows light or colour.
         max_distance: what the view of the distance shows white; None is what fits the scene.
+        paths, weights: what is asked of ``PathSettings``, and of ``A3Renderer.set_weights``.
         map_of: the name of what maps of work measure; None is what they usually measure.
     """
 
@@ -220,20 +213,20 @@ class PictureRequest:
     views: tuple[View, ...]
     names_view: bool
     spp: int
-    shot: rt3.Shot | None
+    shot: "Shot | None"
     filename: str | None
     camera: CameraRequest
     samples: SamplesRequest
     display: Display
     max_distance: float | None
     map_of: str | None
-    paths: PathRequest
-    weights: WeightsRequest
+    paths: Options
+    weights: Options
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
         """(x0, x1, y0, y1) in pixels."""
-        return rt3.crop_pixels(self.crop_window, self.width, self.height)
+        return crop_pixels(self.crop_window, self.width, self.height)
 
     @property
     def needs_light(self) -> bool:
@@ -263,10 +256,10 @@ class PictureRequest:
         if isinstance(renderer, MapRenderer) and self.map_of is not None:
             renderer.of = self.map_of
         if isinstance(renderer, A4Renderer | MapRenderer):
-            renderer.path_settings.set(**given(**vars(self.paths)))
+            renderer.path_settings.set(**dict(self.paths))
         if isinstance(renderer, A3Renderer):
-            renderer.set_weights(**given(**vars(self.weights)))
-        if self.shot is not None and isinstance(renderer, RT3Renderer):
+            renderer.set_weights(**dict(self.weights))
+        if self.shot is not None and hasattr(renderer, "set_depth"):  # the renderer of RT3 has it
             renderer.set_depth(**self.shot.integrator.depth)
         if self.max_distance is not None and isinstance(renderer, A1Renderer):
             renderer.max_distance = self.max_distance
@@ -283,13 +276,17 @@ def scene_and_pictures_of(args: Namespace) -> tuple[SceneRequest, tuple[PictureR
     return scene_of(args, document, any(picture.needs_light for picture in pictures)), pictures
 
 
-def document_of(scene: str) -> rt3.Document | None:
+def document_of(scene: str) -> "Document | None":
     """The RT3 document that a name or path leads to; None where it leads to a mesh."""
     path = find_scene(scene)
-    return rt3.read_rt3(path) if is_document(path) else None
+    if not is_document(path):
+        return None
+    from taichi_tracer.rt3.document import read_rt3
+
+    return read_rt3(path)
 
 
-def scene_of(args: Namespace, document: rt3.Document | None, needs_light: bool) -> SceneRequest:
+def scene_of(args: Namespace, document: "Document | None", needs_light: bool) -> SceneRequest:
     """The scene that the options of a scene ask for.
 
     Args:
@@ -297,24 +294,21 @@ def scene_of(args: Namespace, document: rt3.Document | None, needs_light: bool) 
     """
     asked = environment_of(args, document)
     is_usual = asked is None and needs_light and args.environment is None and not args.lights
-    return SceneRequest(
+    return taken(
+        SceneRequest,
+        args,
         name=args.scene,
         document=document,
         environment=EnvironmentRequest(LIGHT, args.intensity, args.rotation, args.lookup) if is_usual else asked,
         is_usual=is_usual,
-        lamp_choice=args.lamp_choice,
-        two_sided_lamps=args.two_sided_lamps,
-        intersector=args.intersector,
-        triangle_test=args.triangle_test,
-        brdfs=args.brdfs,
-        lights=args.lights,
-        effects=args.effects,
-        smooth=args.smooth,
-        plain=args.plain,
         machine=taken(MachineRequest, args),
-        parts=tuple(args.parts),
         up_axis=up_axis_of(args),
     )
+
+
+def asked(args: Namespace, *names: str) -> Options:
+    """The options of these names that are given, with their values."""
+    return tuple((name, getattr(args, name)) for name in names if getattr(args, name) is not None)
 
 
 def up_axis_of(args: Namespace) -> str:
@@ -323,7 +317,7 @@ def up_axis_of(args: Namespace) -> str:
     return args.up_axis
 
 
-def environment_of(args: Namespace, document: rt3.Document | None) -> EnvironmentRequest | None:
+def environment_of(args: Namespace, document: "Document | None") -> EnvironmentRequest | None:
     """The environment of the command line, or of the scene file; None if neither names one, or it is "none"."""
     name, options = args.environment, {}
     if name is None and document is not None and document.environment is not None:
@@ -334,42 +328,42 @@ def environment_of(args: Namespace, document: rt3.Document | None) -> Environmen
     return EnvironmentRequest(name, options.get("intensity"), options.get("rotation"), args.lookup)
 
 
-def pictures_of(args: Namespace, document: rt3.Document | None) -> tuple[PictureRequest, ...]:
+def pictures_of(args: Namespace, document: "Document | None") -> tuple[PictureRequest, ...]:
     """The pictures to be made: those of the scene file, or one; what the command line says counts instead."""
     return tuple(_picture_of(args, shot) for shot in ([None] if document is None else document.shots))
 
 
-def _picture_of(args: Namespace, shot: rt3.Shot | None) -> PictureRequest:
-    if shot is None:
-        (width, height), film, view, spp = size(PICTURE_SIZE), rt3.FilmSettings(), VIEW, 1
-    else:
-        film, integrator = shot.film, shot.integrator
-        width, height, spp = film.width, film.height, integrator.spp
+def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
+    (width, height), view, spp, window, filename = size(PICTURE_SIZE), VIEW, 1, WHOLE, None
+    if shot is not None:
+        width, height, integrator, spp = shot.film.width, shot.film.height, shot.integrator, shot.integrator.spp
         view = integrator.estimator if integrator.name == "direct" else integrator.name
+        window, filename = shot.film.crop_window, shot.film.filename
     if args.size is not None:
         width, height = args.size
     if args.quick:
         width, height = max(1, width // QUICK), max(1, height // QUICK)
-    picture = PictureRequest(
+    picture = taken(
+        PictureRequest,
+        args,
         width=width,
         height=height,
-        crop_window=film.crop_window if args.crop is None else tuple(args.crop),
+        crop_window=window if args.crop is None else tuple(args.crop),
         views=find_views(view if args.view is None else args.view),
         names_view=args.view is not None,
         spp=spp if args.spp is None else args.spp,
         shot=shot,
-        filename=film.filename if args.view is None else None,
+        filename=filename if args.view is None else None,
         camera=taken(CameraRequest, args),
         samples=taken(SamplesRequest, args),
         display=Display(args.exposure, args.tone),
-        max_distance=args.max_distance,
         map_of=None if args.map_of is None else find_measured(args.map_of),
-        paths=taken(PathRequest, args),
-        weights=taken(WeightsRequest, args),
+        paths=asked(args, "max_bounces", "rr_start_bounce", "rr_termination_probability", "roulette"),
+        weights=asked(args, "mis_plight", "mis_pbrdf"),
     )
     if not picture.display.is_plain and not any(integrator.srgb for _, integrator in picture.views):
         shown = ", ".join(integrator.name for _, integrator in picture.views)
         advice = "give what shows light, as with --estimator mis"
         raise InputError(f"{picture.display}: {shown} shows data, which neither of them changes: {advice}")
-    rt3.crop_pixels(picture.crop_window, width, height)  # a window without pixels is an error before any work is done
+    crop_pixels(picture.crop_window, width, height)  # a window without pixels is an error before any work is done
     return picture

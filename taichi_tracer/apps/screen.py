@@ -50,7 +50,7 @@ class Layout:
         return self.left <= cursor[0] * self.width < self.width - self.right
 
     def as_drag(self, start: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
-        """A way of the mouse, in fractions of the picture instead of the window."""
+        """How far the mouse went between two points of the window, in fractions of the picture."""
         across = (end[0] - start[0]) * self.width / self.shown_width
         return across, (end[1] - start[1]) * self.height / self.shown_height
 
@@ -93,8 +93,8 @@ class Screen:
     def update(self, renderer: ProgressiveRenderer) -> None:
         """Copy the canvas of a renderer into its place: data as it is, light as ``renderer.display`` says."""
         at, display = self.layout, renderer.display
-        place = at.x, at.y, at.shown_width, at.shown_height
-        _copy(renderer.canvas, self.pixels, *place, renderer.srgb, display.part, display.scale)
+        place = tm.ivec4(at.x, at.y, at.shown_width, at.shown_height)
+        _copy(renderer.canvas, self.pixels, place, renderer.srgb, display.part, display.scale)
 
     def let_plot(self, may_be_shown: bool) -> None:
         """Say whether there is room for a drawing below the right panel; if not, it is removed."""
@@ -114,15 +114,16 @@ class Screen:
 def _copy(
     canvas: ti.template(),
     pixels: ti.types.ndarray(dtype=ti.u8, ndim=3),
-    left: ti.i32,
-    bottom: ti.i32,
-    width: ti.i32,
-    height: ti.i32,
+    place: tm.ivec4,
     srgb: ti.template(),
     tone: ti.template(),
     exposure: ti.f32,
 ):
-    """Each pixel of the window is the mean of the picture's pixels in it; of an enlarged picture, the nearest one."""
+    """Each pixel of the window is the mean of the picture's pixels in it; of an enlarged picture, the nearest one.
+
+    ``place`` is the left and the bottom edge of the picture in the window, its width and its height.
+    """
+    left, bottom, width, height = place
     for i, j in ti.ndrange(width, height):
         x0, y0 = i * canvas.shape[0] // width, j * canvas.shape[1] // height
         x1 = ti.max(x0 + 1, (i + 1) * canvas.shape[0] // width)

@@ -7,12 +7,9 @@ that a slow connection gets fewer frames instead of a queue of old ones.
 
 import html
 import json
-import threading
 import time
 import traceback
-from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -22,29 +19,28 @@ import numpy as np
 from taichi_tracer.apps import camera_controller, pace
 from taichi_tracer.apps.camera_controller import Pose
 from taichi_tracer.apps.choices import Choices
-from taichi_tracer.apps.events import OF_HOSTS, checked
+from taichi_tracer.apps.events import OF_HOSTS
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
 from taichi_tracer.apps.in_python import as_python
-from taichi_tracer.apps.same_again import DISTANCE, as_command, position_of
-from taichi_tracer.apps.split import DIFFERENCE, Split
-from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
+from taichi_tracer.apps.mailbox import Mailbox
+from taichi_tracer.apps.page_facts import details_of, state_of
+from taichi_tracer.apps.same_again import as_command, position_of
+from taichi_tracer.apps.split import Split
+from taichi_tracer.integrators.controls import BouncesControl, NameControl
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.registry import PARTS
 
-MOST_EVENTS = 2000  # that wait; when there are more, the oldest drags are dropped
 MOVING = 0.15  # seconds after the last movement: until then the picture is sent as JPEG
 REST_EVERY, REST_SHARE = 0.3, 0.025  # seconds between two lossless pictures at least, and their share of the time
 ERROR_SHARE = 0.025  # of the time that looks at the error take
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
-FORGOTTEN = 10.0  # seconds without anybody who waits for a frame: then nothing is rendered
 LONGEST_STEP = 0.25  # seconds: a held key moves the camera no farther at once
 FILES = {"png": "image/png", "exr": "image/x-exr"}  # kinds of files that can be saved
 
 
-class Session:
-    """See the module.
+class Session(Mailbox):
+    """One live picture: what is shown, what was chosen, and the newest frame; ``Mailbox`` has what other threads call.
 
     Args:
         renderer: what is shown first.
@@ -58,7 +54,7 @@ class Session:
         scene_options: Sequence[str] = (),
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.now = now
+        super().__init__(now)
         self.choices, self.scene_options = Choices(renderer), tuple(scene_options)
         self.split: Split | None = None
         geometry = renderer.scene_data.geometry
@@ -68,19 +64,13 @@ class Session:
         self.message, self.explanation = "", ""
         self.errors: dict[int, str] = {}
         self.curves: dict[str, list[list[float]]] = {}
-        self._events: deque[tuple[str, dict[str, Any]]] = deque()
-        self._tasks: deque[tuple[Callable[[], Any], Future]] = deque()
-        self._lock = threading.Condition()
-        self._frame: Frame | None = None
-        self._waiting, self._polls = 0, False
-        self._last_wait = self._last_step = self._moved_at = self.now()
+        self._last_step = self._moved_at = self.now()
         self._has_moved = False  # since the last frame
         self._pictures = 0  # counts the changes of what is rendered
         self._framed: tuple = ()  # the picture, the kind and the settings of the last frame
         self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE)
         self._look = pace.Rarely(pace.ERROR_EVERY, ERROR_SHARE)
         self._details, self._details_of, self._details_number = "{}", (), 0
-        self.is_over = False
 
     @property
     def renderer(self) -> ProgressiveRenderer:
@@ -96,76 +86,9 @@ class Session:
         """Compile what a moving camera needs, before anybody waits for it."""
         pace.warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()), tell)
 
-    # ── for other threads ──
-
-    def post(self, event: Any) -> None:
-        """Take an event.
-
-        Raises:
-            InputError: it is malformed; see ``events.checked``.
-        """
-        kind, members = checked(event)
-        with self._lock:
-            if len(self._events) >= MOST_EVENTS:
-                self._events.popleft()
-            self._events.append((kind, members))
-            self._lock.notify_all()
-
-    def call(self, function: Callable[[], Any], patience: float = 30.0) -> Any:
-        """What a function returns that the session's own thread calls; it may use the renderer."""
-        future: Future = Future()
-        with self._lock:
-            self._tasks.append((function, future))
-            self._lock.notify_all()
-        return future.result(patience)
-
-    def wait_for_frame(self, since: int, patience: float) -> Frame | None:
-        """The newest frame if it is newer than ``since``; None if none comes in time, or the session is over."""
-        end = time.monotonic() + patience
-        with self._lock:
-            self._waiting += 1
-            self._lock.notify_all()
-            try:
-                while not self.is_over:
-                    self._last_wait = self.now()
-                    if (found := self.newest(since)) is not None:
-                        return found
-                    left = end - time.monotonic()
-                    if left <= 0:
-                        return None
-                    self._lock.wait(min(left, 1.0))
-                return None
-            finally:
-                self._waiting -= 1
-                self._last_wait = self.now()
-
-    def newest(self, since: int) -> Frame | None:
-        """The newest frame if it is newer than ``since``."""
-        with self._lock:
-            return self._frame if self._frame is not None and self._frame.number > since else None
-
-    def watch(self) -> None:
-        """Note that somebody watches, who does not wait for frames in a thread."""
-        self._last_wait = self.now()
-
-    def ask(self) -> None:
-        """Note that the next frame will be taken, without a thread that waits for it."""
-        self._polls = True
-
     def send_again(self) -> None:
         """Make a frame for somebody who has none yet."""
         self._framed, self._details_of = (), ()
-
-    def close(self) -> None:
-        """Let every thread that waits go on."""
-        with self._lock:
-            self.is_over = True
-            for _, future in self._tasks:
-                future.cancel()
-            self._tasks.clear()
-            self._lock.notify_all()
-
-    # ── for its own thread ──
 
     def step(self, patience: float = 0.05) -> bool:
         """Take the events, move the camera, render for a moment and make a frame if one is wanted.
@@ -181,11 +104,7 @@ class Session:
                 wait = self.seconds_of_rest()
                 if wait > 0:
                     self._lock.wait(min(wait, patience))
-            events, tasks = list(self._events), list(self._tasks)
-            self._events.clear()
-            self._tasks.clear()
-        for function, future in tasks:
-            answer(function, future)
+        events, answered = self.take_post()
         orbit, zoom, pan, tapped = self.take(events)
         now = self.now()
         self.move(min(now - self._last_step, LONGEST_STEP), orbit, zoom, pan, tapped)
@@ -194,17 +113,7 @@ class Session:
         if is_busy:
             self.render()
             self.make_frame()
-        return bool(events or tasks or is_busy)
-
-    @property
-    def is_watched(self) -> bool:
-        """Whether anybody has waited for a frame lately."""
-        return self._waiting > 0 or self.now() - self._last_wait < FORGOTTEN
-
-    @property
-    def is_asked(self) -> bool:
-        """Whether somebody takes a frame at once: otherwise none is made, so that no queue of old ones can arise."""
-        return self._waiting > 0 or self._polls
+        return bool(events or answered or is_busy)
 
     @property
     def is_moving(self) -> bool:
@@ -364,7 +273,7 @@ class Session:
         self.choices.set_white(value)
 
     def on_reset(self) -> None:
-        """The camera of the beginning."""
+        """Bring the camera, and the distance that is white, back to where they were at first."""
         self.renderer.camera.set_camera_parameters(**self.first_camera)
         self.choices.set_white(self.choices.usual_white)
 
@@ -386,7 +295,7 @@ class Session:
         self.choices = self.split.choices
 
     def on_side(self, number: int) -> None:
-        """Choose which of the two the controls change."""
+        """Choose which of the two pictures the controls change."""
         if self.split is None:
             raise InputError("side: one picture is shown: choose to compare first")
         self.split.number = number
@@ -404,17 +313,14 @@ class Session:
         make = quick_pixels if kind == "jpeg" else exact_pixels
         self.bring_details_up_to_date()
         pixels = make(self.renderer) if self.split is None else self.split.pixels(make)
-        state = self.state()
+        state = state_of(self.renderers, self.split, self.errors)
         data = encoded(pixels, kind)
         self._framed = self._pictures, kind, self.settings_key()
         self._framed_at, self._has_moved = self.now(), False
         if kind == "png":
             self._rest.done(begin, self._framed_at)
         number = 1 if self._frame is None else self._frame.number + 1
-        with self._lock:
-            self._frame = Frame(number, kind, data, state, self._details, self._details_number)
-            self._polls = False
-            self._lock.notify_all()
+        self.show(Frame(number, kind, data, state, self._details, self._details_number))
 
     def look_at_error(self) -> None:
         """Estimate the error from time to time, and go on with the curve of this estimator."""
@@ -429,19 +335,6 @@ class Session:
                 points = [[round(p.seconds, 4), float(p.error)] for p in curve if np.isfinite(p.error)]
                 self.curves[name] = pace.thinned(points)
         self._look.done(begin, self.now())
-
-    def state(self) -> str:
-        """What changes with every picture, as JSON."""
-        sides = [
-            {"view": r.active.name, "samples": r.samples if r.is_random else 1, "error": self.errors.get(id(r), "")}
-            for r in self.renderers
-        ]
-        state = sides[self.split.number if self.split is not None else 0] | {"sides": sides}
-        scale = self.renderer.scale
-        if self.split is not None and self.split.mode == DIFFERENCE:
-            scale = self.split.scale
-        told = None if scale is None else {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text}
-        return json.dumps(state | {"scale": told})
 
     def settings_key(self) -> tuple:
         """What is compared to find out whether something else was chosen or told: without the camera's place."""
@@ -459,36 +352,8 @@ class Session:
         of = self.settings_key(), {name: len(curve) for name, curve in self.curves.items()}, self._look.next
         if of != self._details_of:
             self._details_of, self._details_number = of, self._details_number + 1
-            self._details = json.dumps(self.details())
-
-    def details(self) -> dict[str, Any]:
-        """What can be chosen, what is chosen, and what is told; a change of it is sent at once."""
-        r, choices, split = self.renderer, self.choices, self.split
-        return {
-            "width": r.width,
-            "height": r.height,
-            "what": r.what,
-            "offered": [
-                {"what": cls.what, "names": [[one.name, one.label or one.name] for one in offers]}
-                for cls, offers in choices.offered
-            ],
-            "environment": choices.environment,
-            "environments": choices.environments,
-            "triangle_test": choices.triangle_test,
-            "triangle_tests": choices.triangle_tests,
-            "lamp_choice": choices.lamp_choice,
-            "lamp_choices": choices.lamp_choices,
-            "controls": [described(control) for control in r.controls()],
-            "exposure": r.display.exposure if r.srgb and not r.has_own_display else None,
-            "tone": r.display.part.name if r.srgb else None,
-            "tones": PARTS.names("tone curve"),
-            "fov": None if r.camera.has_window else float(r.camera.fov),
-            "white": choices.white if r.active.name == DISTANCE else None,
-            "split": None if split is None else {"mode": split.mode, "side": split.number},
-            "curves": self.curves,
-            "message": self.message,
-            "explanation": self.explanation,
-        }
+            told = {"curves": self.curves, "message": self.message, "explanation": self.explanation}
+            self._details = json.dumps(details_of(self.choices, self.split) | told)
 
     def file(self, kind: str) -> bytes:
         """The picture as a file, as ``renderer.save`` writes it: "png" or "exr".
@@ -510,38 +375,3 @@ class Session:
 def is_final(renderer: ProgressiveRenderer) -> bool:
     """Whether a picture is complete: a view without random samples."""
     return not renderer.is_random and renderer.film.samples > 0 and renderer.is_current()
-
-
-def described(control: Control) -> dict[str, Any]:
-    """A control as JSON."""
-    if isinstance(control, BouncesControl):
-        value = None if control.value is None else list(control.value)
-        return {"kind": "bounces", "name": control.name, "value": value, "most": control.most}
-    if isinstance(control, NameControl):
-        return {
-            "kind": "name",
-            "name": control.name,
-            "value": control.value,
-            "names": list(control.names),
-            "label": control.label,
-        }
-    is_whole = isinstance(control.low, int) and isinstance(control.high, int)
-    return {
-        "kind": "slider",
-        "name": control.name,
-        "value": control.value,
-        "low": control.low,
-        "high": control.high,
-        "label": control.label,
-        "step": 1 if is_whole else (control.high - control.low) / 200,
-    }
-
-
-def answer(function: Callable[[], Any], future: Future) -> None:
-    """Call a function for another thread."""
-    if not future.set_running_or_notify_cancel():
-        return
-    try:
-        future.set_result(function())
-    except Exception as error:
-        future.set_exception(error)

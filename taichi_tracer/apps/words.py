@@ -6,6 +6,8 @@ Nothing here imports Taichi, so that ``--help`` and ``--version`` answer at once
 import argparse
 import re
 import sys
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import fields
 from typing import TypeVar
 
@@ -17,6 +19,7 @@ USER_ERROR = 2  # exit code: the input cannot be used, or a file could not be wr
 PICTURE_FOLDER = "renders"  # where pictures go for which nobody names a place
 
 Request = TypeVar("Request")
+Number = TypeVar("Number", int, float)
 told: set[str] = set()  # the notes of the command that runs
 
 
@@ -27,9 +30,13 @@ def note(text: str) -> None:
         print(f"taichi-tracer: note: {text}", file=sys.stderr)
 
 
-def taken(request: type[Request], args: argparse.Namespace) -> Request:
-    """A frozen request whose fields are the options of the same names; lists become tuples."""
-    values = {field.name: getattr(args, field.name) for field in fields(request)}
+def taken(request: type[Request], args: argparse.Namespace, **others: object) -> Request:
+    """A frozen request whose fields are the options of the same names; lists become tuples.
+
+    Args:
+        others: fields that are no option, or not as the option has it.
+    """
+    values = {f.name: others[f.name] if f.name in others else getattr(args, f.name) for f in fields(request)}
     return request(**{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()})
 
 
@@ -75,53 +82,37 @@ def let_every_character_print() -> None:
 
 def number(text: str) -> float:
     """A number, for argparse."""
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    return checked(text, float, lambda _: True, "a number")
 
 
 def positive(text: str) -> float:
     """A number more than 0, for argparse."""
-    value = number(text)
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a number more than 0")
-    return value
+    number(text)
+    return checked(text, float, lambda value: 0 < value < float("inf"), "a number more than 0")
 
 
 def degrees(text: str) -> float:
     """An angle from 0 to 180 degrees, for argparse."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value <= 180:
-        raise argparse.ArgumentTypeError(
-            f"{text.strip()!r} is not an angle from 0 to 180 degrees (if it is the scene, put it before this option)"
-        )
-    return value
+    what = "an angle from 0 to 180 degrees (if it is the scene, put it before this option)"
+    return checked(text, float, lambda value: 0 <= value <= 180, what)
 
 
 def at_least_one(text: str) -> int:
     """A whole number of at least 1, for argparse."""
-    try:
-        value = int(text)
-    except ValueError:
-        value = 0
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a whole number of at least 1")
-    return value
+    return checked(text, int, lambda value: value >= 1, "a whole number of at least 1")
 
 
 def whole(text: str) -> int:
     """A whole number of at least 0, for argparse."""
-    try:
-        value = int(text)
-    except ValueError:
-        value = -1
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a whole number of at least 0")
-    return value
+    return checked(text, int, lambda value: value >= 0, "a whole number of at least 0")
+
+
+def checked(text: str, read: Callable[[str], Number], is_legal: Callable[[Number], bool], what: str) -> Number:
+    """The value of a word; an error that argparse tells if it is not what it must be."""
+    with suppress(ValueError):
+        if is_legal(value := read(text)):
+            return value
+    raise argparse.ArgumentTypeError(f"{text.strip()!r} is not {what}")
 
 
 def bounces(text: str) -> tuple[tuple[int, int | None], ...]:

@@ -146,7 +146,7 @@ class Surface:
 
 @in_kernels
 def surface_at(scene, ray, hit) -> Surface:
-    """The surface that a ray hit; ``scene`` is a ``scene_data.SceneInKernels``."""
+    """The surface that a ray hit; ``scene`` is a ``scene_in_kernels.SceneInKernels``."""
     library = scene.material_library
     brdfs = {i: library.brdfs[i] for i in scene.effects.brdfs}
     material = impl.expr_init(library.get(hit.material_id))

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from taichi_tracer.cluster.sharing import Statistics
     from taichi_tracer.files.picture import Picture
     from taichi_tracer.picture.error_estimate import RelativeError
+    from taichi_tracer.renderer import ProgressiveRenderer
     from taichi_tracer.studies import Accuracy
     from taichi_tracer.teaching.marks import Mark
 
@@ -92,15 +93,12 @@ def render(
             came is in ``checkpoint``.
     """
     from taichi_tracer.cluster.command import Elsewhere
-    from taichi_tracer.files.disk import check_place, noting_reads
-    from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
+    from taichi_tracer.files.disk import noting_reads
     from taichi_tracer.system.errors import InputError
 
     args = namespace(scene, options)
     if checkpoint is not None:
-        if args.adaptive:
-            raise InputError(f"cluster.render: {NOT_ADAPTIVE}: leave out checkpoint")
-        check_place(checkpoint)
+        check_checkpoint(checkpoint, args.adaptive)
     with opened(cluster) as connection, noting_reads() as paths:
         scene_request, picture = requests(args)
         elsewhere = Elsewhere(connection, args, paths)
@@ -119,10 +117,7 @@ def render(
             finally:
                 if checkpoint is not None and renderer.samples > 0 and renderer.is_random:
                     renderer.save_checkpoint(checkpoint)
-        told = renderer.error() if renderer.is_random and renderer.samples > 1 else None
-        statistics = elsewhere.statistics[-1] if elsewhere.statistics else None
-        seconds = 0.0 if statistics is None else statistics.seconds
-        return Result(renderer.film.own_pixels(renderer.image()), renderer.samples, told, seconds, statistics)
+        return result_here(renderer, elsewhere.statistics)
 
 
 def sweep(
@@ -209,29 +204,21 @@ def accuracy(scene: str | Path, *, cluster: "str | Cluster" = "local", **options
         InputError: an option is wrong, no scheduler answers, or the worker ended before anything was measured.
     """
     import time
+    from dataclasses import replace
 
-    from taichi_tracer.apps.accuracy import study_of
+    from taichi_tracer.apps.accuracy import report_of, study_of
     from taichi_tracer.cluster.study import WorkerCrew
     from taichi_tracer.studies import accuracy_report, found, schedule
 
     start = time.perf_counter()
     args = namespace(scene, options, "accuracy")
-    request = study_of(args)
+    order, report = study_of(args), report_of(args)
     accuracy_report.get_ready()
-    keep = accuracy_report.DRAWING + (0.0 if request.report is None else accuracy_report.WRITING)
     with opened(cluster) as connection:
-        study = schedule.measure(
-            request.source,
-            list(request.variants),
-            request.size,
-            request.budget,
-            request.seeds,
-            crew=WorkerCrew(connection, args),
-            spent=time.perf_counter() - start,
-            keep=keep,
-        )
-    if request.report is not None:
-        accuracy_report.write(study, request.report)
+        order = replace(order, keep=order.keep + accuracy_report.DRAWING, spent=time.perf_counter() - start)
+        study = schedule.measure(order, crew=WorkerCrew(connection, args))
+    if report is not None:
+        accuracy_report.write(study, report)
     return found(study)
 
 
@@ -286,14 +273,12 @@ def opened(cluster: "str | Cluster") -> Any:
 
 def namespace(scene: str | Path, options: Mapping[str, Any], command: str = "render") -> Namespace:
     """The namespace of the command line ``taichi-tracer COMMAND SCENE …`` with these options."""
-    from taichi_tracer.apps.cli import as_value, load_parts, make_parser
+    from taichi_tracer.apps.cli import arguments_of
 
     words = [command, str(scene)]
     for name, value in options.items():
         words += words_of(f"--{name.replace('_', '-')}", value)
-    args = make_parser().parse_args([as_value(word) for word in words])
-    load_parts(args.parts)
-    return args
+    return arguments_of(words)
 
 
 def words_of(option: str, value: Any) -> list[str]:
@@ -311,6 +296,17 @@ def words_of(option: str, value: Any) -> list[str]:
     if all(isinstance(one, str) for one in value):
         return [option, ",".join(value)]
     return [option, *map(str, value)]
+
+
+def check_checkpoint(path: str | Path, is_adaptive: bool) -> None:
+    """Raise an InputError if the samples of a picture cannot be kept in this file."""
+    from taichi_tracer.files.disk import check_place
+    from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
+    from taichi_tracer.system.errors import InputError
+
+    if is_adaptive:
+        raise InputError(f"cluster.render: {NOT_ADAPTIVE}: leave out checkpoint")
+    check_place(path)
 
 
 def requests(args: Namespace) -> tuple[Any, Any]:
@@ -350,6 +346,14 @@ def parcels_of(pictures: Sequence[Mapping[str, Any]]) -> "tuple[list[Parcel], tu
     if len(set(machines)) > 1:
         raise InputError("cluster.sweep: all pictures need the same arch, precision and fast_math: make several sweeps")
     return found, machines[0]
+
+
+def result_here(renderer: "ProgressiveRenderer", statistics: "Sequence[Statistics]") -> Result:
+    """The result on the film of a renderer, of which a cluster told these statistics, one for each rendering."""
+    told = renderer.error() if renderer.is_random and renderer.samples > 1 else None
+    last = statistics[-1] if statistics else None
+    seconds = 0.0 if last is None else last.seconds
+    return Result(renderer.film.own_pixels(renderer.image()), renderer.samples, told, seconds, last)
 
 
 def result_of(answer: Mapping[str, Any]) -> Result:

@@ -1,28 +1,21 @@
 """The commands ``render``, ``grade`` and ``accuracy`` with ``--cluster``: workers of a cluster do what they ask for."""
 
-import dataclasses
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from taichi_tracer.apps import accuracy as accuracy_command
-from taichi_tracer.apps import grade as grade_command
 from taichi_tracer.apps import render as render_command
 from taichi_tracer.apps.requests import MachineRequest
 from taichi_tracer.apps.words import note
-from taichi_tracer.cluster import grading
 from taichi_tracer.cluster.members import Cluster
 from taichi_tracer.cluster.parcel import Parcel, pack
 from taichi_tracer.cluster.sharing import Sharing, Statistics
-from taichi_tracer.cluster.study import WorkerCrew
 from taichi_tracer.files.disk import noting_reads
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import runtime
-from taichi_tracer.system.errors import IncompleteError, InputError
-from taichi_tracer.teaching.sandbox import Level
-from taichi_tracer.teaching.submissions import Submission
+from taichi_tracer.system.errors import InputError
 
 
 def render(args: Namespace) -> int:
@@ -36,9 +29,12 @@ def render(args: Namespace) -> int:
 
 def accuracy(args: Namespace) -> int:
     """Measure what accuracy costs, on one worker of a cluster; all workers render the reference."""
+    from taichi_tracer.apps import accuracy as command
+    from taichi_tracer.cluster.study import WorkerCrew
+
     tell_of_parts(args)
     with Cluster(args.cluster, note) as cluster:
-        return accuracy_command.run(args, WorkerCrew(cluster, args))
+        return command.run(args, WorkerCrew(cluster, args))
 
 
 def tell_of_parts(args: Namespace) -> None:
@@ -49,32 +45,13 @@ def tell_of_parts(args: Namespace) -> None:
 
 def grade(args: Namespace) -> int:
     """Grade a class on a cluster."""
-    grading.check(args.assignment, [])
-    if args.upload:
-        raise InputError("--gradescope-upload grades nothing: leave out --cluster")
-    with Cluster(args.cluster, note) as cluster:
-        try:
-            return grade_command.run(args, Graders(cluster, args.assignment))
-        except IncompleteError as error:
-            raise InputError(f"{error}: what was graded is kept: to go on, run the same command again") from None
+    from taichi_tracer.cluster import grading
 
-
-class Graders:
-    """Where ``grade.run`` lets submissions be graded."""
-
-    def __init__(self, cluster: Cluster, assignment: str) -> None:
-        self.assignment, self.grade_class = assignment, partial(grading.grade_class, cluster)
-
-    def walls(self, level: str | None, found: Sequence[Submission]) -> Level:
-        """Those that each worker has; which ones that are, the report of each student says."""
-        grading.check(self.assignment, found)
-        if level is None:
-            note("each worker has walls of its own around submissions: --level NAME refuses workers without these")
-        return grading.level_of(level)
+    return grading.run(args)
 
 
 class Elsewhere:
-    """Where ``render.run`` lets samples be taken.
+    """The workers of a cluster, which take samples for ``apps.render.run``.
 
     Args:
         args: the command line. paths: the files that were read since it was looked at.
@@ -90,7 +67,7 @@ class Elsewhere:
         self.statistics: list[Statistics] = []
 
     def loaded(self, scene: SceneData) -> None:
-        """The scene was loaded here: its files are known."""
+        """Pack the scene, which was loaded here, so that its files are known."""
         self.parcel = pack(self.args, self.paths)
 
     def renders(self, renderer: Any, which: tuple) -> Callable:
@@ -114,8 +91,3 @@ class Elsewhere:
             raise RuntimeError("the scene must be loaded first")
         target = Target(1 if spp is None and time is None and error is None else spp, time, error)
         self.statistics.append(Sharing(self.cluster, renderer, self.parcel, which, target).run(watch))
-
-
-def described(statistics: Statistics) -> dict:
-    """What a picture cost, as plain values."""
-    return dataclasses.asdict(statistics)

@@ -1,16 +1,20 @@
 """A class that workers grade: each submission is sent as its zip file, and what comes back is kept on this machine."""
 
 import io
+from argparse import Namespace
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from taichi_tracer.apps import grade as command
+from taichi_tracer.apps.words import note
 from taichi_tracer.cluster import worker
 from taichi_tracer.cluster.jobs import Sweep
 from taichi_tracer.cluster.members import Cluster
 from taichi_tracer.files.disk import read_bytes
-from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.errors import IncompleteError, InputError, one_of
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grade import Settings, keep, kept_at, read, with_rules
@@ -80,3 +84,29 @@ def grade_class(
         cluster.prepare("cpu", "f32", False)
         Sweep(cluster, submit, len(to_do)).run(came)
     return [marks[i] for i in range(len(found))]
+
+
+def run(args: Namespace) -> int:
+    """``taichi-tracer grade`` on a cluster."""
+    check(args.assignment, [])
+    if args.upload:
+        raise InputError("--gradescope-upload grades nothing: leave out --cluster")
+    with Cluster(args.cluster, note) as cluster:
+        try:
+            return command.run(args, Graders(cluster, args.assignment))
+        except IncompleteError as error:
+            raise InputError(f"{error}: what was graded is kept: to go on, run the same command again") from None
+
+
+class Graders:
+    """The workers of a cluster, which grade for ``apps.grade.run``."""
+
+    def __init__(self, cluster: Cluster, assignment: str) -> None:
+        self.assignment, self.grade_class = assignment, partial(grade_class, cluster)
+
+    def walls(self, level: str | None, found: Sequence[Submission]) -> Level:
+        """The walls in words: each worker has its own, and the report of each student names them."""
+        check(self.assignment, found)
+        if level is None:
+            note("each worker has walls of its own around submissions: --level NAME refuses workers without these")
+        return level_of(level)

@@ -21,10 +21,10 @@ from taichi_tracer.cluster.parcel import Parcel, pack
 from taichi_tracer.files.disk import noting_reads
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.scene_data_loader import name_of, shipped_scenes
-from taichi_tracer.studies.crew import Clerk, WorkerDied
 from taichi_tracer.studies.variants import Variant
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import IncompleteError, InputError
+from taichi_tracer.system.processes import Clerk, WorkerDied
 
 SOON = 2.0  # seconds in which a worker may come before the study waits for it beside other things
 FETCH = 60.0  # seconds in which an answer has to come after it is there
@@ -52,7 +52,7 @@ class Distant(Clerk):
             raise WorkerDied(str(error)) from None
 
     def close(self) -> None:
-        """Let the process end; nobody waits for it."""
+        """Let the process on the worker end, without waiting for it."""
         super().close()
         if self.member is not None:
             self.crew.dismiss(self.member, self.number)
@@ -87,7 +87,7 @@ class WorkerCrew:
 
     @property
     def processors(self) -> int:
-        """How many the worker uses that measures."""
+        """How many processors the worker uses that measures."""
         return 1 if self.measures is None else self.threads.get(self.measures.address, 1)
 
     def hire(self) -> Distant:
@@ -106,7 +106,7 @@ class WorkerCrew:
         return [Distant(self, next(self.numbers), member) for member in others]
 
     def told(self) -> str:
-        """Whose the seconds are."""
+        """The sentence of the report that says on which machine the times were measured."""
         address = "" if self.measures is None else self.measures.address
         threads = "one thread" if self.processors == 1 else f"{self.processors} threads"
         return (
@@ -138,10 +138,7 @@ class WorkerCrew:
                     break
                 if passed > patience:
                     return None
-                self.cluster.wake.wait(FIRST_LOOK / 10)
-                self.cluster.wake.clear()
-                for member in list(self.cluster.members.values()):
-                    self.cluster.advance(member)
+                self.cluster.wait_for_answers()
             self.threads = dict(later(self.cluster.client.nthreads).result(FETCH))
             self.measures = max(ready, key=lambda m: self.threads.get(m.address, 0))
             return self.measures

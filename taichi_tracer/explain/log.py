@@ -58,7 +58,7 @@ class Log:
         return self._memory.is_over()
 
     def clear(self) -> None:
-        """Forget everything that was noted, and note nothing until a kernel calls ``switch``."""
+        """Forget everything that was noted, and note nothing until ``is_on`` is 1."""
         self.used[None] = self.is_on[None] = self.is_full[None] = 0
         self.counts.fill(0)
 
@@ -100,11 +100,6 @@ class Log:
     def _store(self, k: ti.template(), number):
         if self.place[None] >= 0:
             self.numbers[self.place[None] + k] = ti.cast(number, self.number_type)
-
-    @ti.func
-    def switch(self, on):
-        """Begin or end to note what runs."""
-        self.is_on[None] = ti.cast(on, ti.i32)
 
     def read(self) -> tuple[list[tuple[Entry, dict[str, Any]]], dict[str, int]]:
         """Everything that was noted, in order, and how often each limited step ran."""

@@ -1,5 +1,6 @@
 """Explains a pixel: its samples are computed once more, and one of them is noted step by step."""
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,10 @@ from taichi_tracer.explain.recorded import (
     recorded_scene,
 )
 from taichi_tracer.picture.film import Film
+from taichi_tracer.picture.some_pixels import SomePixels
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.observed import after, observed
 from taichi_tracer.system.seams import in_kernels
 
 LOBE_ANGLES = 1441  # an eighth of a degree: narrow lobes are drawn, too
@@ -25,26 +28,29 @@ LOBE_ANGLES = 1441  # an eighth of a degree: narrow lobes are drawn, too
 
 @ti.data_oriented
 class PixelExplainer:
-    """Computes the samples of one pixel at a time, with the parts of a renderer, and notes one of them.
+    """Takes the samples of one pixel at a time with the observed parts of a renderer, and notes one of them.
 
     Args:
         renderer: whose pixels are explained.
-        scene: the part of its scene that kernels use.
-        integrator: whose samples are explained.
-        eye_rays: what gives the kernel its rays and hits, in the plain form.
+        parts: what its samples are made of, a ``renderer.Parts`` whose eye rays have the plain form.
     """
 
-    def __init__(self, renderer: Any, scene: Any, integrator: Any, eye_rays: Any) -> None:
-        self.renderer, self.log, self._of = renderer, Log(), (scene, integrator, renderer.camera)
+    def __init__(self, renderer: Any, parts: Any) -> None:
+        self.renderer, self.log, self._of = renderer, Log(), (parts.scene, parts.integrator, renderer.camera)
         film = renderer.film
         self.film = Film(
             1, 1, None, film.halves == 2 and not film.doubles, film.keeps_deviation, film.averages, film.doubles
         )
-        self.scene = recorded_scene(scene, self.log)
-        self.eye_rays = eye_rays
-        self.eye_rays.camera = recorded(renderer.camera, self.log, CAMERA)
-        self.eye_rays.intersector = self.scene.ray_intersector
-        self.integrator = recorded_integrator(integrator, self.log)
+        self.pixels, self.scene = SomePixels(self.end), parts.scene
+        scene, eye_rays = recorded_scene(parts.scene, self.log), copy.copy(parts.eye_rays)
+        eye_rays.camera, eye_rays.intersector = recorded(renderer.camera, self.log, CAMERA), scene.ray_intersector
+        self.parts = parts._replace(
+            scene=scene,
+            integrator=recorded_integrator(parts.integrator, self.log),
+            eye_rays=observed(eye_rays, {"hit_of": after(lambda part, found, *_: self.begin(*found))}),
+            sampler=observed(parts.sampler, {"start": lambda part, call, *of: recorded(call(*of), self.log, NUMBERS)}),
+            film=self.pixels,
+        )
         self._memory = memory.Memory()
         self.value, self.lobe, self.has_lobe = ti.Vector.field(3, float), ti.field(float), ti.field(ti.i32)
         self._memory.fields.place(self.value, self.has_lobe)
@@ -61,12 +67,16 @@ class PixelExplainer:
         x, y = column, r.height - 1 - row
         self.film.reset()
         self.log.clear()
-        self._run(self.scene, self.integrator, x, y, r.seed, r.first_sample, count, sample)
+        self.pixels.choose((x, x + 1), (y, y + 1))
+        for k in range(count):
+            if k in (sample, sample + 1):
+                self.log.is_on[None] = int(k == sample)
+            r._take_sample(self.parts, r.seed, r.first_sample + k)
         noted, counts = self.log.read()
         steps = steps_of(noted)
         return Explanation(
             renderer=type(r).__name__,
-            integrator=self.integrator.name,
+            integrator=self.parts.integrator.name,
             column=column,
             row=row,
             x=x,
@@ -83,34 +93,20 @@ class PixelExplainer:
             lobe=self.lobe.to_numpy() if self.has_lobe[None] else None,
         )
 
-    @ti.kernel
-    def _run(
-        self,
-        scene: ti.template(),
-        integrator: ti.template(),
-        x: ti.i32,
-        y: ti.i32,
-        seed: ti.u32,
-        first: ti.u32,
-        count: ti.i32,
-        noted: ti.i32,
-    ):
-        ti.loop_config(serialize=True)
-        for k in range(count):
-            i, is_taken = self.renderer.shares.sample_of(x, y, first + ti.cast(k, ti.u32))
-            if is_taken:
-                self.log.switch(k == noted)
-                value, ray, hit = self.sample(scene, integrator, x, y, seed, i)
-                self.log.switch(False)
-                if k == noted:
-                    self.value[None], self.has_lobe[None] = value, 0
-                    if ti.static(self.renderer.srgb):
-                        if hit.is_hit:
-                            self.draw_lobe(scene, ray, hit)
-                if ti.static(self.renderer.is_random):
-                    self.film.add(0, 0, value, i)
-                else:
-                    self.film.put(0, 0, value, i)
+    @in_kernels
+    def begin(self, ray, hit) -> None:
+        """Keep the eye ray of a sample, and what it hits."""
+        self.ray, self.hit = ray, hit
+
+    @ti.func
+    def end(self, x, y, value, index):
+        """Add a sample to the pixel, and keep its value and its lobe if it is the one that is noted."""
+        if self.log.is_on[None] != 0:
+            self.value[None], self.has_lobe[None] = value, 0
+            if ti.static(self.renderer.srgb):
+                if self.hit.is_hit:
+                    self.draw_lobe(self.scene, self.ray, self.hit)
+        self.film.record(0, 0, value, index)
 
     def hit_triangles(self, steps: list[Step]) -> tuple[np.ndarray, ...]:
         """The vertices of the triangles on which the path stood."""
@@ -138,13 +134,6 @@ class PixelExplainer:
             angle = tm.pi * (k / (LOBE_ANGLES - 1) - 0.5)
             w_i = ti.sin(angle) * tangent + ti.cos(angle) * n
             self.lobe[k] = surface.eval_cosine(w_i).sum() / 3
-
-    @in_kernels
-    def sample(self, scene, integrator, x, y, seed, i):
-        """(value, ray, HitData) of one sample, as the renderer's kernel takes it."""
-        rng = recorded(self.renderer.sampler.start(seed, x, y, i), self.log, NUMBERS)
-        ray, hit = self.eye_rays.hit_of(x, y, rng)
-        return self.renderer.radiance(scene, integrator, ray, hit, rng), ray, hit
 
 
 def check_pixel(renderer: Any, column: int, row: int, sample: int, count: int) -> None:

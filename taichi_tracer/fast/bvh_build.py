@@ -3,7 +3,7 @@
 The tree has two levels, as in HLBVH (Pantaleoni & Luebke 2010). The triangles are grouped by the cells of a coarse
 grid. One kernel builds a tree for each group, in parallel, and then a tree over the groups.
 
-Meshes of fewer triangles are done in numpy before this kernel is even compiled; see ``build_small`` and ``bvh_levels``.
+For a small mesh, numpy is done before a new process has this kernel ready, see ``build_small``.
 """
 
 from collections.abc import Iterator
@@ -13,13 +13,21 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_levels import BIN_SCALE, BLOCK, FEWEST_BINS, NUM_BINS, build_levels
 from taichi_tracer.fast.lanes import larger, smaller
+from taichi_tracer.system.seams import in_kernels
 
+BLOCK_BITS = 2
+BLOCK = 1 << BLOCK_BITS  # a ray tests so many triangles of a leaf together; the kernel splits them no further
+NUM_BINS = 16  # per axis; the planes between them are the candidates for a split
+FEWEST_BINS = 4  # of a range with few items, for which the bins would take more time than the items
+BIN_SCALE = 1 - 1e-6  # reduces the number of bins: rounding then cannot move the largest centre behind the last bin
 MAX_LEAF = 8  # the largest number of triangles in a leaf; the heuristic usually makes smaller leaves
 COST_OF_BOX = 1.2  # the cost of visiting a node of a small tree, in units of the cost of one triangle test
-SMALL = 256  # up to this number of triangles, every plane is tried (in 30 ms)
-MEDIUM = 8192  # up to this number of triangles, numpy is done (in 60 ms) before the kernel is loaded
+# Up to this number of triangles, numpy tries every plane, in 13 ms for a thousand of them. The kernel takes 1 ms, but a
+# new process needs 45 ms to load it, and 0.15 s to translate it for the first time.
+SMALL = 3072
+TINY = 256  # up to this number of triangles, numpy splits blocks too: rays gain up to 5 %, and the start loses 4 ms
+MEDIUM = 8192  # up to this number of triangles, one task of the kernel builds the whole tree, in 4 ms
 BATCH = 1 << 18  # triangles between two updates of the progress bar of a long build
 SHOW_PROGRESS_AFTER = 2.0  # seconds
 MOST_BITS = 5  # of a grid cell along an axis: three axes need 15 bits, and numpy sorts 16-bit codes fast, by radix sort
@@ -57,58 +65,56 @@ def build(box: np.ndarray, at_once: int = BLOCK) -> BinaryTree:
     n = len(box)
     if n <= SMALL:
         return build_small(box)
-    if n <= MEDIUM:
-        node_box, links, order = build_levels(box, at_once)
-        return BinaryTree(node_box, links[:, 0], links[:, 1], links[:, 2], order)
-    order, starts = grid_groups(box)
-    ends = np.append(starts[1:], n).astype(np.int32)
+    order, starts = np.arange(n, dtype=np.int32), np.zeros(1, np.int32)
+    if n > MEDIUM:
+        order, starts = grid_groups(box)
+    ranges = np.stack([starts, np.append(starts[1:], n)], axis=1).astype(np.int32)
     nodes = Nodes(2 * n + 2 * len(starts), box.dtype)
     for some in _batches(starts, n):
-        scratch = _scratch(len(starts[some]), box.dtype)
-        _build_ranges(starts[some], ends[some], 0, at_once, BLOCK, box, order, nodes.box, nodes.links, *scratch)
-    if len(starts) == 1:
-        return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
-    return _join(nodes, starts, order)
+        nodes.split(ranges[some], box, order, at_once, BLOCK)
+    if len(starts) > 1:
+        _join(nodes, starts, order)
+    return nodes.tree(order)
 
 
 def build_small(box: np.ndarray) -> BinaryTree:
     """The tree over a few boxes; every plane between two neighbouring centres is a candidate for a split."""
-    n = len(box)
+    n, most = len(box), 1 if len(box) <= TINY else BLOCK
     order, nodes, stack = np.arange(n, dtype=np.int32), Nodes(2 * n, box.dtype), [(0, 0, n)]
-    while stack:
-        node, begin, end = stack.pop()
-        own = box[order[begin:end]]
-        nodes.box[node] = np.concatenate([own[:, :3].min(axis=0), own[:, 3:].max(axis=0)])
-        nodes.links[node, 1:] = begin, end
-        split, count = split_small(own.astype(np.float64))
-        if count > 0:
-            order[begin:end] = order[begin:end][split]
-            left = 2 * (begin + count)
-            nodes.links[node, 0] = left
-            stack += [(left, begin, begin + count), (left + 1, begin + count, end)]
-    return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
+    with np.errstate(over="ignore", invalid="ignore"):
+        while stack:
+            node, begin, end = stack.pop()
+            own = box[order[begin:end]]
+            nodes.box[node, :3], nodes.box[node, 3:] = own[:, :3].min(axis=0), own[:, 3:].max(axis=0)
+            nodes.links[node, 1:] = begin, end
+            if end - begin <= most:
+                continue
+            split, count = split_small(own.astype(np.float64))
+            if count > 0:
+                order[begin:end] = order[begin:end][split]
+                left = 2 * (begin + count)
+                nodes.links[node, 0] = left
+                stack += [(left, begin, begin + count), (left + 1, begin + count, end)]
+    return nodes.tree(order)
 
 
 def split_small(box: np.ndarray) -> tuple[np.ndarray, int]:
-    """The order of (k, 6) boxes in which the first ``count`` go to the left, and ``count``; it is 0 in a leaf."""
+    """The order of (k, 6) boxes, k ≥ 2, in which the first ``count`` go to the left, and ``count``; 0 in a leaf."""
     k = len(box)
-    if k == 1:
-        return np.zeros(1, np.intp), 0
     orders = np.argsort(box[:, :3] / 2 + box[:, 3:] / 2, axis=0, kind="stable").T  # one for each axis
     area = np.zeros((2, 3, k - 1))  # [left or right of a plane, axis, plane]
-    with np.errstate(over="ignore", invalid="ignore"):
-        for side, sorted_boxes in enumerate((box[orders], box[orders[:, ::-1]])):
-            low = np.minimum.accumulate(sorted_boxes[..., :3], axis=1)
-            high = np.maximum.accumulate(sorted_boxes[..., 3:], axis=1)
-            size = high - low
-            half_areas = (size * np.roll(size, 1, axis=2)).sum(axis=2)
-            area[side], whole = half_areas[:, :-1], half_areas[0, -1]
-        left = np.arange(1, k)
-        cost = area[0] * left + area[1, :, ::-1] * (k - left)
-        cost[np.isnan(cost)] = np.inf  # a flat box that is too large: 0 · ∞
-        axis, best = divmod(int(np.argmin(cost)), k - 1)
-        if k <= MAX_LEAF and not cost[axis, best] + COST_OF_BOX * whole < k * whole:
-            return orders[axis], 0
+    for side, sorted_boxes in enumerate((box[orders], box[orders[:, ::-1]])):
+        low = np.minimum.accumulate(sorted_boxes[..., :3], axis=1)
+        size = np.maximum.accumulate(sorted_boxes[..., 3:], axis=1) - low
+        x, y, z = size[..., 0], size[..., 1], size[..., 2]
+        half_areas = x * z + y * x + z * y
+        area[side], whole = half_areas[:, :-1], half_areas[0, -1]
+    left = np.arange(1, k)
+    cost = area[0] * left + area[1, :, ::-1] * (k - left)
+    cost[np.isnan(cost)] = np.inf  # a flat box that is too large: 0 · ∞
+    axis, best = divmod(int(np.argmin(cost)), k - 1)
+    if k <= MAX_LEAF and not cost[axis, best] + COST_OF_BOX * whole < k * whole:
+        return orders[axis], 0
     # If all costs are alike, because the areas overflow or because all boxes are the same, both halves are equal.
     count = best + 1 if cost.min() < cost.max() else k // 2
     return orders[axis], count
@@ -136,33 +142,32 @@ class Nodes:
         self.box = np.zeros((count, 6), dtype)
         self.links = np.full((count, 3), -1, np.int32)
 
+    def split(
+        self, ranges: np.ndarray, box: np.ndarray, order: np.ndarray, at_once: int, most: int, base: int = 0
+    ) -> None:
+        """Let ``_build_ranges`` build a tree for each of the (k, 2) ranges of ``order``."""
+        scratch = [np.empty((len(ranges), *shape), box.dtype) for shape in ((3 * NUM_BINS, 2, 3), (3 * NUM_BINS,))]
+        scratch += [np.empty((len(ranges), NUM_BINS), box.dtype), np.empty((len(ranges), STACK_SIZE), np.int32)]
+        boxes, node_box = (np.ascontiguousarray(own).reshape(-1, 2, 3) for own in (box, self.box))
+        _build_ranges(ranges, base, at_once, most, boxes, order, node_box, self.links, *scratch)
 
-def _join(nodes: Nodes, starts: np.ndarray, order: np.ndarray) -> BinaryTree:
+    def tree(self, order: np.ndarray) -> BinaryTree:
+        """The tree of these nodes over the items of ``order``."""
+        return BinaryTree(self.box, self.links[:, 0], self.links[:, 1], self.links[:, 2], order)
+
+
+def _join(nodes: Nodes, starts: np.ndarray, order: np.ndarray) -> None:
     """Build the tree over the roots of the groups behind the nodes of the groups, and make its root node 0."""
-    n, base = len(order), 2 * len(order)
-    roots = 2 * starts
-    group_order = np.arange(len(starts), dtype=np.int32)
-    group_box = np.ascontiguousarray(nodes.box[roots])
-    top = Nodes(2 * len(starts), nodes.box.dtype)
-    _build_ranges(
-        np.zeros(1, np.int32),
-        np.array([len(starts)], np.int32),
-        base,
-        1,
-        1,
-        group_box,
-        group_order,
-        top.box,
-        top.links,
-        *_scratch(1, nodes.box.dtype),
-    )
+    n, base, count = len(order), 2 * len(order), len(starts)
+    roots, group_order = 2 * starts, np.arange(count, dtype=np.int32)
+    top = Nodes(2 * count, nodes.box.dtype)
+    top.split(np.array([[0, count]], np.int32), nodes.box[roots], group_order, 1, 1, base)
     # A leaf over one group becomes the root of this group. An inner node gets the range of all triangles.
     is_leaf = (top.links[:, 0] < 0) & (top.links[:, 1] >= 0)
     top.links[~is_leaf, 1:] = 0, n
     top.links[is_leaf] = nodes.links[roots[group_order[top.links[is_leaf, 1]]]]
     nodes.box[base:], nodes.links[base:] = top.box, top.links
     nodes.box[0], nodes.links[0] = top.box[0], top.links[0]
-    return BinaryTree(nodes.box, nodes.links[:, 0], nodes.links[:, 1], nodes.links[:, 2], order)
 
 
 def bits_per_axis(n: int) -> int:
@@ -193,51 +198,41 @@ def grid_groups(box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order, starts
 
 
-def _scratch(tasks: int, dtype: np.dtype) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """For each task: bins (3 axes × NUM_BINS boxes and counts), area × tests right of every bin, a stack of nodes."""
-    bins = np.empty((tasks, 3 * NUM_BINS, 7), dtype)
-    areas = np.empty((tasks, NUM_BINS), dtype)
-    stack = np.empty((tasks, STACK_SIZE), np.int32)
-    return bins, areas, stack
-
-
 @ti.kernel
 def _build_ranges(
-    starts: ti.types.ndarray(dtype=ti.i32, ndim=1),
-    ends: ti.types.ndarray(dtype=ti.i32, ndim=1),
+    ranges: ti.types.ndarray(dtype=ti.i32, ndim=2),
     base: ti.i32,
     at_once: ti.i32,
     most: ti.i32,
-    box: ti.types.ndarray(ndim=2),
+    box: ti.types.ndarray(dtype=tm.vec3, ndim=2),
     order: ti.types.ndarray(dtype=ti.i32, ndim=1),
-    node_box: ti.types.ndarray(ndim=2),
+    node_box: ti.types.ndarray(dtype=tm.vec3, ndim=2),
     links: ti.types.ndarray(dtype=ti.i32, ndim=2),
-    bins: ti.types.ndarray(ndim=3),
-    areas: ti.types.ndarray(ndim=2),
+    bins: ti.types.ndarray(dtype=tm.vec3, ndim=3),
+    counts: ti.types.ndarray(ndim=2),
+    costs: ti.types.ndarray(ndim=2),
     stack: ti.types.ndarray(dtype=ti.i32, ndim=2),
 ):
-    """One tree for each range [starts, ends) of ``order``, with its root at node 2·start.
+    """One tree for each range [begin, end) of ``order``, with its root at node 2·begin.
 
     At most one split happens at each position m of ``order``. Its children are the nodes 2m and 2m + 1, so that the
     tasks need no shared counter. A link to a child is ``base`` + the index of the child. A range of up to ``most``
     items stays together.
     """
-    for task in range(starts.shape[0]):
-        root = 2 * starts[task]
-        links[root, 1] = starts[task]
-        links[root, 2] = ends[task]
+    for task in range(ranges.shape[0]):
+        items = _items(task, box, order, bins, counts, costs)
+        root = 2 * ranges[task, 0]
+        links[root, 1], links[root, 2] = ranges[task, 0], ranges[task, 1]
         stack[task, 0] = root
         waiting = 1
         while waiting > 0:
             waiting -= 1
             node = stack[task, waiting]
             begin, end = links[node, 1], links[node, 2]
-            low, high, c_low, c_high = bound(box, order, begin, end)
-            for k in ti.static(range(3)):
-                node_box[node, k] = low[k]
-                node_box[node, k + 3] = high[k]
+            low, high, c_low, c_high = items.bound(begin, end)
+            node_box[node, 0], node_box[node, 1] = low, high
             if end - begin > most:
-                middle = split(task, box, order, begin, end, c_low, c_high, at_once, bins, areas)
+                middle = items.split(begin, end, c_low, c_high, at_once)
                 left = 2 * middle
                 links[node, 0] = base + left
                 links[left, 1], links[left, 2] = begin, middle
@@ -248,142 +243,108 @@ def _build_ranges(
                 waiting += 2
 
 
-@ti.func
-def corners(box: ti.template(), i):
-    """Low and high corner of box i."""
-    return tm.vec3(box[i, 0], box[i, 1], box[i, 2]), tm.vec3(box[i, 3], box[i, 4], box[i, 5])
+@in_kernels
+def _items(*arguments):
+    return _Items(*arguments)
 
 
-@ti.func
-def half_area(low, high):
-    """Half the surface area of a box."""
-    size = high - low
-    return size.x * size.y + size.y * size.z + size.z * size.x
+class _Items:
+    """The items of a task, and its memory, within the kernel.
 
+    Args:
+        box: low and high corner of every item. order: the ids of the items.
+        bins, counts: of each task, for bin j of an axis, the box and the number of the items, at 3 j + axis.
+        costs: of each task, area · tests right of the bin before each bin.
+    """
 
-@ti.func
-def bound(box: ti.template(), order: ti.template(), begin, end):
-    """The box of a range of items, and the box of their centres; all centres are multiplied by 2."""
-    low, high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
-    c_low, c_high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
-    for i in range(begin, end):
-        a, b = corners(box, order[i])
-        low, high = smaller(low, a), larger(high, b)
-        c_low, c_high = smaller(c_low, a + b), larger(c_high, a + b)
-    return low, high, c_low, c_high
+    _data_oriented = True  # allows kernels to keep it in a variable
 
+    def __init__(self, task, box, order, bins, counts, costs) -> None:
+        self.task, self.box, self.order, self.bins, self.counts, self.costs = task, box, order, bins, counts, costs
 
-@ti.func
-def bin_of(centre, c_low, bins_per_unit, num_bins):
-    """The bin of a centre (multiplied by 2) along each axis."""
-    return tm.clamp(ti.cast((centre - c_low) * bins_per_unit, ti.i32), 0, num_bins - 1)
+    @ti.func
+    def corners(self, i):
+        """Low and high corner of the item at a position of ``order``."""
+        return self.box[self.order[i], 0], self.box[self.order[i], 1]
 
+    @ti.func
+    def bound(self, begin, end):
+        """The box of a range of items, and the box of their centres; all centres are multiplied by 2."""
+        low, high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
+        c_low, c_high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
+        for i in range(begin, end):
+            a, b = self.corners(i)
+            low, high = smaller(low, a), larger(high, b)
+            c_low, c_high = smaller(c_low, a + b), larger(c_high, a + b)
+        return low, high, c_low, c_high
 
-@ti.func
-def split(
-    task,
-    box: ti.template(),
-    order: ti.template(),
-    begin,
-    end,
-    c_low,
-    c_high,
-    at_once,
-    bins: ti.template(),
-    areas: ti.template(),
-):
-    """Reorder a range so that it splits into [begin, middle) and [middle, end)."""
-    n = end - begin
-    num_bins = tm.clamp(n, FEWEST_BINS, NUM_BINS)
-    size = c_high - c_low
-    bins_per_unit = tm.vec3(0)
-    for k in ti.static(range(3)):
-        if size[k] > 0:
-            bins_per_unit[k] = num_bins * BIN_SCALE / size[k]
-            if not bins_per_unit[k] < tm.inf:
-                bins_per_unit[k] = 0
-    fill_bins(task, box, order, begin, end, c_low, bins_per_unit, num_bins, bins)
+    @ti.func
+    def split(self, begin, end, c_low, c_high, at_once):
+        """Reorder a range so that it splits into [begin, middle) and [middle, end); returns ``middle``."""
+        num_bins = tm.clamp(end - begin, FEWEST_BINS, NUM_BINS)
+        scale = num_bins * BIN_SCALE / (c_high - c_low)  # bins per unit
+        scale = ti.select((c_high > c_low) & (scale < tm.inf), scale, 0)
+        self.fill_bins(begin, end, c_low, scale, num_bins)
 
-    best_cost, best_axis, best_bin = tm.inf, -1, -1
-    for axis in range(3):
-        cost, last = cheapest_plane(task, axis, num_bins, at_once, bins, areas)
-        if cost < best_cost:
-            best_cost, best_axis, best_bin = cost, axis, last
+        best_cost, best_axis, best_bin = tm.inf, -1, -1
+        for axis in range(3):
+            cost, last = self.cheapest_plane(axis, num_bins, at_once)
+            if cost < best_cost:
+                best_cost, best_axis, best_bin = cost, axis, last
 
-    middle = (begin + end) // 2  # if all centres are equal, or if the areas overflow
-    if best_axis >= 0:
-        middle = partition(box, order, begin, end, best_axis, best_bin, c_low, bins_per_unit, num_bins)
-        if middle <= begin or middle >= end:  # with fast_math, an infinite cost may be compared wrongly
-            middle = (begin + end) // 2
-    return middle
+        middle = (begin + end) // 2  # if all centres are equal, or if the areas overflow
+        if best_axis >= 0:
+            i, j = begin, end - 1
+            while i <= j:  # the items of the bins up to ``best_bin`` move to the front
+                where = self.bins_of(i, c_low, scale, num_bins)
+                if ti.select(best_axis == 0, where.x, ti.select(best_axis == 1, where.y, where.z)) <= best_bin:
+                    i += 1
+                else:
+                    self.order[i], self.order[j] = self.order[j], self.order[i]
+                    j -= 1
+            if begin < i and i < end:  # with fast_math, an infinite cost may be compared wrongly
+                middle = i
+        return middle
 
+    @ti.func
+    def bins_of(self, i, c_low, scale, num_bins):
+        """The bin of an item along each axis."""
+        a, b = self.corners(i)
+        return tm.clamp(ti.cast((a + b - c_low) * scale, ti.i32), 0, num_bins - 1)
 
-@ti.func
-def fill_bins(
-    task, box: ti.template(), order: ti.template(), begin, end, c_low, bins_per_unit, num_bins, bins: ti.template()
-):
-    """Compute the box and the number of the items in every bin of every axis."""
-    for axis in range(3):
-        for j in range(axis * NUM_BINS, axis * NUM_BINS + num_bins):
-            for k in ti.static(range(3)):
-                bins[task, j, k] = tm.inf
-                bins[task, j, k + 3] = -tm.inf
-            bins[task, j, 6] = 0
-    for i in range(begin, end):
-        a, b = corners(box, order[i])
-        where = bin_of(a + b, c_low, bins_per_unit, num_bins)
-        for axis in ti.static(range(3)):
-            j = axis * NUM_BINS + where[axis]
-            for k in ti.static(range(3)):
-                bins[task, j, k] = smaller(bins[task, j, k], a[k])
-                bins[task, j, k + 3] = larger(bins[task, j, k + 3], b[k])
-            bins[task, j, 6] += 1
+    @ti.func
+    def fill_bins(self, begin, end, c_low, scale, num_bins):
+        """Compute the box and the number of the items in every bin of every axis."""
+        for j in range(3 * num_bins):
+            self.bins[self.task, j, 0], self.bins[self.task, j, 1] = tm.vec3(tm.inf), tm.vec3(-tm.inf)
+            self.counts[self.task, j] = 0
+        for i in range(begin, end):
+            a, b = self.corners(i)
+            where = self.bins_of(i, c_low, scale, num_bins)
+            for axis in ti.static(range(3)):
+                j = 3 * where[axis] + axis
+                self.bins[self.task, j, 0] = smaller(self.bins[self.task, j, 0], a)
+                self.bins[self.task, j, 1] = larger(self.bins[self.task, j, 1], b)
+                self.counts[self.task, j] += 1
 
-
-@ti.func
-def bin_corners(bins: ti.template(), task, j):
-    """Low and high corner of a bin."""
-    low = tm.vec3(bins[task, j, 0], bins[task, j, 1], bins[task, j, 2])
-    return low, tm.vec3(bins[task, j, 3], bins[task, j, 4], bins[task, j, 5])
-
-
-@ti.func
-def cheapest_plane(task, axis, num_bins, at_once, bins: ti.template(), areas: ti.template()):
-    """The minimum of area(left)·tests(left) + area(right)·tests(right) over the planes, and its last left bin."""
-    low, high = tm.vec3(tm.inf), tm.vec3(-tm.inf)
-    count = 0.0
-    for step in range(num_bins - 1):
-        j = num_bins - 1 - step
-        a, b = bin_corners(bins, task, axis * NUM_BINS + j)
-        low, high = smaller(low, a), larger(high, b)
-        count += bins[task, axis * NUM_BINS + j, 6]
-        areas[task, j] = tm.inf
-        if count > 0:
-            areas[task, j] = half_area(low, high) * ti.ceil(count / at_once)
-    best, best_bin = tm.inf, -1
-    low, high, count = tm.vec3(tm.inf), tm.vec3(-tm.inf), 0.0
-    for j in range(num_bins - 1):
-        a, b = bin_corners(bins, task, axis * NUM_BINS + j)
-        low, high = smaller(low, a), larger(high, b)
-        count += bins[task, axis * NUM_BINS + j, 6]
-        if count > 0:
-            cost = half_area(low, high) * ti.ceil(count / at_once) + areas[task, j + 1]
-            if cost < best:
-                best, best_bin = cost, j
-    return best, best_bin
-
-
-@ti.func
-def partition(box: ti.template(), order: ti.template(), begin, end, axis, last_left, c_low, bins_per_unit, num_bins):
-    """Move the items of the bins up to ``last_left`` to the front; returns the position where the others begin."""
-    i, j = begin, end - 1
-    while i <= j:
-        a, b = corners(box, order[i])
-        where = bin_of(a + b, c_low, bins_per_unit, num_bins)
-        own = ti.select(axis == 0, where.x, ti.select(axis == 1, where.y, where.z))
-        if own <= last_left:
-            i += 1
-        else:
-            order[i], order[j] = order[j], order[i]
-            j -= 1
-    return i
+    @ti.func
+    def cheapest_plane(self, axis, num_bins, at_once):
+        """The minimum of area(left)·tests(left) + area(right)·tests(right) over the planes, and its last left bin."""
+        best, best_bin = tm.inf, -1
+        low, high, count = tm.vec3(tm.inf), tm.vec3(-tm.inf), 0.0
+        for step in range(2 * num_bins - 2):  # first from the last bin to the second one, then from the first one on
+            is_back = step < num_bins - 1
+            if step == num_bins - 1:
+                low, high, count = tm.vec3(tm.inf), tm.vec3(-tm.inf), 0.0
+            j = ti.select(is_back, num_bins - 1 - step, step - num_bins + 1)
+            low = smaller(low, self.bins[self.task, 3 * j + axis, 0])
+            high = larger(high, self.bins[self.task, 3 * j + axis, 1])
+            count += self.counts[self.task, 3 * j + axis]
+            size, cost = high - low, tm.inf
+            if count > 0:
+                cost = (size.x * size.y + size.y * size.z + size.z * size.x) * ti.ceil(count / at_once)
+            if is_back:
+                self.costs[self.task, j] = cost
+            elif cost + self.costs[self.task, j + 1] < best:
+                best, best_bin = cost + self.costs[self.task, j + 1], j
+        return best, best_bin

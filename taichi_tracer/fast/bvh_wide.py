@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taichi_tracer.fast.bvh_build import MAX_LEAF, BinaryTree
-from taichi_tracer.fast.bvh_levels import BLOCK
+from taichi_tracer.fast.bvh_build import BLOCK, MAX_LEAF, BinaryTree
 
 WIDTH = 8
 LEAF_BITS = 4  # a reference to a leaf is the number −1 − (first·2^LEAF_BITS + count)

@@ -2,7 +2,8 @@
 
 import taichi as ti
 
-from taichi_tracer.camera import Camera, OrthographicCamera
+from taichi_tracer.camera import Camera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.system.seams import replaced
 
 

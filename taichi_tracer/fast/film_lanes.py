@@ -8,8 +8,10 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.lanes import LANES, flags, lanes
-from taichi_tracer.picture.film import Film, add_to_pair, is_finite, mean_of_channels
+from taichi_tracer.picture.exact_sums import add_to_pair
+from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS
+from taichi_tracer.picture.pixel_sums import is_finite, mean_of_channels
 
 
 def can_add_together(film: Film) -> bool:
@@ -49,7 +51,7 @@ def add_samples(film: ti.template(), group_x, group_y, sample, red, green, blue)
         has_lost[lane] = ti.cast(abs(tm.vec3(lost_r[lane], lost_g[lane], lost_b[lane])).sum() > 0, ti.i32)
     are_added = is_alike.min() != 0
     if ti.static(film.doubles):
-        # At a power of two, half 1 may have to become a part of half 0: ``Film.begin_doubling``.
+        # At a power of two, half 1 may have to become a part of half 0: ``PixelSums.begin_doubling``.
         are_added = are_added and n & (n - 1) != 0
     if are_added:
         film.total.lanes[0][group_x, group_y, half], film.rest.lanes[0][group_x, group_y, half] = total_r, rest_r

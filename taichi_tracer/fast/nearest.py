@@ -118,7 +118,7 @@ class FastIntersector(RayIntersector):
         """``describe`` for a search that has the vertices of the triangle at hand; of a sphere, they are not used."""
         hit = no_hit()
         if ti.static(not self.geometry.effects.spheres):
-            hit = self.describe_corners(ray, t, primitive_id, u, v, v0, v1, v2)
+            hit = self.describe_corners(ray, t, primitive_id, u, v, (v0, v1, v2))
             hit.distance = self.exact_distance_of(ray, t, v0, v1, v2, t_min, t_max)
         else:
             hit = self.describe(ray, t, primitive_id, u, v, t_min, t_max)

@@ -11,7 +11,7 @@ import taichi.math as tm
 
 from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.packets import TILE
-from taichi_tracer.sampler import TERM_BIT, RandomNumbers
+from taichi_tracer.random_numbers import TERM_BIT, RandomNumbers
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import replaced
 

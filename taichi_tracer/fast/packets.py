@@ -16,7 +16,7 @@ everything that depends only on this point is a single number.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_levels import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.lanes import (
     LANE_BITS,
     LANES,
@@ -33,7 +33,6 @@ from taichi_tracer.fast.lanes import (
 from taichi_tracer.fast.packet_spheres import SphereLanes, sphere_distance
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.blocks import IN_A_BLOCK
 
 TILE_BITS = LANE_BITS // 2
 TILE = 1 << TILE_BITS  # TILE × TILE pixels form a group of sixteen
@@ -176,13 +175,10 @@ class Packets:
     @ti.func
     def next_heading(self, c):
         """A heading whose rays were not traced yet; −1 if there is none."""
-        found = -1
-        if IN_A_BLOCK:
-            heading = self.heading[c, 0]
-            for g in ti.static(range(1, GROUPS)):
-                heading = larger(heading, self.heading[c, g])
-            found = greatest(heading)
-        return found
+        heading = self.heading[c, 0]
+        for g in ti.static(range(1, GROUPS)):
+            heading = larger(heading, self.heading[c, g])
+        return greatest(heading)
 
     @ti.func
     def take_heading(self, c, heading, origin, intersector: ti.template()):
@@ -204,11 +200,10 @@ class Packets:
                 high = greatest(ti.select(is_at_work, self.i[c, g, k], lanes(-tm.inf)))
                 self.group_low[c, k][g], self.group_high[c, k][g] = low, high
                 common.low[k], common.high[k] = smaller(low, common.low[k]), larger(high, common.high[k])
-        if IN_A_BLOCK:
-            if ti.static(self.share_origin):
-                self.move_origin(common, intersector)
-            else:
-                self.move_origins(c, common, intersector)
+        if ti.static(self.share_origin):
+            self.move_origin(common, intersector)
+        else:
+            self.move_origins(c, common, intersector)
         for g in ti.static(range(GROUPS)):
             self.heading[c, g] = ti.select(self.heading[c, g] == heading, -1, self.heading[c, g])
         return common
@@ -297,23 +292,31 @@ class Packets:
         All boxes are tested before all triangles, four boxes at a time. At an empty place, a box has no meaning.
         """
         for k in ti.static(range(3)):
-            if IN_A_BLOCK:
-                low, high = blocks.extremes(block, k)
-                is_forward = (common.heading >> k) & 1 == 0
-                self.near_plane[c, k] = ti.select(is_forward, low, high)
-                self.far_plane[c, k] = ti.select(is_forward, high, low)
+            self.find_planes(c, common, blocks, block, k)
         mask = 0
         for g in ti.static(range(GROUPS)):
-            if IN_A_BLOCK:
-                t_near, t_far = ti.Vector([t_min] * BLOCK), ti.Vector([self.group_reach[c][g]] * BLOCK)
-                for k in ti.static(range(3)):
-                    low = ti.Vector([self.group_low[c, k][g]] * BLOCK)
-                    high = ti.Vector([self.group_high[c, k][g]] * BLOCK)
-                    to_near = self.near_plane[c, k] - common.near_origin[k]
-                    to_far = self.far_plane[c, k] - common.far_origin[k]
-                    t_near, t_far = slab(to_near, to_far, low, high, t_near, t_far)
-                mask |= (lanes_of(t_near <= t_far) & ((2 << used) - 2)) << (BLOCK * g)
+            mask |= (self.boxes_met(c, g, common, t_min) & ((2 << used) - 2)) << (BLOCK * g)
         return mask
+
+    @ti.func
+    def find_planes(self, c, common, blocks: ti.template(), block, k: ti.template()):
+        """Keep the planes of the four boxes of a block, along axis k, through which rays enter and leave."""
+        low, high = blocks.extremes(block, k)
+        is_forward = (common.heading >> k) & 1 == 0
+        self.near_plane[c, k] = ti.select(is_forward, low, high)
+        self.far_plane[c, k] = ti.select(is_forward, high, low)
+
+    @ti.func
+    def boxes_met(self, c, g: ti.template(), common, t_min):
+        """``lanes_of`` the boxes between the kept planes that a group may meet, nearer than its own hits."""
+        t_near, t_far = ti.Vector([t_min] * BLOCK), ti.Vector([self.group_reach[c][g]] * BLOCK)
+        for k in ti.static(range(3)):
+            low = ti.Vector([self.group_low[c, k][g]] * BLOCK)
+            high = ti.Vector([self.group_high[c, k][g]] * BLOCK)
+            to_near = self.near_plane[c, k] - common.near_origin[k]
+            to_far = self.far_plane[c, k] - common.far_origin[k]
+            t_near, t_far = slab(to_near, to_far, low, high, t_near, t_far)
+        return lanes_of(t_near <= t_far)
 
     @ti.func
     def try_primitive(self, c, g, common, intersector: ti.template(), i, t_min):

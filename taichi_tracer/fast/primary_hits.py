@@ -13,7 +13,6 @@ from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
 from taichi_tracer.fast.number_lanes import FIRST_DIMENSION, has_points, pairs_of
 from taichi_tracer.fast.packet_spheres import sphere_normals
 from taichi_tracer.fast.packets import SIDE, SIDE_BITS, TILE, TILE_BITS, Packets
-from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.turns import Turns
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.formulas.triangles import TriangleTest
@@ -22,7 +21,6 @@ from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, sampler_of
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import replaced, why_replaced
 
 PIECE = 16  # packets that a thread takes at a time: neighbours, which meet the same nodes
 LARGE_PICTURE = 256 * 256  # pixels; from this size on, packets gain much
@@ -374,22 +372,3 @@ def why_not_kept(scene_data, camera: ProjectiveCamera, sampler: Sampler, ranges,
     if runtime.ensure().arch == "cpu" and not have_packets(scene_data, camera, sampler):
         return "new rays in each pass, and they have no packets"
     return ""
-
-
-def plain_rays(why: str) -> Form:
-    """Eye rays in the plain form."""
-    return Form("eye rays", "one by one, as they are written", why)
-
-
-def kept_hits_form(scene_data, camera: ProjectiveCamera, sampler: Sampler, fast: bool) -> Form:
-    """Whether a picture may keep the hits of its eye rays, and why."""
-    if not fast:
-        return plain_rays("fast=False")
-    if why := why_replaced(camera):
-        return plain_rays(why)
-    if "start" in replaced(sampler):
-        return plain_rays(why_replaced(sampler))
-    if not isinstance(scene_data.ray_intersector, FastIntersector):
-        return plain_rays(f"{type(scene_data.ray_intersector).__name__} is a plain form")
-    why = "camera and intersector belong to the package"
-    return Form("eye rays", "hits are kept; large pictures use packets", why, True)

@@ -15,7 +15,7 @@ same, to the last bit.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.bvh_levels import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import WIDTH
 from taichi_tracer.fast.lanes import LANES, larger, smaller
 from taichi_tracer.fast.leaf_blocks import Aim, aim_of

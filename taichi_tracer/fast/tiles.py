@@ -1,7 +1,7 @@
 """Samples of a whole tile of pixels: first all are shaded, then their look-ups are made, then their rays are traced.
 
-The plain form looks up the light of a direction, and traces its shadow ray, where it needs them. Here,
-``scene.visible_radiance`` and ``scene.behind`` write down the direction, and the sample goes on without its light. When
+The plain form looks up the light of a direction, and traces its shadow ray, where it needs them. Here, the estimator
+(``Waiting``) writes down the direction, and the sample goes on without its light. When
 all pixels of a tile are shaded, the light of all directions is looked up (``look_ups``), the rays that would find light
 are traced as streams (``shadow_streams``), and what is not blocked is added to the samples. A sample is a sum, so that
 it does not matter when its terms are found: the picture has the same bits.
@@ -10,31 +10,24 @@ Where the eye rays of sixteen neighbouring pixels hit nothing, nothing is shaded
 are computed together.
 """
 
-import copy
-import functools
+from typing import Any
 
 import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
+from taichi_tracer.fast.far_light import FarMis, form_class
 from taichi_tracer.fast.film_lanes import add_samples, can_add_together
 from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.light_lanes import LightLanes
 from taichi_tracer.fast.look_ups import LookUps, can_wait_for
 from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
 from taichi_tracer.fast.shadow_lanes import shadow_rays
-from taichi_tracer.fast.stand_ins import Form
 from taichi_tracer.fast.turns import Turns
 from taichi_tracer.fast.wide_bvh import WideBVH
+from taichi_tracer.forms import Form
 from taichi_tracer.formulas.heuristics import heuristic
-from taichi_tracer.lights.near_misses import (
-    begin_counting,
-    code_of_look_up,
-    count_look_up,
-    kind_before_weight,
-    kind_of_look_up,
-    weighted_kind,
-)
+from taichi_tracer.lights.near_misses import EYE
 from taichi_tracer.lights.scene_lights import may_meet
 from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS, lane_of
 from taichi_tracer.picture.progress import Progress
@@ -65,55 +58,51 @@ def is_worth_tiles(progress: Progress, seconds_before: float, seconds_of_others:
 def can_take_tiles(renderer, scene, integrator) -> bool:
     """Whether the samples of a renderer can be taken tile by tile: only if each is the plain sum of its terms.
 
-    That is so for the estimators of direct light, in scenes whose only light is an environment. Methods that a student
-    wrote in their place might do something else with the light, and so they get it at once: ``Integrator.adds_up``.
+    That is so for the estimators that ``far_light`` has a form of, in scenes whose only light is an environment.
     """
     intersector, lights, effects = scene.ray_intersector, scene.lights, scene.effects
-    is_far = len(lights.far) == 1 and can_wait_for(lights.far[0]) and not lights.single and not lights.has_lamps
+    is_far = len(lights.far) == 1 and can_wait_for(lights.far[0]) and not lights.single
     has_shadows = isinstance(intersector, WideBVH) and effects.blockers != "none"
     is_plain = renderer.fast and not renderer.replaced and runtime.current().arch == "cpu"
-    if not (integrator.adds_up and is_far and has_shadows and is_plain and renderer.is_random):
+    if not (is_far and has_shadows and is_plain and renderer.is_random):
         return False
-    return effects.is_lit and not effects.background
+    return form_class(scene, integrator) is not None and not effects.background
 
 
-def waiting_class(cls: type, tiles: "Tiles") -> type:
-    """The class of a scene whose light waits."""
+@ti.data_oriented
+class Waiting:
+    """The steps of a form of ``far_light`` whose light waits; ``Tiles`` puts them in front of the form's own.
 
-    @functools.wraps(cls.visible_radiance)
-    def visible_radiance(self, surface, w_i, factor):
+    Attributes:
+        tiles: the ``Tiles`` for which the light waits.
+    """
+
+    tiles: Any = None
+
+    @ti.func
+    def emitted(self, scene, ray, hit, rng):
+        """``Tiles.wait_for_background``, if the ray hits nothing; what it hits emits no light."""
+        if not hit.is_hit:
+            self.tiles.wait_for_background(ray)
+        return tm.vec3(0)
+
+    @ti.func
+    def visible_radiance(self, scene, surface, w_i, factor):
         """``Tiles.wait_for_light``."""
-        return tiles.wait_for_light(self, surface, w_i, factor)
+        self.tiles.wait_for_light(scene, surface, w_i, factor)
+        return tm.vec3(0)
 
-    @functools.wraps(cls.behind)
-    def behind(self, ray, hit, rng):
-        """``Tiles.wait_for_background``."""
-        return tiles.wait_for_background(ray)
+    @in_kernels
+    def light_direction(self, scene, surface, xi):
+        """(w_i, pdf) of a direction to the light: that of the pixel, if directions were drawn for its group at once."""
+        if self.tiles.draws_light:
+            return self.tiles.light_lanes.sample(self.tiles.place, self.tiles.lane)
+        return scene.lights.from_far.sample_direction(surface.origin, xi)
 
-    methods = {"visible_radiance": in_kernels(visible_radiance), "behind": in_kernels(behind)}
-    return type(f"Waiting{cls.__name__}", (cls,), methods)
-
-
-def drawn_lights_class(cls: type, tiles: "Tiles") -> type:
-    """The class of the lights of a scene whose directions are drawn for a group of pixels at once."""
-
-    @functools.wraps(cls.sample_far)
-    def sample_far(self, x, xi):
-        """``LightLanes.sample``."""
-        return tiles.light_lanes.sample(tiles.place, tiles.lane)
-
-    return type(f"Drawn{cls.__name__}", (cls,), {"sample_far": in_kernels(sample_far)})
-
-
-def waiting_mis_class(cls: type, tiles: "Tiles") -> type:
-    """The class of an estimator that weights a sample of the BRDF when the light's density is known."""
-
-    @functools.wraps(cls.sample_brdf)
-    def sample_brdf(self, scene, surface, xi):
+    @ti.func
+    def brdf_direction(self, scene, surface, xi):
         """``Tiles.wait_for_density``."""
-        return tiles.wait_for_density(surface, xi)
-
-    return type(f"Waiting{cls.__name__}", (cls,), {"sample_brdf": in_kernels(sample_brdf)})
+        return self.tiles.wait_for_density(surface, xi)
 
 
 @ti.data_oriented
@@ -139,27 +128,26 @@ class Tiles:
     """
 
     def __init__(self, renderer, scene, integrator) -> None:
-        self.renderer, self.scene, self.integrator = renderer, copy.copy(scene), copy.copy(integrator)
-        self.is_of = scene, integrator
-        self.weights = integrator.compensates
-        if self.weights:
-            self.integrator.__class__ = waiting_mis_class(type(integrator), self)
+        self.renderer, self.scene, self.is_of = renderer, scene, (scene, integrator)
+        form = form_class(scene, integrator)
+        self.integrator = type(f"Waiting{form.__name__}", (Waiting, form), {"tiles": self})(integrator)
+        self.weights = issubclass(form, FarMis)
+        self.counter = renderer.film.unseen.counter
+        self.counts = self.counter is not None
         renderer.eye_rays.is_long = True
-        self.scene.__class__ = waiting_class(type(scene), self)
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
         self.across, self.upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)
         self.turns = Turns(self.across * self.upwards)
-        places, most = self.turns.places, SIDE * SIDE * integrator.techniques
+        places, most = self.turns.places, SIDE * SIDE * form.techniques
         self.shadow_rays = shadow_rays(scene.ray_intersector, places, most)
-        self.has_numbers = renderer.eye_rays.has_groups and has_points(renderer.sampler)
+        self.has_groups = getattr(renderer.eye_rays, "has_groups", False)  # as kept hits may have, see ``primary_hits``
+        self.has_numbers = self.has_groups and has_points(renderer.sampler)
         if self.has_numbers:
             pairs = 2 if integrator.samples_lights else 1
             self.numbers = NumberLanes(renderer.sampler, renderer.shares, pairs, places)
         self.draws_light = self.has_numbers and integrator.samples_lights
         if self.draws_light:
             self.light_lanes = LightLanes(scene.lights.far[0], places)
-            self.scene.lights = copy.copy(scene.lights)
-            self.scene.lights.__class__ = drawn_lights_class(type(scene.lights), self)
         self.look_ups = LookUps(scene.lights.far[0], places, most, GROUPS, finds_pdf=self.weights)
         self._memory = memory.Memory()
         place = self._memory.fields.dense(ti.i, places)
@@ -177,22 +165,12 @@ class Tiles:
         place.dense(ti.j, most if self.weights else 1).place(self.pdf)
         self._memory.allocate()
 
-    def take(self, near_misses, seed: int, index: int) -> None:
+    def take(self, seed: int, index: int) -> None:
         """Take one sample for every pixel, as ``ProgressiveRenderer._take_sample`` does."""
-        renderer = self.renderer
-        self._take(renderer, self.scene, self.integrator, renderer.eye_rays, near_misses, seed, index)
+        self._take(self.renderer.parts(self.scene, self.integrator), seed, index)
 
     @ti.kernel
-    def _take(
-        self,
-        renderer: ti.template(),
-        scene: ti.template(),
-        integrator: ti.template(),
-        eye_rays: ti.template(),
-        near_misses: ti.template(),
-        seed: ti.u32,
-        index: ti.u32,
-    ):
+    def _take(self, of: ti.template(), seed: ti.u32, index: ti.u32):
         self.turns.begin()
         for iteration in range(self.turns.iterations):
             c, tile = self.turns.place_and_piece(iteration)
@@ -203,23 +181,22 @@ class Tiles:
                 # Pixels come in groups, which are those whose eye rays are kept side by side.
                 for group_x in range(first_x >> GROUP_BITS, (end_x + GROUP - 1) >> GROUP_BITS):
                     for group_y in range(first_y >> GROUP_BITS, (end_y + GROUP - 1) >> GROUP_BITS):
-                        if self.begin_group(c, eye_rays, group_x, group_y):
+                        if self.begin_group(c, of.eye_rays, group_x, group_y):
                             continue
                         self.find_numbers(c, group_x, group_y, seed, index)
                         low_x, low_y = group_x << GROUP_BITS, group_y << GROUP_BITS
                         for x in range(ti.max(low_x, first_x), ti.min(low_x + GROUP, end_x)):
                             for y in range(ti.max(low_y, first_y), ti.min(low_y + GROUP, end_y)):
-                                i, is_taken = renderer.shares.sample_of(x, y, index)
+                                i, is_taken = of.shares.sample_of(x, y, index)
                                 if is_taken:
-                                    begin_counting(near_misses, x, y, integrator)
-                                    rng = self.begin_numbers(c, renderer, seed, x, y, i)
-                                    ray, hit = eye_rays.hit_of(x, y, rng)
-                                    value = renderer.radiance(scene, integrator, ray, hit, rng)
+                                    rng = self.begin_numbers(c, of.sampler, seed, x, y, i)
+                                    ray, hit = of.eye_rays.hit_of(x, y, rng)
+                                    value = of.integrator.radiance(of.scene, ray, hit, rng)
                                     self.end_pixel(c, x, y, value)
                 self.find_light(c)
                 self.shadow_rays.trace(c)
                 first, end = tm.ivec2(first_x, first_y), tm.ivec2(end_x, end_y)
-                self.end_groups(c, renderer, integrator, near_misses, first, end, index)
+                self.end_groups(c, of, first, end, index)
                 tile = self.turns.next_piece()
 
     @ti.func
@@ -229,7 +206,7 @@ class Tiles:
         If so, what is behind them is looked up later.
         """
         behind = -1
-        if ti.static(eye_rays.has_groups):
+        if ti.static(self.has_groups):
             if eye_rays.hits_nothing(group_x, group_y):
                 behind = self.look_ups.groups[c]
                 self.look_ups.add_group(c, *eye_rays.directions_of(group_x, group_y))
@@ -247,9 +224,9 @@ class Tiles:
                 self.light_lanes.find(c, self.numbers.first[c, 1], self.numbers.second[c, 1])
 
     @in_kernels
-    def begin_numbers(self, c, renderer, seed, x, y, index):
+    def begin_numbers(self, c, sampler, seed, x, y, index):
         """The random numbers of a pixel."""
-        rng = renderer.sampler.start(seed, x, y, index)
+        rng = sampler.start(seed, x, y, index)
         if not self.has_numbers:
             return rng
         self.lane = lane_of(x, y)
@@ -269,32 +246,45 @@ class Tiles:
 
     @ti.func
     def wait_for_light(self, scene: ti.template(), surface, w_i, factor):
-        """``SceneLights.visible_far``; but the result is 0, and the light is added later."""
+        """Note what ``SceneLights.visible`` would look up, so that its light is added later."""
         if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
             c = self.place
             k = self.look_ups.add(c, w_i)
-            self.factor[c, k], self.kind[c, k] = factor, kind_before_weight()
+            self.factor[c, k] = factor
+            self.note_kind(c, k)
             if ti.static(self.weights):
                 self.pdf[c, k] = self.pdf_brdf
             self.origin[c, k], self.direction[c, k] = surface.origin, w_i
             self.leaves[c, k] = ti.cast(may_meet(scene.effects, surface, w_i), ti.i32)
         if ti.static(self.weights):
             self.pdf_brdf = -1.0
-        return tm.vec3(0)
 
     @ti.func
     def wait_for_background(self, ray):
-        """``SceneLights.seen`` for a ray that hits nothing; but the result is 0, and the light is added later."""
+        """Note the direction of a ray that hits nothing, so that its light is added later."""
         c = self.place
         k = self.look_ups.add(c, ray.direction)
-        self.factor[c, k], self.kind[c, k], self.leaves[c, k] = tm.vec3(1), kind_before_weight(), 0
+        self.factor[c, k], self.leaves[c, k] = tm.vec3(1), 0
+        self.note_kind(c, k)
         if ti.static(self.weights):
             self.pdf[c, k] = -1.0
-        return tm.vec3(0)
+
+    @ti.func
+    def note_kind(self, c, k):
+        """Note for the counter of near misses what kind of look-up a term is."""
+        if ti.static(self.counts):
+            self.kind[c, k] = self.counter.kind_before_weight()
+
+    @ti.func
+    def note_code(self, c, k, factor, light):
+        """Note for the counter of near misses what the look-up of a term counts for, if nothing blocks it."""
+        if ti.static(self.counts):
+            u, v = self.look_ups.coords(c, k)
+            self.code[c, k] = self.counter.code(self.counter.weighted(self.kind[c, k], factor), u, v, light)
 
     @ti.func
     def wait_for_density(self, surface, xi):
-        """``MultipleImportanceSampling.sample_brdf`` without the heuristic, which needs the density of the light."""
+        """``FarMis.brdf_direction`` without the heuristic, which needs the density of the light."""
         w_i = surface.sample(xi)
         self.pdf_brdf = surface.pdf(w_i)
         return w_i, surface.weight(w_i)
@@ -313,28 +303,17 @@ class Tiles:
             light, factor = self.look_ups.light_of[c, k], self.factor[c, k]
             if ti.static(self.weights):
                 if self.pdf[c, k] >= 0:
-                    factor *= heuristic(self.pdf[c, k], self.look_ups.pdf_of[c, k], self.integrator.exponent)
+                    factor *= heuristic(self.pdf[c, k], self.look_ups.pdf_of[c, k], self.integrator.plain.exponent)
             ray = NOTHING
             if factor.max() > 0 and light.max() > 0:
                 ray = UNTRACED
                 if self.leaves[c, k] != 0:
                     ray = self.shadow_rays.add(c, self.origin[c, k], self.direction[c, k])
-            u, v = self.look_ups.coords(c, k)
-            kind = weighted_kind(self.kind[c, k], factor)
-            self.ray[c, k], self.code[c, k] = ray, code_of_look_up(kind, u, v, light)
-            self.factor[c, k] = factor * light
+            self.note_code(c, k, factor, light)
+            self.ray[c, k], self.factor[c, k] = ray, factor * light
 
     @ti.func
-    def end_groups(
-        self,
-        c,
-        renderer: ti.template(),
-        integrator: ti.template(),
-        near_misses: ti.template(),
-        first,
-        end,
-        index,
-    ):
+    def end_groups(self, c, of: ti.template(), first, end, index):
         """Add the light of the terms that nothing blocks to their samples, and give these to the film.
 
         Args:
@@ -347,40 +326,41 @@ class Tiles:
             red, green, blue = lanes(0.0), lanes(0.0), lanes(0.0)
             for lane in range(LANES):
                 x, y = low.x + lane // GROUP, low.y + lane % GROUP
-                _, is_taken = self.sample_of(renderer, x, y, is_whole, first, end, index)
+                _, is_taken = self.sample_of(of.shares, x, y, is_whole, first, end, index)
                 if is_taken:
                     value = tm.vec3(0)
                     if behind >= 0:
-                        begin_counting(near_misses, x, y, integrator)
                         k = self.look_ups.number_in_group(behind, lane)
-                        u, v = self.look_ups.coords(c, k)
                         value = self.look_ups.look_up(c, k)
-                        count_look_up(near_misses, x, y, code_of_look_up(kind_of_look_up(tm.vec3(1)), u, v, value))
+                        if ti.static(self.counts):
+                            u, v = self.look_ups.coords(c, k)
+                            self.counter.count(x, y, self.counter.code(EYE, u, v, value))
                     else:
                         value = self.value[c, g * LANES + lane]
                         while term < self.end[c, g * LANES + lane]:
                             if self.is_seen(c, term):
                                 value += self.factor[c, term]
-                                count_look_up(near_misses, x, y, self.code[c, term])
+                                if ti.static(self.counts):
+                                    self.counter.count(x, y, self.code[c, term])
                             term += 1
                     red[lane], green[lane], blue[lane] = value.x, value.y, value.z
             are_added = False
-            if ti.static(can_add_together(renderer.film)):
+            if ti.static(can_add_together(of.film)):
                 if is_whole:
-                    are_added = add_samples(renderer.film, *self.group[c, g], index, red, green, blue)
+                    are_added = add_samples(of.film, *self.group[c, g], index, red, green, blue)
             if not are_added:
                 for lane in range(LANES):
                     x, y = low.x + lane // GROUP, low.y + lane % GROUP
-                    i, is_taken = self.sample_of(renderer, x, y, is_whole, first, end, index)
+                    i, is_taken = self.sample_of(of.shares, x, y, is_whole, first, end, index)
                     if is_taken:
-                        renderer.record(x, y, tm.vec3(red[lane], green[lane], blue[lane]), i)
+                        self.renderer.record(x, y, tm.vec3(red[lane], green[lane], blue[lane]), i)
 
     @ti.func
-    def sample_of(self, renderer: ti.template(), x, y, is_whole, first, end, index):
+    def sample_of(self, shares: ti.template(), x, y, is_whole, first, end, index):
         """``Shares.sample_of`` for a pixel that may lie outside the tile, unless its group ``is_whole``."""
         i, is_taken = index, False
         if is_whole or (first.x <= x and x < end.x and first.y <= y and y < end.y):
-            i, is_taken = renderer.shares.sample_of(x, y, index)
+            i, is_taken = shares.sample_of(x, y, index)
         return i, is_taken
 
     @ti.func

@@ -12,7 +12,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast import bvh_build
-from taichi_tracer.fast.bvh_levels import BLOCK, BLOCK_BITS
+from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree, quantise
 from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
 from taichi_tracer.fast.leaf_blocks import NO_ROW, LeafBlocks, aim_of, in_blocks, primitives_at_once
@@ -23,7 +23,6 @@ from taichi_tracer.geometry import MANY_TRIANGLES, Geometry
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system import memory, runtime
-from taichi_tracer.system.blocks import IN_A_BLOCK
 from taichi_tracer.system.tables import Tables
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
@@ -354,17 +353,14 @@ class WideBVH(FastIntersector):
 
         For each box, the arithmetic is that of ``box_interval``. If a box is not met, its t has no meaning.
         """
-        t_near, met = ti.Vector([t_min] * WIDTH), 0
-        if IN_A_BLOCK:
-            t_far = ti.Vector([t_max] * WIDTH)
-            for k in ti.static(range(3)):
-                is_forward = bounds.inverse[k] >= 0
-                near_plane, far_plane = self.near_and_far_plane(node, k, is_forward)
-                near = (near_plane - bounds.near_origin[k]) * bounds.inverse[k]
-                far = (far_plane - bounds.far_origin[k]) * bounds.inverse[k]
-                t_near, t_far = larger(near, t_near), smaller(far, t_far)
-            met = lanes_of(t_near <= t_far)
-        return t_near, met
+        t_near, t_far = ti.Vector([t_min] * WIDTH), ti.Vector([t_max] * WIDTH)
+        for k in ti.static(range(3)):
+            is_forward = bounds.inverse[k] >= 0
+            near_plane, far_plane = self.near_and_far_plane(node, k, is_forward)
+            near = (near_plane - bounds.near_origin[k]) * bounds.inverse[k]
+            far = (far_plane - bounds.far_origin[k]) * bounds.inverse[k]
+            t_near, t_far = larger(near, t_near), smaller(far, t_far)
+        return t_near, lanes_of(t_near <= t_far)
 
     @ti.func
     def candidates(self, ray, aim, block, used):
@@ -434,13 +430,10 @@ class WideBVH(FastIntersector):
     @ti.func
     def children_met_by_any(self, common, node, t_min, t_max):
         """``met_children`` for all rays between the extremes of ``common``."""
-        t_near, met = ti.Vector([t_min] * WIDTH), 0
-        if IN_A_BLOCK:
-            t_far = ti.Vector([t_max] * WIDTH)
-            for k in ti.static(range(3)):
-                near_plane, far_plane = self.near_and_far_plane(node, k, (common.heading >> k) & 1 == 0)
-                to_near, to_far = near_plane - common.near_origin[k], far_plane - common.far_origin[k]
-                low, high = ti.Vector([common.low[k]] * WIDTH), ti.Vector([common.high[k]] * WIDTH)
-                t_near, t_far = slab(to_near, to_far, low, high, t_near, t_far)
-            met = lanes_of(t_near <= t_far)
-        return t_near, met
+        t_near, t_far = ti.Vector([t_min] * WIDTH), ti.Vector([t_max] * WIDTH)
+        for k in ti.static(range(3)):
+            near_plane, far_plane = self.near_and_far_plane(node, k, (common.heading >> k) & 1 == 0)
+            to_near, to_far = near_plane - common.near_origin[k], far_plane - common.far_origin[k]
+            low, high = ti.Vector([common.low[k]] * WIDTH), ti.Vector([common.high[k]] * WIDTH)
+            t_near, t_far = slab(to_near, to_far, low, high, t_near, t_far)
+        return t_near, lanes_of(t_near <= t_far)

@@ -4,12 +4,13 @@ import io
 import json
 import re
 import struct
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from taichi_tracer.files.disk import check_is_file, read_bytes
+from taichi_tracer.files.mesh_parts import joined, move
 from taichi_tracer.files.ply_arrays import plain_triangles
 from taichi_tracer.files.ply_strips import without_strips
 from taichi_tracer.geometry import Mesh
@@ -49,7 +50,7 @@ def read_mesh(path: str | Path) -> Mesh:
         if kind == "ply":
             raw = without_strips(raw)
         announced = ANNOUNCED[kind](raw) if kind in ANNOUNCED else 0
-        parts = [_Part(*part) for part in _placed(_load(raw, path))]
+        parts = _placed(_load(raw, path))
         if kind == "off" and _has_colours(raw):
             notes.append(COLOURS_NOT_USED)
     except Exception as error:  # trimesh passes on all kinds of errors
@@ -124,7 +125,7 @@ def from_trimesh(mesh_or_scene) -> Mesh:
     """
     if not hasattr(mesh_or_scene, "geometry") and not hasattr(mesh_or_scene, "faces"):
         raise InputError(f"mesh: a trimesh.Trimesh or a trimesh.Scene is needed, not {type(mesh_or_scene).__name__}")
-    parts = [_Part(mesh, transform, _normals_were_set(mesh)) for mesh, transform in _placed(mesh_or_scene)]
+    parts = [(mesh, transform, _normals_were_set(mesh)) for mesh, transform in _placed(mesh_or_scene)]
     return _assemble(parts, "mesh", None, [])
 
 
@@ -164,72 +165,41 @@ def _normals_were_set(mesh) -> bool:
     return not np.array_equal(mesh.vertex_normals, computed)
 
 
-@dataclass(frozen=True)
-class _Part:
-    """One mesh and its place.
+def _part(mesh, transform: np.ndarray, takes_normals: bool = True) -> Mesh:
+    """A ``trimesh.Trimesh`` in its place, with normals of unit length if it has normals.
 
-    Attributes:
-        mesh: a trimesh.Trimesh. transform: (4, 4), from the mesh to world space.
+    Args:
+        transform: (4, 4), from the mesh to world space.
         takes_normals: whether to use the vertex normals in the cache of ``mesh``. trimesh does not mark in any other
             way that a mesh has normals.
     """
-
-    mesh: object
-    transform: np.ndarray
-    takes_normals: bool = True
-
-    def vertices(self) -> np.ndarray:
-        """(V, 3) in world space."""
-        return np.asarray(self.mesh.vertices, np.float64) @ self.transform[:3, :3].T + self.transform[:3, 3]
-
-    def faces(self) -> np.ndarray:
-        """(F, 3). If the transform mirrors the mesh, the order of the vertices is reversed: fronts stay fronts."""
-        faces = np.asarray(self.mesh.faces, np.int64)
-        return faces[:, [0, 2, 1]] if np.linalg.det(self.transform[:3, :3]) < 0 else faces
-
-    def normals(self) -> np.ndarray:
-        """(V, 3), transformed by the inverse transpose; (0, 3) if there are none."""
-        linear = self.transform[:3, :3]
-        if not self.takes_normals or "vertex_normals" not in self.mesh._cache or np.linalg.det(linear) == 0:
-            return np.zeros((0, 3))
-        normals = np.asarray(self.mesh.vertex_normals, np.float64) @ np.linalg.inv(linear)
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        return normals / np.where(lengths > 0, lengths, 1)
+    part = Mesh(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64))
+    if takes_normals and "vertex_normals" in mesh._cache and np.linalg.det(transform[:3, :3]) != 0:
+        part.normals, part.face_normals = np.asarray(mesh.vertex_normals, np.float64), part.faces
+    move(part, transform)
+    lengths = np.linalg.norm(part.normals, axis=1, keepdims=True)
+    part.normals = part.normals / np.where(lengths > 0, lengths, 1)
+    return part
 
 
-def _assemble(parts: list[_Part], source: str, materials: list[Material] | None, notes: list[str]) -> Mesh:
+def _assemble(placed: list[tuple], source: str, materials: list[Material] | None, notes: list[str]) -> Mesh:
     """One mesh made of all parts, in their order.
 
     Args:
+        placed: for each part, a trimesh.Trimesh and the other arguments of ``_part``.
         materials: the materials of the file, by number; None takes those of trimesh.
     """
-    vertices, faces, normals, face_normals, face_materials = [], [], [], [], []
     used: list[Material] = []
-    num_vertices = num_normals = 0
-    for part in parts:
-        own_faces, own_normals = part.faces(), part.normals()
-        vertices.append(part.vertices())
-        normals.append(own_normals)
-        faces.append(own_faces + num_vertices)
-        face_normals.append(own_faces + num_normals if len(own_normals) > 0 else np.full_like(own_faces, -1))
-        material = _material(part.mesh.visual, materials)
+    parts = []
+    for mesh, *rest in placed:
+        part, material = _part(mesh, *rest), _material(mesh.visual, materials)
         if material not in used:
             used.append(material)
-        face_materials.append(np.full(len(own_faces), used.index(material), np.int32))
-        num_vertices += len(vertices[-1])
-        num_normals += len(own_normals)
-    if any(getattr(part.mesh.visual, "kind", None) in ("vertex", "face") for part in parts):
+        part.face_materials = np.full(len(part.faces), used.index(material), np.int32)
+        parts.append(part)
+    if any(getattr(mesh.visual, "kind", None) in ("vertex", "face") for mesh, *_ in placed):
         notes.append(f"{source}: {COLOURS_NOT_USED}")
-    return Mesh(
-        vertices=np.concatenate([np.zeros((0, 3)), *vertices]),
-        faces=np.concatenate([np.zeros((0, 3), np.int32), *faces]).astype(np.int32),
-        normals=np.concatenate([np.zeros((0, 3)), *normals]),
-        face_normals=np.concatenate(face_normals).astype(np.int32) if num_normals > 0 else np.zeros((0, 3), np.int32),
-        face_materials=np.concatenate([np.zeros(0, np.int32), *face_materials]),
-        materials=used or [Material()],
-        source=source,
-        notes=notes,
-    )
+    return replace(joined(parts, used, source), notes=notes)
 
 
 def _material(visual, materials: list[Material] | None) -> Material:

@@ -57,7 +57,8 @@ def cone_of_sphere(distance, radius):
 
     It is sin²θ / (1 + cos θ), which keeps its digits if the sphere is small.
     """
-    sine_squared = (radius / distance) ** 2
+    sine = radius / distance
+    sine_squared = sine * sine
     return sine_squared / (1 + ti.sqrt(ti.max(0.0, 1 - sine_squared)))
 
 

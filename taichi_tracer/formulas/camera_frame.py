@@ -1,4 +1,4 @@
-"""The frame and the window of a camera, computed in float64 by numpy (A1-6, RT-1, RT-3, RT-4)."""
+"""The frame and the windows of cameras, computed in float64 by numpy (A1-6, RT-1, RT-3, RT-4)."""
 
 import math
 
@@ -93,9 +93,9 @@ def show(vector: np.ndarray) -> str:
 
 
 def numbers(name: str, value, count: int) -> np.ndarray:
-    """``value`` as an array of ``count`` finite float64 numbers; an InputError if it is something else."""
+    """``value`` as a new array of ``count`` finite float64 numbers; an InputError if it is something else."""
     try:
-        vector = np.asarray(value, dtype=np.float64).reshape(-1)
+        vector = np.array(value, dtype=np.float64).reshape(-1)
     except (TypeError, ValueError):
         raise InputError(f"camera: {name} must be {count} numbers, not {value!r}") from None
     if vector.shape != (count,) or not np.isfinite(vector).all():
@@ -112,16 +112,3 @@ def fovy_window(fovy: float, aspect: float, focal_distance: float = 1.0) -> tupl
     """(l, r, b, t) of the window that a vertical angle of ``fovy`` degrees shows (RT-4)."""
     top = math.tan(math.radians(fovy) / 2) * focal_distance
     return -top * aspect, top * aspect, -top, top
-
-
-def window_of(aspect: float, fov=None, screen_window=None, focal_distance: float = 1.0) -> tuple[float, ...]:
-    """(l, r, b, t) at the focal distance: the given window, that of the angle, or the default (RT-3, RT-4)."""
-    if screen_window is not None:
-        return tuple(float(edge) for edge in screen_window)
-    return default_window(aspect) if fov is None else fovy_window(fov, aspect, focal_distance)
-
-
-def stretch_of(window, width: int, height: int) -> float:
-    """The ratio width / height with which an image of a window shows a square; 1 without distortion (C-11)."""
-    l, r, b, t = window
-    return width * (t - b) / (height * (r - l))

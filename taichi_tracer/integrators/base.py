@@ -2,7 +2,7 @@
 
     L = integrator.radiance(scene, ray, hit, rng)
 
-``scene`` is a ``scene_data.SceneInKernels``: it has the lights, the intersector, the effects, and
+``scene`` is a ``scene_in_kernels.SceneInKernels``: it has the lights, the intersector, the effects, and
 ``surface_at(ray, hit)``. ``hit`` is what the ray hit. ``rng.next_2d()`` gives two random numbers. The result is one
 sample, a vec3. The film computes the mean of the samples (A2-9).
 """
@@ -33,20 +33,18 @@ class Integrator:
             "estimator" for ``A2Renderer``, "integrator" for ``RT3Renderer``.
         srgb: whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14).
         needs_light: whether it shows nothing in a scene without light.
-        samples_lights: whether it draws directions from the lights, as ``lights.sample`` and ``lights.sample_far`` do.
+        samples_lights: whether it draws directions from the lights, as ``lights.sample`` does.
         samples_brdf: whether light counts that it finds along directions drawn from the BRDF.
         compensates: whether it takes as many samples of the BRDF as of the lights, and weights both by a heuristic of
             their densities. Then the density of the lights may leave out what the BRDF finds, which makes the sum less
             noisy: see ``lights.environment_light``.
-        adds_up: whether a sample, without lamps, is the plain sum of what ``scene.emitted`` and ``visible_radiance``
-            return, each with its factor. Then these may be asked for later, see ``fast.tiles``.
         version: counts changes of its own values, so that a renderer knows when samples belong to an older picture.
     """
 
     kind, name, label = "integrator", "", ""
     aliases: tuple[str, ...] = ()
     what, srgb, needs_light, samples_lights, samples_brdf = "estimator", True, True, True, True
-    compensates, adds_up, version = False, False, 0
+    compensates, version = False, 0
 
     def prepare(self, scene_data: SceneData, camera: ProjectiveCamera) -> None:
         """Bring values that depend on the scene or the camera up to date; it is called whenever a picture begins."""

@@ -7,9 +7,8 @@ from ω_i is multiplied. All estimators are unbiased. There are two special case
 direction ω_r; therefore every estimator samples a mirror by its BRDF. Only a sample of the light finds a point light;
 therefore every estimator samples such lights in the same way.
 
-Without lamps, light arrives only along rays that hit nothing, so that a shadow ray is enough. With lamps (surfaces with
-Ke > 0), the estimators follow the direction to what it hits, which may be a lamp, and sample the mixture of lamps and
-environment (A3-4).
+The light from ω_i is that of a lamp (a surface with Ke > 0), if the ray along ω_i hits one, and that of the
+environment, if the ray hits nothing. A sample of the lights comes from the mixture of both (A3-4).
 """
 
 import taichi as ti
@@ -18,27 +17,16 @@ import taichi.math as tm
 from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.formulas.warps import uniform_hemisphere
 from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.integrators.next_event import light_along, sample_of_lights
+from taichi_tracer.integrators.next_event import light_along, pairs, sample_of_lights
 from taichi_tracer.sampler import UniformSampler
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import called, is_as_written, replaced, seams
 
 
 @ti.data_oriented
-@seams("radiance", "reflected", "direction")
+@seams("radiance", "reflected")
 class DirectLight(Integrator):
-    """Emitted light (or the background) plus one sample of the reflected light. A subclass defines ``sample``.
-
-    Attributes:
-        techniques: the number of directions in one sample; the same code sends the shadow ray of each direction.
-    """
-
-    techniques = 1
-
-    @property
-    def adds_up(self) -> bool:  # type: ignore[override]
-        """Whether a sample is a plain sum: as written here, and not by a method that a student put in its place."""
-        return is_as_written(self, __name__)
+    """Emitted light (or the background) plus one sample of the reflected light. A subclass defines ``sample``."""
 
     @ti.func
     def radiance(self, scene, ray, hit, rng):
@@ -47,70 +35,32 @@ class DirectLight(Integrator):
         if ti.static(scene.effects.is_lit):
             if hit.is_hit:
                 surface = scene.surface_at(ray, hit)
-                L += self.reflected(scene, surface, rng)
+                if ti.static(scene.lights.can_be_met):
+                    L += self.reflected(scene, surface, rng)
+                if ti.static(len(scene.lights.single) > 0):
+                    L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
         return L
 
     @ti.func
     def reflected(self, scene, surface, rng):
-        """One sample of the light that a surface reflects to the viewer."""
-        L = tm.vec3(0)
-        if ti.static(scene.lights.has_lamps):
-            L = self.reflected_with_lamps(scene, surface, rng)
-        elif ti.static(len(scene.lights.far) > 0):
-            xi_brdf, xi_light = self.random_pairs(rng)
-            for technique in range(self.techniques):
-                w_i, f_cos_over_pdf = self.direction(scene, surface, technique, xi_brdf, xi_light)
-                L += f_cos_over_pdf * scene.visible_radiance(surface, w_i, f_cos_over_pdf)
-        if ti.static(len(scene.lights.single) > 0):
-            L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
-        return L
+        """One sample of the light that a surface reflects: from the direction of ``sample``, or from a mirror's own."""
+        xi, xi_light = rng.next_2d_of_term(), rng.next_2d()
+        w_i, f_cos_over_pdf = called(self.sample, scene, surface, xi=xi, technique=0, xi_brdf=xi, xi_light=xi_light)
+        if surface.is_delta():
+            w_i = surface.sample(xi)
+            f_cos_over_pdf = surface.weight(w_i)
+        return f_cos_over_pdf * scene.visible_radiance(surface, w_i, f_cos_over_pdf)
 
     @ti.func
-    def reflected_with_lamps(self, scene, surface, rng):
-        """One sample of the light from lamps and from far away: what the direction of ``sample`` leads to."""
-        xi_brdf, xi_light = self.random_pairs(rng)
-        w_i, f_cos_over_pdf = self.direction(scene, surface, 0, xi_brdf, xi_light)
-        L = tm.vec3(0)
-        if f_cos_over_pdf.max() > 0:
-            light, _ = light_along(scene, surface, w_i, False)
-            L = f_cos_over_pdf * light
-        return L
-
-    @ti.func
-    def random_pairs(self, rng):
-        """(ξ for the BRDF, ξ for the lights). The second is not computed for an estimator of this file without it."""
-        xi_brdf, xi_light = rng.next_2d_of_term(), tm.vec2(0)
-        if ti.static(self.samples_lights or not self.adds_up):
-            xi_light = rng.next_2d()
-        else:
-            rng.skip_2d()
-        return xi_brdf, xi_light
-
-    @ti.func
-    def direction(self, scene, surface, technique, xi_brdf, xi_light):
-        """``sample``; but a mirror always gives ω_r, with its weight for technique 0 and with 0 for the others."""
-        w_i, f_cos_over_pdf = tm.vec3(0), tm.vec3(0)
-        if ti.static(surface.may_be_delta):
-            if surface.is_delta():
-                mirror = surface.not_scattering()
-                w_i = mirror.sample(xi_brdf)
-                if technique == 0:
-                    f_cos_over_pdf = mirror.weight(w_i)
-            elif ti.static(scene.effects.scatters):
-                w_i, f_cos_over_pdf = self.sample(scene, surface.scattering(), technique, xi_brdf, xi_light)
-        else:
-            w_i, f_cos_over_pdf = self.sample(scene, surface, technique, xi_brdf, xi_light)
-        return w_i, f_cos_over_pdf
-
-    @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        """(w_i, f_r cos θ_i / pdf) for one direction."""
+    def sample(self, scene, surface, xi):
+        """(w_i, f_r cos θ_i / pdf) for one direction, made of ``xi`` in [0, 1)²."""
         ti.static_assert(False, "an estimator must say what sample(self, scene, surface, ...) is")
         return surface.normal, tm.vec3(0)
 
 
 @register
 @ti.data_oriented
+@seams("sample")
 class UniformSphere(DirectLight):
     """ω_i uniform on the sphere: half of the samples lie below the horizon (A2-6).
 
@@ -125,9 +75,9 @@ class UniformSphere(DirectLight):
         self.directions = UniformSampler() if directions is None else directions
 
     @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
+    def sample(self, scene, surface, xi):
         """(w_i, f_r cos θ_i / pdf) with pdf 1/(4π)."""
-        w_i = called(self.directions.sample_direction, xi=xi_brdf)
+        w_i = called(self.directions.sample_direction, xi=xi)
         f_cos_over_pdf = surface.eval_cosine(w_i) * (4 * tm.pi)
         if ti.static(len(replaced(self.directions)) > 0):
             f_cos_over_pdf = surface.eval_cosine(w_i) / called(self.directions.evaluate_probability)
@@ -136,6 +86,7 @@ class UniformSphere(DirectLight):
 
 @register
 @ti.data_oriented
+@seams("sample")
 class UniformHemisphere(DirectLight):
     """ω_i uniform on the hemisphere around n."""
 
@@ -143,54 +94,52 @@ class UniformHemisphere(DirectLight):
     samples_lights, samples_brdf = False, False
 
     @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
+    def sample(self, scene, surface, xi):
         """(w_i, f_r cos θ_i / pdf) with pdf 1/(2π)."""
-        w_i = uniform_hemisphere(surface.normal, xi_brdf)
+        w_i = uniform_hemisphere(surface.normal, xi)
         return w_i, surface.eval_cosine(w_i) * (2 * tm.pi)
 
 
 @register
 @ti.data_oriented
+@seams("sample")
 class BrdfSampling(DirectLight):
     """ω_i drawn from the density of the BRDF: best if the light is even or the surface is glossy (A2-7, A2-8)."""
 
     name, label, samples_lights = "brdf", "BRDF", False
 
     @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
+    def sample(self, scene, surface, xi):
         """(w_i, f_r cos θ_i / pdf), where the quotient is cancelled (C-3)."""
-        w_i = surface.sample(xi_brdf)
+        w_i = surface.sample(xi)
         return w_i, surface.weight(w_i)
 
 
 @register
 @ti.data_oriented
+@seams()
 class EnvironmentSampling(DirectLight):
     """ω_i in proportion to the light of the environment, or to a lamp: best if the surface is matte."""
 
     name, label, aliases, samples_brdf = "environment", "Lights", ("light",), False
 
     @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        """(w_i, f_r cos θ_i / pdf)."""
-        w_i, pdf = scene.lights.sample_far(surface.origin, xi_light)
-        return w_i, surface.eval_cosine(w_i) / pdf
-
-    @ti.func
-    def reflected_with_lamps(self, scene, surface, rng):
+    def reflected(self, scene, surface, rng):
         """One sample of the lights; a mirror is sampled by its BRDF."""
-        L, _, _ = sample_of_lights(scene, surface, rng)
-        w_i = surface.sample(rng.next_2d())
+        xi_brdf, xi_light = pairs(scene, rng)
+        f_cos, light, pdf, _ = sample_of_lights(scene, surface, xi_light)
+        f_cos_over_pdf = f_cos / pdf
         if surface.is_delta():
-            light, _ = light_along(scene, surface, w_i, False)
-            L = surface.weight(w_i) * light
-        return L
+            w_i = surface.sample(xi_brdf)
+            f_cos_over_pdf = surface.weight(w_i)
+            light = scene.visible_radiance(surface, w_i, f_cos_over_pdf)
+        return f_cos_over_pdf * light
 
 
 @ti.data_oriented
-@seams("sample", "sample_brdf", "reflected_with_lamps")
+@seams()
 class MultipleImportanceSampling(DirectLight):
-    """One sample of the BRDF and one of the environment, each weighted by a heuristic of both densities.
+    """One sample of the BRDF and one of the lights, each weighted by a heuristic of both densities.
 
     Veach & Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995. It sends two
     shadow rays.
@@ -199,43 +148,25 @@ class MultipleImportanceSampling(DirectLight):
         exponent: β of the heuristic: 2 for the power heuristic, 1 for the balance heuristic.
     """
 
-    techniques = 2
-
     def __init__(self, name: str, label: str, exponent: int, aliases: tuple[str, ...] = ()) -> None:
         self.name, self.label, self.exponent, self.aliases = name, label, exponent, aliases
 
     @property
     def compensates(self) -> bool:  # type: ignore[override]
         """Whether it is as written here, so that both samples are weighted."""
-        return self.adds_up
+        return is_as_written(self, __name__)
 
     @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        """(w_i, heuristic · f_r cos θ_i / pdf): technique 0 samples the BRDF, technique 1 the environment."""
-        w_i, f_cos_over_pdf = tm.vec3(0), tm.vec3(0)
-        if technique == 0:
-            w_i, f_cos_over_pdf = self.sample_brdf(scene, surface, xi_brdf)
-        else:
-            w_i, pdf = scene.lights.sample_far(surface.origin, xi_light)
-            f_cos_over_pdf = surface.eval_cosine(w_i) / pdf * heuristic(pdf, surface.pdf(w_i), self.exponent)
-        return w_i, f_cos_over_pdf
+    def reflected(self, scene, surface, rng):
+        """The sum of both weighted samples; a mirror has the sample of its BRDF alone."""
+        xi_brdf, xi_light = pairs(scene, rng)
+        w_i = surface.sample(xi_brdf)
+        light, pdf = light_along(scene, surface, w_i, surface.weight(w_i))
+        share = ti.select(surface.is_delta(), 1.0, heuristic(surface.pdf(w_i), pdf, self.exponent))
+        L = surface.weight(w_i) * share * light
 
-    @ti.func
-    def sample_brdf(self, scene, surface, xi):
-        """Technique 0 of ``sample``."""
-        w_i = surface.sample(xi)
-        pdf_light = scene.lights.pdf_far(surface.origin, w_i)
-        return w_i, surface.weight(w_i) * heuristic(surface.pdf(w_i), pdf_light, self.exponent)
-
-    @ti.func
-    def reflected_with_lamps(self, scene, surface, rng):
-        """One sample of the lights and one of the BRDF; a mirror has its BRDF alone."""
-        L, pdf, pdf_brdf = sample_of_lights(scene, surface, rng)
-        L *= heuristic(pdf, pdf_brdf, self.exponent)
-        w_i = surface.sample(rng.next_2d())
-        light, pdf = light_along(scene, surface, w_i, True)
-        share = heuristic(surface.pdf(w_i), pdf, self.exponent)
-        return L + surface.weight(w_i) * light * ti.select(surface.is_delta(), 1.0, share)
+        f_cos, light, pdf, pdf_brdf = sample_of_lights(scene, surface, xi_light)
+        return L + f_cos / pdf * heuristic(pdf, pdf_brdf, self.exponent) * light
 
 
 register(MultipleImportanceSampling("mis", "MIS, power", 2, aliases=("mis_power",)))

@@ -1,4 +1,4 @@
-"""One sample of the light that a surface reflects, from the lights' side and from the surface's side.
+"""Light at a surface, from the lights' side and from the surface's side: the two steps of every estimator.
 
 Direct light and paths are made of these two steps. Both know two densities: that of the lights, with which
 ``scene.lights.sample`` finds a direction, and that of the BRDF. Where both steps can find the same light, the caller
@@ -10,38 +10,45 @@ import taichi.math as tm
 
 
 @ti.func
-def sample_of_lights(scene: ti.template(), surface, rng):
-    """(f_r cos θ L / pdf, pdf of the lights, pdf of the BRDF) of a direction that is drawn from the lights.
+def sample_of_lights(scene: ti.template(), surface, xi):
+    """(f_r cos θ, L, pdf of the lights, pdf of the BRDF) of a direction that is drawn from the lights.
 
-    The value is 0 if something blocks the light. For a mirror it is always 0: only its own direction finds light. If
+    L is 0 if something blocks the light. For a mirror, f_r cos θ is always 0: only its own direction finds light. If
     all surfaces of the scene are mirrors, no sample is taken.
     """
-    value, pdf, pdf_brdf = tm.vec3(0), 1.0, 0.0
+    f_cos, light, pdf, pdf_brdf = tm.vec3(0), tm.vec3(0), 1.0, 0.0
     if ti.static(scene.effects.samples_lights):
-        w_i, distance, light, pdf_lights = scene.lights.sample(surface.origin, surface.normal, rng.next_2d_of_term())
+        w_i, distance, unblocked, pdf_lights = scene.lights.sample(surface.origin, surface.normal, xi)
         pdf, pdf_brdf = pdf_lights, surface.pdf(w_i)
-        if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
-            value = surface.eval_cosine(w_i) * light / pdf
-            if value.max() > 0:
-                if scene.is_blocked(surface, w_i, distance):
-                    value = tm.vec3(0)
-    else:
-        rng.skip_2d_of_term()
-    return value, pdf, pdf_brdf
+        if unblocked.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
+            f_cos = surface.eval_cosine(w_i)
+            if f_cos.max() > 0:
+                if not scene.is_blocked(surface, w_i, distance):
+                    light = unblocked
+    return f_cos, light, pdf, pdf_brdf
 
 
 @ti.func
-def light_along(scene: ti.template(), surface, w_i, knows_pdf: ti.template()):
+def light_along(scene: ti.template(), surface, w_i, factor):
     """(L, pdf of the lights) of the light that arrives at a surface from the direction w_i without any reflection.
 
-    Args:
-        knows_pdf: whether the pdf is asked for; otherwise it is 0, and no tables are read.
+    The caller multiplies L by ``factor``. If ``factor`` is 0, no ray is sent, and L is 0.
     """
-    light, pdf = tm.vec3(0), 0.0
-    if surface.lets_pass(w_i):
-        ray = surface.ray_along(w_i)
-        hit = scene.met(surface, ray)
-        light = scene.lights.arriving(ray, hit)
-        if ti.static(knows_pdf and scene.effects.samples_lights):
-            pdf = scene.lights.pdf(surface.origin, surface.normal, w_i, hit)
+    light, hit = scene.lights.visible(scene, surface, w_i, factor)
+    pdf = 0.0
+    if ti.static(scene.effects.samples_lights):
+        pdf = scene.lights.pdf(surface.origin, surface.normal, w_i, hit)
     return light, pdf
+
+
+@ti.func
+def pairs(scene: ti.template(), rng):
+    """(ξ for the BRDF, ξ for the lights) of an estimator that samples both.
+
+    The pair that is even together with the point in the pixel goes to lamps, if the scene has some, because near lamps
+    make most of the noise; otherwise to the BRDF.
+    """
+    xi_brdf, xi_light = rng.next_2d_of_term(), rng.next_2d()
+    if ti.static(scene.lights.has_lamps):
+        xi_brdf, xi_light = xi_light, xi_brdf
+    return xi_brdf, xi_light

@@ -84,22 +84,16 @@ class OneSampleMis(DirectLight):
 
     @ti.func
     def reflected(self, scene, surface, rng):
-        """One sample of the reflected light; a mirror is sampled by its BRDF, and single lights one by one."""
-        L = tm.vec3(0)
-        if ti.static(scene.lights.has_lamps or len(scene.lights.far) > 0):
-            p_light = self._numbers.get(0)
-            is_delta = surface.is_delta()
-            if rng.next_1d() >= 1 - p_light and not is_delta:
-                L, pdf, pdf_brdf = sample_of_lights(scene, surface, rng)
-                L /= p_light + (1 - p_light) * pdf_brdf / pdf
-            else:
-                w_i = surface.sample(rng.next_2d())
-                light, pdf = light_along(scene, surface, w_i, True)
-                pdf_brdf = surface.pdf(w_i)
-                share = 1.0
-                if not is_delta:
-                    share = ti.select(pdf_brdf > 0, 1 / (1 - p_light + p_light * pdf / pdf_brdf), 0.0)
-                L = surface.weight(w_i) * light * share
-        if ti.static(len(scene.lights.single) > 0):
-            L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+        """One sample of the light from the direction that was drawn; a mirror is sampled by its BRDF."""
+        L, p_light, is_delta = tm.vec3(0), self._numbers.get(0), surface.is_delta()
+        if rng.next_1d() >= 1 - p_light and not is_delta:
+            f_cos, light, pdf, pdf_brdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
+            L = f_cos * light / pdf / (p_light + (1 - p_light) * pdf_brdf / pdf)
+        else:
+            w_i = surface.sample(rng.next_2d())
+            light, pdf = light_along(scene, surface, w_i, surface.weight(w_i))
+            pdf_brdf, share = surface.pdf(w_i), 1.0
+            if not is_delta:
+                share = ti.select(pdf_brdf > 0, 1 / (1 - p_light + p_light * pdf / pdf_brdf), 0.0)
+            L = surface.weight(w_i) * light * share
         return L

@@ -25,15 +25,21 @@ Monte Carlo rendering", SIGGRAPH 1995.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
-from taichi_tracer.lights.near_misses import begin_counting, counter_for
-from taichi_tracer.picture.film import is_finite
+from taichi_tracer.lights.near_misses import counter_for
+from taichi_tracer.picture.adaptive import Shares
+from taichi_tracer.picture.pixel_sums import is_finite
+from taichi_tracer.picture.some_pixels import SomePixels
 from taichi_tracer.picture.unseen_light import KNOWN, unseen_light
+from taichi_tracer.system import memory
+from taichi_tracer.system.observed import observed
 
 SAMPLES = 4  # of the other technique, in each pixel that is looked at
 MOST = 128  # pixels along each side that are looked at; of larger pictures, one pixel of each tile
@@ -41,12 +47,6 @@ ALIKE = 4.0  # directions that are up to so many times as probable are counted t
 SAFETY = 1.2  # times u: the tiles and the few samples of a pixel make u rough
 SEED = 0x85EBCA6B  # combined with the seed of the picture, so that these samples are not its own
 SPHERE = 4 * math.pi  # the solid angle of all directions
-
-
-class BothTechniques:
-    """What ``NearMissCounter`` must know of these samples: it counts only narrow lobes, and what mirrors find."""
-
-    samples_lights, samples_brdf = True, True
 
 
 def other_techniques(scene, integrator, pixels: int) -> tuple[str, ...]:
@@ -70,83 +70,111 @@ def other_techniques(scene, integrator, pixels: int) -> tuple[str, ...]:
 
 
 @ti.data_oriented
+class OtherSample(Integrator):
+    """One sample of the other technique at what an eye ray hits.
+
+    ``samples_lights`` and ``samples_brdf`` say that a counter of near misses counts only narrow lobes and mirrors.
+
+    Args:
+        technique: "brdf" or "lights". integrator: the estimator that does not use it.
+    """
+
+    samples_lights, samples_brdf = True, True
+
+    def __init__(self, technique: str, integrator: Integrator) -> None:
+        self.from_brdf = technique == "brdf"
+        self.knows_lights, self.knows_brdf = integrator.samples_lights, integrator.samples_brdf
+
+    @ti.func
+    def radiance(self, scene, ray, hit, rng):
+        """(E, P, 0), with E as the root of the mean square of its channels; 0 if it finds no light."""
+        found = tm.vec3(0)
+        if hit.is_hit:
+            surface = scene.surface_at(ray, hit)
+            if not surface.is_delta():
+                value, p, q = self.sample(scene, surface, rng)
+                if q > 0 and is_finite(value):
+                    found = tm.vec3(tm.sqrt(tm.dot(value, value) / 3), p / q, 0)
+        return found
+
+    @ti.func
+    def sample(self, scene, surface, rng):
+        """(E, p, q)."""
+        value, p, q = tm.vec3(0), 1 / SPHERE, 0.0
+        if ti.static(self.from_brdf):
+            w_i = surface.sample(rng.next_2d())
+            light, pdf = light_along(scene, surface, w_i, surface.weight(w_i))
+            value, q = surface.weight(w_i) * light, surface.pdf(w_i)
+            if ti.static(self.knows_lights):
+                p = pdf
+        else:
+            f_cos, light, q, pdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
+            value = f_cos * light / q
+            if ti.static(self.knows_brdf):
+                p = pdf
+        return value, p, q
+
+
+@ti.data_oriented
 class OtherTechnique:
     """What the other technique finds in a picture.
 
     Args:
-        scene, integrator, sampler, eye_rays: of the picture: a ``SceneInKernels`` and three parts.
+        parts: what samples of the picture are made of, a ``renderer.Parts``.
         crop: (x0, x1, y0, y1), the pixels of the picture.
         techniques: of ``other_techniques``.
     """
 
-    def __init__(self, scene, integrator, sampler, eye_rays, crop, techniques: tuple[str, ...]) -> None:
-        self.is_of = scene, integrator, crop, techniques
-        self.scene, self.sampler, self.eye_rays, self.techniques = scene, sampler, eye_rays, techniques
-        self.knows_lights, self.knows_brdf = integrator.samples_lights, integrator.samples_brdf
+    def __init__(self, parts: Any, crop: tuple[int, ...], techniques: tuple[str, ...]) -> None:
+        self.is_of, self.scene = (parts.scene, parts.integrator, crop, techniques), parts.scene
         x0, x1, self.x0, self.y0 = crop[0], crop[1], crop[0], crop[2]
         size = x1 - x0, crop[3] - crop[2]
         self.step = math.ceil(max(size) / MOST)
         self.columns, self.rows = (-(-n // self.step) for n in size)
         self.pixels = size[0] * size[1]
-        self.near_misses = counter_for(scene, self.columns, self.rows) if "brdf" in techniques else None
+        self.near_misses = counter_for(parts.scene, self.columns, self.rows) if "brdf" in techniques else None
+        self._memory = memory.Memory()
+        self.samples = ti.Vector.field(2, ti.f32)  # (E, P) of each sample
+        self._memory.fields.dense(ti.ijk, (SAMPLES, self.rows, self.columns)).place(self.samples)
+        self._memory.allocate()
+        self.parts = [self.observed(parts, technique) for technique in techniques]
         self.seen: object = None  # the state of the picture at which it was looked
         self.found: list[tuple[np.ndarray, np.ndarray]] = []
 
-    def look(self, state: object, seed: int) -> None:
-        """Take the samples of the present state of the picture, unless they were taken already."""
+    def observed(self, parts: Any, technique: str) -> Any:
+        """The parts of the samples of a technique: one of each tile of the picture, which are kept here."""
+        sampler = observed(parts.sampler, {"start": lambda part, call, seed, x, y, k: call(seed, *self.pixel(x, y), k)})
+        eyes = observed(parts.eye_rays, {"hit_of": lambda part, call, x, y, rng: call(*self.pixel(x, y), rng)})
+        scene, integrator = parts.scene, OtherSample(technique, parts.integrator)
+        if technique == "brdf" and self.near_misses is not None:
+            scene, sampler = self.near_misses.watched(scene, sampler, integrator)
+        film = SomePixels(self.keep)
+        film.choose((0, self.columns), (0, self.rows))
+        return type(parts)(scene, integrator, eyes, sampler, Shares(self.columns, self.rows), film)
+
+    def pixel(self, x: Any, y: Any) -> tuple[Any, Any]:
+        """The pixel of the picture that stands for a tile."""
+        return self.x0 + x * self.step, self.y0 + y * self.step
+
+    @ti.func
+    def keep(self, x, y, value, k):
+        """Keep sample k of a tile."""
+        self.samples[ti.cast(k, ti.i32), y, x] = ti.cast(value.xy, ti.f32)
+
+    def look(self, renderer: Any, state: object) -> None:
+        """Take the samples of the present state of a renderer's picture, unless they were taken already."""
         if state == self.seen:
             return
         self.scene.lights.prepare()
         self.found = []
         if self.near_misses is not None:
             self.near_misses.clear()
-        for technique in self.techniques:
-            light, chance = (np.zeros((SAMPLES, self.rows, self.columns), np.float32) for _ in range(2))
-            from_brdf = technique == "brdf"
-            near_misses = self.near_misses if from_brdf else None
-            self._sample(self.scene, from_brdf, near_misses, (seed ^ SEED) % 2**32, light, chance)
+        for parts in self.parts:
+            for k in range(SAMPLES):
+                renderer._take_sample(parts, (renderer.seed ^ SEED) % 2**32, k)
+            light, chance = np.moveaxis(self._memory.read(self.samples), -1, 0)
             self.found.append((light, self.meetings(light, chance)))
         self.seen = state
-
-    @ti.kernel
-    def _sample(
-        self,
-        scene: ti.template(),
-        from_brdf: ti.template(),
-        near_misses: ti.template(),
-        seed: ti.u32,
-        light: ti.types.ndarray(dtype=ti.f32, ndim=3),
-        chance: ti.types.ndarray(dtype=ti.f32, ndim=3),
-    ):
-        for row, column in ti.ndrange(self.rows, self.columns):
-            x, y = self.x0 + column * self.step, self.y0 + row * self.step
-            for k in range(SAMPLES):
-                begin_counting(near_misses, column, row, BothTechniques)
-                rng = self.sampler.start(seed, x, y, ti.cast(k, ti.u32))
-                ray, hit = self.eye_rays.hit_of(x, y, rng)
-                if hit.is_hit:
-                    surface = scene.surface_at(ray, hit)
-                    if not surface.is_delta():
-                        value, p, q = self.other_sample(scene, surface, rng, from_brdf)
-                        if q > 0 and is_finite(value):
-                            light[k, row, column] = ti.cast(tm.sqrt(tm.dot(value, value) / 3), ti.f32)
-                            chance[k, row, column] = ti.cast(p / q, ti.f32)
-
-    @ti.func
-    def other_sample(self, scene: ti.template(), surface, rng, from_brdf: ti.template()):
-        """(E, p, q) of one sample of the other technique."""
-        value, p, q = tm.vec3(0), 1 / SPHERE, 0.0
-        if ti.static(from_brdf):
-            w_i = surface.sample(rng.next_2d())
-            light, pdf = light_along(scene, surface, w_i, self.knows_lights)
-            value, q = surface.weight(w_i) * light, surface.pdf(w_i)
-            if ti.static(self.knows_lights):
-                p = pdf
-        else:
-            value, q, pdf = sample_of_lights(scene, surface, rng)
-            if ti.static(self.knows_brdf):
-                p = pdf
-        return value, p, q
 
     def meetings(self, light: np.ndarray, chance: np.ndarray) -> np.ndarray:
         """How many samples of the picture meet light that is as rare as that of each sample, for one sample per pixel.

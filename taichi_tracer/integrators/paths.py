@@ -21,7 +21,6 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.next_event import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
-from taichi_tracer.system.blocks import IN_A_BLOCK
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import is_as_written, seams
 
@@ -73,8 +72,7 @@ class Paths(Integrator):
                 surface = scene.surface_at(ray, hit)
                 depth += 1
                 if ti.static(self.samples_lights):
-                    if IN_A_BLOCK:  # see ``system.blocks``
-                        L += throughput * self.light_sample(scene, surface, rng) * self.settings.counts(depth)
+                    L += throughput * self.light_sample(scene, surface, rng) * self.settings.counts(depth)
                 if ti.static(len(scene.lights.single) > 0):
                     single = scene.lights.reflected_single(scene.ray_intersector, surface, rng)
                     L += throughput * single * self.settings.counts(depth)
@@ -102,7 +100,8 @@ class Paths(Integrator):
     @ti.func
     def light_sample(self, scene, surface, rng):
         """One sample of the lights, times its share where rays find the same light, too."""
-        value, pdf, pdf_brdf = sample_of_lights(scene, surface, rng)
+        f_cos, light, pdf, pdf_brdf = sample_of_lights(scene, surface, rng.next_2d_of_term())
+        value = f_cos * light / pdf
         if ti.static(self.exponent > 0):
             value *= heuristic(pdf, pdf_brdf, self.exponent)
         return value

@@ -1,13 +1,11 @@
 """Maps of work: what a sample of each pixel costs, and where its work is lost.
 
 A map measures another integrator, such as a view, an estimator or a kind of paths. It takes the same samples with the
-same code, and counts what this code does: parts of the scene are copied, and methods of the copies count before they
-call the method of the original. Pictures that are no maps use the originals, and pay nothing.
+same code, and counts what this code does: it observes the parts of the scene (``system.observed``). Pictures that are
+no maps use the parts themselves, and pay nothing.
 """
 
 import copy
-import functools
-import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -15,19 +13,24 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
-from taichi_tracer.brdfs.surface import Surface
 from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.system.observed import after, before, observed, observed_scene
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import in_kernels
 
-SCATTERING = "eval_cosine", "weight"  # methods of a surface: each direction that is sampled goes to one of them
+# Methods of an intersector that enter a node or try a box; those that try a triangle or a sphere; and methods of a
+# surface to one of which each direction that is sampled goes.
+ENTERING, TRYING = ("met_children", "node_interval"), ("try_corners", "try_triangle", "sphere_candidate")
+SCATTERING = "eval_cosine", "weight"
 
 
 @ti.data_oriented
 class Tally:
     """What one sample does, counted in variables of the kernel that is being compiled."""
 
-    def __init__(self) -> None:
+    @in_kernels
+    def begin(self) -> None:
+        """Begin a sample."""
         self.nodes, self.primitives, self.shadows, self.blocked, self.below = (impl.expr_init(0) for _ in range(5))
         self.x, self.y, self.z = (impl.expr_init(0.0) for _ in range(3))  # of the last direction
 
@@ -84,33 +87,6 @@ class WorkMap(Integrator):
         self.name, self.label, self.unit, self.number = name, label, unit, number
         self.is_timed, self.shows_error = is_timed, shows_error
 
-    @in_kernels
-    def measure(self, integrator: Integrator, scene: Any, ray: Any, rng: Any) -> Any:
-        """One sample of the integrator along the ray: the number that is counted, or the radiance."""
-        tally = None if self.number is None else Tally()
-        parts = scene if tally is None else counted_scene(scene, tally)
-        hit = impl.expr_init(parts.ray_intersector.query_segment(ray, 0.0, tm.inf))
-        value = impl.expr_init(integrator.radiance(parts, ray, hit, rng))
-        return value if self.number is None or tally is None else _grey(self.number(tally))
-
-
-@ti.func
-def _grey(number):
-    return tm.vec3(ti.cast(number, float))
-
-
-@ti.data_oriented
-class Measurement:
-    """A map of one integrator: what kernels get."""
-
-    def __init__(self, map_: WorkMap, integrator: Integrator) -> None:
-        self.map, self.integrator, self.samples_lights = map_, integrator, integrator.samples_lights
-
-    @in_kernels
-    def radiance(self, scene, ray, hit, rng):
-        """One sample; see ``WorkMap.measure``. The ray is traced here, so that its work counts, too."""
-        return self.map.measure(self.integrator, scene, ray, rng)
-
 
 register(WorkMap("nodes", "Nodes entered", "nodes entered per sample", lambda tally: tally.nodes))
 register(
@@ -124,91 +100,46 @@ register(WorkMap("standard_error", "Standard error", "standard error of the mean
 register(WorkMap("seconds", "Seconds", "seconds per sample on one core", is_timed=True))
 
 
-# ── parts that count ──
+def counted(parts: Any, number: Callable[[Tally], Any]) -> Any:
+    """The parts of a sample (``renderer.Parts``), observed: the film gets a number of what the sample did."""
+    tally = Tally()
+    scene = counted_scene(parts.scene, tally)
+    eye_rays = copy.copy(parts.eye_rays)
+    eye_rays.intersector = scene.ray_intersector
+    sampler = observed(parts.sampler, {"start": before(lambda *_: tally.begin())})
+
+    def record(film, call, x, y, value, index):
+        return call(x, y, _grey(number(tally)), index)
+
+    film = observed(parts.film, {"record": record})
+    return parts._replace(scene=scene, eye_rays=eye_rays, sampler=sampler, film=film)
+
+
+@ti.func
+def _grey(number):
+    return tm.vec3(ti.cast(number, float))
 
 
 def counted_scene(scene: Any, tally: Tally) -> Any:
-    """A copy of the part of a scene that kernels use, whose rays and surfaces are counted."""
-    found = copy.copy(scene)
-    found.ray_intersector = counted_intersector(scene.ray_intersector, tally)
-    cls = type(scene)
-    make = cls.surface_at
+    """A copy of the part of a scene that kernels use, whose rays, surfaces and lights are counted."""
 
-    @functools.wraps(make)
-    def surface_at(self, ray, hit):
-        """The surface that a ray hit; directions that are sampled on it are counted."""
-        surface = make(self, ray, hit)
-        surface.__class__ = type("CountedSurface", (Surface,), {name: sampled(name, tally) for name in SCATTERING})
-        return surface
+    def of_lights(part, found, x, n, xi):
+        """``SceneLights.sample``: below the horizon, no surface is asked for the value of its direction."""
+        tally.direction(n, found[0])
 
-    found.__class__ = type(f"Counted{cls.__name__}", (cls,), {"surface_at": in_kernels(surface_at)})
-    found.lights = copy.copy(scene.lights)
-    lights = type(scene.lights)
-    found.lights.__class__ = type(f"Counted{lights.__name__}", (lights,), {"sample": sampled_lights(lights, tally)})
-    return found
-
-
-def counted_intersector(intersector: Any, tally: Tally) -> Any:
-    """A copy of an intersector that counts nodes, primitives and shadow rays."""
-    cls = type(intersector)
-    counters = {"met_children": tally.node, "node_interval": tally.node}
-    counters |= dict.fromkeys(("try_corners", "try_triangle", "sphere_candidate"), tally.primitive)
-    members = {name: counted(cls, name, count) for name, count in counters.items() if hasattr(cls, name)}
-    original = inspect.getattr_static(cls, "is_occluded")
-
-    @functools.wraps(original)
-    def is_occluded(self, ray, t_max):
-        """Whether anything lies on the ray before t_max; the answer is counted."""
-        is_blocked = impl.expr_init(original.__get__(self, type(self))(ray, t_max))
-        tally.shadow_ray(is_blocked)
-        return is_blocked
-
-    found = copy.copy(intersector)
-    found.__class__ = type(f"Counted{cls.__name__}", (cls,), members | {"is_occluded": in_kernels(is_occluded)})
-    return found
-
-
-def counted(cls: type, name: str, count: Callable[[], None]) -> Callable:
-    """The method of a class, which counts before it runs."""
-    original = inspect.getattr_static(cls, name)
-
-    @functools.wraps(original)
-    def method(self, *arguments, **named):
-        """The method of the original, counted."""
-        count()
-        return original.__get__(self, type(self))(*arguments, **named)
-
-    return in_kernels(method)
-
-
-def sampled(name: str, tally: Tally) -> Callable:
-    """A method of a surface that gets a direction, which is counted. A mirror's direction is no sample."""
-    original = inspect.getattr_static(Surface, name)
-
-    @functools.wraps(original)
-    def method(self, w_i):
-        """The method of the surface, counted."""
-        _note_direction(tally, self, w_i)
-        return original.__get__(self, type(self))(w_i)
-
-    return in_kernels(method)
+    counts = dict.fromkeys(ENTERING, before(lambda *_: tally.node()))
+    counts |= dict.fromkeys(TRYING, before(lambda *_: tally.primitive()))
+    counts["is_occluded"] = after(lambda part, is_blocked, *_: tally.shadow_ray(is_blocked))
+    observers = {
+        "ray_intersector": counts,
+        "surface": dict.fromkeys(SCATTERING, before(lambda surface, w_i: _note_direction(tally, surface, w_i))),
+        "lights": {"sample": after(of_lights)},
+    }
+    return observed_scene(scene, observers)
 
 
 @ti.func
 def _note_direction(tally: ti.template(), surface, w_i):
+    """Count a direction that a surface gets. A mirror's is no sample."""
     if not surface.is_delta():
         tally.direction(surface.normal, w_i)
-
-
-def sampled_lights(cls: type, tally: Tally) -> Callable:
-    """``SceneLights.sample``, whose directions are counted: below the horizon, no surface is asked for their value."""
-    original = inspect.getattr_static(cls, "sample")
-
-    @functools.wraps(original)
-    def sample(self, x, n, xi):
-        """A direction from the lights, counted."""
-        found = original.__get__(self, type(self))(x, n, xi)
-        tally.direction(n, found[0])
-        return found
-
-    return in_kernels(sample)

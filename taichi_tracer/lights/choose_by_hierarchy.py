@@ -121,7 +121,8 @@ class ByHierarchy(LampChoice):
             distance = to_x.norm()
             cosine_b = -1.0
             if distance > radius:
-                cosine_b = ti.sqrt(ti.max(0.0, 1 - (radius / distance) ** 2))
+                sine_b = radius / distance
+                cosine_b = ti.sqrt(ti.max(0.0, 1 - sine_b * sine_b))
             w = to_x / ti.max(distance, ti.static(runtime.smallest()))
             cosine = cosine_of_difference(tm.dot(self.axis[node], w), self.cosine[node])
             cosine = cosine_of_difference(cosine, cosine_b)

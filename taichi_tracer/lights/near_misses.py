@@ -17,10 +17,13 @@ from typing import Any
 
 import numpy as np
 import taichi as ti
+import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.environment import Environment
 from taichi_tracer.system import memory
+from taichi_tracer.system.observed import after, before, observed, observed_scene
+from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
 
@@ -34,6 +37,7 @@ EYE, MIRROR, LOBE = range(len(KINDS))
 IF_HEAVY = 4  # is added to a kind that is only counted if its weight is large
 BITS = len(LEVELS)
 WEIGHT = 0.01  # what a look-up of a narrow lobe is multiplied by, at least, if it was drawn from the lobe itself
+KEPT = 8  # forms of samples that are counted: going back to one of so many compiles nothing
 ENOUGH = 1000  # look-ups that met a level: more need not be counted
 
 
@@ -138,8 +142,6 @@ class NearMissCounter:
         width, height: the size of the picture in pixels.
     """
 
-    _begun_last: tuple | None = None  # (the kernel that is being compiled, its counter)
-
     def __init__(self, light, levels: tuple[Level, ...], zones: np.ndarray, width: int, height: int) -> None:
         self.light, self.levels = light, levels
         self._memory = memory.Memory()
@@ -154,6 +156,7 @@ class NearMissCounter:
         self._zeros = Tables()
         for field in (self.per_pixel, self.near, self.met):
             self._zeros.put(field, np.zeros(field.shape, np.int32))
+        self._watched = Recent(KEPT)
 
     def is_over(self) -> bool:
         """Whether its fields are gone, because Taichi was started again."""
@@ -171,19 +174,27 @@ class NearMissCounter:
             levels, *(self._memory.read(f).astype(np.int64) for f in (self.near, self.met, self.per_pixel))
         )
 
+    def watched(self, scene: Any, sampler: Any, integrator: Any) -> tuple[Any, Any]:
+        """Copies of a scene and of a sampler that count the look-ups of an integrator's samples."""
+        return self._watched.get((scene, sampler, integrator), lambda: self._watch(scene, sampler, integrator))
+
+    def _watch(self, scene: Any, sampler: Any, integrator: Any) -> tuple[Any, Any]:
+        observers = {
+            "scene": {"surface_at": after(lambda part, surface, *_: self.reach(surface))},
+            "lights": {
+                "arriving": after(lambda part, light, ray, hit: self.look_along(ray, hit, light)),
+                "visible": after(lambda part, found, *given: self.look_at(part.has_lamps, found[0], *given)),
+            },
+        }
+        start = before(lambda part, seed, x, y, index: self.begin(x, y, integrator))
+        return observed_scene(scene, observers), observed(sampler, {"start": start})
+
     @in_kernels
     def begin(self, x, y, integrator) -> None:
         """Begin a sample of a pixel."""
         self.x, self.y = x, y
         self.samples_lights, self.samples_brdf = integrator.samples_lights, integrator.samples_brdf
         self.surfaces, self.is_scattered, self.is_delta, self.is_narrow = (impl.expr_init(0) for _ in range(4))
-        NearMissCounter._begun_last = impl.get_runtime().compiling_callable, self
-
-    @classmethod
-    def of_this_kernel(cls) -> "NearMissCounter | None":
-        """The counter that was begun in the kernel that is being compiled; None if there is none."""
-        begun = cls._begun_last
-        return begun[1] if begun is not None and begun[0] is impl.get_runtime().compiling_callable else None
 
     @ti.func
     def reach(self, surface):
@@ -196,21 +207,29 @@ class NearMissCounter:
             self.is_scattered = 1
 
     @ti.func
+    def look_along(self, ray, hit, light):
+        """Count what arrives along a ray, if it hits nothing."""
+        if not hit.is_hit:
+            self.look_up(ray.direction, light, tm.vec3(1))
+
+    @ti.func
+    def look_at(self, has_lamps: ti.template(), light, scene: ti.template(), surface, w_i, factor):
+        """Count the light that is visible from a surface; where there are lamps, ``look_along`` counts it."""
+        if ti.static(not has_lamps):
+            if light.max() > 0:
+                self.look_up(w_i, light, factor)
+
+    @ti.func
     def look_up(self, direction, radiance, factor):
         """Count a ray that nothing blocks, with the radiance that it found, and what this is multiplied by."""
-        kind = self.kind(factor)
+        kind = self.weighted(self.kind_before_weight(), factor)
         if kind >= 0:
             u, v = self.light.environment.coords(self.light.with_y_up(direction))
             self.count(self.x, self.y, self.code(kind, u, v, radiance))
 
     @ti.func
-    def kind(self, factor):
-        """Which of ``KINDS`` the next look-up is, whose light is multiplied by ``factor``; −1 if it is not counted."""
-        return self.weighted(self.kind_before_weight(), factor)
-
-    @ti.func
     def kind_before_weight(self):
-        """``kind``, if ``factor`` is not known yet; plus ``IF_HEAVY``, if it depends on the factor."""
+        """Which of ``KINDS`` the next look-up is; −1 if it is not counted; plus ``IF_HEAVY`` if its factor decides."""
         kind = ti.select(self.surfaces == 0, EYE, ti.select(self.is_scattered == 0, MIRROR, LOBE))
         is_counted = kind == EYE or self.is_delta == 1 or ti.static(not self.samples_lights)
         other = -1
@@ -220,7 +239,7 @@ class NearMissCounter:
 
     @ti.func
     def weighted(self, kind, factor):
-        """``kind``, from ``kind_before_weight``."""
+        """The kind of a look-up whose light is multiplied by ``factor``, from ``kind_before_weight``."""
         is_heavy = factor.max() >= WEIGHT
         return ti.select(kind < IF_HEAVY, kind, ti.select(is_heavy, kind - IF_HEAVY, -1))
 
@@ -254,64 +273,6 @@ class NearMissCounter:
                         self.met[i, kind] += 1
             if kind == LOBE:
                 self.per_pixel[x, y] = self.per_pixel[x, y] + 1  # one thread has the pixel: not atomic
-
-
-@in_kernels
-def begin_counting(counter: NearMissCounter | None, x, y, integrator) -> None:
-    """Let the counter, if there is one, count the look-ups of one sample of a pixel."""
-    if counter is not None:
-        counter.begin(x, y, integrator)
-
-
-@in_kernels
-def note_surface(surface) -> None:
-    """Tell the counter of the kernel, if there is one, that the path has reached a surface."""
-    counter = NearMissCounter.of_this_kernel()
-    if counter is not None:
-        counter.reach(surface)
-
-
-@in_kernels
-def note_look_up(direction, radiance, factor) -> None:
-    """Tell the counter of the kernel, if there is one, what a ray finds that nothing blocks; ``factor`` weighs it."""
-    counter = NearMissCounter.of_this_kernel()
-    if counter is not None:
-        counter.look_up(direction, radiance, factor)
-
-
-@in_kernels
-def kind_of_look_up(factor) -> Any:
-    """The kind of the next look-up, which ``factor`` weighs, for ``code_of_look_up``."""
-    counter = NearMissCounter.of_this_kernel()
-    return -1 if counter is None else counter.kind(factor)
-
-
-@in_kernels
-def kind_before_weight() -> Any:
-    """``kind_of_look_up``, if the factor is not known yet, for ``weighted_kind``."""
-    counter = NearMissCounter.of_this_kernel()
-    return -1 if counter is None else counter.kind_before_weight()
-
-
-@in_kernels
-def weighted_kind(kind, factor) -> Any:
-    """``kind_of_look_up`` with this factor, from ``kind_before_weight``."""
-    counter = NearMissCounter.of_this_kernel()
-    return -1 if counter is None else counter.weighted(kind, factor)
-
-
-@in_kernels
-def code_of_look_up(kind, u, v, radiance) -> Any:
-    """What ``count_look_up`` gets if nothing blocks a ray of this kind, which finds this radiance at (u, v)."""
-    counter = NearMissCounter.of_this_kernel()
-    return 0 if counter is None else counter.code(kind, u, v, radiance)
-
-
-@in_kernels
-def count_look_up(counter: NearMissCounter | None, x, y, code) -> None:
-    """Count a look-up of a pixel, which ``code_of_look_up`` has noted before anybody knew whether it is blocked."""
-    if counter is not None:
-        counter.count(x, y, code)
 
 
 def counter_for(scene, width: int, height: int) -> NearMissCounter | None:

@@ -11,10 +11,9 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.lights.base import Light
+from taichi_tracer.lights.far_lights import FarLights
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.lights.near_misses import note_look_up
 from taichi_tracer.ray import Ray, no_hit
-from taichi_tracer.system.blocks import IN_A_BLOCK
 
 FAR_SHARE = 0.5  # of the samples of a scene with both: they go to what is far away
 
@@ -29,7 +28,8 @@ class SceneLights:
         lamps: the surfaces that emit; None if their emission is not to be looked up.
 
     Attributes:
-        far: the lights that a ray may see if it hits nothing. single: the lights that are sampled one by one.
+        far: the lights that a ray may see if it hits nothing. from_far: these together, as one light.
+        single: the lights that are sampled one by one.
         far_share: the probability with which ``sample`` chooses a far light.
     """
 
@@ -38,6 +38,7 @@ class SceneLights:
         self.lamps = lamps
         self.far = tuple(light for light in lights if light.is_far and not light.is_delta)
         self.single = tuple(light for light in lights if not light.is_far or light.is_delta)
+        self.from_far = FarLights(self.far)
         self.far_share = 1.0 if not self.has_lamps else FAR_SHARE if self.far else 0.0
         self._prepared: list[Light] = []
 
@@ -45,6 +46,11 @@ class SceneLights:
     def has_lamps(self) -> bool:
         """Whether a surface emits light."""
         return self.lamps is not None and self.lamps.count > 0
+
+    @property
+    def can_be_met(self) -> bool:
+        """Whether a ray can meet one of the lights: a lamp, or a light that is far away."""
+        return self.has_lamps or len(self.far) > 0
 
     def prepare(self, draws: bool = True) -> None:
         """Build the tables with which the lights are sampled, unless they were built already.
@@ -62,41 +68,36 @@ class SceneLights:
                 self._prepared.append(light)
 
     @ti.func
-    def seen(self, ray, hit):
-        """Radiance that a ray sees directly from the lights; ``hit`` is what the ray hits."""
-        light = tm.vec3(0)
-        if not hit.is_hit:
-            light = self.from_far(ray)
-        for one in ti.static(self.single):
-            light += one.radiance(ray, hit)
-        return light
-
-    @ti.func
-    def from_far(self, ray):
-        """Radiance along a ray that hits nothing."""
-        light = tm.vec3(0)
-        for one in ti.static(self.far):
-            light += one.radiance(ray, no_hit())
-        note_look_up(ray.direction, light, tm.vec3(1))
-        return light
-
-    @ti.func
-    def emitted(self, hit):
-        """Radiance that a hit emits towards the origin of its ray."""
-        light = tm.vec3(0)
-        if ti.static(self.effects.emitters):
-            light = self.lamps.emitted(hit)
-        return light
-
-    @ti.func
     def arriving(self, ray, hit):
         """Radiance that arrives along a ray without any reflection, from a lamp or from far away."""
         light = tm.vec3(0)
         if hit.is_hit:
-            light = self.emitted(hit)
+            if ti.static(self.effects.emitters):
+                light = self.lamps.emitted(hit)
         else:
-            light = self.from_far(ray)
+            light = self.from_far.radiance(ray, hit)
         return light
+
+    @ti.func
+    def visible(self, scene: ti.template(), surface, w_i, factor):
+        """(radiance, HitData): what arrives at a surface from the direction w_i, and what the ray along w_i hits.
+
+        The caller multiplies the radiance by ``factor``. If ``factor`` is 0, no ray is sent, and the radiance is 0. In
+        a scene without lamps, it is enough to know whether the ray hits anything: nothing else of the hit is found.
+        """
+        light, hit = tm.vec3(0), no_hit()
+        if factor.max() > 0 and surface.lets_pass(w_i):
+            ray = surface.ray_along(w_i)
+            if ti.static(self.has_lamps):
+                hit = scene.met(surface, ray)
+                light = self.arriving(ray, hit)
+            else:
+                light = self.from_far.radiance(ray, hit)
+                if light.max() > 0:
+                    hit.is_hit = scene.is_blocked(surface, w_i, tm.inf)
+                    if hit.is_hit:
+                        light = tm.vec3(0)
+        return light, hit
 
     @ti.func
     def sample(self, x, n, xi):
@@ -108,10 +109,9 @@ class SceneLights:
         if ti.static(self.far_share == 0):
             w_i, distance, light, pdf = self.lamps.sample_from(x, n, xi)
         elif ti.static(self.far_share == 1):
-            if IN_A_BLOCK:  # see ``system.blocks``
-                w_i, distance, light, pdf = self.sample_radiance_far(x, xi)
+            w_i, distance, light, pdf = self.from_far.sample(x, xi)
         elif xi.x < self.far_share:
-            w_i, distance, light, pdf = self.sample_radiance_far(x, tm.vec2(xi.x / self.far_share, xi.y))
+            w_i, distance, light, pdf = self.from_far.sample(x, tm.vec2(xi.x / self.far_share, xi.y))
             pdf *= self.far_share
         else:
             rest = (xi.x - self.far_share) / (1 - self.far_share)
@@ -128,75 +128,8 @@ class SceneLights:
                 pdf = (1 - self.far_share) * self.lamps.pdf_from(x, n, w_i, hit)
         else:
             if ti.static(len(self.far) > 0):
-                pdf = self.far_share * self.pdf_far(x, w_i)
+                pdf = self.far_share * self.from_far.pdf(x, w_i, hit)
         return pdf
-
-    @ti.func
-    def sample_radiance_far(self, x, xi):
-        """(w_i, ∞, radiance, pdf) of a direction towards a far light."""
-        w_i, pdf = self.sample_far(x, xi)
-        light = tm.vec3(0)
-        ray = Ray(origin=x, direction=w_i)
-        for one in ti.static(self.far):
-            light += one.radiance(ray, no_hit())
-        return w_i, tm.inf, light, pdf
-
-    @ti.func
-    def sample_far(self, x, xi):
-        """(w_i, pdf) of a direction towards a far light; the pdf is the mean of the densities of all far lights."""
-        w_i, pdf = tm.vec3(0, 1, 0), 1.0
-        if ti.static(len(self.far) == 1):
-            w_i, pdf = self.direction_of(0, x, xi)
-        else:
-            count = ti.static(len(self.far))
-            chosen = ti.min(ti.cast(xi.x * count, ti.i32), count - 1)
-            for i in ti.static(range(len(self.far))):
-                if chosen == i:
-                    w_i, pdf = self.direction_of(i, x, tm.vec2(xi.x * count - i, xi.y))
-            pdf = self.pdf_far(x, w_i)
-        return w_i, pdf
-
-    @ti.func
-    def direction_of(self, i: ti.template(), x, xi):
-        """(w_i, pdf) of one far light. Its radiance is looked up later, and only if it contributes."""
-        w_i, pdf = tm.vec3(0, 1, 0), 1.0
-        if ti.static(hasattr(self.far[i], "sample_direction")):
-            w_i, pdf = self.far[i].sample_direction(xi)
-        else:
-            w_i, distance, light, pdf = self.far[i].sample(x, xi)
-        return w_i, pdf
-
-    @ti.func
-    def pdf_far(self, x, w_i):
-        """The density of ``sample_far`` at w_i, per solid angle."""
-        total = 0.0
-        for one in ti.static(self.far):
-            total += one.pdf(x, w_i, no_hit())
-        return total / ti.static(max(1, len(self.far)))
-
-    @ti.func
-    def visible_far(self, intersector: ti.template(), surface, w_i, factor):
-        """Radiance that arrives at a surface from far away, from the direction w_i; 0 if something blocks it.
-
-        The caller multiplies the result by ``factor``. If ``factor`` or the light is 0, no shadow ray is sent.
-        """
-        light = self.unblocked_far(surface, w_i, factor)
-        if light.max() > 0:
-            if is_blocked(self.effects, intersector, surface, w_i, tm.inf):
-                light = tm.vec3(0)
-            else:
-                note_look_up(w_i, light, factor)
-        return light
-
-    @ti.func
-    def unblocked_far(self, surface, w_i, factor):
-        """``visible_far`` if nothing is in the way: radiance from w_i; 0 if w_i or ``factor`` lets none arrive."""
-        light = tm.vec3(0)
-        if factor.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
-            ray = Ray(origin=surface.origin, direction=w_i)
-            for one in ti.static(self.far):
-                light += one.radiance(ray, no_hit())
-        return light
 
     @ti.func
     def reflected_single(self, intersector: ti.template(), surface, rng):

@@ -79,6 +79,21 @@ def error_from_halves(total_even, n_even, total_odd, n_odd):
     return abs(difference) * tm.sqrt(ti.cast(n_even, float) * n_odd) / n
 
 
+def errors_from_halves(total: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """(w, h, 3) ``error_from_halves`` of every pixel; not finite where a half has no samples."""
+    n_even, n_odd = (counts[:, :, half, None].astype(total.dtype) for half in range(2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        difference = total[:, :, 0] / n_even - total[:, :, 1] / n_odd
+        return abs(difference) * np.sqrt(n_even * n_odd) / (n_even + n_odd)
+
+
+def errors_from_deviations(deviation: np.ndarray, scale: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """(w, h, 3) ``error_from_deviation`` of every pixel; not finite where it has fewer than two samples."""
+    n = count[..., None].astype(deviation.dtype)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.sqrt(np.maximum(deviation, 0)) / np.sqrt(n * (n - 1)) / scale[..., None]
+
+
 # The squares of scaled deviations between these two limits, and the sum of 2^27 of them, are normal numbers of f32.
 SMALLEST_SCALED, LARGEST_SCALED = 2.0**-50, 2.0**50
 SCALE_STEP = 2.0**60  # a power of two, so that scaling rounds nothing

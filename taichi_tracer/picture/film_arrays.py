@@ -1,46 +1,61 @@
-"""What kernels read from a film, computed by numpy with the same bits.
+"""The content of a film as arrays, for checkpoints and for films of other processes."""
 
-For a small picture, numpy is done before a kernel is translated or loaded. The arguments are the arrays of a ``Film``,
-[x, y] or [x, y, half], in the running precision.
-"""
+from typing import Any
 
 import numpy as np
 
 
-def exact_means(total: np.ndarray, rest: np.ndarray, residue: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """(w, h, 3) ``Film.exact_mean`` of every pixel."""
-    sums = [exact_totals(total[:, :, half], rest[:, :, half], residue[:, :, half]) for half in range(total.shape[2])]
-    return sum(sums[1:], sums[0]) / np.maximum(count, 1).astype(total.dtype)[..., None]
+def arrays_of(film: Any) -> dict[str, np.ndarray]:
+    """The sums of a ``Film``.
+
+    Returns:
+        values: [x, y, i] RGB vectors in the running precision; i runs over the total and the rest of half 0, the
+            same of half 1 if there is one, and the deviation if it is kept.
+        counts: [x, y, 0] the number of all samples, [x, y, 1] that of half 1, 0 if there is none; int32.
+        non_finite: (1 + MAX_LOCATED, 3) int32: how many samples were not finite, then (x, y, sample index) of each.
+        scale: [x, y] of the deviation; only if it is not 1 everywhere.
+        largest: [x, y] the largest sample, in the running precision; only with two halves, and not 0 everywhere.
+        residues: [x, y, half] RGB vectors in the running precision; only if they are not 0 everywhere.
+        Beside these, ``Film.to_arrays`` has those of ``Film.unseen``.
+    """
+    read = film.memory.read
+    sums = film.total.read(film.memory), film.rest.read(film.memory)
+    pairs = np.stack(sums, axis=3)  # [x, y, half, total or rest, channel]
+    values = pairs.reshape(film.width, film.height, 2 * film.halves, 3)
+    if film.keeps_deviation:
+        values = np.concatenate([values, read(film.deviation)[:, :, None]], axis=2)
+    counts = np.zeros((film.width, film.height, 2), np.int32)
+    counts[..., 0] = film.counts()
+    counts[..., 1 : film.halves] = film.half_count.read(film.memory)[..., 1:]
+    arrays = {"values": values, "counts": counts, "non_finite": film.non_finites.to_array()}
+    residues = read(film.residue)
+    if residues.any():
+        arrays["residues"] = residues
+    if film.keeps_deviation and (read(film.scale) != 1).any():
+        arrays["scale"] = read(film.scale)
+    if film.halves == 2 and (largest := film.largest.read(film.memory)[..., 0]).any():
+        arrays["largest"] = largest
+    return arrays
 
 
-def exact_totals(total: np.ndarray, rest: np.ndarray, residue: np.ndarray) -> np.ndarray:
-    """``film.exact_total``: the numbers that are nearest to total + rest + residue."""
-    rest, residue = two_sums(rest, residue)
-    total, rest = two_sums(total, rest)
-    rest, residue = two_sums(rest, residue)
-    other = total + 2 * rest
-    is_halfway = other - total == 2 * rest
-    has_more = ((rest > 0) & (residue > 0)) | ((rest < 0) & (residue < 0))
-    return np.where(is_halfway & has_more, other, total)
-
-
-def two_sums(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """``film.two_sum``: a + b as the nearest numbers, and their rounding errors."""
-    rounded = a + b
-    part = rounded - a
-    return rounded, (a - (rounded - part)) + (b - part)
-
-
-def errors_from_halves(total: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """(w, h, 3) ``error_from_halves`` of every pixel; not finite where a half has no samples."""
-    n_even, n_odd = (counts[:, :, half, None].astype(total.dtype) for half in range(2))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        difference = total[:, :, 0] / n_even - total[:, :, 1] / n_odd
-        return abs(difference) * np.sqrt(n_even * n_odd) / (n_even + n_odd)
-
-
-def errors_from_deviations(deviation: np.ndarray, scale: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """(w, h, 3) ``error_from_deviation`` of every pixel; not finite where it has fewer than two samples."""
-    n = count[..., None].astype(deviation.dtype)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.sqrt(np.maximum(deviation, 0)) / np.sqrt(n * (n - 1)) / scale[..., None]
+def restore(film: Any, arrays: dict[str, np.ndarray]) -> None:
+    """Give a ``Film`` the content of ``arrays_of``, to the last bit."""
+    values, counts = arrays["values"], arrays["counts"]
+    pairs = values[:, :, : 2 * film.halves].reshape(film.width, film.height, film.halves, 2, 3)
+    half_counts = np.stack([counts[..., 0] - counts[..., 1], counts[..., 1]], axis=2)
+    parts = [
+        (film.total, pairs[:, :, :, 0]),
+        (film.rest, pairs[:, :, :, 1]),
+        (film.count, counts[..., :1]),
+        (film.half_count, half_counts[..., : film.halves]),
+    ]
+    if film.halves == 2:
+        largest = arrays.get("largest", np.zeros(counts.shape[:2], values.dtype))
+        parts.append((film.largest, largest[..., None]))
+    for numbers, array in parts:
+        numbers.write(film.memory, array)
+    film.memory.write(film.residue, arrays.get("residues", np.zeros_like(pairs[:, :, :, 0])))
+    if film.keeps_deviation:
+        film.memory.write(film.deviation, values[:, :, -1])
+        film.memory.write(film.scale, arrays.get("scale", np.ones(counts.shape[:2], values.dtype)))
+    film.non_finites.from_array(arrays["non_finite"])

@@ -229,12 +229,12 @@ def render_until(renderer, target: Target, watch=None) -> None:
             renderer.progress = progress
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
-        start, forms = perf_counter(), renderer.forms
+        start, forms = perf_counter(), renderer.plan.compiled
         renderer.add_sample(renderer.first_sample + renderer.film.samples)
         if looks:
             ti.sync()
         renderer.film.samples += 1
-        compiles = progress.samples == 0 or renderer.forms != forms
+        compiles = progress.samples == 0 or renderer.plan.compiled != forms
         progress.took(perf_counter() - start, renderer.shares.mean, compiles)
         if looks and renderer.is_random:
             progress.look(renderer.error)

@@ -22,11 +22,15 @@ themselves tell the error, and nothing is added.
 """
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from taichi_tracer.lights.near_misses import LOBE, NearMisses
+from taichi_tracer.lights.near_misses import LOBE, NearMissCounter, NearMisses, counter_for
+from taichi_tracer.system.recent import Recent
 
+KEPT_COUNTERS = 8  # going back to an environment that was counted a short time ago compiles nothing
 KNOWN = 10  # look-ups that met the light: from so many, the spread of the samples shows the error
 MOST_MISSED = (3.00, 3.74, 4.30, 4.75, 5.15, 5.51, 5.84, 6.15, 6.43, 6.71)  # M, for K from 0 to 9
 NOT_EVEN = (6.91, 9.23, 11.23, 13.06, 14.79, 16.45, 18.06, 19.63, 21.16, 22.66)  # the same at 99.9 %, not less K
@@ -56,3 +60,72 @@ def unseen_light(near: NearMisses | None, samples: float, mean: float) -> float:
                 missing = min(expected, MOST_MISSED[int(hits)]) * REFLECTED * radiance / samples
                 squares += missing**2 / ((spread_of_lobes if kind == LOBE else 1.0) * pixels)
     return SAFETY * math.sqrt(squares) / mean
+
+
+class UnseenLight:
+    """What is known of the light that no sample of a picture met. Its arrays are kept and merged with the samples.
+
+    Attributes:
+        counter: what counts the near misses of the samples that are taken; None if nothing is counted.
+    """
+
+    def __init__(self) -> None:
+        self.counter: NearMissCounter | None = None
+        self._before: NearMisses | None = None  # of the samples that were loaded or merged
+        self._of: Any = None  # the environment of the counter
+        self._counters = Recent(KEPT_COUNTERS)
+
+    def begin(self, environment: Any, kernel_scene: Callable[[], Any], width: int, height: int) -> None:
+        """Count the near misses of an environment, if light can be missed; None counts nothing.
+
+        Args:
+            kernel_scene: gives the ``SceneInKernels`` that has this environment.
+        """
+        is_over = self.counter is not None and self.counter.is_over()
+        if is_over:
+            self._counters = Recent(KEPT_COUNTERS)
+        if environment is not self._of or is_over:
+            self.counter = None
+            if environment is not None:
+                scene = kernel_scene()
+                self.counter = self._counters.get(scene, lambda: counter_for(scene, width, height))
+            self._of = environment
+
+    def watched(self, parts: Any) -> Any:
+        """The parts of a sample (``renderer.Parts``), whose scene and sampler tell the counter what they do."""
+        if self.counter is None:
+            return parts
+        scene, sampler = self.counter.watched(parts.scene, parts.sampler, parts.integrator)
+        return parts._replace(scene=scene, sampler=sampler)
+
+    def counted(self) -> NearMisses | None:
+        """The near misses of all samples; None if nothing is counted."""
+        return _sum(self._before, None if self.counter is None else self.counter.counts())
+
+    def bound(self, samples: float, mean: float) -> float:
+        """``unseen_light`` of what was counted."""
+        return unseen_light(self.counted(), samples, mean)
+
+    def reset(self) -> None:
+        """Forget what was counted."""
+        self._before = None
+        if self.counter is not None:
+            self.counter.clear()
+
+    def merge(self, other: "UnseenLight") -> None:
+        """Add what was counted for other samples."""
+        self._before = _sum(self._before, other.counted())
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """The arrays of a checkpoint, see ``NearMisses.to_arrays``; none if nothing is counted."""
+        counted = self.counted()
+        return {} if counted is None else counted.to_arrays()
+
+    def from_arrays(self, arrays: dict[str, np.ndarray]) -> None:
+        """The inverse of ``to_arrays``."""
+        self.reset()
+        self._before = NearMisses.from_arrays(arrays)
+
+
+def _sum(first: NearMisses | None, second: NearMisses | None) -> NearMisses | None:
+    return first if second is None else second if first is None else first + second

@@ -12,10 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.camera import DEFAULT_WINDOW, OrthographicCamera, check_view
-from taichi_tracer.files.text import read_bytes
+from taichi_tracer.camera import check_view
+from taichi_tracer.cameras.orthographic import OrthographicCamera
+from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.formulas.camera_frame import camera_frame
+from taichi_tracer.formulas.view import DEFAULT_WINDOW
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.options import BackgroundChoice
+from taichi_tracer.picture.crop import crop_pixels
 from taichi_tracer.rt3.elements import Elements
 from taichi_tracer.rt3.values import LONGEST_SHOWN, Element, nearest
 from taichi_tracer.rt3.world import World
@@ -61,18 +65,6 @@ class FilmSettings:
         return crop_pixels(self.crop_window, width or self.width, height or self.height)
 
 
-def crop_pixels(window, width: int, height: int) -> tuple[int, int, int, int]:
-    """(x0, x1, y0, y1) in pixels, from a crop window in fractions; an InputError if it contains no pixel."""
-    x0, x1, y0, y1 = (float(edge) for edge in window)
-    if not (0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1):
-        told = " ".join(f"{edge:g}" for edge in (x0, x1, y0, y1))
-        raise InputError(f"a crop window is x0 x1 y0 y1 with 0 <= x0 < x1 <= 1 and the same for y, not {told}")
-    pixels = math.ceil(x0 * width), math.ceil(x1 * width), math.ceil(y0 * height), math.ceil(y1 * height)
-    if pixels[0] == pixels[1] or pixels[2] == pixels[3]:
-        raise InputError(f"the crop window {x0:g} {x1:g} {y0:g} {y1:g} holds no pixel of {width}x{height}")
-    return pixels
-
-
 @dataclass(frozen=True)
 class Integrator:
     """What a picture shows. ``depth`` belongs to "depth_map"; ``estimator`` and ``spp`` belong to "direct"."""
@@ -105,7 +97,7 @@ class Document:
 
     mesh: Mesh
     shots: list[Shot]
-    background: object = None
+    background: BackgroundChoice = None
     environment: Path | None = None
     environment_options: dict = field(default_factory=dict)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from xml.parsers import expat
 
-from taichi_tracer.files.text import read_bytes
+from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.rt3.values import LONGEST_SHOWN, Element
 from taichi_tracer.system.errors import InputError
 
@@ -73,22 +73,13 @@ class Elements:
             return f"{path}:{parser.CurrentLineNumber}"
 
         def start(tag: str, attributes: dict[str, str]) -> None:
-            """Handle the beginning of an element: include its file, or give it to ``handle``."""
+            """Handle the beginning of an element; the root element may have any name."""
             nonlocal depth
             depth += 1
             if depth > MOST_DEPTH:
                 raise InputError(f"{where()}: elements are nested more than {MOST_DEPTH} deep: RT3 nests none")
-            if depth == 1:
-                return  # the root element may have any name
-            self.elements += 1
-            if self.elements > MOST_ELEMENTS:
-                raise InputError(f"{where()}: more than {MOST_ELEMENTS:,} elements")
-            element = Element(tag, attributes, where(), self.note)
-            if tag == "include":
-                self._include(element, path)
-            else:
-                self.handle(element)
-            element.note_unknown()
+            if depth > 1:
+                self._take(Element(tag, attributes, where(), self.note), path)
 
         def end(tag: str) -> None:
             """Count the end of an element."""
@@ -108,13 +99,24 @@ class Elements:
         parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
         try:
             parser.Parse(content, True)
+        except InputError:
+            raise
         except expat.ExpatError as error:
             reason = expat.errors.messages.get(error.code, str(error))
             raise InputError(f"{path}:{error.lineno}: this is not well-formed XML: {reason}") from None
         except (ValueError, LookupError) as error:
-            if isinstance(error, InputError):
-                raise
             raise InputError(f"{where()}: this is not well-formed XML: {error}") from None
+
+    def _take(self, element: Element, path: Path) -> None:
+        """Read what an ``include`` in this file names, or give the element to ``handle``."""
+        self.elements += 1
+        if self.elements > MOST_ELEMENTS:
+            raise InputError(f"{element.where}: more than {MOST_ELEMENTS:,} elements")
+        if element.tag == "include":
+            self._include(element, path)
+        else:
+            self.handle(element)
+        element.note_unknown()
 
     def _include(self, element: Element, path: Path) -> None:
         self.includes += 1

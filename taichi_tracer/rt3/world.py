@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.files.mesh_parts import joined, move, reverse
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
@@ -190,37 +191,7 @@ class World:
 
     def mesh(self) -> Mesh:
         """All objects as one mesh."""
-        parts = self.parts
-        primitives = np.cumsum([0, *(p.num_primitives for p in parts)])
-        vertices = np.cumsum([0, *(len(p.vertices) for p in parts)])
-        normals = np.cumsum([0, *(len(p.normals) for p in parts)])
-        has_normals = any(len(p.face_normals) > 0 for p in parts)
-        rows = [p.faces + v for p, v in zip(parts, vertices, strict=False)]
-        corners = [
-            np.where(p.face_normals < 0, -1, p.face_normals + n)
-            if len(p.face_normals)
-            else np.full((len(p.faces), 3), -1)
-            for p, n in zip(parts, normals, strict=False)
-        ]
-        culls = [np.zeros(len(p.faces), bool) if p.face_culls is None else p.face_culls for p in parts]
-        sphere_ids = [p.sphere_ids + k for p, k in zip(parts, primitives, strict=False)]
-        return Mesh(
-            vertices=_joined([p.vertices for p in parts], (0, 3), np.float64),
-            faces=_joined(rows, (0, 3), np.int64),
-            normals=_joined([p.normals for p in parts], (0, 3), np.float64),
-            face_normals=_joined(corners if has_normals else [], (0, 3), np.int32),
-            face_materials=_joined([p.face_materials for p in parts], (0,), np.int32),
-            materials=list(self.material_ids) or [Material()],
-            source=str(self.path),
-            spheres=_joined([p.spheres for p in parts], (0, 4), np.float64),
-            sphere_ids=_joined(sphere_ids, (0,), np.int32),
-            sphere_materials=_joined([p.sphere_materials for p in parts], (0,), np.int32),
-            face_culls=_joined(culls, (0,), bool) if any(c.any() for c in culls) else None,
-        )
-
-
-def _joined(arrays: list[np.ndarray], shape: tuple[int, ...], dtype: type) -> np.ndarray:
-    return np.concatenate(arrays).astype(dtype) if arrays else np.zeros(shape, dtype)
+        return joined(self.parts, list(self.material_ids), str(self.path))
 
 
 def read_material(element: Element, name: str) -> Material:
@@ -284,23 +255,10 @@ def check_indices(element: Element, name: str, ids: np.ndarray, count: int, leas
         )
 
 
-def reverse(mesh: Mesh) -> None:
-    """Reverse the side that each triangle faces; vertex normals do not change."""
-    mesh.faces = mesh.faces[:, [0, 2, 1]]
-    if len(mesh.face_normals) > 0:
-        mesh.face_normals = mesh.face_normals[:, [0, 2, 1]]
-
-
 def place(mesh: Mesh, ctm: np.ndarray) -> None:
-    """Transform a mesh. If the transform mirrors it, the triangles are reversed, so that fronts stay fronts."""
-    if (ctm == IDENTITY).all():
-        return
-    linear = ctm[:3, :3]
-    mesh.vertices = mesh.vertices @ linear.T + ctm[:3, 3]
-    if len(mesh.normals) > 0:
-        mesh.normals = mesh.normals @ np.linalg.inv(linear)
-    if np.linalg.det(linear) < 0:
-        reverse(mesh)
+    """Transform a mesh; the identity leaves every bit as it is."""
+    if not (ctm == IDENTITY).all():
+        move(mesh, ctm)
 
 
 def rotation(angle: float, axis: np.ndarray) -> np.ndarray:

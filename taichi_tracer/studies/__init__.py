@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from taichi_tracer.scene_data import EnvironmentChoice, SceneData
+    from taichi_tracer.options import EnvironmentChoice
+    from taichi_tracer.scene_data import SceneData
     from taichi_tracer.studies.convergence import Study
 
 
@@ -59,7 +60,7 @@ def accuracy(
         seeds: renderings of every variant, at least, as far as the budget allows.
         report: a folder that exists, for ``accuracy.html`` and the numbers as files; None writes nothing.
         estimators, samplers, precisions, triangle_tests, fast_math, lookups, adaptive, scales, intersectors, forms,
-            lamp_choices, max_bounces, roulettes: what is compared; None takes the defaults of ``variants.plan``. A
+            lamp_choices, max_bounces, roulettes: what is compared; None takes ``variants.usual``. A
             scene that is rendered here keeps the running precision and fast math.
         rr_start_bounce: after so many bounces, roulette may end a path.
         every: compare every combination, instead of changing one setting at a time.
@@ -67,24 +68,23 @@ def accuracy(
     import time
 
     start = time.perf_counter()
+    given: dict[str, Any] = dict(locals())  # the knobs, by their names in ``variants``
     from taichi_tracer.studies import accuracy_report, schedule, variants
+    from taichi_tracer.studies.source import Order, Source, lives_here_alone
     from taichi_tracer.system import runtime
 
-    knobs: dict[str, Any] = {"estimators": estimators, "samplers": samplers, "precisions": precisions}
-    knobs |= {"triangle_tests": triangle_tests, "fast_math": fast_math, "lookups": lookups, "adaptive": adaptive}
-    knobs |= {"scales": scales, "intersectors": intersectors, "forms": forms, "lamp_choices": lamp_choices}
-    knobs |= {"max_bounces": max_bounces, "roulettes": roulettes}
-    given: dict[str, Any] = {name: tuple(values) for name, values in knobs.items() if values is not None}
-    if rr_start_bounce is not None:
-        given["rr_start_bounce"] = rr_start_bounce
-    source = variants.Source(scene, environment, here=variants.lives_here_alone())
+    knobs: dict[str, Any] = {name: given[name] for name in variants.USUAL}
+    source = Source(scene, environment, here=lives_here_alone())
     if source.here:
         settings = runtime.ensure()
-        given = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)} | given
-    plan = variants.plan(**given, every=every)
-    keep = accuracy_report.DRAWING if report is None else accuracy_report.DRAWING + accuracy_report.WRITING
+        running = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)}
+        knobs |= {name: value for name, value in running.items() if knobs[name] is None}
+    first = variants.RR_START if rr_start_bounce is None else rr_start_bounce
+    plan = variants.plan(first, every, **knobs)
     accuracy_report.get_ready()
-    study = schedule.measure(source, plan, size, budget, seeds, spent=time.perf_counter() - start, keep=keep)
+    keep = accuracy_report.DRAWING + (0.0 if report is None else accuracy_report.WRITING)
+    spent = time.perf_counter() - start
+    study = schedule.measure(Order(source, tuple(plan), size, budget, seeds, spent, keep))
     if report is not None:
         accuracy_report.write(study, Path(report))
     return found(study)
@@ -94,12 +94,13 @@ def found(study: "Study") -> Accuracy:
     """What a study found, for a notebook."""
     import numpy as np
 
-    from taichi_tracer.studies import accuracy_chart, accuracy_tables
+    from taichi_tracer.studies import accuracy_report, accuracy_tables
 
     rows = accuracy_tables.efficiency_table(study)
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    figure = accuracy_report.draw(study)
     try:
         import pandas
     except ImportError:
-        return Accuracy(table, accuracy_chart.draw(study))
-    return Accuracy(pandas.DataFrame(table), accuracy_chart.draw(study))
+        return Accuracy(table, figure)
+    return Accuracy(pandas.DataFrame(table), figure)

@@ -1,35 +1,34 @@
-"""A study of accuracy as files: one page of HTML, a chart, and the numbers as CSV and JSON."""
+"""A study of accuracy as files: one page of HTML with its charts, a chart alone, and the numbers as CSV and JSON.
 
-import csv
-import io
-import json
+Curves and bars are labelled where they are, in their colours, so that a reader in the last row need not go back and
+forth between a line and a legend.
+"""
+
 import math
 from pathlib import Path
 from threading import Thread
+from typing import NamedTuple
 
 import numpy as np
 
+from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
-from taichi_tracer.picture.error_estimate import percent as in_percent
+from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.picture.heat import heat
-from taichi_tracer.studies import page
-from taichi_tracer.studies.accuracy_chart import draw, figures, plain_svg, png_of
-from taichi_tracer.studies.accuracy_tables import (
-    CERTAIN,
-    bounce_table,
-    efficiency_of,
-    efficiency_table,
-    knob_table,
-    main_curves,
-    ratio_in_words,
-    show_seconds,
-    summary,
-)
+from taichi_tracer.studies import accuracy_tables as tables
+from taichi_tracer.studies import drawing
+from taichi_tracer.studies.accuracy_tables import knob_table, main_curves, show
 from taichi_tracer.studies.convergence import TARGETS, Curve, Study
-from taichi_tracer.system.digits import digits
+from taichi_tracer.studies.drawing import COLOURS, FONT, GRID, INK
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.json", "accuracy.svg", "accuracy.png")
-WRITING, DRAWING = 1.4, 0.6  # times what a process takes to start is what all files take, or the figure alone
+# Times what a process takes to start is what all files take, or the figure alone: 0.7 s and 1.2 s on an idle machine
+# with two processors, 2.4 s and 3.2 s on a busy one.
+WRITING, DRAWING = 1.8, 0.6
+PARTS = {"start": "#9aa5b1", "read": "#6b7f93", "compile": "#d9820b", "render": "#2f7fc1"}  # of a wait
+TIME, ERROR = PARTS["compile"], PARTS["render"]
+LABEL_GAP = 0.052  # of the height of the axes: the distance between the middles of two labels
+ROOM_FOR_TWO_LINES = 0.08  # of the height of the axes
 SHOWN = 512  # pixels, width of a picture in the page where there is room
 WHITE = 0.99  # quantile of all errors that is shown as white: a few pixels would leave the rest black
 STYLE = """
@@ -45,6 +44,25 @@ summary { cursor: pointer; font-size: 1.1em; margin: 0.6em 0; }
 """
 
 
+class Shape(NamedTuple):
+    """The sizes of the charts of a page, in inches, and what of the width is left and right of the axes.
+
+    Attributes:
+        name: of the class in the page, and of the identifiers in the drawings.
+    """
+
+    name: str
+    width: float
+    height: float
+    sides: dict[str, tuple[float, float]]
+
+
+SHAPES = (
+    Shape("broad", 12, 6.6, {"curves": (0.075, 0.69), "knobs": (0.25, 0.72), "wait": (0.12, 0.82)}),
+    Shape("narrow", 6.4, 7, {"curves": (0.13, 0.6), "knobs": (0.33, 0.68), "wait": (0.2, 0.72)}),
+)
+
+
 def get_ready() -> None:
     """Load what draws the charts, beside the measurement: that takes half a second."""
 
@@ -57,8 +75,8 @@ def get_ready() -> None:
 def contents(study: Study) -> dict[str, bytes]:
     """Name → content of ``FILES``."""
     figure = draw(study)
-    made = (as_html(study), as_csv(study), as_json(study), plain_svg(figure))
-    return dict(zip(FILES, [*(text.encode() for text in made), png_of(figure)], strict=True))
+    made = (as_html(study), tables.as_csv(study), tables.as_json(study), drawing.plain_svg(figure, "accuracy"))
+    return dict(zip(FILES, [*(text.encode() for text in made), drawing.png_of(figure)], strict=True))
 
 
 def write(study: Study, folder: Path) -> list[Path]:
@@ -68,44 +86,235 @@ def write(study: Study, folder: Path) -> list[Path]:
     return [folder / name for name in FILES]
 
 
+# ── charts ──
+
+
+def draw(study: Study):
+    """A ``matplotlib`` figure of everything: the curves, and beside them what knobs change and what a user waits."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(19, 9), facecolor=drawing.PAPER)
+    figure.suptitle(study.facts.title, x=0.05, y=0.985, ha="left", fontsize=FONT + 5, color=INK)
+    draw_curves(study, figure.add_axes((0.05, 0.085, 0.36, 0.84)))
+    rows = len(knob_rows(study))
+    height = min(0.06 * rows, 0.48)
+    if rows:
+        draw_knobs(study, figure.add_axes((0.70, 0.91 - height, 0.16, height)))
+    draw_wait(study, figure.add_axes((0.70, 0.085, 0.22, 0.64 - height if rows else 0.6)))
+    return figure
+
+
+def chart(study: Study, name: str) -> str:
+    """One chart for a page: "curves", "knobs" or "wait", for broad and for narrow screens, as wide as the page."""
+    return f"<div class='chart'>{''.join(chart_in(study, name, shape) for shape in SHAPES)}</div>"
+
+
+def chart_in(study: Study, name: str, shape: Shape) -> str:
+    """A chart as SVG in one shape, with values that appear under the mouse."""
+    from matplotlib.figure import Figure
+
+    rows = {"knobs": len(knob_rows(study)), "wait": len(waits(study)[1])}
+    height = 1.3 + 0.42 * rows[name] if name in rows else shape.height
+    figure = Figure(figsize=(shape.width, height), facecolor="none")
+    left, right = shape.sides[name]
+    axes = figure.add_axes((left, 0.72 / height, right - left, 1 - 1.15 / height))
+    draw_it = {"curves": draw_curves, "knobs": draw_knobs, "wait": draw_wait}[name]
+    return f"<div class='{shape.name}'>{drawing.svg_of(figure, f'{shape.name}-{name}', draw_it(study, axes))}</div>"
+
+
+def draw_curves(study: Study, axes) -> dict[str, list[str]]:
+    """Error against seconds; returns group of points → what each of them is."""
+    main, titles, ends = main_curves(study), {}, []
+    names = list(dict.fromkeys(without_sampler(c) for c in main))
+    samplers = list(dict.fromkeys(c.variant.sampler for c in main))
+    for i, curve in enumerate(main):
+        colour = COLOURS[names.index(without_sampler(curve)) % len(COLOURS)]
+        is_first, known = curve.variant.sampler == samplers[0], curve.mean_errors > 0
+        seconds, errors = curve.mean_seconds[known], 100 * curve.mean_errors[known]
+        if not known.any():
+            continue
+        low, high = (100 * f(curve.errors[:, known], axis=0) for f in (np.nanmin, np.nanmax))
+        axes.fill_between(seconds, low, high, color=colour, alpha=0.12, linewidth=0)
+        line, width, size = ("-", 2.4, 6) if is_first else ((0, (4, 2)), 1.6, 4.5)
+        axes.loglog(seconds, errors, color=colour, linestyle=line, linewidth=width)
+        axes.loglog(seconds, errors, "o", markersize=size, color=colour, gid=f"points-{i}")
+        titles[f"points-{i}"] = [
+            f"{curve.variant.label}: {percent(e / 100)} after {s:.3g} s, {n:,} samples per pixel"
+            for s, e, n in zip(seconds, errors, curve.samples[known], strict=True)
+        ]
+        text = curve.variant.label if len(samplers) > 1 else without_sampler(curve)
+        if axes.figure.get_figwidth() <= SHAPES[-1].width:  # no room: the colour and its first label say which it is
+            text = without_sampler(curve) if is_first else curve.variant.sampler
+        ends.append((seconds[-1], errors[-1], f"{text}: {percent(errors[-1] / 100)}", colour, is_first))
+    prepare_curves(study, axes)
+    label_ends(axes, ends)
+    return titles
+
+
+def without_sampler(curve: Curve) -> str:
+    """The label of a curve without the name of its sampler."""
+    return ", ".join(part for part in curve.variant.label.split(", ") if part != curve.variant.sampler)
+
+
+def prepare_curves(study: Study, axes) -> None:
+    """Axes, ticks in percent and seconds, a line for each target, and a guide of slope −1/2."""
+    (x0, x1), (y0, y1), truth = axes.get_xlim(), axes.get_ylim(), 100 * study.truth.error
+    y0 = min(y0, 100 * TARGETS[2] * 0.9)
+    for target in TARGETS:
+        if y0 < 100 * target < y1:
+            axes.axhline(100 * target, color=GRID, linewidth=2.2, zorder=0)
+    small = {"fontsize": FONT - 2, "textcoords": "offset points"}
+    if truth > y0:
+        axes.axhspan(y0, truth, color="#8a97a5", alpha=0.13, linewidth=0)
+        told = f"reference: {percent(study.truth.error)}; below, pictures\ntell their own error"
+        is_broad = math.log(truth / y0) > ROOM_FOR_TWO_LINES * math.log(y1 / y0)
+        place = {"xytext": (0, -3), "va": "top"} if is_broad else {"xytext": (0, 3), "va": "bottom"}
+        drawing.write(axes, told, (0.01, truth), xycoords=("axes fraction", "data"), **place, **small)
+    x = np.array([x0, x0**0.65 * x1**0.35, x1])
+    guide = 0.75 * y1 * (x / x0) ** -0.5
+    axes.loglog(x, guide, color=INK, linestyle=":", linewidth=1.2)
+    drawing.write(axes, "4 times the time, half the error", (x[1], guide[1]), xycoords="data", xytext=(4, 6), **small)
+    axes.set_xlim(x0, x1)
+    axes.set_ylim(y0, y1)
+    drawing.set_ticks(axes.xaxis, x0, x1, drawing.seconds_in_words)
+    drawing.set_ticks(axes.yaxis, y0, y1, lambda v: f"{v:,.10g} %")
+    drawing.dress(axes, "seconds of rendering, without compiling")
+    axes.set_title("relative RMSE of all pixels", loc="left", x=0.01, y=1.0, fontsize=FONT, color=INK)
+
+
+def label_ends(axes, ends: list) -> None:
+    """The label of each curve right of the axes, as high as its end, or as near to it as the others leave room."""
+    y0, y1 = (math.log(y) for y in axes.get_ylim())
+    order = sorted(ends, key=lambda end: end[1])
+    wanted = [(math.log(end[1]) - y0) / (y1 - y0) for end in order]
+    for (x, y, text, colour, is_first), place in zip(order, drawing.spread(wanted, LABEL_GAP), strict=True):
+        arrow = {"arrowstyle": "-", "color": colour, "linewidth": 0.7, "alpha": 0.55, "shrinkA": 1}
+        weight = "bold" if is_first else "normal"
+        beside = {"xycoords": "data", "xytext": (1.03, place), "textcoords": "axes fraction", "va": "center"}
+        drawing.write(axes, text, (x, y), colour, **beside, fontweight=weight, arrowprops=arrow)
+
+
+def knob_rows(study: Study) -> list[dict]:
+    """The rows of ``knob_table`` in which one knob is turned from the first variant, estimators left to the curves."""
+    return [
+        row
+        for row in knob_table(study)
+        if row["knob"] != "estimator"
+        and row["with"] == study.base.estimator
+        and row["from"] == study.base.setting(row["knob"].replace(" ", "_"))
+    ]
+
+
+def draw_knobs(study: Study, axes) -> dict[str, list[str]]:
+    """For each knob, by which factor it changes the seconds of a sample and the error, with 95 % intervals."""
+    rows, titles = knob_rows(study), {}
+    for i, row in enumerate(rows):
+        for name, offset, marker, colour in (("time", -0.16, "o", TIME), ("error", 0.16, "D", ERROR)):
+            ratio, low, high = row[name], row[f"{name} low"], row[f"{name} high"]
+            place = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": FONT - 2}
+            drawing.write(axes, f"× {in_short(ratio, low, high)}", (1.02, i + 1.2 * offset), colour, **place)
+            if not ratio > 0:
+                continue
+            alpha, gid = 0.35 if tables.is_noise(ratio, low, high) else 1.0, f"{name}-{i}"
+            bar = {"linewidth": 3, "alpha": 0.4 * alpha, "solid_capstyle": "butt"}
+            axes.plot([low, high], [i + offset] * 2, color=colour, **bar)
+            axes.plot([ratio], [i + offset], marker, color=colour, alpha=alpha, markersize=7, gid=gid)
+            titles[gid] = [f"{row['to']}: {name} × {ratio:.3g} ({low:.3g} to {high:.3g})"]
+    values = [row[k] for row in rows for k in ("time low", "time high", "error low", "error high") if row[k] > 0]
+    low, high = max(min(0.45, 0.9 * min(values)), 0.1), min(max(2.2, 1.1 * max(values)), 10)
+    axes.axvline(1, color=INK, linewidth=1)
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_yticks(range(len(rows)), [name_of(row) for row in rows])
+    drawing.set_ticks(axes.xaxis, low, high, lambda v: f"{v:g} ×")
+    drawing.dress(axes, "times that of the first variant")
+    drawing.write(axes, "● time", (0, 1.02), TIME, va="bottom")
+    drawing.write(axes, "◆ error", (1, 1.02), ERROR, va="bottom", ha="right")
+    return titles
+
+
+def name_of(row: dict) -> str:
+    """What a row turns, in words that fit beside a chart."""
+    if row["knob"] == "sampler":
+        return f"{row['to']} numbers"
+    names = {"plain forms": "readable code (--plain)", "adaptive": "adaptive sampling", "f64": "Float64"}
+    names |= {"moller_trumbore": "Möller–Trumbore", "resolution x 0.5": "half the resolution"}
+    return f"{row['to']} look-up" if row["knob"] == "lookup" else names.get(row["to"], row["to"])
+
+
+def in_short(ratio: float, low: float, high: float) -> str:
+    """A ratio with two digits, or "noise"."""
+    if math.isnan(ratio):
+        return "?"
+    return f"{low:.2g}–{high:.2g}, noise" if tables.is_noise(ratio, low, high) else f"{ratio:.2f}"
+
+
+def waits(study: Study) -> tuple[float, list[tuple[Curve, float]]]:
+    """(an error, the curves of the first sampler with the seconds until each has it; NaN if it was not reached)."""
+    main = main_curves(study)
+    first = [c for c in main if c.variant.sampler == main[0].variant.sampler]
+    target = next((t for t in reversed(TARGETS[:3]) if any(c.seconds_to(t) > 0 for c in first)), TARGETS[0])
+    return target, [(c, c.seconds_to(target)) for c in first]
+
+
+def draw_wait(study: Study, axes) -> dict[str, list[str]]:
+    """A bar per estimator: starting, reading, compiling, and rendering until an error is reached."""
+    target, rows = waits(study)
+    farthest = 0.0
+    for i, (curve, seconds) in enumerate(rows):
+        is_reached, left = seconds > 0, 0.0
+        rendering = seconds if is_reached else curve.last[0]
+        parts = (study.start_seconds, study.facts.read_seconds, curve.compile_seconds, rendering)
+        for (name, colour), part in zip(PARTS.items(), parts, strict=True):
+            part = 0.0 if math.isnan(part) else part
+            axes.barh([i], [part], 0.62, left=left, color=colour, alpha=1.0 if name != "render" or is_reached else 0.35)
+            left += part
+        farthest = max(farthest, left)
+        told = f" {left:.1f} s" if is_reached else f" {percent(curve.last[1])} after {left:.1f} s"
+        drawing.write(axes, told, (left, i), xycoords="data", va="center")
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.set_xlim(0, max(farthest, 1e-3) * 1.05)
+    axes.set_yticks(range(len(rows)), [without_sampler(curve) for curve, _ in rows])
+    goal = f" to {100 * target:g} % error" if any(seconds > 0 for _, seconds in rows) else ""
+    drawing.dress(axes, f"seconds from the key press{goal}")
+    for k, (name, colour) in enumerate(PARTS.items()):
+        drawing.write(axes, f"■ {name}", (0.27 * k, 1.02), colour, va="bottom")
+    return {}
+
+
+# ── the page ──
+
+
 def as_html(study: Study) -> str:
     """The whole page: findings first, then the charts, the tables, and the pictures."""
-    charts = figures(study)
-    findings = "".join(f"<li>{page.html.escape(sentence)}</li>" for sentence in summary(study))
-    parts = [f"<ul class='findings'>{findings}</ul>", "<h2>Error against time</h2>", chart(charts["curves"])]
+    findings = "".join(f"<li>{page.html.escape(sentence)}</li>" for sentence in tables.summary(study))
+    parts = [f"<ul class='findings'>{findings}</ul>", "<h2>Error against time</h2>", chart(study, "curves")]
     parts.append(
-        page.paragraph(
+        note(
             "Lines are the mean over the random seeds, bands their spread; solid lines have the first sampler, dashed "
             "lines another one. Point at a dot for its numbers. The error is the root mean square difference of all "
-            "pixels to the reference, as a fraction of its mean.",
-            "note",
+            "pixels to the reference, as a fraction of its mean."
         )
     )
-    if "knobs" in charts:
-        parts += ["<h2>What each knob changes</h2>", chart(charts["knobs"])]
+    if knob_rows(study):
+        parts += ["<h2>What each knob changes</h2>", chart(study, "knobs")]
         parts.append(
-            page.paragraph(
-                f"Times those of {study.curves[0].variant.label}. Bars are 95 % intervals; what is pale is noise: it "
-                "cannot be told from 1.",
-                "note",
+            note(
+                f"Times those of {study.base.label}. Bars are 95 % intervals; what is pale is noise: it cannot be told "
+                "from 1."
             )
         )
-    parts += ["<h2>What you wait for</h2>", chart(charts["wait"]), page.paragraph(of_the_wait(study), "note")]
+    parts += ["<h2>What you wait for</h2>", chart(study, "wait"), note(of_the_wait(study))]
     for title, content in tables_of_questions(study).items():
         parts += [f"<h2>{title}</h2>", content]
-    parts += pictures(study)
-    parts += [
-        "<h2>The numbers</h2>",
-        table_of_costs(study),
-        table_of_knobs(study),
-        page.paragraph(about(study), "note"),
-    ]
-    return page.page(f"What accuracy costs in time: {study.scene}", parts, STYLE)
+    parts += [*pictures(study), "<h2>The numbers</h2>", table_of_costs(study), table_of_knobs(study)]
+    return page.page(f"What accuracy costs in time: {study.facts.title}", [*parts, note(about(study))], STYLE)
 
 
-def chart(svg: str) -> str:
-    """A drawing that is as wide as the page."""
-    return f"<div class='chart'>{svg}</div>"
+def note(text: str) -> str:
+    """A paragraph below a chart or a table."""
+    return page.paragraph(text, "note")
 
 
 def of_the_wait(study: Study) -> str:
@@ -124,10 +333,9 @@ def about(study: Study) -> str:
     width, height = study.size
     text = (
         f"{width}×{height} pixels, each variant rendered with {study.seeds} random seed{'s' * (study.seeds > 1)} or "
-        f"more, {study.seconds:.0f} s of a budget of {study.budget:g} "
-        f"s ({study.machine}). The reference has {study.reference_samples} samples per pixel and a relative error of "
-        f"{study.reference_error} itself, which was taken off; where a picture is nearly as good as the reference, its "
-        "error is what it tells of itself."
+        f"more, {study.seconds:.0f} s of a budget of {study.budget:g} s ({study.facts.machine}). The reference has "
+        f"{study.truth.samples} samples per pixel and a relative error of {study.truth.error} itself, which was taken "
+        "off; where a picture is nearly as good as the reference, its error is what it tells of itself."
     )
     if study.reference_bounces is not None:
         text += f" In the reference, light bounces at most {study.reference_bounces} times."
@@ -137,65 +345,44 @@ def about(study: Study) -> str:
 def table_of_costs(study: Study) -> str:
     """A table of the seconds to each error, and of the numbers that they follow from."""
     rows = []
-    for curve, numbers in zip(study.curves, efficiency_table(study), strict=True):
+    for curve, numbers in zip(study.curves, tables.efficiency_table(study), strict=True):
         row = {"variant": numbers["variant"]}
-        row |= {f"to {t:.0%}": show_seconds(curve.seconds_to(t)) for t in TARGETS}
-        row["best error"] = f"{in_percent(curve.last[1])} after {curve.last[0]:.3g} s"
-        off = " (uncertain)" if curve.time_factor > CERTAIN else ""
-        row["ms per sample"] = show(numbers["ms per sample"]) + off
-        for name in ("variance x time", "compile s", "bias z"):
-            row[name] = show(numbers[name])
-        rows.append(row)
-    note = (
+        row |= {f"to {t:.0%}": tables.show_seconds(curve.seconds_to(t)) for t in TARGETS}
+        row["best error"] = f"{percent(curve.last[1])} after {curve.last[0]:.3g} s"
+        row["ms per sample"] = show(numbers["ms per sample"]) + " (uncertain)" * (curve.time_factor > tables.CERTAIN)
+        rows.append(row | {name: show(numbers[name]) for name in ("variance x time", "compile s", "bias z")})
+    text = (
         "All seconds are of rendering, and were measured; nothing is extrapolated. A bias z beyond ±4 would mean that "
         "the variant or the reference is biased; “?” stands where a rare light was hardly met, so that nothing can be "
         "said."
     )
     if any(curve.is_biased for curve in study.curves):
-        note += (
+        text += (
             " Paths with fewer bounces than the reference are biased: no further sample adds the light that they miss."
         )
-    return page.table(rows, list(rows[0])) + page.paragraph(note, "note")
-
-
-PERCENT = ("missing light", "standard error", "noise")  # beginnings of the columns that are shown in percent
+    return page.table(rows, list(rows[0])) + note(text)
 
 
 def tables_of_questions(study: Study) -> dict[str, str]:
     """Title → table, for bounces, roulettes and choices of lamps, as far as they were compared."""
-    found = {}
-    if bounces := bounce_table(study):
-        found["What bounces bring"] = as_table(bounces) + page.paragraph(
-            "Missing light is a bias: it does not become smaller with more samples, as noise does. Both are in percent "
-            "of the mean of the reference. Time is a multiple of that of the most bounces.",
-            "note",
-        )
-    titles = {"roulette": "What roulette saves", "lamp_choice": "Which lamp?"}
-    for knob, title in titles.items():
-        if rows := efficiency_of(study, knob):
-            found[title] = as_table(rows) + page.paragraph(
-                "Time and variance, at equal samples, are multiples of those of the first row. Efficiency is "
-                "1/(variance × time): what has twice the efficiency reaches the same error in half of the time.",
-                "note",
-            )
-    return found
-
-
-def as_table(rows: list[dict]) -> str:
-    """A table of rows of names and numbers."""
-    return page.table(in_words(rows), list(rows[0]))
-
-
-def in_words(rows: list[dict]) -> list[dict]:
-    """Rows whose numbers are words: errors in percent, others with three digits."""
-    return [{name: in_word(name, value) for name, value in row.items()} for row in rows]
-
-
-def in_word(name: str, value) -> str:
-    """One value of a column of that name."""
-    if name.startswith(PERCENT):
-        return percent(value)
-    return show(value) if isinstance(value, float) else str(value)
+    of_bounces = (
+        "Missing light is a bias: it does not become smaller with more samples, as noise does. Both are in percent of "
+        "the mean of the reference. Time is a multiple of that of the most bounces."
+    )
+    of_efficiency = (
+        "Time and variance, at equal samples, are multiples of those of the first row. Efficiency is "
+        "1/(variance × time): what has twice the efficiency reaches the same error in half of the time."
+    )
+    found = {
+        "What bounces bring": (tables.bounce_table(study), of_bounces),
+        "What roulette saves": (tables.efficiency_of(study, "roulette"), of_efficiency),
+        "Which lamp?": (tables.efficiency_of(study, "lamp_choice"), of_efficiency),
+    }
+    return {
+        title: page.table(tables.in_words(rows), list(rows[0])) + note(text)
+        for title, (rows, text) in found.items()
+        if rows
+    }
 
 
 def table_of_knobs(study: Study) -> str:
@@ -203,131 +390,47 @@ def table_of_knobs(study: Study) -> str:
     rows = [
         {
             **{name: row[name] for name in ("knob", "from", "to", "with")},
-            "time of a sample": ratio_in_words(row["time low"], row["time high"], row["time"]),
-            "error at equal samples": ratio_in_words(row["error low"], row["error high"], row["error"]),
+            "time of a sample": tables.ratio_in_words(row["time low"], row["time high"], row["time"]),
+            "error at equal samples": tables.ratio_in_words(row["error low"], row["error high"], row["error"]),
             "error² x time": show(row["error² x time"]),
         }
         for row in knob_table(study)
     ]
-    if not rows:
-        return ""
-    note = (
+    text = (
         "Both are multiples of those before the change, with 95 % intervals. Where error² × time is below 1, the "
         "change pays: it reaches the same error sooner."
     )
-    return page.table(rows, list(rows[0])) + page.paragraph(note, "note")
+    return page.table(rows, list(rows[0])) + note(text) if rows else ""
 
 
 def pictures(study: Study) -> list[str]:
-    """The reference; then, for every variant, the picture after the same time, and where it is wrong."""
-    shown = [c for c in study.curves if c.image is not None]
+    """For every variant: the picture after the same time, where it is wrong, and the reference beside it."""
+    shown = [c for c in study.curves if c.shown is not None]
     if not shown:
         return []
-    maps = [np.abs(c.image - study.references[c.variant.lookup]).mean(axis=2) for c in shown]
+    truths = [study.truths[c.variant.lookup].image for c in shown]
+    maps = [np.abs(c.shown.image - truth).mean(axis=2) for c, truth in zip(shown, truths, strict=True)]
     largest = float(np.quantile(np.concatenate([m.ravel() for m in maps]), WHITE))
-    of_mean = largest / max(float(study.reference.mean()), 1e-30)
+    of_mean = largest / max(study.truth.mean, 1e-30)
     parts = [f"<h2>Pictures after the same {study.equal_seconds:.2g} s of rendering</h2>"]
-    parts += [page.paragraph("Error in each pixel, on one scale for all maps:", "note")]
-    parts.append(page.scale_of_heat(f"{in_percent(of_mean)} of the mean brightness, or more"))
-    usual = study.curves[0].variant.sampler
-    main = [c for c in main_curves(study) if c.variant.sampler == usual]
-    cards, others = [], []
-    for curve, errors in zip(shown, maps, strict=True):
-        (cards if any(curve is c for c in main) else others).append(card(study, curve, errors, largest))
-    parts += cards
-    if others:
-        parts.append(f"<details><summary>The other variants</summary>{''.join(others)}</details>")
-    return parts
+    parts += [note("Error in each pixel, on one scale for all maps:")]
+    parts.append(page.scale_of_heat(f"{percent(of_mean)} of the mean brightness, or more"))
+    cards: dict[bool, list[str]] = {True: [], False: []}
+    main = [c for c in main_curves(study) if c.variant.sampler == study.base.sampler]
+    for curve, truth, errors in zip(shown, truths, maps, strict=True):
+        cards[any(curve is c for c in main)].append(card(curve, truth, heat(errors, largest)))
+    if cards[False]:
+        cards[True].append(f"<details><summary>The other variants</summary>{''.join(cards[False])}</details>")
+    return parts + cards[True]
 
 
-def card(study: Study, curve: Curve, errors: np.ndarray, largest: float) -> str:
+def card(curve: Curve, reference: np.ndarray, errors: np.ndarray) -> str:
     """One variant: its picture, where it is wrong, and the reference beside it."""
-    words = f"{curve.variant.label}: {curve.image_samples} samples per pixel, error {in_percent(curve.image_error)}"
-    more = f"relMSE {curve.image_rel_mse:.3g}, FLIP {curve.image_flip:.3g}"
+    shown = curve.shown
+    words = f"{curve.variant.label}: {shown.samples} samples per pixel, error {percent(shown.error)}"
     three = (
-        page.picture(curve.image, more, SHOWN, srgb=True),
-        page.picture(heat(errors, largest), "error", SHOWN),
-        page.picture(study.references[curve.variant.lookup], "reference", SHOWN, srgb=True),
+        page.picture(shown.image, f"relMSE {shown.rel_mse:.3g}, FLIP {shown.flip:.3g}", SHOWN, srgb=True),
+        page.picture(errors, "error", SHOWN),
+        page.picture(reference, "reference", SHOWN, srgb=True),
     )
     return f"<section class='card'><h3>{page.html.escape(words)}</h3><div class='pair'>{''.join(three)}</div></section>"
-
-
-def show(value: float) -> str:
-    """Three digits, or "?"."""
-    return "?" if math.isnan(value) else digits(value, ".3g")
-
-
-def percent(value: float) -> str:
-    """A fraction in percent, with three digits, or "?"."""
-    return f"{show(100 * value)} %"
-
-
-def table_rows(study: Study) -> list[dict]:
-    """A row for every picture that was compared: variant, seed, samples, seconds, error."""
-    return [row for curve in study.curves for row in rows_of(curve)]
-
-
-def rows_of(curve: Curve) -> list[dict]:
-    """The rows of one variant."""
-    settings = {f: getattr(curve.variant, f) for f in curve.variant.__dataclass_fields__}
-    return [
-        {
-            **settings,
-            "seed": seed + 1,
-            "samples": int(curve.samples[k]),
-            "seconds": float(curve.mean_seconds[k]),
-            "relative_rmse": float(curve.errors[seed, k]),
-            "noise": float(curve.noise[seed, k]),
-            "missing_light": -curve.shift,
-            "missing_light_standard_error": curve.shift_error,
-            "compile_seconds": curve.compile_seconds,
-        }
-        for seed in range(len(curve.errors))
-        for k in range(len(curve.samples))
-        if not math.isnan(curve.errors[seed, k])
-    ]
-
-
-def as_csv(study: Study) -> str:
-    """``table_rows`` as CSV; the first line names the columns."""
-    buffer, rows = io.StringIO(), table_rows(study)
-    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return buffer.getvalue()
-
-
-def as_json(study: Study) -> str:
-    """Everything but the pictures, as JSON; a number that is not known is null."""
-    content = {
-        "scene": study.scene,
-        "size": list(study.size),
-        "machine": study.machine,
-        "budget": study.budget,
-        "seconds": study.seconds,
-        "start_seconds": study.start_seconds,
-        "read_seconds": study.read_seconds,
-        "kernels_compiled": study.kernels_made,
-        "reference": {
-            "samples": study.reference_samples,
-            "relative_rmse": float(study.reference_error),
-            "max_bounces": study.reference_bounces,
-        },
-        "summary": summary(study),
-        "costs": efficiency_table(study),
-        "knobs": knob_table(study),
-        "bounces": bounce_table(study),
-        "roulettes": efficiency_of(study, "roulette"),
-        "lamp choices": efficiency_of(study, "lamp_choice"),
-        "measurements": table_rows(study),
-    }
-    return json.dumps(without_nan(content), indent=1)
-
-
-def without_nan(value):
-    """A value in which None stands for every number that is not finite: JSON has no NaN."""
-    if isinstance(value, dict):
-        return {k: without_nan(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [without_nan(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

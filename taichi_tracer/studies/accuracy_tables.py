@@ -1,15 +1,20 @@
-"""What a study of accuracy found: what an error costs, what each knob buys, what bounces bring, and some sentences."""
+"""What a study of accuracy found, as tables, as sentences, and as numbers for other programs."""
 
+import csv
+import io
+import json
 import math
 import statistics
+from dataclasses import asdict
 
 import numpy as np
 
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.studies.convergence import MIDDLE, TARGETS, Curve, Study, error_ratio, time_ratio
+from taichi_tracer.studies.variants import OF_QUESTIONS, is_of_the_chart
+from taichi_tracer.system.digits import digits
 
-WITH_TABLES = ("max_bounces", "roulette", "lamp_choice")  # knobs that have tables of their own
-MAIN = {"estimator", "sampler", *WITH_TABLES}  # knobs whose settings are compared in the chart and in the summary
+PERCENT = ("missing light", "standard error", "noise")  # beginnings of the columns that are shown in percent
 CERTAIN = 1.5  # of the ends of an interval: a ratio that is known no better than within this factor is noise
 SAME = 0.02  # as a fraction: what is no farther from 1 is the same
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
@@ -19,22 +24,25 @@ NAMES = {"f32": "Float32", "f64": "Float64", "moller_trumbore": "Möller–Trumb
 
 def efficiency_table(study: Study) -> list[dict]:
     """A row for each variant: the seconds to each error, NaN where it was not reached; and whether it is biased."""
-    rows, leading = [], study.leading()
-    best = leading[0].seconds_to(MIDDLE) if leading else math.nan
-    for curve in study.curves:
-        row: dict = {"variant": curve.variant.label}
-        row |= {f"s to {target:.0%}": curve.seconds_to(target) for target in TARGETS}
-        row["last error"], row["after s"] = curve.last[1], curve.last[0]
-        row[f"ratio at {MIDDLE:.0%}"] = curve.seconds_to(MIDDLE) / best
-        row["ms per sample"] = curve.milliseconds_per_sample
-        row["time factor"] = curve.time_factor
-        row["variance x time"] = curve.variance_times_time
-        row["slope"] = curve.slope
-        row["compile s"] = curve.compile_seconds
-        row["bias z"] = curve.bias
-        row["unseen"] = curve.unseen
-        rows.append(row)
-    return rows
+    whole = [c.seconds_to(MIDDLE) for c in study.curves if c.variant.scale == 1]
+    best = min((seconds for seconds in whole if seconds > 0), default=math.nan)
+    return [
+        {
+            "variant": curve.variant.label,
+            **{f"s to {target:.0%}": curve.seconds_to(target) for target in TARGETS},
+            "last error": curve.last[1],
+            "after s": curve.last[0],
+            f"ratio at {MIDDLE:.0%}": curve.seconds_to(MIDDLE) / best,
+            "ms per sample": curve.milliseconds_per_sample,
+            "time factor": curve.time_factor,
+            "variance x time": curve.variance_times_time,
+            "slope": curve.slope,
+            "compile s": curve.compile_seconds,
+            "bias z": curve.bias,
+            "unseen": curve.unseen,
+        }
+        for curve in study.curves
+    ]
 
 
 def knob_table(study: Study) -> list[dict]:
@@ -42,31 +50,23 @@ def knob_table(study: Study) -> list[dict]:
     rows = []
     for i, base in enumerate(study.curves):
         for other in study.curves[i + 1 :]:
-            changed = base.variant.differences(other.variant)
-            if len(changed) != 1 or changed[0] in WITH_TABLES:
+            knob, *more = base.variant.differences(other.variant)
+            if more or knob in OF_QUESTIONS:
                 continue
-            error, error_low, error_high = error_ratio(base, other)
-            factor, low, high = time_ratio(base, other)
-            rows.append(
-                {
-                    "knob": changed[0].replace("_", " "),
-                    "from": base.variant.setting(changed[0]),
-                    "to": other.variant.setting(changed[0]),
-                    "with": base.variant.sampler if changed[0] == "estimator" else base.variant.estimator,
-                    "error": error,
-                    "error low": error_low,
-                    "error high": error_high,
-                    "time": factor,
-                    "time low": low,
-                    "time high": high,
-                    "error² x time": error**2 * factor,
-                }
-            )
+            row = {
+                "knob": knob.replace("_", " "),
+                "from": base.variant.setting(knob),
+                "to": other.variant.setting(knob),
+                "with": base.variant.sampler if knob == "estimator" else base.variant.estimator,
+            }
+            for name, ratio in (("error", error_ratio), ("time", time_ratio)):
+                row[name], row[f"{name} low"], row[f"{name} high"] = ratio(base, other)
+            rows.append(row | {"error² x time": row["error"] ** 2 * row["time"]})
     return rows
 
 
 def is_noise(ratio: float, low: float, high: float) -> bool:
-    """Whether a ratio cannot be told from 1, and is not known well enough to say that it is 1."""
+    """Whether a ratio is only noise: it cannot be told from 1, and is not known well enough to say that it is 1."""
     return low < 1 < high and high / low > CERTAIN
 
 
@@ -130,10 +130,7 @@ def efficiency_of(study: Study, knob: str) -> list[dict]:
 
 
 def turned(study: Study, knob: str) -> list[Curve]:
-    """The curves in which nothing but a knob differs, from the variant from which every knob is turned alone."""
-    of_knob = [c for c in study.curves if c.variant.differences(study.curves[0].variant) == [knob]]
-    if of_knob:
-        return [study.curves[0], *of_knob]
+    """The curves in which nothing but a knob differs, from the first variant from which this knob is turned alone."""
     for base in study.curves:
         others = [c for c in study.curves if base.variant.differences(c.variant) == [knob]]
         if others:
@@ -158,13 +155,12 @@ def summary(study: Study, target: float = MIDDLE) -> list[str]:
 
 
 def main_curves(study: Study) -> list[Curve]:
-    """The curves that the chart compares: of whole pictures, which differ in nothing but ``MAIN``."""
-    usual = study.curves[0].variant
-    return [c for c in study.curves if set(c.variant.differences(usual)) <= MAIN]
+    """The curves that the chart compares: of whole pictures, in which no further knob is turned."""
+    return [c for c in study.curves if is_of_the_chart(c.variant, study.base)]
 
 
 def who_wins(study: Study, target: float) -> list[str]:
-    """Which variant reaches an error first, and which of the others did, or did not."""
+    """Which variant reaches an error first, and which of the others reach it, too."""
     main, words = main_curves(study), f"{100 * target:g} %"
     told = sorted((c for c in main if c.seconds_to(target) > 0), key=lambda c: c.seconds_to(target))
     if not told:
@@ -178,35 +174,26 @@ def who_wins(study: Study, target: float) -> list[str]:
         return [f"No variant reached {words} within the {study.budget:g} s of the study{nearest}.", *sentences]
     best = told[0]
     alike = [c for c in told[1:] if cannot_be_told_apart(best, c, target)]
-    sentence = (
-        f"To {words} error, {best.variant.label} is fastest: {show_seconds(best.seconds_to(target))} of rendering"
-    )
+    least = best.seconds_to(target)
+    sentence = f"To {words} error, {best.variant.label} is fastest: {show_seconds(least)} of rendering"
     if alike:
         sentence += f"; the time of {' and of '.join(c.variant.label for c in alike)} cannot be told from it"
     sentences = [f"{sentence}."]
     others = [c for c in told[1:] if c not in alike]
     if others:
-        worst = others[-1]
-        ratio = worst.seconds_to(target) / best.seconds_to(target)
-        sentences.append(
-            f"{worst.variant.label} needs {show_seconds(worst.seconds_to(target))} for it, {times_as_long(ratio)}."
-        )
+        worst, most = others[-1], others[-1].seconds_to(target)
+        sentences.append(f"{worst.variant.label} needs {show_seconds(most)} for it, {times_as_long(most / least)}.")
     return [*sentences, *who_missed([c for c in main if c not in told], study, words)]
 
 
 def who_missed(missed: list[Curve], study: Study, words: str) -> list[str]:
-    """A sentence on those that did not reach an error: how near those with the first sampler came, and the best of
-    each other sampler.
-    """
-    sampler = study.curves[0].variant.sampler
-    named = [c for c in missed if c.variant.sampler == sampler]
-    others = list(dict.fromkeys(c.variant.sampler for c in missed if c.variant.sampler != sampler))
+    """How near those came that did not reach an error: all with the first sampler, and the best of each other one."""
+    named = [c for c in missed if c.variant.sampler == study.base.sampler]
+    for sampler in dict.fromkeys(c.variant.sampler for c in missed if c not in named):
+        named.append(min((c for c in missed if c.variant.sampler == sampler), key=lambda c: c.last[1]))
     if not missed:
         return []
     near = [f"{c.variant.label} came to {percent(c.last[1])} in {c.last[0]:.2g} s" for c in named]
-    for other in others:
-        best = min((c for c in missed if c.variant.sampler == other), key=lambda c: c.last[1])
-        near.append(f"{best.variant.label} came to {percent(best.last[1])} in {best.last[0]:.2g} s")
     return [f"Others did not reach {words} in the time that they had: {'; '.join(near)}."]
 
 
@@ -236,16 +223,16 @@ def who_met_no_light(study: Study) -> list[str]:
 
 def who_is_biased(study: Study) -> list[str]:
     """Which variants differ from the reference by more than chance explains."""
-    wrong = [c for c in study.curves if abs(c.bias) > 4 and not c.is_biased]
     return [
         f"{c.variant.label} differs from the reference by {percent(c.shift)} of the light, {abs(c.bias):.0f} standard "
         "errors: one of the two is biased."
-        for c in wrong
+        for c in study.curves
+        if abs(c.bias) > 4 and not c.is_biased
     ]
 
 
 def what_samplers_bring(study: Study) -> list[str]:
-    """How much smaller the error is with the better of two samplers, at equal samples; chance is called so."""
+    """How much smaller the error is with the better of two samplers, at equal samples, or that it is chance."""
     rows = [r for r in knob_table(study) if r["knob"] == "sampler"]
     sentences = []
     for first, second in dict.fromkeys((r["from"], r["to"]) for r in rows):
@@ -269,29 +256,27 @@ def what_samplers_bring(study: Study) -> list[str]:
 
 
 SUBJECTS = {
-    "precision": lambda r: NAMES.get(r["to"], r["to"]),
-    "triangle test": lambda r: NAMES.get(r["to"], r["to"]),
-    "fast math": lambda r: "Fast math" if "no" not in r["to"] else "No fast math",
-    "plain": lambda r: "The readable code (plain forms)",
-    "lookup": lambda r: f"The {r['to']} look-up",
-    "adaptive": lambda r: "Adaptive sampling",
-    "intersector": lambda r: f"The intersector {r['to']}",
-    "scale": lambda r: "Half of the resolution",
+    "fast math": lambda to: "No fast math" if "no" in to else "Fast math",
+    "plain": lambda to: "The readable code (plain forms)",
+    "lookup": lambda to: f"The {to} look-up",
+    "adaptive": lambda to: "Adaptive sampling",
+    "intersector": lambda to: f"The intersector {to}",
+    "scale": lambda to: "Half of the resolution",
 }
 
 
 def what_knobs_bring(study: Study) -> list[str]:
-    """A sentence for each knob beside estimator and sampler, with its uncertainty; noise is called so."""
+    """A sentence for each knob beside estimator and sampler, with its uncertainty, or that it is noise."""
     sentences = []
     for r in knob_table(study):
-        if r["knob"] not in SUBJECTS:
+        if r["knob"] in ("estimator", "sampler"):
             continue
-        subject = SUBJECTS[r["knob"]](r)
-        time = (r["time low"], r["time high"], r["time"])
-        if time[0] <= 1 <= time[1]:
-            told = f"{subject}: no difference in time can be told from noise ({time[0]:.2f} to {time[1]:.2f} times)"
+        subject = SUBJECTS.get(r["knob"], lambda to: NAMES.get(to, to))(r["to"])
+        time, low, high = r["time"], r["time low"], r["time high"]
+        if low <= 1 <= high:
+            told = f"{subject}: no difference in time can be told from noise ({low:.2f} to {high:.2f} times)"
         else:
-            told = f"{subject} takes {time[2]:.2f} times the time of a sample ({time[0]:.2f} to {time[1]:.2f})"
+            told = f"{subject} takes {time:.2f} times the time of a sample ({low:.2f} to {high:.2f})"
         sentences.append(f"{told}, {error_in_words(r)}.")
     return sentences
 
@@ -312,13 +297,13 @@ def what_the_wait_is(study: Study, target: float) -> list[str]:
     """What a user waits for a picture before its samples are even begun, and what a second run is spared."""
     told = [c for c in main_curves(study) if c.seconds_to(target) > 0] or main_curves(study)
     best = min(told, key=lambda c: c.seconds_to(target) if c.seconds_to(target) > 0 else math.inf)
-    before = study.start_seconds + study.read_seconds + best.compile_seconds
+    before = study.start_seconds + study.facts.read_seconds + best.compile_seconds
     if math.isnan(before):
         return []
     rendering = best.seconds_to(target)
     sentence = (
         f"Before its first sample, {best.variant.label} takes {before:.1f} s: {study.start_seconds:.1f} s to start, "
-        f"{study.read_seconds:.1f} s to read the scene, {best.compile_seconds:.1f} s to compile"
+        f"{study.facts.read_seconds:.1f} s to read the scene, {best.compile_seconds:.1f} s to compile"
     )
     if rendering > 0:
         share, whole = 100 * before / (before + rendering), before + rendering
@@ -339,9 +324,9 @@ def told_of_paths(study: Study) -> list[str]:
         clear = [r for r in bounces if r not in hidden]
         if clear:
             r, most = clear[-1], bounces[-1]["bounces"]
-            bounces_of = "1 bounce" if r["bounces"] == 1 else f"{r['bounces']} bounces"
+            few = "1 bounce" if r["bounces"] == 1 else f"{r['bounces']} bounces"
             sentences.append(
-                f"Paths of at most {bounces_of} miss {100 * r['missing light']:.2g} % of the light, with a standard "
+                f"Paths of at most {few} miss {100 * r['missing light']:.2g} % of the light, with a standard "
                 f"error of {100 * r['standard error']:.1g} %, and take {100 * r['time']:.0f} % of the time of {most}."
             )
         if hidden and hidden[0] is not bounces[-1]:
@@ -352,12 +337,8 @@ def told_of_paths(study: Study) -> list[str]:
         if rows:
             best = max(rows, key=lambda r: r["efficiency"])
             name, first = best[knob.replace("_", " ")], rows[0][knob.replace("_", " ")]
-            if best is rows[0]:
-                sentences.append(f"No {what} is more efficient than {first}.")
-            else:
-                sentences.append(
-                    f"{name[0].upper()}{name[1:]} is {best['efficiency']:.3g} times as efficient as {first}."
-                )
+            told = f"{name[0].upper()}{name[1:]} is {best['efficiency']:.3g} times as efficient as {first}."
+            sentences.append(f"No {what} is more efficient than {first}." if best is rows[0] else told)
     return sentences
 
 
@@ -370,19 +351,99 @@ def times_as_long(ratio: float) -> str:
 
 def where_the_error_is(study: Study) -> list[str]:
     """A sentence on how many pixels hold half of the squared error of the best picture at equal time."""
-    shown = [c for c in study.curves if c.image is not None]
+    shown = [c for c in study.curves if c.shown is not None]
     if not shown:
         return []
-    best = min(shown, key=lambda c: c.image_error)
-    squares = np.sort(((best.image - study.references[best.variant.lookup]) ** 2).sum(axis=2).ravel())[::-1]
+    best = min(shown, key=lambda c: c.shown.error)
+    truth = study.truths[best.variant.lookup]
+    squares = np.sort(((best.shown.image - truth.image) ** 2).sum(axis=2).ravel())[::-1]
     count = int(np.searchsorted(np.cumsum(squares), squares.sum() / 2)) + 1
     told = f"Half of the squared error of {best.variant.label} lies in {count:,} of {squares.size:,} pixels"
     if count <= FEW_PIXELS * squares.size:
-        rest = math.sqrt(squares[count:].sum() / (3 * squares.size)) / study.references[best.variant.lookup].mean()
-        told += f": these decide the error of {percent(best.image_error)}, of which the others make {percent(rest)}"
+        rest = math.sqrt(squares[count:].sum() / (3 * squares.size)) / truth.mean
+        told += f": these decide the error of {percent(best.shown.error)}, of which the others make {percent(rest)}"
     return [f"{told}."]
 
 
 def show_seconds(seconds: float) -> str:
     """ "1.23 s", or "not reached"."""
     return "not reached" if math.isnan(seconds) else f"{seconds:.3g} s"
+
+
+def show(value: float) -> str:
+    """Three digits, or "?"."""
+    return "?" if math.isnan(value) else digits(value, ".3g")
+
+
+def in_words(rows: list[dict]) -> list[dict]:
+    """Rows whose numbers are words with three digits, errors in percent."""
+
+    def in_word(name: str, value) -> str:
+        if name.startswith(PERCENT):
+            return f"{show(100 * value)} %"
+        return show(value) if isinstance(value, float) else str(value)
+
+    return [{name: in_word(name, value) for name, value in row.items()} for row in rows]
+
+
+# ── as numbers ──
+
+
+def table_rows(study: Study) -> list[dict]:
+    """A row for every picture that was compared: variant, seed, samples, seconds, error."""
+    return [
+        {
+            **asdict(curve.variant),
+            "seed": seed + 1,
+            "samples": int(samples),
+            "seconds": float(seconds),
+            "relative_rmse": float(errors[seed]),
+            "noise": float(noise[seed]),
+            "missing_light": -curve.shift,
+            "missing_light_standard_error": curve.shift_error,
+            "compile_seconds": curve.compile_seconds,
+        }
+        for curve in study.curves
+        for seed in range(len(curve.found))
+        for samples, seconds, errors, noise in zip(
+            curve.samples, curve.mean_seconds, curve.errors.T, curve.noise.T, strict=True
+        )
+        if not math.isnan(errors[seed])
+    ]
+
+
+def as_csv(study: Study) -> str:
+    """``table_rows`` as CSV; the first line names the columns."""
+    buffer, rows = io.StringIO(), table_rows(study)
+    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return buffer.getvalue()
+
+
+def as_json(study: Study) -> str:
+    """Everything but the pictures, as JSON; a number that is not known is null."""
+    content = {
+        "scene": study.facts.title,
+        "size": list(study.size),
+        "machine": study.facts.machine,
+        "budget": study.budget,
+        "seconds": study.seconds,
+        "start_seconds": study.start_seconds,
+        "read_seconds": study.facts.read_seconds,
+        "kernels_compiled": study.kernels_made,
+        "reference": {
+            "samples": study.truth.samples,
+            "relative_rmse": float(study.truth.error),
+            "max_bounces": study.reference_bounces,
+        },
+        "summary": summary(study),
+        "costs": efficiency_table(study),
+        "knobs": knob_table(study),
+        "bounces": bounce_table(study),
+        "roulettes": efficiency_of(study, "roulette"),
+        "lamp choices": efficiency_of(study, "lamp_choice"),
+        "measurements": table_rows(study),
+    }
+    read_again = json.loads(json.dumps(content), parse_constant=lambda _: None)  # NaN is no JSON
+    return json.dumps(read_again, indent=1)

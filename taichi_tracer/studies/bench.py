@@ -10,33 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.fast.primary_hits import LARGE_PICTURE
+from taichi_tracer.assignments import A4Renderer
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.renderer import A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
+from taichi_tracer.studies.convergence import Trial
 from taichi_tracer.studies.machine import describe_machine
-from taichi_tracer.studies.variants import Source, Variant, renderer_of
+from taichi_tracer.studies.source import SceneFacts, Source
+from taichi_tracer.studies.variants import Variant, renderer_of
 from taichi_tracer.system import compiling, registry
 
 WARM_UP = 3  # samples: after them everything is compiled
 TRIAL = 8  # samples more, from which the plan learns what a sample takes and how large the error is
-
-
-@dataclass(frozen=True)
-class SceneFacts:
-    """What a study must know of a scene.
-
-    Attributes:
-        read_seconds: of reading the scene, and of building its hierarchy.
-    """
-
-    title: str
-    source: str
-    machine: str
-    lamps: int
-    has_environment: bool
-    primitives: int
-    read_seconds: float
 
 
 @dataclass(frozen=True)
@@ -46,16 +31,12 @@ class Prepared:
     Attributes:
         compile_seconds: beyond the time of rendering.
         new_kernels, seconds_to_save: kernels that were not in Taichi's folder, and what a second run is spared.
-        seconds: of one sample of every pixel.
-        error: of the trial's picture, as it tells itself. samples: of the trial.
     """
 
     compile_seconds: float
     new_kernels: int
     seconds_to_save: float
-    seconds: float
-    error: RelativeError
-    samples: int
+    trial: Trial
 
 
 @dataclass(frozen=True)
@@ -141,9 +122,7 @@ class Bench:
             max(0.0, took - WARM_UP * per_sample),
             compiling.kernels_made() - kernels,
             compiling.seconds_to_save() - before,
-            per_sample,
-            renderer.error(),
-            renderer.samples,
+            Trial(renderer.samples, renderer.error(), per_sample),
         )
 
     def render(
@@ -207,17 +186,10 @@ class Bench:
     def renderer_of(self, variant: Variant, size: tuple[int, int]) -> ProgressiveRenderer:
         """The renderer of a variant; one for all estimators, because what the eye rays hit is compiled once."""
         width, height = (max(1, int(variant.scale * n)) for n in size)
-        key = renderer_key(variant)
-        if key not in self.renderers:
-            self.renderers[key] = make(renderer_of(variant.estimator), self.scene_of(variant), variant, (width, height))
-        return self.renderers[key]
-
-
-def renderer_key(variant: Variant) -> tuple:
-    """What variants have in common that share a renderer, and with it one film."""
-    return (
-        variant.precision, variant.fast_math, *variant.scene, variant.sampler, variant.adaptive, variant.scale
-    )  # fmt: skip
+        if variant.film not in self.renderers:
+            renderer_class, scene = renderer_of(variant.estimator), self.scene_of(variant)
+            self.renderers[variant.film] = make(renderer_class, scene, variant, (width, height))
+        return self.renderers[variant.film]
 
 
 def make(
@@ -226,7 +198,7 @@ def make(
     """A renderer of a variant; it never compiles another form of the eye rays in the middle of a measurement."""
     width, height = size
     renderer = renderer_class(scene, width, height, sampler=variant.sampler, adaptive=variant.adaptive)
-    renderer.eye_rays.use_packets = renderer.eye_rays.can_use_packets and width * height >= LARGE_PICTURE
+    renderer.plan.keep_forms()
     return as_variant(renderer, variant)
 
 

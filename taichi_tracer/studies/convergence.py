@@ -11,35 +11,36 @@ of variants that are compared are rendered in turn, so that whatever else the ma
 import math
 import statistics
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.picture.metrics import relative_rmse
 from taichi_tracer.picture.progress import slope
-from taichi_tracer.studies.metrics import relative_rmse
 from taichi_tracer.studies.variants import Variant
+
+if TYPE_CHECKING:
+    from taichi_tracer.studies.source import SceneFacts
 
 TARGETS = (0.10, 0.05, 0.02, 0.01)  # relative RMSE
 MIDDLE = TARGETS[2]  # the target by which variants are ranked
 CLEAR = 1.5  # times the reference's own error: below it, the error of a picture cannot be told from that
 FEW_POINTS = 4  # of a curve with fewer, the slope is that of all; of others, that of the later half
+SLOPES = -0.75, -0.5  # of forecasts: the slope of independent samples, and the steepest that is believed
 QUANTILE = 1.96  # 95 % of a normal distribution lie within this number of standard deviations from its mean
-MEDIAN_DEVIATION = 1.2533  # the standard error of a median is this times that of a mean, for a normal distribution
-NORMAL_SPREAD = 1.4826  # times the median distance from the median is the standard deviation of a normal distribution
-FEWEST_BLOCKS, ENOUGH_BLOCKS, MANY_BLOCKS, WIDER = 3, 5, 10, 2.0  # see ``uncertainty``
-UNKNOWN_FACTOR = 2.0  # how far a median of too few blocks may be off
+FEWEST_BLOCKS, ENOUGH_BLOCKS, UNKNOWN_FACTOR = 3, 5, 2.0  # see ``uncertainty``
 ENOUGH_RATIOS = 3  # of errors: then those of fewer samples are not asked
 UNSEEN_SHARE = 0.1  # of the error of a picture: if unseen light may add more, the error measures chance
 ALIKE = 0.02  # of a logarithm: pictures whose errors differ by no more are the same
 BLOCK_SIDE = 8  # pixels: the side of the blocks on which the bias is tested
-MOST_OF_A_BLOCK = 3.0  # the largest z-score with which a block counts: one that a rare light decides decides no more
+MOST_OF_A_BLOCK = 3.0  # the largest z-score with which a block counts, so that one rare light cannot decide the test
 LIT = 0.01  # of the mean of the reference: darker pixels say nothing about which light was met
 # Of the lit pixels: how many a rare light must concern to be told; and of these, how many may have met it.
 RARE, FEW_MET = 0.05, 0.1
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(NamedTuple):
     """Some samples of every pixel, and what they took.
 
     Attributes:
@@ -51,51 +52,92 @@ class Block:
     seconds: float
 
 
-@dataclass
+class Trial(NamedTuple):
+    """The first samples of a variant: how many, the error that the picture tells, and the seconds of one sample."""
+
+    samples: int
+    error: float
+    seconds: float
+
+
+class Shown(NamedTuple):
+    """A picture after the same time as those of other variants."""
+
+    image: np.ndarray
+    samples: int
+    error: float
+    rel_mse: float
+    flip: float
+
+
+@dataclass(eq=False)
 class Curve:
     """What one variant reached.
 
     Attributes:
         compile_seconds: until everything was compiled, beyond the time of rendering.
         seconds_to_save: of these, what another run is spared, because the kernels are kept.
-        samples: (K,) per pixel, at which the picture was compared.
-        errors: (seeds, K) relative RMSE; NaN where a seed did not go so far.
-        noise: (seeds, K) the relative error that each picture tells of itself.
+        found: seed → samples per pixel → (relative RMSE, relative error as the picture tells it).
         blocks: the times.
-        pilot_seconds: of the pilot of adaptive sampling, before the first sample of the picture.
+        pilots: seconds of pilots of adaptive sampling, before the first sample of a picture.
+        finals: seed → the last picture, and the variance of its pixels.
         reference_mean: of all pixels.
         shift, shift_error: the mean of the pictures minus that of the reference, as a fraction of the latter, and the
             standard error of this fraction, light that no sample met included.
-        bias: z-score of the pictures against the reference, see ``bias_of``; NaN if it cannot be told.
+        bias: z-score of the pictures against the reference, see ``shift_of``; NaN if it cannot be told.
         unmet: (pixels that met a rare light, pixels that it lights), see ``unmet_light``; None if no light is rare.
+        unseen: the error that light may add which no sample met.
         is_biased: whether the variant leaves out light that is in the reference.
-        image, image_error, image_flip, image_rel_mse: at equal time; None for variants without one.
+        shown: the picture at equal time; None for variants without one.
     """
 
     variant: Variant
     compile_seconds: float
-    samples: np.ndarray
-    errors: np.ndarray
-    noise: np.ndarray
+    trial: Trial
+    seconds_to_save: float = 0.0
+    found: dict[int, dict[int, tuple[float, float]]] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
+    pilots: list[float] = field(default_factory=list)
+    finals: dict[int, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     reference_mean: float = 1.0
     shift: float = 0.0
     shift_error: float = 0.0
     bias: float = math.nan
     unmet: tuple[int, int] | None = None
     unseen: float = 0.0
-    pilot_seconds: float = 0.0
-    seconds_to_save: float = 0.0
     is_biased: bool = False
-    image: np.ndarray | None = None
-    image_samples: int = 0
-    image_error: float = math.nan
-    image_flip: float = math.nan
-    image_rel_mse: float = math.nan
+    shown: Shown | None = None
+
+    @property
+    def samples(self) -> np.ndarray:
+        """(K,) the numbers of samples per pixel at which pictures were compared."""
+        return np.array(sorted({n for levels in self.found.values() for n in levels}), int)
+
+    @property
+    def errors(self) -> np.ndarray:
+        """(seeds, K) relative RMSE; NaN where a seed did not go so far."""
+        return self._table(0)
+
+    @property
+    def noise(self) -> np.ndarray:
+        """(seeds, K) the relative error that each picture tells of itself."""
+        return self._table(1)
+
+    def _table(self, which: int) -> np.ndarray:
+        samples, unknown = self.samples.tolist(), (math.nan, math.nan)
+        rows = [[self.found[seed].get(n, unknown)[which] for n in samples] for seed in sorted(self.found)]
+        return np.array(rows, float).reshape(len(rows), len(samples))
+
+    @property
+    def most_samples(self) -> int:
+        """The largest number of samples at which a picture was compared; 0 before the first."""
+        return int(self.samples.max(initial=0))
 
     @property
     def seconds_per_sample(self) -> float:
-        """Of every pixel: the median over blocks, each of which counts as often as it has samples."""
+        """Seconds of one sample of every pixel: the median over blocks, each counted as often as it has samples."""
+        if not self.blocks:
+            return self.trial.seconds
         return weighted_median([b.seconds / b.samples for b in self.blocks], [b.samples for b in self.blocks])
 
     @property
@@ -105,17 +147,18 @@ class Curve:
 
     @property
     def milliseconds_per_sample(self) -> float:
-        """Of every pixel."""
+        """Milliseconds of one sample of every pixel."""
         return 1e3 * self.seconds_per_sample
 
     @property
     def mean_seconds(self) -> np.ndarray:
-        """(K,) of rendering."""
-        return self.pilot_seconds + self.samples * self.seconds_per_sample
+        """(K,) seconds of rendering until each picture."""
+        pilot = statistics.median(self.pilots) if self.pilots else 0.0
+        return pilot + self.samples * self.seconds_per_sample
 
     @property
     def mean_errors(self) -> np.ndarray:
-        """(K,) root of the mean square over the seeds that went so far."""
+        """(K,) relative RMSE: the root of the mean square over the seeds that went so far."""
         known = np.isfinite(self.errors)
         squares = np.where(known, self.errors, 0.0) ** 2
         return np.sqrt(squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1))
@@ -127,7 +170,7 @@ class Curve:
 
     @property
     def is_unsure(self) -> bool:
-        """Whether much of the light may lie where no sample has met it: then the error measures chance."""
+        """Whether much of the light may be where no sample has met it: then the error measures chance."""
         return self.unmet is not None or self.unseen > UNSEEN_SHARE * self.last[1]
 
     @property
@@ -158,56 +201,33 @@ class Curve:
             return points[0][0]
         return crossing
 
+    def samples_to(self, target: float) -> float:
+        """The number of samples that will probably reach a relative error: a forecast."""
+        n, error, _ = self.trial
+        steepest, power = SLOPES
+        if self.found:
+            n, error = self.most_samples, self.last[1]
+            power = power if math.isnan(self.slope) else min(max(self.slope, steepest), power)
+        return n * max(error / target, 1e-9) ** (-1 / power) if error > 0 else math.inf
+
     @property
     def variance_times_time(self) -> float:
         """Mean square error × seconds at the end: smaller is better, and with 1/√n the same at any time."""
         points = self._known()
         return math.nan if not points else (points[-1][1] * self.reference_mean) ** 2 * points[-1][0]
 
-
-@dataclass
-class Study:
-    """Everything that was measured.
-
-    Attributes:
-        seeds: how many times each variant was rendered, at least.
-        reference_error: as the reference's own samples tell it.
-        equal_seconds: of rendering, of the pictures that are shown beside each other.
-        reference_bounces: how many surfaces reflect in the reference at most; None for direct light.
-        budget, seconds: what was allowed, and what was taken, from the key press on.
-        start_seconds: until the first process was ready; read_seconds: of reading the scene.
-        kernels_made: how many kernels were compiled; 0 if all of them were kept from an earlier run.
-        others: a sentence on other programs, if they took much of the machine.
-        notes: what was not compared, and why.
-    """
-
-    scene: str
-    size: tuple[int, int]
-    machine: str
-    seeds: int
-    equal_seconds: float
-    curves: list[Curve] = field(default_factory=list)
-    references: dict[str, np.ndarray] = field(default_factory=dict)
-    reference_error: RelativeError | None = None
-    reference_samples: int = 0
-    seconds: float = 0.0
-    reference_bounces: int | None = None
-    notes: list[str] = field(default_factory=list)
-    budget: float = 60.0
-    start_seconds: float = 0.0
-    read_seconds: float = 0.0
-    kernels_made: int = 0
-    others: str | None = None
-
-    @property
-    def reference(self) -> np.ndarray:
-        """(h, w, 3) what the first variant is compared with."""
-        return next(iter(self.references.values()))
-
-    def leading(self, target: float = MIDDLE) -> list[Curve]:
-        """The curves of whole pictures that reached a target, the fastest first."""
-        reached = [c for c in self.curves if c.variant.scale == 1 and c.seconds_to(target) > 0]
-        return sorted(reached, key=lambda c: c.seconds_to(target))
+    def judge(self, truth: "Truth") -> None:
+        """Compare the last pictures with the reference: is there a bias, and is there light that they did not meet?"""
+        self.reference_mean = truth.mean
+        last = [levels[max(levels)][1] for levels in self.found.values()]
+        self.unseen = max(getattr(error, "unseen", 0.0) for error in last)
+        if self.finals:
+            finals = list(self.finals.values())
+            self.shift, self.shift_error, self.bias = shift_of(finals, truth, self.unseen)
+            if not self.is_biased:
+                self.unmet = unmet_light(np.mean([image for image, _ in finals], axis=0), truth.image)
+            if self.unmet is not None:
+                self.bias = math.nan
 
 
 @dataclass
@@ -221,12 +241,54 @@ class Truth:
 
     @property
     def mean(self) -> float:
-        """Of all pixels."""
+        """The mean of all pixels."""
         return float(self.image.mean())
 
     def error_of(self, image: np.ndarray) -> float:
         """Relative RMSE of a picture."""
         return relative_rmse(image, self.image)
+
+
+@dataclass
+class Study:
+    """Everything that was measured.
+
+    Attributes:
+        facts: the scene, and the machine.
+        budget: seconds that were allowed.
+        seeds: how many times each variant was rendered, at least.
+        truths: look-up → reference.
+        equal_seconds: of rendering, of the pictures that are shown beside each other.
+        reference_bounces: how many surfaces reflect in the reference at most; None for direct light.
+        seconds: that were taken, from the key press on. start_seconds: of these, until the first process was ready.
+        kernels_made: how many kernels were compiled; 0 if all of them were kept from an earlier run.
+        others: a sentence on other programs, if they took much of the machine.
+        notes: what was not compared, and why.
+    """
+
+    facts: "SceneFacts"
+    size: tuple[int, int]
+    budget: float
+    seeds: int
+    curves: list[Curve]
+    truths: dict[str, Truth]
+    equal_seconds: float = 0.0
+    reference_bounces: int | None = None
+    notes: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+    start_seconds: float = 0.0
+    kernels_made: int = 0
+    others: str | None = None
+
+    @property
+    def base(self) -> Variant:
+        """The variant with which the others are compared."""
+        return self.curves[0].variant
+
+    @property
+    def truth(self) -> Truth:
+        """What the first variant is compared with."""
+        return self.truths[self.base.lookup]
 
 
 def weighted_median(values: list[float], weights: list[float]) -> float:
@@ -241,17 +303,16 @@ def weighted_median(values: list[float], weights: list[float]) -> float:
 def uncertainty(values: list[float]) -> float:
     """The factor by which the median of positive values may be off, at about 95 %.
 
-    From ``MANY_BLOCKS`` on, it follows from the median distance from the median. Of fewer values, which may be near to
-    each other by chance, the farthest one counts: the median lies between the ends of 5 values in 94 of 100 cases, and
-    of fewer values, it is taken to lie within ``WIDER`` times their logarithmic distance.
+    The median lies between the k-th smallest and the k-th largest of n values, where k follows from the binomial
+    distribution. Of fewer than ``ENOUGH_BLOCKS`` values, which may be near to each other by chance, it is taken to lie
+    within twice the distance of their ends; and nothing is known of fewer than ``FEWEST_BLOCKS``.
     """
-    if len(values) < FEWEST_BLOCKS:
+    n = len(values)
+    if n < FEWEST_BLOCKS:
         return UNKNOWN_FACTOR
-    distances = np.abs(np.log(values) - np.median(np.log(values)))
-    if len(values) >= MANY_BLOCKS:
-        spread = NORMAL_SPREAD * float(np.median(distances))
-        return math.exp(QUANTILE * MEDIAN_DEVIATION * spread / math.sqrt(len(values)))
-    return math.exp(float(distances.max()) * (WIDER if len(values) < ENOUGH_BLOCKS else 1.0))
+    distances = np.sort(np.log(values)) - np.median(np.log(values))
+    k = max(0, int(n / 2 - QUANTILE * math.sqrt(n) / 2))
+    return math.exp(max(-distances[k], distances[-1 - k]) * (2 if n < ENOUGH_BLOCKS else 1))
 
 
 def time_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:

@@ -1,150 +1,46 @@
-"""The processes that render a study: each has a Taichi of its own, and the caller's is never touched.
+"""Who renders a study: processes on this machine or on others, or the process of the caller.
 
-A worker is this file, run by another Python. It reads calls from its standard input and writes answers to its standard
-output, both pickled. It ends when its input does. A kernel that it is compiling then is finished before, and kept, so
-that the next run finds it.
-
-Nothing here imports Taichi: a worker starts while its parent still reads its own modules.
+Nothing here imports Taichi: the first process of a study starts while its parent still reads its own modules.
 """
 
-import os
-import pickle
-import signal
-import subprocess
-import sys
-import traceback
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Future
-from pathlib import Path
-from queue import SimpleQueue
-from threading import Thread
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.processes import Clerk, Worker, serve
 
 if TYPE_CHECKING:
-    from taichi_tracer.studies.bench import Bench
+    from taichi_tracer.studies.bench import Bench, Prepared
+    from taichi_tracer.studies.variants import Variant
 
-PACKAGES = str(Path(__file__).resolve().parents[2])  # a worker finds this package, wherever it was started
-PATIENCE = 0.3  # seconds that a worker gets to end: one that still compiles goes on alone
-
-
-class WorkerDied(RuntimeError):
-    """A worker ended in the middle of a call."""
+LEAST = 8  # samples of a range that another machine renders
 
 
-class Clerk(ABC):
-    """Somebody elsewhere who has a ``Bench``, or what takes its place: its methods are called by name.
+class StudyWorker(Worker):
+    """A ``Bench`` in a process of its own."""
 
-    One call comes after the other, in a thread of this process.
-    """
-
-    is_apart, pid = True, 0
-
-    def __init__(self) -> None:
-        self.calls: SimpleQueue = SimpleQueue()
-        # A daemon, because the program may end while somebody still compiles.
-        Thread(target=self._serve, daemon=True).start()
-
-    @abstractmethod
-    def answer(self, method: str, words: tuple, options: dict) -> Any:
-        """What a call gives; it may raise an error. WorkerDied: nobody answers any more."""
-
-    def ask(self, method: str, *words, **options) -> Future:
-        """Call a method later, after those that were asked for before; "open" makes the bench."""
-        future: Future = Future()
-        self.calls.put((future, (method, words, options)))
-        return future
-
-    def _serve(self) -> None:
-        while (call := self.calls.get()) is not None:
-            future, content = call
-            if not future.set_running_or_notify_cancel():
-                continue
-            try:
-                future.set_result(self.answer(*content))
-            except Exception as error:
-                future.set_exception(error)
-
-    def close(self) -> None:
-        """Answer no more calls."""
-        self.calls.put(None)
+    program = "from taichi_tracer.studies.crew import work; work()"
+    task = "the study"
 
 
-class Worker(Clerk):
-    """A ``Bench`` in a process of its own.
+def work() -> None:
+    """What the process of a ``StudyWorker`` does until its input ends."""
+    from taichi_tracer.studies.bench import Bench  # while the parent still reads its own modules
 
-    Args:
-        is_heard: whether what the worker writes to stderr is shown.
-    """
-
-    program = "from taichi_tracer.studies.crew import work; work()"  # what the process runs
-    task = "the study"  # what it belongs to, for messages
-
-    def __init__(self, is_heard: bool = True) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", self.program],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=None if is_heard else subprocess.DEVNULL,
-            start_new_session=True,  # Ctrl-C is for the parent, which then writes what is done
-            env=os.environ | {"PYTHONPATH": os.pathsep.join([PACKAGES, *filter(None, [os.environ.get("PYTHONPATH")])])},
-        )
-        self.pid = self.process.pid
-        super().__init__()
-
-    def answer(self, method: str, words: tuple, options: dict) -> Any:
-        """What the process sends back."""
-        try:
-            pickle.dump((method, words, options), self.process.stdin)
-            self.process.stdin.flush()
-            is_good, answer = pickle.load(self.process.stdout)
-        except (OSError, EOFError, ValueError) as error:
-            raise WorkerDied(f"a process of {self.task} ended in {method}: {error}") from None
-        if not is_good:
-            raise answer
-        return answer
-
-    def close(self) -> None:
-        """Let it end; one that is compiling finishes that first, and nobody waits for it."""
-        super().close()
-        try:
-            self.process.stdin.close()
-            self.process.wait(PATIENCE)
-        except (OSError, ValueError, subprocess.TimeoutExpired):
-            pass
-
-
-class Crew(Protocol):
-    """Who renders a study on other machines.
-
-    Attributes:
-        processors: how many the machine has on which everything is measured; 1 as long as that is not known.
-    """
-
-    processors: int
-
-    def hire(self) -> Clerk:
-        """One more process on the machine that measures."""
-
-    def assistants(self) -> list[Clerk]:
-        """A process on each other machine that has none yet, for a part of the reference."""
-
-    def told(self) -> str:
-        """A sentence on whose seconds the study tells."""
+    serve(Bench)
 
 
 class Here:
     """A ``Bench`` in this process, for scenes and parts of the caller that no other process has."""
 
-    is_apart, pid = False, 0
+    pid = 0
 
     def __init__(self) -> None:
         self.bench: Bench | None = None
 
     def ask(self, method: str, *words, **options) -> Future:
-        """Call a method of the bench now."""
+        """Call a method of the bench now; "open" makes the bench."""
         future: Future = Future()
         try:
             if method == "open":
@@ -163,36 +59,102 @@ class Here:
         self.bench = None
 
 
-def work() -> None:
-    """What a worker of a study does until its input ends."""
-    from taichi_tracer.studies.bench import Bench  # while the parent still reads its own modules
+class Crew(Protocol):
+    """Who renders a study on other machines.
 
-    serve(Bench)
+    Attributes:
+        processors: how many the machine has on which everything is measured; 1 as long as that is not known.
+    """
+
+    processors: int
+
+    def hire(self) -> Clerk:
+        """One more process on the machine that measures."""
+
+    def assistants(self) -> list[Clerk]:
+        """A process on each other machine on which there is none yet, for a part of the reference."""
+
+    def told(self) -> str:
+        """A sentence on whose seconds the study tells."""
 
 
-def serve(make: Callable[..., Any]) -> None:
-    """Answer calls until the input ends: "open" calls ``make``, and every other name a method of what it made."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    calls, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever else prints, Taichi or a part of the user, must not come between the answers
-    made: Any = None
-    while True:
-        try:
-            method, words, options = pickle.load(calls)
-        except EOFError:
-            return
-        try:
-            if method == "open":
-                made, answer = make(*words, **options), None
-            else:
-                answer = getattr(made, method)(*words, **options)
-            content = True, answer
-        except InputError as error:
-            content = False, error
-        except Exception:
-            content = False, RuntimeError(traceback.format_exc())
-        try:
-            pickle.dump(content, answers)
-            answers.flush()
-        except OSError:
-            return
+@dataclass
+class Assistant:
+    """Another machine, which renders ranges of the reference's samples.
+
+    Attributes:
+        prepared: what it knows of the reference; it gets ranges as soon as this is there, and none after it failed.
+        samples: how many of its samples were added to the reference.
+        range: what it renders now, and how many samples that are.
+    """
+
+    worker: Clerk
+    prepared: "Future[Prepared] | None" = None
+    samples: int = 0
+    range: tuple[Future, int] | None = None
+
+
+class Assistants:
+    """All assistants; there may be none. Nothing is measured on them.
+
+    Their ranges are added up without rounding. A range that does not come is rendered by the first machine, and what
+    follows it too: the samples of the reference are always a range without gaps.
+
+    Args:
+        crew: where they are; None: there are none. bench: the arguments of their ``Bench``.
+    """
+
+    def __init__(self, crew: Crew | None, bench: tuple) -> None:
+        self.crew, self.bench = crew, bench
+        self.known: list[Assistant] = []
+
+    def hire(self) -> None:
+        """Let the machines start a process that are there and have none yet."""
+        for worker in [] if self.crew is None else self.crew.assistants():
+            self.known.append(Assistant(worker))
+            worker.ask("open", *self.bench)
+
+    def get_ready(self, variant: "Variant", size: tuple[int, int]) -> None:
+        """Let them load the scene and compile, while the first machine does that too."""
+        for one in self.known:
+            one.prepared = one.worker.ask("prepare", variant, size)
+
+    def begin(self, variant: "Variant", size: tuple[int, int], seed: int, first: int, seconds: float) -> None:
+        """Give everybody who is ready a range of about so many seconds; the ranges follow each other from ``first``."""
+        for one in self.known:
+            ready = one.prepared
+            if ready is not None and ready.done() and ready.exception() is None:
+                count = max(LEAST, int(seconds / max(ready.result().trial.seconds, 1e-6)) // LEAST * LEAST)
+                one.range = one.worker.ask("take", variant, size, seed, first, count), count
+                first += count
+
+    def parts(self, wait_for: Callable[[Future, str], Any]) -> list[tuple[int, dict]]:
+        """(samples, arrays) of the ranges that came, up to the first that did not; whoever failed gets no more."""
+        found: list[tuple[int, dict]] = []
+        is_whole = True
+        for one in self.known:
+            if one.range is None:
+                continue
+            (future, count), one.range = one.range, None
+            try:
+                arrays = wait_for(future, "rendering the reference")
+            except RuntimeError:  # its worker has gone, or its process has ended
+                is_whole, one.prepared = False, None
+                continue
+            if is_whole:
+                found.append((count, arrays))
+                one.samples += count
+        return found
+
+    def told(self) -> str:
+        """A sentence on what they did."""
+        helped = [one.samples for one in self.known if one.samples > 0]
+        if not helped:
+            return "It rendered the reference, too."
+        many = f"{len(helped)} other worker{'s' * (len(helped) > 1)}"
+        return f"{many} rendered {sum(helped):,} samples per pixel of the reference."
+
+    def close(self) -> None:
+        """Let their processes end."""
+        for one in self.known:
+            one.worker.close()

@@ -15,7 +15,8 @@ import taichi as ti
 from taichi_tracer.effects import Effects
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
-from taichi_tracer.scene_data import SceneData, SceneInKernels
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.digits import digits
 
@@ -100,7 +101,7 @@ def measure(
         renderers[PLAIN] = usual(plain, *size, sampler=sampler)
     for renderer in renderers.values():  # the eye rays are traced by the same code in all
         if renderer.scene_data is scene:
-            renderer.eye_rays = renderers[USUAL].eye_rays
+            renderer.plan.eye_rays = renderers[USUAL].eye_rays
         if hasattr(renderer.eye_rays, "trace"):  # twice, so that packets are compiled, where they will be used
             renderer.eye_rays.trace()
             renderer.eye_rays.trace()

@@ -6,6 +6,7 @@ a mode does not promise is counted all the same. Registered parts of your own ar
 """
 
 import gc
+import json
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
@@ -68,7 +69,7 @@ class Row:
 
     @property
     def ns_per_ray(self) -> float:
-        """Of the best run; NaN where none was timed."""
+        """Nanoseconds of the best run; NaN where none was timed."""
         return min(self.times, default=math.nan)
 
     @property
@@ -78,7 +79,7 @@ class Row:
 
     @property
     def leaking_pixels(self) -> int:
-        """Red pixels of the leak map."""
+        """How many pixels of the leak map are red."""
         return 0 if self.leak_map is None else int((self.leak_map == RED).all(axis=2).sum())
 
     def per_million(self, count: str, rays: str) -> float | None:
@@ -89,7 +90,7 @@ class Row:
 
 @dataclass
 class Result:
-    """What the suite found, and where."""
+    """What the suite found, and the machine on which it ran."""
 
     level: str
     machine: dict[str, str]
@@ -168,7 +169,7 @@ def run_mode(
         for case in stage.cases:
             on, sent = placed[case.name], rays[case.name]
             if mode.tries_everything:
-                sent = sent.first(max(FEWEST_RAYS, size.tests // len(stage.cases) // stage.num_triangles))
+                sent = sent[: max(FEWEST_RAYS, size.tests // len(stage.cases) // stage.num_triangles)]
             findings = case.judge(on, sent, mode.epsilon)
             findings |= difference_from_brute_force(mode, case, on, references)
             if case.name == LONG_CASE and not mode.tries_everything and not mode.fast_math:
@@ -203,7 +204,7 @@ def difference_from_brute_force(mode: Mode, case: Case, on: Placed, references: 
 
 
 def long_run(case: Case, on: Placed, count: int, findings: dict[str, float]) -> None:
-    """Many more rays at edges, in pieces: adds to the findings."""
+    """Send many more rays to edges, in pieces, and add what they find to the findings."""
     for chunk in range(-(-count // CHUNK)):
         rays = case.edge_rays(case.rng(2 + chunk), min(CHUNK, count - chunk * CHUNK))
         hits = on.scene.intersect(rays.origins, rays.directions)
@@ -261,30 +262,23 @@ def renderer_verdicts(mode: Mode, size: Level) -> list[Verdict]:
 
 
 def as_json(result: Result) -> dict:
-    """The result as numbers, strings, lists and dictionaries."""
-    return {
+    """The result as strings, lists, dictionaries and finite numbers: None stands for one that is not finite."""
+    content = {
         "suite": "hardcases",
         "level": result.level,
         "passed": result.passed,
         "machine": result.machine,
         "modes": [
             asdict(row.mode)
-            | {"name": str(row.mode), "ns_per_ray": finite(row.ns_per_ray), "ns_of_each_run": list(row.times)}
+            | {"name": str(row.mode), "ns_per_ray": row.ns_per_ray, "ns_of_each_run": list(row.times)}
             | {"edge_leaks_per_million": row.per_million("edge_leaks", "edge_rays")}
             | {"vertex_leaks_per_million": row.per_million("vertex_leaks", "vertex_rays")}
-            | {"findings": {name: finite(value) for name, value in row.findings.items()}}
+            | {"findings": row.findings}
             for row in result.rows
         ],
-        "cases": [
-            asdict(v) | {"verdict": v.word, "findings": {name: finite(value) for name, value in v.findings.items()}}
-            for v in result.verdicts
-        ],
+        "cases": [asdict(verdict) | {"verdict": verdict.word} for verdict in result.verdicts],
     }
-
-
-def finite(value: float) -> float | None:
-    """A number that JSON knows."""
-    return value if math.isfinite(value) else None
+    return json.loads(json.dumps(content), parse_constant=lambda _: None)
 
 
 COLUMNS = ("edge", "vertex", "false", "double", "self", "NaN", *(f"t {name}" for name in T_CLASSES), "ns/ray")

@@ -4,9 +4,8 @@ import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from taichi_tracer.fast.primary_hits import PrimaryHits
+from taichi_tracer.files import page
 from taichi_tracer.renderer import ProgressiveRenderer
-from taichi_tracer.studies import page
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.sample_parts import Anatomy, SampleParts
 from taichi_tracer.system import compiling
@@ -215,9 +214,7 @@ def profile_of(renderer: ProgressiveRenderer, stopwatch: Stopwatch, title: str) 
     Its samples are then taken apart, and the renderer forgets the picture.
     """
     kernels, passes = compiling.kernels(stopwatch.started), stopwatch.times[SAMPLES]
-    kept = renderer.eye_rays
-    eye_passes = kept.traces if isinstance(kept, PrimaryHits) else passes
-    in_tiles = "tiles" in renderer.forms
+    eye_passes, in_tiles = renderer.plan.eye_passes(passes), "tiles" in renderer.plan.compiled
     anatomy = Anatomy(renderer)
     parts = anatomy.measure(max(LEAST_BUDGET, BUDGET * stopwatch.seconds[SAMPLES]))
     why = "" if parts is not None else why_replaced(renderer)

@@ -20,10 +20,12 @@ import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
 
-from taichi_tracer.lights.near_misses import begin_counting
+from taichi_tracer.forms import EyeRays
+from taichi_tracer.picture.some_pixels import SomePixels
 from taichi_tracer.ray import HitData, no_hit
-from taichi_tracer.renderer import EyeRays, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.observed import before, observed
 from taichi_tracer.system.seams import in_kernels
 
 TRACE, COUNT, RECORD, REPLAY, REPLAY_ALL = range(5)  # what the kernel does with rays; see ``Answers``
@@ -32,7 +34,6 @@ PASSES = 2 + 4 * ROUNDS  # over all pixels: one to count, one to write answers d
 LEAST_STRIP = 16  # columns of pixels: fewer would be too little work for a call
 STRIPS = 8  # into which the picture is cut, of which some are left out if all of them would take too long
 MOST_SHADOWS, MOST_HITS = 1 << 22, 1 << 19  # answers that are kept at a time: 16 MB, and about 40 MB
-NEVER = -12345.678  # a sum of radiances that does not occur: the compiler must not know that values are not used
 
 
 @dataclass(frozen=True)
@@ -84,17 +85,26 @@ class Answers:
         self._memory = memory.Memory()
         self.blocked, self.hit = ti.field(ti.i32), HitData.field()
         self.first_shadow, self.first_hit = ti.field(ti.i32), ti.field(ti.i32)
-        self.unused = ti.field(ti.i32)
+        self.switches = ti.field(ti.i32)  # the mode, and whether the film takes the samples
         self._memory.fields.dense(ti.i, self.shadows).place(self.blocked)
         self._memory.fields.dense(ti.i, self.hits).place(self.hit)
         self._memory.fields.dense(ti.ij, (width, height)).place(self.first_shadow, self.first_hit)
-        self._memory.fields.place(self.unused)
+        self._memory.fields.dense(ti.i, 2).place(self.switches)
         self._memory.allocate()
 
+    def switch(self, mode: int, fills_film: bool) -> None:
+        """Say what the kernel does with the rays and the samples that come next."""
+        self._memory.write(self.switches, [mode, int(fills_film)])
+
     @in_kernels
-    def begin(self, first_shadow, first_hit, mode) -> None:
-        """Begin the sample of a pixel, whose answers have their places from these numbers on."""
-        self.mode, self.shadow, self.other = mode, impl.expr_init(first_shadow), impl.expr_init(first_hit)
+    def begin(self, x, y) -> None:
+        """Begin the sample of a pixel."""
+        self.mode, self.shadow, self.other = (impl.expr_init(number) for number in self.of_pixel(x, y))
+
+    @ti.func
+    def of_pixel(self, x, y):
+        """The mode, and the numbers of the first answers of a pixel."""
+        return self.switches[0], self.first_shadow[x, y], self.first_hit[x, y]
 
     @ti.func
     def end(self, x, y):
@@ -102,59 +112,44 @@ class Answers:
         if self.mode == COUNT:
             self.first_shadow[x, y], self.first_hit[x, y] = self.shadow, self.other
 
-    @ti.func
-    def keep(self, value: ti.template()):
-        """Use a value that the film does not take."""
-        if value.sum() == NEVER:
-            self.unused[None] = 1
+    def observed(self, intersector: Any, replayed: int) -> Any:
+        """An intersector whose answers come from here, from the mode ``replayed`` on.
 
-
-@ti.data_oriented
-class Answering:
-    """An intersector whose answers may come from ``Answers``.
-
-    Args:
-        intersector: the one that finds answers. is_eye: whether it is asked by eye rays.
-    """
-
-    def __init__(self, intersector: Any, answers: Answers, is_eye: bool = False) -> None:
-        self.intersector, self.answers, self.is_eye = intersector, answers, is_eye
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "intersector":  # a copy without members yet
-            raise AttributeError(name)
-        return getattr(self.intersector, name)
+        The searches within an answer are not observed, because nobody makes them when the answer is read.
+        """
+        is_occluded, query_segment = intersector.is_occluded, intersector.query_segment
+        answers = {
+            "is_occluded": lambda part, call, *of: self.occlusion(is_occluded, *of),
+            "query_segment": lambda part, call, *of: self.nearest(query_segment, *of, replayed),
+            "query_ray": lambda part, call, ray: self.nearest(query_segment, ray, 0.0, tm.inf, replayed),
+        }
+        return observed(intersector, answers)
 
     @ti.func
-    def is_occluded(self, ray, t_max):
-        """``RayIntersector.is_occluded``."""
-        k, blocked = self.answers.shadow, 0
-        self.answers.shadow += 1
-        if self.answers.mode >= REPLAY:
-            blocked = self.answers.blocked[k]
+    def occlusion(self, find: ti.template(), ray, t_max):
+        """Whether a shadow ray is blocked: what ``find`` says, or what it said when it was written down."""
+        k, blocked = self.shadow, 0
+        self.shadow += 1
+        if self.mode >= REPLAY:
+            blocked = self.blocked[k]
         else:
-            blocked = ti.cast(self.intersector.is_occluded(ray, t_max), ti.i32)
-            if self.answers.mode == RECORD:
-                self.answers.blocked[k] = blocked
+            blocked = ti.cast(find(ray, t_max), ti.i32)
+            if self.mode == RECORD:
+                self.blocked[k] = blocked
         return blocked != 0
 
     @ti.func
-    def query_segment(self, ray, t_min, t_max):
-        """``RayIntersector.query_segment``."""
-        k, hit = self.answers.other, no_hit()
-        self.answers.other += 1
-        if self.answers.mode >= ti.static(REPLAY_ALL if self.is_eye else REPLAY):
-            hit = self.answers.hit[k]
+    def nearest(self, find: ti.template(), ray, t_min, t_max, replayed: ti.template()):
+        """What a ray hits: what ``find`` says, or what it said when it was written down."""
+        k, hit = self.other, no_hit()
+        self.other += 1
+        if self.mode >= replayed:
+            hit = self.hit[k]
         else:
-            hit = self.intersector.query_segment(ray, t_min, t_max)
-            if self.answers.mode == RECORD:
-                self.answers.hit[k] = hit
+            hit = find(ray, t_min, t_max)
+            if self.mode == RECORD:
+                self.hit[k] = hit
         return hit
-
-    @ti.func
-    def query_ray(self, ray):
-        """``RayIntersector.query_ray``."""
-        return self.query_segment(ray, 0.0, tm.inf)
 
 
 @ti.data_oriented
@@ -163,47 +158,33 @@ class Anatomy:
 
     def __init__(self, renderer: ProgressiveRenderer) -> None:
         self.renderer, scene = renderer, renderer.kernel_scene()
-        self.answers = Answers(renderer.width, renderer.height)
-        self.scene, self.eye_rays = copy.copy(scene), renderer.eye_rays
-        self.scene.ray_intersector = Answering(scene.ray_intersector, self.answers)
-        self.traces_eye_rays = isinstance(self.eye_rays, EyeRays) and self.eye_rays.traces
-        if self.traces_eye_rays:
-            self.eye_rays = copy.copy(self.eye_rays)
-            self.eye_rays.intersector = Answering(scene.ray_intersector, self.answers, is_eye=True)
+        self.answers, self.pixels = Answers(renderer.width, renderer.height), SomePixels(self.end)
         self.columns, self.rows = renderer.film.ranges
+        parts = renderer.parts(scene, renderer.plan.integrator(scene))
+        eye_rays = parts.eye_rays
+        self.traces_eye_rays = isinstance(eye_rays, EyeRays) and eye_rays.traces
+        if self.traces_eye_rays:
+            eye_rays = copy.copy(eye_rays)
+            eye_rays.intersector = self.answers.observed(scene.ray_intersector, REPLAY_ALL)
+        watched = copy.copy(parts.scene)
+        watched.ray_intersector = self.answers.observed(scene.ray_intersector, REPLAY)
+        start = before(lambda sampler, seed, x, y, index: self.answers.begin(x, y))
+        sampler = observed(parts.sampler, {"start": start})
+        self.parts = parts._replace(scene=watched, eye_rays=eye_rays, sampler=sampler, film=self.pixels)
 
     @property
     def is_possible(self) -> bool:
         """Whether the rays can be left out; those that a student's ``shade_ray`` traces itself cannot."""
         return "shade_ray" not in self.renderer.replaced
 
-    @ti.kernel
-    def _run(
-        self,
-        scene: ti.template(),
-        integrator: ti.template(),
-        eye_rays: ti.template(),
-        near_misses: ti.template(),
-        seed: ti.u32,
-        index: ti.u32,
-        first: ti.i32,
-        end: ti.i32,
-        mode: ti.i32,
-        fills_film: ti.i32,
-    ):
-        for x, y in ti.ndrange((first, end), self.rows):
-            i, is_taken = self.renderer.shares.sample_of(x, y, index)
-            if is_taken:
-                begin_counting(near_misses, x, y, integrator)
-                self.answers.begin(self.answers.first_shadow[x, y], self.answers.first_hit[x, y], mode)
-                rng = self.renderer.sampler.start(seed, x, y, i)
-                ray, hit = eye_rays.hit_of(x, y, rng)
-                value = self.renderer.radiance(scene, integrator, ray, hit, rng)
-                if fills_film != 0:
-                    self.renderer.record(x, y, value, i)
-                else:
-                    self.answers.keep(value)
-                self.answers.end(x, y)
+    @ti.func
+    def end(self, x, y, value, index):
+        """End the sample of a pixel."""
+        if self.answers.switches[1] != 0:
+            self.renderer.record(x, y, value, index)
+        else:
+            self.pixels.keep(value)
+        self.answers.end(x, y)
 
     def run(self, columns: tuple[int, int], mode: int, fills_film: bool = True) -> float:
         """Seconds of the next sample of all pixels in a range of columns: of the processor, in all threads.
@@ -211,12 +192,14 @@ class Anatomy:
         Other programs make the clock go on, but not the seconds of the processor. On a GPU, it is the clock.
         """
         r = self.renderer
-        r.eye_rays.bring_up_to_date(r.seed, self.index)
+        if hasattr(r.eye_rays, "bring_up_to_date"):
+            r.eye_rays.bring_up_to_date(r.seed, self.index)
+        self.pixels.choose(columns, self.rows)
+        self.answers.switch(mode, fills_film)
         ti.sync()
         clock = process_time if runtime.ensure().arch == "cpu" else perf_counter
         start = clock()
-        parts = self.scene, r.active, self.eye_rays, r.film.near_misses
-        self._run(*parts, r.seed, self.index, *columns, mode, int(fills_film))
+        r._take_sample(self.parts, r.seed, self.index)
         ti.sync()
         return clock() - start
 

@@ -18,9 +18,9 @@ from taichi_tracer.environment import Environment
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.sampler import IndependentSampler
+from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.studies.accuracy_chart import COLOURS, png_of
+from taichi_tracer.studies.drawing import COLOURS, png_of
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
@@ -96,8 +96,7 @@ class _Directions:
         is_uniform: ti.template(),
         seed: ti.u32,
         first: ti.u32,
-        width: ti.i32,
-        height: ti.i32,
+        size: ti.types.vector(2, ti.i32),
         cells: ti.types.ndarray(ndim=1),
     ):
         for i in cells:
@@ -107,7 +106,7 @@ class _Directions:
                 d = uniform_sphere(tm.vec2(x, y))
             else:
                 d, _ = self.light.sample_direction(tm.vec2(x, y))
-            cells[i] = cell_of(d, width, height)
+            cells[i] = cell_of(d, size[0], size[1])
 
 
 @ti.data_oriented
@@ -125,18 +124,17 @@ class _Choices:
         n: tm.vec3,
         seed: ti.u32,
         first: ti.u32,
-        width: ti.i32,
-        height: ti.i32,
-        lamps: ti.types.ndarray(ndim=1),
-        cells: ti.types.ndarray(ndim=1),
+        size: ti.types.vector(2, ti.i32),
+        found: ti.types.ndarray(ndim=2),
         light: ti.types.ndarray(ndim=1),
     ):
-        for i in lamps:
+        """Columns of ``found``: the lamp, and the cell."""
+        for i in light:
             index = first + ti.cast(i, ti.u32)
             a, b = self.numbers.point(seed, ti.u32(0), index, ti.u32(0))
-            lamps[i], _, _ = self.lamps.choice.choose(x, n, a)
+            found[i, 0], _, _ = self.lamps.choice.choose(x, n, a)
             w_i, _, radiance, pdf = self.lamps.sample_from(x, n, tm.vec2(a, b))
-            cells[i] = cell_of(w_i, width, height)
+            found[i, 1] = cell_of(w_i, size[0], size[1])
             light[i] = radiance.dot(tm.vec3(1.0 / 3)) * ti.max(0.0, tm.dot(n, w_i)) / pdf
 
 
@@ -155,20 +153,19 @@ def environment_counts(
     """
     runtime.ensure()
     check_count(count)
-    width, height = size
     directions, found = _Directions(environment), []
     for name in (UNIFORM, IMPORTANCE):
-        totals, seconds = np.zeros(width * height, np.int64), 0.0
-        directions.take(name == UNIFORM, seed, 0, width, height, np.empty(1, np.int32))  # compiles it
+        totals, seconds = np.zeros(size[0] * size[1], np.int64), 0.0
+        directions.take(name == UNIFORM, seed, 0, size, np.empty(1, np.int32))  # compiles it
         for first in range(0, count, CHUNK):
             cells = np.empty(min(CHUNK, count - first), np.int32)
             start = time.perf_counter()
-            directions.take(name == UNIFORM, seed, first, width, height, cells)
+            directions.take(name == UNIFORM, seed, first, size, cells)
             ti.sync()
             seconds += time.perf_counter() - start
             totals += np.bincount(cells, minlength=len(totals))
             tell(len(cells))
-        found.append(Counts(name, totals.reshape(height, width), seconds))
+        found.append(Counts(name, totals.reshape(size[::-1]), seconds))
     return found
 
 
@@ -193,29 +190,27 @@ def lamp_counts(
     check_count(count)
     if scene.lamps.count == 0:
         raise InputError(f"{scene.source}: no surface emits light: give a scene in which a material has Ke > 0")
-    width, height = size
     x, n, dtype = tm.vec3(*map(float, point)), tm.vec3(*map(float, normal)), runtime.dtype()
     found = []
     for choice in PARTS.all("lamp choice"):
         lamps = Lamps(scene.geometry, scene.material_library, copy.copy(choice), scene.lamps.two_sided)
         choices, seconds, sums = _Choices(lamps), 0.0, np.zeros(2)
-        chosen_by, in_cell = np.zeros(lamps.count, np.int64), np.zeros(width * height, np.int64)
-        one = np.empty(1, np.int32)
-        choices.take(x, n, seed, 0, width, height, one, one.copy(), np.empty(1, dtype))  # compiles it
+        chosen_by, in_cell = np.zeros(lamps.count, np.int64), np.zeros(size[0] * size[1], np.int64)
+        choices.take(x, n, seed, 0, size, np.empty((1, 2), np.int32), np.empty(1, dtype))  # compiles it
         for first in range(0, count, CHUNK):
-            ids, cells = (np.empty(min(CHUNK, count - first), np.int32) for _ in range(2))
-            light = np.empty(len(ids), dtype)
+            light = np.empty(min(CHUNK, count - first), dtype)
+            sampled = np.empty((len(light), 2), np.int32)
             start = time.perf_counter()
-            choices.take(x, n, seed, first, width, height, ids, cells, light)
+            choices.take(x, n, seed, first, size, sampled, light)
             ti.sync()
             seconds += time.perf_counter() - start
-            chosen_by += np.bincount(ids, minlength=lamps.count)
-            in_cell += np.bincount(cells, minlength=len(in_cell))
+            chosen_by += np.bincount(sampled[:, 0], minlength=lamps.count)
+            in_cell += np.bincount(sampled[:, 1], minlength=len(in_cell))
             sums += light.sum(dtype=np.float64), np.square(light, dtype=np.float64).sum()
-            tell(len(ids))
+            tell(len(light))
         mean, square = sums / count
         deviation = float(np.sqrt(max(0.0, square - mean**2)) / mean) if mean > 0 else float("nan")
-        found.append(Counts(choice.name, in_cell.reshape(height, width), seconds, chosen_by, deviation))
+        found.append(Counts(choice.name, in_cell.reshape(size[::-1]), seconds, chosen_by, deviation))
     return found
 
 

@@ -1,25 +1,19 @@
-"""The ways to render one picture that a study of accuracy compares, and the scenes they need."""
+"""The ways to render one picture that a study of accuracy compares."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 
-from taichi_tracer.environment import LOOKUPS, Environment, load_environment
+from taichi_tracer.assignments import A2Renderer, A4Renderer
+from taichi_tracer.environment import LOOKUPS
 from taichi_tracer.integrators import path_settings
-from taichi_tracer.renderer import A2Renderer, A4Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
-from taichi_tracer.scene_data import SceneData, again
-from taichi_tracer.scene_data_loader import load_scene_data
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import assigned
 
-LIGHT = "studio"  # what lights a scene that has no light of its own
-NO_LIGHT = "none"  # the name for no environment, as on the command line
 NO_ROULETTE, COURSE, BY_THROUGHPUT = "none", *path_settings.ROULETTES
 MAX_BOUNCES, RR_START = 5, 3  # the defaults of ``PathSettings``
-MOST_FOR_PLAIN = 100_000  # primitives: the plain hierarchy is built in Python, which takes about 20 s for so many
 REFERENCE_LAMPS = "hierarchy"  # of the reference, where choices of lamps are compared: it has the least noise
 
 
@@ -89,6 +83,11 @@ class Variant:
         return self.lookup, self.triangle_test, self.intersector, self.plain, self.lamp_choice
 
     @property
+    def film(self) -> tuple:
+        """What variants have in common that share a renderer, and with it one film."""
+        return self.precision, self.fast_math, *self.scene, self.sampler, self.adaptive, self.scale
+
+    @property
     def is_path(self) -> bool:
         """Whether light bounces."""
         return is_path(self.estimator)
@@ -105,18 +104,18 @@ class Variant:
 
 FORMS = ("fast", "plain")
 DIRECT, PATHS = ("uniform", "brdf", "environment", "mis"), ("implicit", "explicit", "path")
-# What a study compares if nothing is named.
+# What a study compares if nothing is named: the parameters of ``plan``.
 USUAL: dict[str, tuple] = {
     "estimators": DIRECT,
     "samplers": (DEFAULT_SAMPLER, "niederreiter_one", "independent"),
     "precisions": ("f32", "f64"),
     "triangle_tests": ("watertight", "moller_trumbore"),
-    "fast_math": (False, True),
     "lookups": ("nearest", "bilinear"),
+    "fast_math": (False, True),
     "adaptive": (False, True),
     "scales": (1.0, 0.5),
     "intersectors": (None,),
-    "forms": ("fast", "plain"),
+    "forms": FORMS,
     "lamp_choices": (None,),
     "max_bounces": (MAX_BOUNCES,),
     "roulettes": (NO_ROULETTE,),
@@ -124,6 +123,7 @@ USUAL: dict[str, tuple] = {
 NAMED = ("estimators", "samplers", "precisions", "triangle_tests", "lookups", "intersectors", "forms", "lamp_choices")
 OF_PATHS = ("max_bounces", "roulettes")  # what only paths have
 QUESTIONS = ("lamp_choices", *OF_PATHS)  # whoever asks one of these wants its answer alone
+OF_QUESTIONS = "lamp_choice", "max_bounces", "roulette"  # their attributes of ``Variant``
 
 
 def known(knob: str) -> tuple[str, ...]:
@@ -133,100 +133,84 @@ def known(knob: str) -> tuple[str, ...]:
     if knob in kinds:
         return tuple(PARTS.names(kinds[knob]))
     if knob == "estimators":
-        return tuple(light_renderer().names() + A4Renderer.names())
+        return tuple(PARTS.last_of("renderer", A2Renderer).names() + A4Renderer.names())
     if knob == "roulettes":
         return NO_ROULETTE, BY_THROUGHPUT
     return {"precisions": runtime.PRECISIONS, "lookups": LOOKUPS, "forms": FORMS}[knob]
 
 
-def plan(
-    estimators: Sequence[str] | None = None,
-    samplers: Sequence[str] | None = None,
-    precisions: Sequence[str] | None = None,
-    triangle_tests: Sequence[str] | None = None,
-    fast_math: Sequence[bool] | None = None,
-    lookups: Sequence[str] | None = None,
-    adaptive: Sequence[bool] | None = None,
-    scales: Sequence[float] | None = None,
-    intersectors: Sequence[str] | None = None,
-    forms: Sequence[str] | None = None,
-    lamp_choices: Sequence[str] | None = None,
-    max_bounces: Sequence[int] | None = None,
-    roulettes: Sequence[str | float] | None = None,
-    rr_start_bounce: int = RR_START,
-    every: bool = False,
-) -> list[Variant]:
+def attribute_of(knob: str) -> str:
+    """The attribute of ``Variant`` that a parameter of ``plan`` sets."""
+    return {"forms": "plain", "max_bounces": "max_bounces"}.get(knob) or knob.removesuffix("s")
+
+
+def plan(rr_start_bounce: int = RR_START, every: bool = False, **knobs: Sequence | None) -> list[Variant]:
     """Every estimator with every sampler, and each other knob turned alone, from the last estimator and first sampler.
 
     These two are those of the first variant.
 
-    What is None is ``USUAL``. If one of ``QUESTIONS`` has several values, everything that is None keeps one value
-    instead, so that the budget is spent on this question. If one of ``OF_PATHS`` is given, estimators of paths are
-    compared.
-
     Args:
-        max_bounces: the largest of them is that of all variants that turn another knob, and of the reference.
-        roulettes: "none", "throughput", or numbers q between 0 and 1.
         every: every combination of all knobs instead.
+        knobs: the values of each of ``USUAL``; what is not given, or None, is chosen by ``usual``. Roulettes are
+            "none", "throughput", or numbers q between 0 and 1. The largest of ``max_bounces`` is that of all variants
+            that turn another knob, and of the reference.
 
     Raises:
         InputError: an unknown name, a number that is out of its range, or estimators that cannot be compared.
     """
-    asked = {name: tuple(values) for name, values in locals().items() if name in USUAL and values is not None}
+    asked = {name: tuple(values) for name, values in knobs.items() if values is not None}
     chosen = usual(asked) | asked
     check(chosen, rr_start_bounce, [name for name in OF_PATHS if name in asked])
-    values = {
-        "estimator": chosen["estimators"],
-        "sampler": chosen["samplers"],
-        "precision": chosen["precisions"],
-        "triangle_test": chosen["triangle_tests"],
-        "lookup": chosen["lookups"],
-        "fast_math": chosen["fast_math"],
-        "adaptive": chosen["adaptive"],
-        "scale": chosen["scales"],
-        "intersector": chosen["intersectors"],
-        "plain": tuple(form == "plain" for form in chosen["forms"]),
-        "lamp_choice": chosen["lamp_choices"],
-        "max_bounces": tuple(sorted(set(chosen["max_bounces"]), reverse=True)),
-        "roulette": chosen["roulettes"],
-    }
-    first = {knob: settings[0] for knob, settings in values.items()} | {"rr_start_bounce": rr_start_bounce}
-    last = values["estimator"][-1]
-    estimators = [last, *(e for e in values["estimator"] if e != last)]
-    both = [(e, s) for e in estimators for s in values["sampler"]]
-    variants = [Variant(**first | {"estimator": e, "sampler": s}) for e, s in both]
-    others = [knob for knob in values if knob not in ("estimator", "sampler")]
+    chosen["forms"] = tuple(form == "plain" for form in chosen["forms"])
+    chosen["max_bounces"] = tuple(sorted(set(chosen["max_bounces"]), reverse=True))
+    *others, last = chosen["estimators"]
+    chosen["estimators"] = (last, *(name for name in others if name != last))
     if every and "forms" not in asked:  # they change no picture, and would double everything
-        values["plain"] = values["plain"][:1]
-    for knob in others:
+        chosen["forms"] = chosen["forms"][:1]
+    values = {attribute_of(knob): settings for knob, settings in chosen.items()}
+    first = Variant(**{name: settings[0] for name, settings in values.items()}, rr_start_bounce=rr_start_bounce)
+    estimators, samplers = values.pop("estimator"), values.pop("sampler")
+    variants = [replace(first, estimator=e, sampler=s) for e in estimators for s in samplers]
+    for name, settings in values.items():
         from_these = list(variants) if every else variants[:1]
-        variants += [replace(v, **{knob: value}) for v in from_these for value in values[knob][1:]]
+        variants += [replace(variant, **{name: value}) for variant in from_these for value in settings[1:]]
     return variants
 
 
-def of_questions() -> tuple[str, ...]:
-    """The attributes of ``Variant`` that belong to ``QUESTIONS``."""
-    return "lamp_choice", "max_bounces", "roulette"
+def usual(asked: dict[str, tuple]) -> dict[str, tuple]:
+    """The parameters of ``plan`` if nothing is named but ``asked``.
 
-
-def comparable(
-    variants: list[Variant], lamps: int, has_environment: bool, source: str
-) -> tuple[list[Variant], list[str]]:
-    """The variants that differ in a scene, and notes on those that do not.
-
-    Args:
-        lamps: how many the scene has. source: its name, for an error.
-
-    Raises:
-        InputError: choices of lamps are compared, and the scene has no lamps.
+    If one of ``QUESTIONS`` has several values, every other parameter keeps one value, so that the budget is spent on
+    this question. If one of ``OF_PATHS`` is given, estimators of paths are compared.
     """
-    if len({v.lamp_choice for v in variants}) > 1 and lamps == 0:
-        raise InputError(f"accuracy: {source} has no surface with Ke > 0, so that no lamp is chosen")
-    notes = []
-    if not has_environment and len({v.lookup for v in variants}) > 1:
-        variants = [v for v in variants if v.lookup == variants[0].lookup]
-        notes.append("The scene has no environment, so that its look-up was not compared.")
-    return variants, notes
+    asks_one = any(len(asked.get(name, ())) > 1 for name in QUESTIONS)
+    estimators = PATHS if any(name in asked for name in OF_PATHS) else DIRECT
+    if asks_one:
+        return {name: values[:1] for name, values in USUAL.items()} | {"estimators": estimators[-1:]}
+    return USUAL | {"estimators": estimators}
+
+
+def process_of(variant: Variant, base: Variant) -> tuple:
+    """What the variants of one process have in common: how Taichi runs, the forms, and whether they share a film."""
+    return variant.precision, variant.fast_math, variant.plain, variant.film == base.film
+
+
+def is_of_the_chart(variant: Variant, base: Variant) -> bool:
+    """Whether a variant differs from another one only in what the chart of curves compares."""
+    return set(variant.differences(base)) <= {"estimator", "sampler", *OF_QUESTIONS}
+
+
+def by_priority(variants: Sequence[Variant]) -> list[Variant]:
+    """The variants, the ones that a short study keeps first: the base, estimators, then knobs, then all samplers."""
+    base = variants[0]
+
+    def rank(variant: Variant) -> tuple[int, int]:
+        changed = set(variant.differences(base))
+        kinds = [set(), {"estimator"}, {"sampler"}, {"estimator", "sampler"}]
+        group = (0, 1, 2, 4)[kinds.index(changed)] if changed in kinds else 3
+        return 5 if variant.plain else group, variants.index(variant)
+
+    return sorted(variants, key=rank)
 
 
 def reference_variant(variant: Variant, variants: list[Variant]) -> Variant:
@@ -239,16 +223,6 @@ def reference_variant(variant: Variant, variants: list[Variant]) -> Variant:
     )
     of_scene = ("precision", "fast_math", "lookup", "triangle_test", "intersector", "plain")
     return replace(own, **{knob: getattr(variant, knob) for knob in of_scene})
-
-
-def usual(asked: dict[str, tuple]) -> dict[str, tuple]:
-    """The parameters of ``plan`` if nothing is named but ``asked``."""
-    asks_one = any(len(asked.get(name, ())) > 1 for name in QUESTIONS)
-    is_of_paths = any(name in asked for name in OF_PATHS)
-    if asks_one:
-        one = {name: values[:1] for name, values in USUAL.items()}
-        return one | {"estimators": PATHS[-1:] if is_of_paths else DIRECT[-1:]}
-    return USUAL | {"estimators": PATHS if is_of_paths else DIRECT}
 
 
 def check(chosen: dict[str, tuple], rr_start_bounce: int, of_paths: list[str]) -> None:
@@ -282,18 +256,6 @@ def check(chosen: dict[str, tuple], rr_start_bounce: int, of_paths: list[str]) -
         path_settings.check(bounces, rr_start_bounce, 0.0, COURSE, None)
 
 
-def lives_here_alone(parts: Sequence[str] = ()) -> bool:
-    """Whether this process has parts of its user that another process would not find.
-
-    Args:
-        parts: files that another process would load.
-    """
-    files = {str(Path(path).expanduser().resolve()) for path in parts}
-    known = [part for path in files for part in PARTS.registered_by(path)]
-    own = [part for part in PARTS.everything() if not PARTS.comes_with_package(part)]
-    return any(not any(part is other for other in known) for part in own) or (bool(assigned()) and not files)
-
-
 def is_path(estimator: str) -> bool:
     """Whether light bounces with an estimator."""
     return estimator in A4Renderer.names()
@@ -301,102 +263,4 @@ def is_path(estimator: str) -> bool:
 
 def renderer_of(estimator: str) -> type[ProgressiveRenderer]:
     """The renderer that offers an estimator, of direct light or of paths."""
-    return A4Renderer if is_path(estimator) else light_renderer()
-
-
-def light_renderer() -> type[A2Renderer]:
-    """The renderer that offers estimators; of several, the one that was registered last."""
-    return [c for c in PARTS.all("renderer") if issubclass(c, A2Renderer)][-1]
-
-
-class Source:
-    """Where a study's scenes come from: a name or a path, read again for every setting, or a scene that is there.
-
-    Args:
-        scene: a name, a path, or a ``SceneData``; that one cannot be compared in another precision or with fast math,
-            since both would start Taichi anew and end it.
-        environment: what lights it, or "none"; None takes the scene's own light, or ``LIGHT`` if it has none.
-        brdfs, lights, two_sided_lamps: as for ``SceneData``, of a scene that is given by name.
-        view_of: the parameters of the camera, from those of the scene; None leaves them.
-        up_axis: as for ``SceneData``, of a scene that is given by name.
-        here: whether the scene is rendered in the process of the caller, whose Taichi stays as it is; a scene that is
-            there always is.
-        options: of the environment: intensity, rotation.
-    """
-
-    def __init__(
-        self,
-        scene,
-        environment=None,
-        brdfs=(),
-        lights=(),
-        view_of: Callable[[dict], dict] | None = None,
-        up_axis: str = "y",
-        two_sided_lamps: bool = False,
-        here: bool = False,
-        **options,
-    ) -> None:
-        self.here = here or isinstance(scene, SceneData)
-        if isinstance(environment, Environment) and not self.here:  # its fields stay in the process of the caller
-            own = {name: getattr(environment, name) for name in ("intensity", "rotation", "name")}
-            environment, options = environment.pixels, own | options
-        self.scene, self.environment, self.options, self.view_of = scene, environment, options, view_of
-        self.of_scene = {"brdfs": brdfs, "lights": lights, "up_axis": up_axis, "two_sided_lamps": two_sided_lamps}
-
-    @property
-    def is_loaded(self) -> bool:
-        """Whether the scene is the caller's."""
-        return isinstance(self.scene, SceneData)
-
-    def title(self, scene: SceneData) -> str:
-        """What is rendered, for titles: the scene and its light."""
-        name = Path(scene.source).stem if self.is_loaded else Path(str(self.scene)).stem
-        lamps = "lit by its lamps" if scene.lamps.count > 0 else ""
-        sky = "" if scene.environment is None else f"under {scene.environment.name}"
-        return ", ".join(part for part in (f"{name} {sky}".strip(), lamps) if part)
-
-    def check(self, variants: list[Variant]) -> None:
-        """Raise InputError where a variant needs Taichi to be started anew, and with it the caller's scene to end."""
-        settings = runtime.ensure() if self.here else None
-        for variant in variants if self.here else ():
-            if (settings.precision, settings.fast_math) != (variant.precision, variant.fast_math):
-                what = "a loaded scene" if self.is_loaded else "a scene with parts that only this process has"
-                advice = "give its name or path instead" if self.is_loaded else "give these parts by --parts"
-                raise InputError(f"accuracy: precision and fast math of {what} cannot change: {advice}")
-
-    def start(self, variant: Variant, arch: str = "auto", threads: int | None = None) -> None:
-        """Bring Taichi into the precision of a variant."""
-        if not self.here:
-            runtime.init(arch, variant.precision, variant.fast_math, force=True, threads=threads)
-
-    def load(self, variant: Variant) -> SceneData:
-        """The scene as a variant wants it, in the running precision.
-
-        Raises:
-            InputError: it has no light.
-        """
-        options = {"triangle_test": variant.triangle_test}
-        options |= {k: getattr(variant, k) for k in ("intersector", "lamp_choice") if getattr(variant, k) is not None}
-        if self.is_loaded:
-            scene = again(self.scene, **options, fast=self.scene.fast and not variant.plain)
-        else:
-            scene = load_scene_data(self.scene, **options, **self.of_scene, fast=not variant.plain)
-        light = scene.environment if self.environment is None else self.environment
-        if light is None and scene.effects.is_dark:
-            light = LIGHT
-        scene.set_environment(self.load_environment(light, variant))
-        if scene.effects.is_dark:
-            raise InputError(f"accuracy: {scene.source} has no light: give an environment, such as {LIGHT}")
-        if self.view_of is not None:
-            scene.view = self.view_of(scene.view)
-        return scene
-
-    def load_environment(self, environment, variant: Variant) -> Environment | None:
-        """A light from far away, with the look-up that a variant wants; None for none."""
-        options = dict(self.options)
-        if environment is None or (isinstance(environment, str) and environment == NO_LIGHT):
-            return None
-        if isinstance(environment, Environment):
-            own = {name: getattr(environment, name) for name in ("intensity", "rotation", "name")}
-            environment, options = environment.pixels, own | options
-        return load_environment(environment, lookup=variant.lookup, **options)
+    return A4Renderer if is_path(estimator) else PARTS.last_of("renderer", A2Renderer)

@@ -2,10 +2,9 @@
 
 On a CPU, numpy writes the fields (``direct``). For this, a kernel must tell where they are, and each such kernel takes
 0.03 s to translate. Therefore small arrays wait until a kernel or Python could read a field: then one kernel tells the
-places of all fields for which something waits.
+places of all fields for which something waits. ``taichi_17`` sees to it that Taichi calls ``write_what_waits`` then.
 """
 
-import functools
 import weakref
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +13,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 from numpy.typing import ArrayLike
-from taichi._lib import core
 from taichi.lang import impl
-from taichi.lang.field import Field
 from taichi.lang.util import to_numpy_type
 
 from taichi_tracer.system import direct
@@ -120,12 +117,12 @@ class Memory:
 
         It must not be used any more when the memory was freed.
         """
-        return direct.array_at(self._root_of(field), field)
+        return direct.places.array_at(self._root_of(field), field)
 
     def _root_of(self, field: Any) -> int:
         self.check("field")
         if self._root is None:
-            _write_what_waits((self, field))
+            write_what_waits((self, field))
         assert self._root is not None
         return self._root
 
@@ -150,16 +147,15 @@ class Memory:
     def clear(self, field: Any) -> None:
         """Set a field to 0, and all fields that were placed together with it; only where ``direct.is_possible``."""
         if self._root is not None:
-            direct.clear(self._root_of(field), field)
+            direct.places.clear(self._root_of(field), field)
         else:
             self._let_wait(Waiting(self, field))
 
     def _let_wait(self, waiting: "Waiting") -> None:
         self.check("field")
-        _let_readers_tell()
         _waiting.append(waiting)
         if len(_waiting) > MOST_WRITES:
-            _write_what_waits()
+            write_what_waits()
 
     def read(self, field: Any) -> np.ndarray:
         """``field.to_numpy()`` of one of these fields."""
@@ -221,13 +217,17 @@ _waiting: list[Waiting] = []
 _is_asking = False  # whether the kernel runs that tells places
 
 
-def _write_what_waits(*also: tuple[Memory, Any]) -> None:
-    """Find the places of all fields for which something waits, and of some more, and write.
+def write_what_waits(*also: tuple[Memory, Any]) -> None:
+    """Write what waits: find the places of all fields for which something waits, and of some more, and write there.
+
+    Nothing happens if nothing waits, or if this was called by the kernel that tells places.
 
     Args:
         also: owners of memory whose place is to be found, each with one of its fields.
     """
     global _is_asking
+    if _is_asking or not (_waiting or also):
+        return
     now, owners = list(_waiting), {id(one): (one, field) for one, field in also}
     for waiting in now:
         if not waiting.owner.is_over():
@@ -236,7 +236,7 @@ def _write_what_waits(*also: tuple[Memory, Any]) -> None:
     if unknown:
         _is_asking = True
         try:
-            roots = direct.root_addresses([field for _, field in unknown])
+            roots = direct.places.root_addresses([field for _, field in unknown])
         finally:
             _is_asking = False
         for (one, _), root in zip(unknown, roots, strict=True):
@@ -244,27 +244,6 @@ def _write_what_waits(*also: tuple[Memory, Any]) -> None:
     del _waiting[: len(now)]  # not earlier: if the kernel is interrupted, they wait on
     for waiting in now:
         waiting.write()
-
-
-@functools.lru_cache(maxsize=1)
-def _let_readers_tell() -> None:
-    """Let what waits be written before a kernel runs, and before Python looks at a cell of a field, from now on."""
-    run, look = core.Program.compile_kernel, Field._initialize_host_accessors
-
-    @functools.wraps(run)
-    def compile_kernel(*words: Any) -> Any:
-        if _waiting and not _is_asking:
-            _write_what_waits()
-        return run(*words)
-
-    @functools.wraps(look)
-    def initialize_host_accessors(self: Any) -> None:
-        if _waiting:
-            _write_what_waits()
-        look(self)
-
-    core.Program.compile_kernel = compile_kernel
-    Field._initialize_host_accessors = initialize_host_accessors
 
 
 _orphans: list[tuple[Lifetime, Any, int]] = []

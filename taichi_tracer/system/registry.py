@@ -12,7 +12,6 @@ Each kind of part has a home: the modules that define the parts of this kind in 
 part of the kind is looked up for the first time.
 """
 
-import importlib
 import os
 import pkgutil
 import runpy
@@ -22,19 +21,21 @@ from pathlib import Path
 from typing import TypeVar
 
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.seams import assigned
+from taichi_tracer.system.wings import is_there
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
 HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
-    "camera": (("camera",), False),
+    "camera": (("camera", "cameras"), False),
     "triangle test": (("formulas.triangles",), True),
     "intersector": (("intersectors", "ray_intersector"), False),
-    "sampler": (("sampler",), True),
+    "sampler": (("samplers",), True),
     "BRDF": (("brdfs",), True),
     "light": (("lights",), True),
     "lamp choice": (("lights",), True),
     "integrator": (("integrators",), True),
-    "renderer": (("renderer", "maps", "rt3.renderer"), False),
+    "renderer": (("assignments", "maps", "rt3.renderer"), False),
     "tone curve": (("tones",), True),
 }
 
@@ -102,6 +103,10 @@ class Registry:
         self._load(kind)
         return list(self._parts[kind].values())
 
+    def last_of(self, kind: str, base: type):
+        """The class that was registered last, of those of a kind that derive from another class."""
+        return [part for part in self.all(kind) if issubclass(part, base)][-1]
+
     def everything(self) -> list:
         """All parts of all kinds that are registered at present."""
         return [part for parts in self._parts.values() for part in parts.values()]
@@ -133,10 +138,10 @@ class Registry:
             return
         self._loaded.add(kind)
         modules = []
-        for name in HOMES[kind][0]:
-            module = importlib.import_module(f"taichi_tracer.{name}")
+        for name in filter(is_there, HOMES[kind][0]):
+            module = import_quickly(f"taichi_tracer.{name}")
             found = sorted(m.name for m in pkgutil.iter_modules(getattr(module, "__path__", [])))
-            modules += [module, *(importlib.import_module(f"taichi_tracer.{name}.{part}") for part in found)]
+            modules += [module, *(import_quickly(f"taichi_tracer.{name}.{part}") for part in found)]
         place = {str(Path(str(module.__file__)).resolve()): i for i, module in enumerate(modules)}
         by_file = sorted(self._parts[kind], key=lambda name: place.get(self._files[kind, name], len(place)))
         self._parts[kind] = {name: self._parts[kind][name] for name in by_file}

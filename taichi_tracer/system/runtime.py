@@ -8,6 +8,8 @@ import atexit
 import contextlib
 import ctypes
 import ctypes.util
+import functools
+import importlib
 import io
 import os
 import struct
@@ -19,11 +21,8 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import compiling, from_python, front_end, objects, powers, vector_sums
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
-
-objects.read_attributes_directly()  # here, because nearly every module imports this one first
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
@@ -102,11 +101,7 @@ def init(
 
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
-    powers.write_as_products()
-    vector_sums.write_directly()
-    from_python.explain()
-    front_end.keep_what_is_read()
-    compiling.watch()
+    patches()
     wanted = wanted_folder()
     cache, note = cache_folder(wanted)
     elsewhere = {"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}
@@ -132,6 +127,22 @@ def init(
     return running_settings()
 
 
+@functools.lru_cache(maxsize=1)
+def patches() -> dict[str, str]:
+    """Let ``taichi_17`` replace names of Taichi, once; without this folder, nothing is replaced.
+
+    Returns:
+        name of each patch → why it is not in use; "" for those that are. None of them without the folder.
+    """
+    folder = f"{__package__}.taichi_17"
+    try:
+        return importlib.import_module(f"{folder}.patches").apply()
+    except ModuleNotFoundError as error:
+        if error.name is None or not folder.startswith(error.name):
+            raise
+        return {}
+
+
 def workers(threads: int | None) -> int:
     """The number of threads that Taichi starts for a number of CPUs; None means all CPUs that this process may use."""
     has_affinity = hasattr(os, "sched_getaffinity")  # not on macOS and Windows
@@ -145,7 +156,7 @@ _fell_back_from: str | None = None  # the requested arch, if the running Taichi 
 def ensure() -> Settings:
     """The settings of the running Taichi. If it does not run yet, it is started with the defaults."""
     check_not_forked()
-    from_python.explain()  # here too, because other code may have started Taichi
+    patches()  # here too, because other code may have started Taichi
     running = current()
     return init() if running is None else running
 

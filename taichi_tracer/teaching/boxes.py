@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from taichi_tracer.studies import page
+from taichi_tracer.files import page
 from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Verdict
 
 SHOWN = 200  # pixels: the width of a picture

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
-from taichi_tracer.studies import page
 from taichi_tracer.teaching import boxes
 from taichi_tracer.teaching.base import RIGHT, STATUSES, Assignment, Verdict
 from taichi_tracer.teaching.grade import Settings, pictures_of

@@ -11,7 +11,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang.util import to_numpy_type
 
-from taichi_tracer.system.registry import PARTS
+from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.teaching.base import Arrays
 
 WHOLE = 0  # stands in place of a width: the answer is one whole number
@@ -101,8 +101,7 @@ class _Calls:
         self, function: Callable, given: Sequence[np.ndarray], answers: Mapping[str, int], seed_type: Any = None
     ) -> None:
         self.function, self.given, self.names = function, given, tuple(answers)
-        self.random = PARTS.find("sampler", "independent")
-        self.is_random, self.seed_type = seed_type is not None, seed_type
+        self.random, self.is_random, self.seed_type = IndependentSampler(), seed_type is not None, seed_type
         kinds = [(array.shape[1] if array.ndim > 1 else 0, array.dtype.kind in "iub") for array in given]
         self.arguments = columns_of(kinds)
         self.answers = columns_of((width if width > 1 else 0, width == WHOLE) for width in answers.values())

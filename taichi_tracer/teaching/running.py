@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.sampler import RandomNumbers
+from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.teaching import sealed

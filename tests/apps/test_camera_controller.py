@@ -17,7 +17,7 @@ from taichi_tracer.apps.camera_controller import (
     step,
     turn,
 )
-from taichi_tracer.camera import OrthographicCamera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 
 COURSE = {"eye": (0.0, 1.0, 3.0), "at": (0.0, 1.0, 0.0), "up": (0.0, 1.0, 0.0)}
 

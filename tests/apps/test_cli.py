@@ -15,13 +15,15 @@ import pytest
 from PIL import Image
 
 import taichi_tracer as tt
-from taichi_tracer.apps import cli, names, rescue
-from taichi_tracer.apps.cli import as_value, main, make_parser
+from taichi_tracer.apps import grammar, names, rescue
+from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.requests import SceneRequest, scene_and_pictures_of
+from taichi_tracer.apps.words import as_value
+from taichi_tracer.assignments import A1Renderer
 from taichi_tracer.files import images
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.picture import progress
-from taichi_tracer.renderer import A1Renderer, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.studies import effects as effects_study
 from taichi_tracer.system import stopwatch
 from taichi_tracer.system.registry import PARTS
@@ -488,7 +490,7 @@ def test_a_message_of_several_lines_becomes_one(monkeypatch, capsys):
     def fails(args):
         raise tt.InputError("first\n  second")
 
-    monkeypatch.setattr(cli, "load", lambda target: fails)
+    monkeypatch.setattr(grammar, "load", lambda target: fails)
     assert main(["info", "cube"]) == 2
     assert capsys.readouterr().err == "taichi-tracer: error: first second\n"
 

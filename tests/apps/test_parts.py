@@ -9,8 +9,9 @@ from PIL import Image
 
 import taichi_tracer as tt
 from taichi_tracer.apps import viewer
-from taichi_tracer.apps.cli import as_value, main, make_parser
+from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.display import Verdict
+from taichi_tracer.apps.words import as_value
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import renderer_cases
 from taichi_tracer.studies.hard.modes import OWN_TEST
@@ -302,7 +303,7 @@ def test_the_viewer_has_a_button_for_each_and_repeats_the_file(parts, monkeypatc
     def run(self):
         panel = FakePanel()
         self.warm_up()
-        self.draw_panels(panel)
+        self.panels.draw(panel)
         self.save_picture()
         shown.append(panel.buttons)
 

@@ -7,26 +7,16 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.accuracy import study_of
-from taichi_tracer.apps.cli import as_value, make_parser
-from taichi_tracer.apps.compare import CompareRequest
-from taichi_tracer.apps.effects import effects_of
-from taichi_tracer.apps.export import export_of
-from taichi_tracer.apps.hardcases import HardCasesRequest
-from taichi_tracer.apps.merge import MergeRequest
-from taichi_tracer.apps.render import render_of
+from taichi_tracer.apps.cli import make_parser
+from taichi_tracer.apps.render_request import render_of
 from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.apps.words import taken, values_of
+from taichi_tracer.apps.words import as_value, values_of
 
 COMMANDS = {
     "render": (render_of, ["cube"]),
     "view": (scene_and_pictures_of, ["cube"]),
     "info": (scene_and_pictures_of, ["rt3/two_views"]),
-    "export": (export_of, ["cube", "out.xml"]),
-    "effects": (effects_of, ["cube"]),
     "accuracy": (study_of, ["cube"]),
-    "compare": (lambda args: taken(CompareRequest, args), ["a.png", "b.png"]),
-    "hardcases": (lambda args: taken(HardCasesRequest, args), ["--quick"]),
-    "merge": (lambda args: taken(MergeRequest, args), ["a", "b", "-o", "c"]),
 }
 
 
@@ -35,11 +25,11 @@ def parsed(*words):
 
 
 def requests_in(found):
-    """Every request within one: those of the command line, all of them dataclasses of the programs."""
+    """Every request within one: those of the command line, all of them dataclasses of the programs or of a study."""
     if isinstance(found, tuple):
         for one in found:
             yield from requests_in(one)
-    elif is_dataclass(found) and type(found).__module__.startswith("taichi_tracer.apps"):
+    elif is_dataclass(found) and type(found).__module__.startswith(("taichi_tracer.apps", "taichi_tracer.studies")):
         yield found
         for field in fields(found):
             yield from requests_in(getattr(found, field.name))

@@ -10,8 +10,8 @@ import pytest
 
 from taichi_tracer.apps import server as module
 from taichi_tracer.apps.events import checked
+from taichi_tracer.apps.frames import Frame
 from taichi_tracer.apps.server import Server, open_server
-from taichi_tracer.apps.session import Frame
 from taichi_tracer.system.errors import InputError
 
 

@@ -11,13 +11,14 @@ from desktop import TIME_OUT, Desktop, opened, poll
 from PIL import Image
 
 import taichi_tracer as tt
-from taichi_tracer.apps import camera_controller, viewer
-from taichi_tracer.apps.cli import as_value, make_parser
+from taichi_tracer.apps import camera_controller, panels, viewer
+from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.display import Verdict
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Layout
+from taichi_tracer.apps.words import as_value
+from taichi_tracer.assignments import A1Renderer
 from taichi_tracer.files.images import to_bytes
-from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.display import Display
 
@@ -83,7 +84,7 @@ class FakePanel:
 def pressed(view, label=None, **slides):
     """The panels in which something is pressed or moved; then the window goes on to its next frame."""
     panel = FakePanel(label, **slides)
-    view.draw_panels(panel)
+    view.panels.draw(panel)
     view.take_choice()
     return panel
 
@@ -109,7 +110,7 @@ def test_the_panel_has_the_courses_texts_and_a_button_per_view_and_estimator(ren
 
 def test_a_button_makes_its_view_the_active_one_after_it_said_so(renderer, tmp_path):
     view = viewer.Viewer(renderer.use("normal"), tmp_path)
-    view.draw_panels(FakePanel(pressed="Material ID"))
+    view.panels.draw(FakePanel(pressed="Material ID"))
     assert view.message == [viewer.BUSY]
     view.take_choice()
     assert view.message == []
@@ -206,9 +207,9 @@ def test_the_triangle_test_is_chosen_and_repeated_by_the_command(small_renderer,
 
 
 def test_a_slider_that_is_not_moved_changes_nothing():
-    assert viewer.slide(FakePanel(), "fov", 47.3, 5, 150) == 47.3
-    assert viewer.slide(FakePanel(), "fov", 170.0, 5, 150) == 170.0
-    assert viewer.slide(FakePanel(fov=20.0), "fov", 47.3, 5, 150) == 20.0
+    assert panels.slide(FakePanel(), "fov", 47.3, 5, 150) == 47.3
+    assert panels.slide(FakePanel(), "fov", 170.0, 5, 150) == 170.0
+    assert panels.slide(FakePanel(fov=20.0), "fov", 47.3, 5, 150) == 20.0
 
 
 def test_a_choice_that_fails_is_told(renderer, tmp_path):
@@ -230,7 +231,7 @@ def test_help_comes_and_goes_and_names_every_key(renderer, tmp_path):
     told = " ".join(panel.texts).split()
     assert [key for key in (*camera_controller.KEYS, *"pcrmh") if len(key) == 1 and key not in told] == []
     pressed(view, "Help (h)")
-    assert not view.shows_help
+    assert not view.panels.shows_help
 
 
 def test_panels_hide_by_a_key_and_in_small_windows(renderer, tmp_path):
@@ -243,11 +244,11 @@ def test_panels_hide_by_a_key_and_in_small_windows(renderer, tmp_path):
 
 
 def test_texts_fit_into_the_panel():
-    assert max(len(line) for line in (*viewer.TEXTS, *viewer.wrap("x" * 100))) * 7 + 16 <= PANEL_WIDTH
-    told = [line.format(**viewer.AXES["z"]) for line in viewer.HELP_KEYS]
-    assert max(len(line) for line in told) * 7 + 16 <= viewer.HELP_WIDTH
-    assert len(viewer.HELP_KEYS) * 17 + 36 <= viewer.HELP_HEIGHT
-    assert "".join(viewer.wrap("a long/path")) == "a long/path"
+    assert max(len(line) for line in (*panels.TEXTS, *panels.wrap("x" * 100))) * 7 + 16 <= PANEL_WIDTH
+    told = [line.format(**panels.AXES["z"]) for line in panels.HELP_KEYS]
+    assert max(len(line) for line in told) * 7 + 16 <= panels.HELP_WIDTH
+    assert len(panels.HELP_KEYS) * 17 + 36 <= panels.HELP_HEIGHT
+    assert "".join(panels.wrap("a long/path")) == "a long/path"
 
 
 def test_saving_tells_where_and_how_to_make_it_again(renderer, tmp_path, capsys):

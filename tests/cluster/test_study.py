@@ -14,8 +14,8 @@ from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.cluster import study
 from taichi_tracer.cluster.members import Member
 from taichi_tracer.cluster.worker import GoneError
-from taichi_tracer.studies.crew import WorkerDied
 from taichi_tracer.system.errors import IncompleteError
+from taichi_tracer.system.processes import WorkerDied
 
 ARGS = ["accuracy", "cornell_box", "--report", "/home/me/secret", "--budget", "60", "--cluster", "tcp://host:8786"]
 

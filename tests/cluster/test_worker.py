@@ -8,7 +8,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.cluster import worker
 from taichi_tracer.cluster.worker import GoneError, Seat, leave, seat_name, seats_of, threads_of
-from taichi_tracer.studies.crew import WorkerDied
+from taichi_tracer.system.processes import WorkerDied
 
 
 class Child:

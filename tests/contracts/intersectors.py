@@ -12,7 +12,7 @@ from shapes import lattice, soup, sphere
 from support import DEBUG
 
 import taichi_tracer as tt
-from taichi_tracer.fast.stand_ins import intersector_class
+from taichi_tracer.forms import intersector_of
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.system.registry import PARTS
 
@@ -33,7 +33,7 @@ def every_form():
     """A decorator: runs the test with ``part`` and ``fast`` set to each form of an intersector, but for the truth."""
     forms = []
     for part in PARTS.all("intersector"):
-        has_fast_form = intersector_class(part, True)[1].is_fast
+        has_fast_form = intersector_of(part, True)[1].is_fast
         is_long = part is TRUTH  # whose fast form is the same loop
         forms.append(pytest.param(part, True, id=part.name, marks=pytest.mark.long if is_long else ()))
         if has_fast_form and part is not TRUTH:

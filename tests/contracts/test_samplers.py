@@ -7,7 +7,8 @@ from support import DEBUG, start
 
 from contracts import samplers
 from contracts.registered import broken_parts, check_fails, every
-from taichi_tracer.sampler import IndependentSampler, SobolSampler
+from taichi_tracer.samplers.independent import IndependentSampler
+from taichi_tracer.samplers.sobol import SobolSampler
 
 pytestmark = pytest.mark.skipif(
     DEBUG,

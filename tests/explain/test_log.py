@@ -23,7 +23,7 @@ class Noting:
     def run(self, n: ti.i32):
         ti.loop_config(serialize=True)
         for k in range(n):
-            self.log.switch(k != 1)
+            self.log.is_on[None] = ti.cast(k != 1, ti.i32)
             self.note(k, Ray(origin=tm.vec3(k, 0.1, -0.5), direction=tm.vec3(0, 0, 1)))
 
     @in_kernels

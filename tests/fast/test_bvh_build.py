@@ -91,7 +91,7 @@ def test_with_fast_math_the_tree_is_one(name, rng, monkeypatch):
         start("f32")
 
 
-@pytest.mark.parametrize("count", [2, 36, bvh_build.SMALL])
+@pytest.mark.parametrize("count", [2, 36, bvh_build.TINY, bvh_build.SMALL])
 def test_a_small_tree_is_as_good_as_the_kernels(count, rng, monkeypatch):
     box = random_boxes(rng, count).astype(np.float32)
     small = expected_cost(bvh_build.build(box))

@@ -8,7 +8,7 @@ from shapes import random_rays, soup
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.fast.bvh_levels import BLOCK
+from taichi_tracer.fast.bvh_build import BLOCK
 from taichi_tracer.fast.bvh_wide import ABSENT, LEAF_BITS, leaf_reference
 from taichi_tracer.fast.lanes import first_lane
 from taichi_tracer.fast.leaf_blocks import aim_of, in_blocks, primitives_at_once

@@ -8,12 +8,9 @@ from support import long_except, start
 from taichi_tracer.fast.lanes import LANES
 from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
 from taichi_tracer.picture.adaptive import Shares
-from taichi_tracer.sampler import (
-    IndependentSampler,
-    NiederreiterSampler,
-    OneNiederreiterSampler,
-    SobolSampler,
-)
+from taichi_tracer.samplers.independent import IndependentSampler
+from taichi_tracer.samplers.niederreiter import NiederreiterSampler, OneNiederreiterSampler
+from taichi_tracer.samplers.sobol import SobolSampler
 from taichi_tracer.system.seams import in_kernels
 
 SAMPLERS = [SobolSampler, NiederreiterSampler, OneNiederreiterSampler, IndependentSampler]

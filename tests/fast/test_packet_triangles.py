@@ -8,8 +8,9 @@ from probe import vec3
 from support import long_except
 
 import taichi_tracer as tt
+from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.packet_triangles import PACKET_TESTS, packet_test
-from taichi_tracer.fast.packets import GROUPS, LANES, Packets, lanes
+from taichi_tracer.fast.packets import GROUPS, Packets
 from taichi_tracer.formulas.triangles import moller_trumbore, watertight
 from taichi_tracer.system import runtime
 

@@ -9,7 +9,8 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.fast import packets
-from taichi_tracer.fast.packets import GROUPS, LANES, Packets, lanes
+from taichi_tracer.fast.lanes import LANES, lanes
+from taichi_tracer.fast.packets import GROUPS, Packets
 from taichi_tracer.formulas.boxes import RayBounds, box_interval
 from taichi_tracer.system import runtime
 

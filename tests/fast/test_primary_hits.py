@@ -9,16 +9,17 @@ from shapes import SQUARE, lattice, random_spheres, soup, sphere, with_spheres
 from support import long_except, start
 
 import taichi_tracer as tt
-from taichi_tracer.camera import Camera, OrthographicCamera
+from taichi_tracer.camera import Camera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.fast import primary_hits
 from taichi_tracer.fast.camera_lanes import PerspectiveLanes
 from taichi_tracer.fast.nearest import FastBruteForce
 from taichi_tracer.fast.packet_triangles import PACKET_TESTS
-from taichi_tracer.fast.primary_hits import PrimaryHits, kept_hits_form, why_not_kept
+from taichi_tracer.fast.primary_hits import PrimaryHits, why_not_kept
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray_intersector import BruteForceRayIntersector
-from taichi_tracer.sampler import SobolSampler, sampler_of
+from taichi_tracer.sampler import sampler_of
+from taichi_tracer.samplers.sobol import SobolSampler
 from taichi_tracer.system.registry import PARTS
 
 FIELDS = ("distance", "triangle_id", "u", "v")
@@ -295,37 +296,6 @@ def test_brute_force_and_replaced_cameras_go_ray_by_ray():
 
     mine = sampler_of(MySampler(), Camera(8, 8))
     assert not PrimaryHits(scene, Camera(8, 8), True, mine).can_use_packets
-
-
-@pytest.mark.parametrize(
-    ("options", "why"),
-    [
-        ({}, "camera and intersector belong to the package"),
-        ({"fast": False}, "fast=False"),
-        ({"intersector": BVHRayIntersector()}, "BVHRayIntersector is a plain form"),
-    ],
-)
-def test_the_receipt_says_whether_hits_are_kept_and_why(options, why):
-    scene = tt.scene_from_mesh(*SQUARE, **options)
-    form = kept_hits_form(scene, Camera(8, 8), SobolSampler(), options.get("fast", True))
-    assert (form.what, form.why, form.is_fast) == ("eye rays", why, options == {})
-    assert str(form) in tt.A1Renderer(scene, 8, 8).receipt()
-
-
-def test_hits_of_a_camera_or_a_sampler_of_ones_own_are_not_kept():
-    class MyCamera(Camera):
-        def generate_ray(self, pixel_x, pixel_y):
-            return super().generate_ray(pixel_x, pixel_y)
-
-    class MySampler(SobolSampler):
-        def start(self, seed, x, y, index):
-            return super().start(seed, x, y, index)
-
-    scene = tt.scene_from_mesh(*SQUARE)
-    form = kept_hits_form(scene, MyCamera(8, 8), SobolSampler(), True)
-    assert (form.is_fast, form.why) == (False, "MyCamera replaces generate_ray")
-    form = kept_hits_form(scene, Camera(8, 8), MySampler(), True)
-    assert (form.is_fast, form.why) == (False, "MySampler replaces start")
 
 
 def test_hits_stay_until_the_camera_moves_and_with_jitter_for_one_sample():

@@ -32,7 +32,7 @@ def pictures(scene, estimator, width=SIDE + 8, height=SIDE - 4, spp=3, **options
         renderer = tt.A2Renderer(scene, width, height, **options).use(estimator)
         renderer.use_tiles = use_tiles
         renderer.render(spp)
-        assert (renderer._tiles is not None) == use_tiles
+        assert (renderer.plan.tiles is not None) == use_tiles
         both.append(renderer)
     return both
 
@@ -44,7 +44,7 @@ def assert_same(tiles, pixels):
     assert a.keys() == b.keys()
     for name, array in a.items():
         np.testing.assert_array_equal(array, b[name], err_msg=name)
-    ours, theirs = tiles.film.counted(), pixels.film.counted()
+    ours, theirs = tiles.film.unseen.counted(), pixels.film.unseen.counted()
     assert (ours is None) == (theirs is None)
     for name in ("near", "met", "per_pixel") if ours is not None else ():
         np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
@@ -90,7 +90,7 @@ def test_the_same_picture_of_a_few_spheres_and_triangles():
     few = tt.SceneData(with_spheres([[0, 0, 0, 1.0], [2, 0.5, 1, 0.7]], *SQUARE), environment="sunny")
     for estimator in ("mis", "brdf"):
         tiles, pixels = pictures(few, estimator)
-        assert type(tiles._tiles.shadow_rays) is ShadowLanes
+        assert type(tiles.plan.tiles.shadow_rays) is ShadowLanes
         assert_same(tiles, pixels)
     few.destroy()
 
@@ -161,12 +161,12 @@ def test_the_seconds_of_earlier_pictures_count_for_one_estimator(scene):
     for _ in range(3):
         renderer.begin_anew()
         renderer.render(2)
-    first = renderer._seconds_of_others
+    first = renderer.plan.seconds_of_others
     assert first > 0
     renderer.render(2)  # continues the picture
-    assert renderer._seconds_of_others == first
+    assert renderer.plan.seconds_of_others == first
     renderer.use("mis").render(1)
-    assert renderer._seconds_of_others == 0
+    assert renderer.plan.seconds_of_others == 0
 
 
 def test_only_long_pictures_are_worth_the_compilation():
@@ -184,7 +184,7 @@ def test_only_long_pictures_are_worth_the_compilation():
 
 
 @pytest.mark.parametrize(
-    ("home", "name"), [(MultipleImportanceSampling, "sample_brdf"), (EnvironmentLight, "sample_direction")]
+    ("home", "name"), [(MultipleImportanceSampling, "reflected"), (EnvironmentLight, "sample_direction")]
 )
 def test_a_replaced_step_of_mis_runs(scene, monkeypatch, home, name):
     """What tiles do in another way is asked of the method again if somebody assigns one."""

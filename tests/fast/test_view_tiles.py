@@ -53,13 +53,13 @@ def test_tiles_have_the_same_bits(scene, view, options):
     tiles, renderer = pictures(scene, view, True, **options)
     assert not can_show(plain)
     assert can_show(renderer)
-    assert renderer._view_tiles is not None
+    assert renderer.plan.view_tiles is not None
     np.testing.assert_array_equal(tiles, pixels)
 
 
 def test_random_samples_are_taken_pixel_by_pixel(scene):
     renderer = tt.A1Renderer(scene, WIDTH, HEIGHT, jitter=True)
-    renderer.eye_rays, _ = renderer._make_eye_rays(in_tiles=True)
+    renderer.plan.choose_eye_rays(in_tiles=True)
     renderer.eye_rays.use_packets = True
     renderer.render()
     assert renderer.eye_rays.packets is not None

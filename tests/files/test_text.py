@@ -3,17 +3,9 @@
 import numpy as np
 import pytest
 
+from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.files.obj import DIGITS, WORDS
-from taichi_tracer.files.text import (
-    Lines,
-    decode,
-    name_in,
-    number,
-    numbered_lines,
-    read_bytes,
-    read_text,
-    shapes,
-)
+from taichi_tracer.files.text import Lines, decode, name_in, number, numbered_lines, read_text, shapes
 from taichi_tracer.system.errors import InputError, MissingFileError
 
 

@@ -73,22 +73,6 @@ def test_an_unknown_axis_is_told():
         frames.view_of_points(np.zeros((1, 3)), "x")
 
 
-@pytest.mark.parametrize(
-    "shape", [{}, {"fovy": 30.0}, {"fovy": 120.0, "focal_distance": 2.5}, {"screen_window": (-3.0, 1.0, 0.5, 2.0)}]
-)
-def test_windows_are_those_of_the_document(shape):
-    """RT-3, RT-4, for wide and high images."""
-    told = {"fov" if name == "fovy" else name: value for name, value in shape.items()}
-    for width, height in ((6, 4), (4, 6), (5, 5)):
-        assert frames.window_of(width / height, **told) == pytest.approx(oracle.window(width, height, **shape))
-
-
-def test_a_square_is_stretched_where_window_and_image_differ_in_shape():
-    """C-11."""
-    assert frames.stretch_of((-5.3, 5.3, -4, 4), 2800, 1800) == pytest.approx(1.174, abs=1e-3)
-    assert frames.stretch_of((-3, 1, 0, 2), 80, 40) == 1
-
-
 @pytest.mark.parametrize("value", ["there", (0, 1), (0, 1, float("nan")), None])
 def test_numbers_are_counted_and_finite(value):
     with pytest.raises(InputError, match="camera: at must be 3"):

@@ -12,18 +12,16 @@ from shapes import SQUARE, sphere, with_spheres
 from support import DEBUG, long_except, start
 
 import taichi_tracer as tt
+from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.direct_light import (
-    BrdfSampling,
     DirectLight,
     EnvironmentSampling,
     MultipleImportanceSampling,
 )
 from taichi_tracer.materials import Material
-from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.sampler import UniformSampler
-from taichi_tracer.system.registry import PARTS
 
 LARGEST_Z = 4.5
 KD = np.array([0.8, 0.5, 0.2])
@@ -193,10 +191,7 @@ class SeesOneSide(Diffuse):
 class OnlyLights(MultipleImportanceSampling):
     """A student's estimator that takes the light's sample alone."""
 
-    @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        w_i, pdf = scene.lights.sample_far(surface.origin, xi_light)
-        return w_i, surface.eval_cosine(w_i) / pdf * (1 - technique)
+    reflected = EnvironmentSampling.reflected
 
 
 def sky_with_sun():
@@ -255,7 +250,7 @@ def test_a_students_estimator_gets_samples_of_all_light(monkeypatch):
     usual = rendered(scene, "mis", 32, 64)
     spread = np.sqrt(sum(r.film.variance_of_mean().mean(axis=(0, 1)) for r in (own, usual))) / 32
     assert (np.abs(own.image().mean(axis=(0, 1)) - usual.image().mean(axis=(0, 1))) / spread).max() < LARGEST_Z
-    monkeypatch.setattr(MultipleImportanceSampling, "sample", OnlyLights.sample)
+    monkeypatch.setattr(MultipleImportanceSampling, "reflected", OnlyLights.reflected)
     assert not usual.use("mis_balance").kernel_scene().compensates
 
 
@@ -328,7 +323,7 @@ class Upwards(DirectLight):
     name = "upwards"
 
     @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
+    def sample(self, scene, surface, xi):
         return surface.normal, surface.eval_cosine(surface.normal)
 
 
@@ -379,29 +374,3 @@ def test_only_light_that_is_there_takes_random_numbers():
     np.testing.assert_array_equal(image, np.tile(np.float32([3, 2, 1]), (8, 8, 1)))
     lit = A2Renderer(tt.SceneData(mesh, view=view, environment="white"), 8, 8).use("brdf").render().image()
     np.testing.assert_allclose(lit, np.tile(np.array([3, 2, 1]) + KD, (8, 8, 1)), rtol=1e-5)
-
-
-class WithBothPairs(BrdfSampling):
-    """A student's estimator that draws nothing from the lights, and may ask for both pairs of random numbers."""
-
-
-@ti.kernel
-def _draw_pairs(integrator: ti.template(), sampler: ti.template(), found: ti.types.ndarray(dtype=ti.f32, ndim=1)):
-    rng = sampler.start(7, 3, 4, 5)
-    xi_brdf, xi_light = integrator.random_pairs(rng)
-    after = rng.next_2d()
-    for k in ti.static(range(2)):
-        found[k], found[2 + k], found[4 + k] = xi_brdf[k], xi_light[k], after[k]
-
-
-def test_an_estimator_without_samples_of_the_lights_has_the_same_random_numbers():
-    """Only the pair that it never reads is left out; a class of a student's own has both pairs."""
-    samplers = {part.name: part for part in PARTS.all("sampler")}
-    found = {}
-    for estimator in (EnvironmentSampling(), BrdfSampling(), WithBothPairs()):
-        found[type(estimator)] = np.zeros(6, np.float32)
-        _draw_pairs(estimator, samplers["independent"], found[type(estimator)])
-    both, one, own = (found[cls] for cls in (EnvironmentSampling, BrdfSampling, WithBothPairs))
-    np.testing.assert_array_equal(own, both)
-    assert both[2:4].all()
-    np.testing.assert_array_equal(one, [*both[:2], 0, 0, *both[4:]])

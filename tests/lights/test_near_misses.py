@@ -89,7 +89,7 @@ def test_eye_rays_that_look_beside_the_sun_are_counted_exactly():
     v, u = 0.5 - np.arcsin(d[:, 1]) / np.pi, 0.5 + np.arctan2(d[:, 2], d[:, 0]) / (2 * np.pi)
     row, column = (v * HEIGHT).astype(int), (u * WIDTH).astype(int)
     _, zones = levels_of(scene.environment)
-    counted = renderer.film.counted()
+    counted = renderer.film.unseen.counted()
     assert counted.near[0, EYE] == 3 * (zones[row, column] == 1).sum() > 0
     assert counted.met[0, EYE] == 3 * ((row == SUN[0]) & (column == SUN[1])).sum() > 0
     assert not counted.near[0, [MIRROR, LOBE]].any()
@@ -101,15 +101,16 @@ def test_only_look_ups_that_decide_are_counted():
     mirror, matte = plane(Kd=(1,) * 3, Ns=1e14), plane(Kd=(0.5,) * 3)
     found = {}
     for name, scene, way in (("mirror", mirror, "mis"), ("mis", matte, "mis"), ("brdf", matte, "brdf")):
-        counted = tt.A2Renderer(scene, 32, 32).use(way).render(4).film.counted()
+        counted = tt.A2Renderer(scene, 32, 32).use(way).render(4).film.unseen.counted()
         found[name] = counted.near.sum(axis=0)
         assert counted.per_pixel.sum() == found[name][LOBE]
     assert found["mirror"][MIRROR] > 100
     assert found["mirror"][LOBE] == found["mis"].sum() == 0
     assert found["brdf"][LOBE] > 10
     assert found["brdf"][MIRROR] == 0
-    of_paths = tt.A4Renderer(mirror, 32, 32).use("path").render(4).film.counted()
-    np.testing.assert_array_equal(of_paths.near, tt.A2Renderer(mirror, 32, 32).use("mis").render(4).film.counted().near)
+    of_paths = tt.A4Renderer(mirror, 32, 32).use("path").render(4).film.unseen.counted()
+    of_mis = tt.A2Renderer(mirror, 32, 32).use("mis").render(4).film.unseen.counted()
+    np.testing.assert_array_equal(of_paths.near, of_mis.near)
 
 
 @pytest.mark.exhaustive
@@ -117,15 +118,15 @@ def test_counts_are_added_and_kept_with_the_samples():
     scene = plane(Kd=(1,) * 3, Ns=1e14)
     renderers = [tt.A2Renderer(scene, 24, 24, first_sample=first).use("brdf") for first in (0, 0, 4)]
     whole, first, second = (r.render(n).film for r, n in zip(renderers, (8, 4, 4), strict=True))
-    expected = whole.counted().to_arrays()
+    expected = whole.unseen.counted().to_arrays()
     first.merge(second)
-    for got in (first.counted(), NearMisses.from_arrays(first.to_arrays())):
+    for got in (first.unseen.counted(), NearMisses.from_arrays(first.to_arrays())):
         for name, array in got.to_arrays().items():
             np.testing.assert_array_equal(array, expected[name])
     first.from_arrays(whole.to_arrays(), 8)
-    np.testing.assert_array_equal(first.counted().near, whole.counted().near)
+    np.testing.assert_array_equal(first.unseen.counted().near, whole.unseen.counted().near)
     first.reset()
-    assert not first.counted().near.any()
+    assert not first.unseen.counted().near.any()
 
 
 @pytest.mark.long
@@ -158,7 +159,7 @@ def test_a_lobe_that_is_narrower_than_the_sun_is_counted_like_a_mirror():
     mirror, narrow = (plane(Kd=(1,) * 3, Ns=ns) for ns in (1e14, 1e8))
     found = {}
     for name, scene, way in (("mirror", mirror, "mis"), ("mis", narrow, "mis"), ("lights", narrow, "environment")):
-        counted = tt.A2Renderer(scene, 32, 32).use(way).render(4).film.counted()
+        counted = tt.A2Renderer(scene, 32, 32).use(way).render(4).film.unseen.counted()
         found[name] = counted.near[0, MIRROR], counted.met[0, MIRROR]
         assert not counted.near[:, LOBE].any()
     assert found["mis"][0] == pytest.approx(found["mirror"][0], rel=0.05)

@@ -10,12 +10,12 @@ from shapes import SQUARE
 from support import long_except, start
 
 import taichi_tracer as tt
+from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
 from taichi_tracer.ray import Ray, no_hit
-from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.system.seams import in_kernels
 
 KD = np.array([0.8, 0.5, 0.2])
@@ -96,10 +96,10 @@ def test_far_lights_are_those_that_rays_can_see():
 def _far(lights: ti.template(), xi: ti.types.ndarray(ndim=2), out: ti.types.ndarray(ndim=2)):
     for i in range(xi.shape[0]):
         x = tm.vec3(0, 0, 1)
-        w, pdf = lights.sample_far(x, tm.vec2(xi[i, 0], xi[i, 1]))
+        w, distance, light, pdf = lights.sample(x, tm.vec3(0, 0, 1), tm.vec2(xi[i, 0], xi[i, 1]))
         put(out, i, 0, w)
-        out[i, 3], out[i, 4] = pdf, lights.pdf_far(x, w)
-        put(out, i, 5, lights.seen(Ray(origin=x, direction=w), no_hit()))
+        out[i, 3], out[i, 4] = pdf, lights.pdf(x, tm.vec3(0, 0, 1), w, no_hit())
+        put(out, i, 5, lights.arriving(Ray(origin=x, direction=w), no_hit()))
 
 
 def far_samples(scene, count=100_000):
@@ -246,18 +246,14 @@ def test_a_light_that_is_neither_far_nor_delta_is_seen_and_sampled():
     np.testing.assert_allclose(centre(scene), np.broadcast_to(KD, (8, 8, 3)), rtol=1e-5)  # f cos L / pdf = Kd
     lights = scene.in_kernels().lights
     assert [light.name for light in lights.single] == ["glow"]
-    assert far_samples_seen(lights) == [0.125] * 3
+    out = np.zeros((1, 3), np.float32)
+    _behind(scene.in_kernels(), out)
+    assert out[0].tolist() == [0.125] * 3
 
 
 @ti.kernel
-def _seen(lights: ti.template(), out: ti.types.ndarray(ndim=2)):
-    put(out, 0, 0, lights.seen(Ray(origin=tm.vec3(0), direction=tm.vec3(0, 0, 1)), no_hit()))
-
-
-def far_samples_seen(lights):
-    out = np.zeros((1, 3), np.float32)
-    _seen(lights, out)
-    return out[0].tolist()
+def _behind(scene: ti.template(), out: ti.types.ndarray(ndim=2)):
+    put(out, 0, 0, scene.behind(Ray(origin=tm.vec3(0), direction=tm.vec3(0, 0, 1)), no_hit(), None))
 
 
 @pytest.mark.long
@@ -269,7 +265,7 @@ def test_only_lights_that_exist_are_compiled(monkeypatch):
     def refuse(*_):
         raise AssertionError("a scene without far lights asked for one")
 
-    monkeypatch.setattr(SceneLights, "visible_far", refuse)
+    monkeypatch.setattr(SceneLights, "visible", refuse)
     assert centre(lit_square(lights=[Point((0, 0, 1), (1, 1, 1))])).any()
     with pytest.raises(Exception, match="a scene without far lights asked for one"):
         centre(lit_square(environment="white", lights=[Point((0, 0, 1), (1, 1, 1))]))

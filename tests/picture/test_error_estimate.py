@@ -17,7 +17,7 @@ import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.picture.error_estimate import RelativeError, error_quantile, percent, relative_error
 from taichi_tracer.picture.film import Film
-from taichi_tracer.studies.metrics import relative_rmse
+from taichi_tracer.picture.metrics import relative_rmse
 from taichi_tracer.system import compiling
 
 SHAPE = (24, 24)
@@ -219,7 +219,7 @@ def test_paths_know_their_error(name):
     assert covered >= stats.binom.ppf(1e-3, 60, 0.9) == 46
 
 
-@pytest.mark.parametrize(("size", "kernels"), [(8, []), (129, ["Film._write_image", "Film._write_spread"])])
+@pytest.mark.parametrize(("size", "kernels"), [(8, []), (129, ["Film._write_image", "_write_spread"])])
 def test_an_error_is_read_with_few_kernels(f32, size, kernels):
     """The picture, and what is known of its spread: Taichi's own copies of fields would be kernels of their own."""
     film = Film(size, size, replicated=True)

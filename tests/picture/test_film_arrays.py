@@ -1,70 +1,75 @@
-"""What numpy reads from a film has the same bits as what kernels read."""
+"""Films as arrays: there and back to the last bit, and the files of earlier versions."""
 
 import numpy as np
 import pytest
-import taichi as ti
-import taichi.math as tm
+from films import add_samples
+from support import long_except
 
-from taichi_tracer.picture import film as films
 from taichi_tracer.picture.film import Film
-from taichi_tracer.system import direct, runtime
-
-KINDS = [{"replicated": True}, {"doubles": True}, {}]
+from taichi_tracer.system import runtime
 
 
-@ti.kernel
-def _add(film: ti.template(), values: ti.types.ndarray(ndim=3)):
-    for x, y in ti.ndrange(*film.ranges):
-        i = x * film.height + y
-        for k in range(i % (values.shape[1] + 1)):  # some pixels have no sample
-            film.add(x, y, tm.vec3(values[i, k, 0], values[i, k, 1], values[i, k, 2]), ti.cast(k, ti.u32))
+@pytest.mark.long
+def test_a_film_goes_to_arrays_and_back_to_the_last_bit(precision, rng):
+    values = rng.lognormal(size=(9, 3)).astype(runtime.dtype())
+    values[3, 1] = np.nan
+    film, other = Film(2, 3, crop=(0, 2, 1, 3)), Film(2, 3, crop=(0, 2, 1, 3))
+    add_samples(film, values[:5])
+    film.samples = 5
+    other.from_arrays(film.to_arrays(), 5)
+    for f in (film, other):
+        add_samples(f, values[5:])
+    assert other.samples == 5
+    np.testing.assert_array_equal(film.image(), other.image())
+    np.testing.assert_array_equal(film.variance_of_mean(), other.variance_of_mean())
+    assert film.non_finite == other.non_finite == 4
+    assert film.non_finite_samples() == other.non_finite_samples()
 
 
-def film_of(kind, rng, low=-20.0, high=20.0):
-    """A film whose samples differ by many powers of ten, so that there are rests and residues."""
-    film = Film(16, 9, **kind)
-    values = rng.normal(size=(16 * 9, 20, 3)) * 10 ** rng.uniform(low, high, (16 * 9, 20, 1))
-    _add(film, values.astype(runtime.dtype()))
-    return film
+@pytest.mark.parametrize("keeps_deviation", long_except([False, True], True))
+def test_old_checkpoints_stay_readable_to_the_last_bit(precision, rng, keeps_deviation):
+    """The layout of checkpoint files, version 1: total, rest, odd total, odd rest, deviation; all samples, odd ones."""
+    shape, dtype = (3, 2), runtime.dtype()
+    n_even, n_odd = rng.integers(1, 9, shape, np.int32), rng.integers(1, 9, shape, np.int32)
+    n_even[1, 1] = n_odd[1, 1] = 0
+    even, odd = rng.lognormal(size=(2, *shape, 3)).astype(dtype)
+    rests = rng.normal(0, 1e-9, (2, *shape, 3)).astype(dtype)
+    deviation = [rng.lognormal(size=(*shape, 3)).astype(dtype)] if keeps_deviation else []
+    non_finite = np.zeros((17, 3), np.int32)
+    non_finite[:3] = [[2, 0, 0], [2, 1, 4], [0, 1, 7]]
+    arrays = {
+        "values": np.stack([even, rests[0], odd, rests[1], *deviation], axis=2),
+        "counts": np.stack([n_even + n_odd, n_odd], axis=2),
+        "non_finite": non_finite,
+    }
+    film = Film(*shape, replicated=True, keeps_deviation=keeps_deviation)
+    film.from_arrays(arrays, 9)
+    assert film.samples == 9
+    assert film.non_finite_samples() == [(2, 1, 4), (0, 1, 7)]
+    np.testing.assert_array_equal(film.counts(), n_even + n_odd)
+    mean = (even + odd) / np.maximum(n_even + n_odd, 1).astype(dtype)[..., None]
+    mean[1, 1] = 0  # no samples: nothing was shown there
+    np.testing.assert_array_equal(film.image(), mean.transpose(1, 0, 2)[::-1].astype(np.float32))
+    written = film.to_arrays()
+    assert list(written) == ["values", "counts", "non_finite"]
+    for name, array in arrays.items():
+        assert (written[name].dtype, written[name].shape) == (array.dtype, array.shape)
+        assert written[name].tobytes() == array.tobytes()
 
 
-def read(film):
-    """The picture and what is known of its spread."""
-    return film.image(), *film._read_spread()
-
-
-@pytest.mark.parametrize("kind", KINDS, ids=str)
-@pytest.mark.parametrize("exponents", [(-20.0, 20.0), (-3.0, 3.0)], ids=str)
-def test_both_ways_read_the_same_bits(precision, rng, monkeypatch, kind, exponents):
-    film = film_of(kind, rng, *exponents)
-    by_numpy = read(film)
-    monkeypatch.setattr(films, "FEW_PIXELS", 0)
-    for one, other in zip(by_numpy, read(film), strict=True):
-        assert one.dtype == other.dtype
-        assert one.flags.c_contiguous
-        np.testing.assert_array_equal(one, other)
-
-
-@pytest.mark.parametrize("kind", KINDS, ids=str)
-def test_a_film_is_cleared_by_both_ways_alike(f32, rng, monkeypatch, kind):
-    film = film_of(kind, rng)
-    film.clear()
-    directly = film.to_arrays()
-    monkeypatch.setattr(direct, "is_possible", lambda: False)
-    other = film_of(kind, rng)
-    other.clear()
-    by_kernel = other.to_arrays()
-    assert directly.keys() == by_kernel.keys()
-    assert all(np.array_equal(directly[name], by_kernel[name]) for name in directly)
-    assert not directly["values"].any()
-    assert not directly["counts"].any()
-
-
-def test_a_view_is_read_by_both_ways_alike(f32, monkeypatch, rng):
-    film = Film(5, 4, averages=False)
-    values = rng.random((5, 4, 3)).astype(np.float32)
-    film.canvas.from_numpy(values)
-    np.testing.assert_array_equal(film.image(), values.swapaxes(0, 1)[::-1])
-    directly = film.image()
-    monkeypatch.setattr(direct, "is_possible", lambda: False)
-    np.testing.assert_array_equal(film.image(), directly)
+def test_old_checkpoints_of_independent_samples_stay_readable_to_the_last_bit(precision, rng):
+    """The same without halves: total, rest, deviation; all samples, and 0 in place of the odd ones."""
+    shape, dtype = (3, 2), runtime.dtype()
+    counts = np.zeros((*shape, 2), np.int32)
+    counts[..., 0] = rng.integers(2, 9, shape)
+    values = rng.lognormal(size=(*shape, 3, 3)).astype(dtype)
+    film = Film(*shape)
+    film.from_arrays({"values": values, "counts": counts, "non_finite": np.zeros((17, 3), np.int32)}, 8)
+    n = counts[..., :1].astype(dtype)
+    np.testing.assert_array_equal(film.canvas.to_numpy(), values[:, :, 0] / n)
+    variance = (values[:, :, 2] / (n * (n - 1))).transpose(1, 0, 2)[::-1]
+    np.testing.assert_allclose(film.variance_of_mean(), variance, rtol=1e-6)
+    written = film.to_arrays()
+    assert written["values"].dtype == dtype
+    assert written["values"].tobytes() == values.tobytes()
+    assert written["counts"].tobytes() == counts.tobytes()

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from taichi_tracer.lights.near_misses import EYE, KINDS, LOBE, MIRROR, NearMisses
-from taichi_tracer.picture.unseen_light import KNOWN, SAFETY, unseen_light
+from taichi_tracer.picture.unseen_light import KNOWN, SAFETY, UnseenLight, unseen_light
 
 SHAPE = (4, 5)
 
@@ -67,3 +67,19 @@ def test_levels_and_kinds_add_as_squares():
             near[level, kind] = 5
             alone.append(unseen_light(NearMisses(several.levels, near, several.met, several.per_pixel), 4, 1.0))
     assert unseen_light(several, 4, 1.0) == pytest.approx(math.hypot(*alone))
+
+
+def test_what_was_counted_is_merged_and_kept():
+    first, second = UnseenLight(), UnseenLight()
+    assert first.counted() is None
+    assert first.to_arrays() == {}
+    assert first.bound(16, 1.0) == 0
+    second.from_arrays(counted(MIRROR, 8, 3).to_arrays())
+    for expected in (8, 16):
+        first.merge(second)
+        assert first.counted().near[0, MIRROR] == expected
+    assert first.bound(16, 2.0) == unseen_light(counted(MIRROR, 16, 6), 16, 2.0)
+    first.from_arrays(second.to_arrays())
+    assert first.counted().met[0, MIRROR] == 3
+    first.reset()
+    assert first.counted() is None

@@ -6,7 +6,7 @@ from rt3_text import document, read
 from shapes import SQUARE
 
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, reverse, rotation, similarity
+from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, rotation, similarity
 
 
 def test_synonyms_mean_the_same(tmp_path):
@@ -102,25 +102,8 @@ def test_a_similarity_multiplies_all_lengths_alike():
     assert similarity(np.array([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]])) is None
 
 
-def test_a_mirror_turns_triangles_round_so_that_outsides_stay_outside():
-    mesh = Mesh(SQUARE[0].copy(), SQUARE[1].copy(), normals=np.array([[0, 0, 1.0]]), face_normals=np.zeros((2, 3), int))
-    matrix = np.diag([2.0, 3.0, -4.0, 1.0])
-    matrix[:3, 3] = 1, 2, 3
-    place(mesh, matrix)
-    corners = mesh.vertices[mesh.faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert (normal[:, 2] < 0).all()
-    assert mesh.normals[0, 2] < 0
-    np.testing.assert_array_equal(mesh.vertices[0], [-1, -1, 3])
+def test_the_identity_leaves_a_mesh_as_it_is():
+    mesh = Mesh(*SQUARE)
     before = mesh.vertices
     place(mesh, IDENTITY)
     assert mesh.vertices is before
-
-
-def test_reversed_triangles_keep_the_normals_of_their_corners():
-    mesh = Mesh(*SQUARE, normals=np.eye(3), face_normals=np.array([[0, 1, 2], [2, -1, 0]]))
-    expected = {tuple(pair) for pair in zip(mesh.faces.ravel(), mesh.face_normals.ravel(), strict=True)}
-    reverse(mesh)
-    corners = mesh.vertices[mesh.faces]
-    assert (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] < 0).all()
-    assert {tuple(pair) for pair in zip(mesh.faces.ravel(), mesh.face_normals.ravel(), strict=True)} == expected

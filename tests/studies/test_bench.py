@@ -5,7 +5,8 @@ import pytest
 from support import start
 
 from taichi_tracer.studies.bench import Bench
-from taichi_tracer.studies.variants import Source, Variant
+from taichi_tracer.studies.source import Source
+from taichi_tracer.studies.variants import Variant
 
 SIZE = 12, 8
 

@@ -1,34 +1,29 @@
-"""A process of its own: it answers, tells errors in the words of the package, and leaves the caller's Taichi alone."""
+"""Who renders a study answers, in this process or elsewhere; ranges of the reference have no gaps, whoever fails."""
+
+from concurrent.futures import Future
+from types import SimpleNamespace
 
 import pytest
-from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.studies import variants
-from taichi_tracer.studies.crew import Here, Worker
-from taichi_tracer.studies.variants import Source, Variant
+from taichi_tracer.studies.bench import Prepared
+from taichi_tracer.studies.convergence import Trial
+from taichi_tracer.studies.crew import Assistants, Here, StudyWorker
+from taichi_tracer.studies.source import Source
+from taichi_tracer.studies.variants import Variant
+from taichi_tracer.system.processes import WorkerDied
 
 
 def test_a_worker_answers_and_ends():
-    worker = Worker(is_heard=False)
+    worker = StudyWorker(is_heard=False)
     try:
         worker.ask("open", Source("kube")).result(60)
         with pytest.raises(tt.InputError, match="unknown scene 'kube'"):
             worker.ask("facts", Variant()).result(60)
-        with pytest.raises(RuntimeError, match="has no attribute 'fly'"):
-            worker.ask("fly").result(60)
     finally:
         worker.close()
     worker.process.wait(60)
     assert worker.process.returncode == 0
-
-
-def test_a_worker_that_dies_is_told():
-    worker = Worker(is_heard=False)
-    worker.process.kill()
-    with pytest.raises(RuntimeError, match="a process of the study ended in open"):
-        worker.ask("open", Source("cube")).result(60)
-    worker.close()
 
 
 def test_here_is_the_same_without_a_process():
@@ -38,38 +33,72 @@ def test_here_is_the_same_without_a_process():
         here.ask("facts", Variant()).result()
 
 
-def test_what_only_the_caller_has_stays_with_the_caller():
-    assert not variants.lives_here_alone()
+class Machine:
+    """A machine that takes so many seconds for a sample."""
 
-    @tt.register
-    class Still(tt.Sampler):
-        """All samples are alike."""
+    def __init__(self, seconds, error=None, is_ready=True):
+        self.seconds, self.error, self.is_ready, self.ranges, self.is_closed = seconds, error, is_ready, [], False
 
-        name = "still_here"
+    def ask(self, method, *words):
+        future = Future()
+        if method == "prepare" and self.is_ready:
+            future.set_result(Prepared(1.0, 3, 1.0, Trial(11, None, self.seconds)))
+        elif method == "take":
+            *_, first, count = words
+            self.ranges.append((first, first + count))
+            future.set_exception(self.error) if self.error else future.set_result({"from": first})
+        return future
 
-        def pair(self, state, i):  # pragma: no cover (never sampled)
-            return 0.5, 0.5
-
-    part = (
-        tt.PARTS.find("sampler", "still_here") if hasattr(tt, "PARTS") else variants.PARTS.find("sampler", "still_here")
-    )
-    try:
-        assert variants.lives_here_alone()
-        assert not variants.lives_here_alone([__file__])
-    finally:
-        variants.PARTS.remove(part)
-    assert not variants.lives_here_alone()
+    def close(self):
+        self.is_closed = True
 
 
-@pytest.mark.exhaustive
-def test_a_study_of_a_name_leaves_the_scenes_of_the_caller_alone():
-    start("f32")
-    scene = tt.load_scene_data("cube", environment="studio", intersector="brute_force")
-    renderer = tt.A2Renderer(scene, 16, 16).use("mis").render(2)
-    knobs = {"estimators": ("mis",), "samplers": ("niederreiter",), "precisions": ("f64",), "fast_math": (False,)}
-    knobs |= {"triangle_tests": ("watertight",), "lookups": ("nearest",), "adaptive": (False,), "scales": (1.0,)}
-    table, figure = tt.studies.accuracy("cube", size=(16, 16), budget=40, seeds=1, forms=("fast",), **knobs)
-    assert list(table["variant"]) == ["mis, sobol, f64"]
-    assert table["last error"][0] > 0
-    assert len(figure.axes) == 2
-    assert renderer.render(2).samples == 4
+def assisted(*machines):
+    coming = [list(machines), []]
+    crew = SimpleNamespace(assistants=lambda: coming.pop(0))
+    assistants = Assistants(crew, (Source("cube"), "cpu", ()))
+    for _ in range(2):
+        assistants.hire()
+    assistants.get_ready(Variant(), (16, 16))
+    return assistants
+
+
+def round_of(assistants, first):
+    assistants.begin(Variant(), (16, 16), 7, first, 0.8)
+    return assistants.parts(lambda future, _what: future.result(10))
+
+
+def test_ranges_follow_each_other_and_have_equal_times():
+    machines = Machine(0.1), Machine(0.01), Machine(0.1, is_ready=False)
+    assistants = assisted(*machines)
+    assert round_of(assistants, 8) == [(8, {"from": 8}), (80, {"from": 16})]
+    assert [machine.ranges for machine in machines] == [[(8, 16)], [(16, 96)], []]
+    assert assistants.told() == "2 other workers rendered 88 samples per pixel of the reference."
+    assistants.close()
+    assert all(machine.is_closed for machine in machines)
+
+
+def test_after_a_range_that_did_not_come_none_counts_and_who_failed_gets_no_more():
+    machines = Machine(0.1), Machine(0.1, WorkerDied("it has gone")), Machine(0.1)
+    assistants = assisted(*machines)
+    assert round_of(assistants, 8) == [(8, {"from": 8})]
+    assert round_of(assistants, 24) == [(8, {"from": 24}), (8, {"from": 32})]
+    assert machines[1].ranges == [(16, 24)]
+
+
+def test_an_interruption_passes():
+    assistants = assisted(Machine(0.1))
+    assistants.begin(Variant(), (16, 16), 7, 8, 0.8)
+
+    def stop(_future, _what):
+        raise tt.InputError("interrupted")
+
+    with pytest.raises(tt.InputError, match="interrupted"):
+        assistants.parts(stop)
+
+
+def test_without_assistants_the_first_machine_does_it_alone():
+    assert round_of(assisted(), 8) == []
+    nobody = Assistants(None, ())
+    nobody.hire()
+    assert nobody.told() == assisted().told() == "It rendered the reference, too."

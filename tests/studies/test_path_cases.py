@@ -53,12 +53,12 @@ def test_which_level_tries_which_cases():
 def test_the_pixels_show_the_points_that_they_are_compared_at():
     """Of the tilted scene, too: the eye rays are sent to the floor."""
     for case in (path_cases.LampInTheFloor(), path_cases.LampAtTheFloor()):
-        camera = case.camera()
+        camera = path_cases.from_above(case.size, case.half, 4, case.turn)
         origins, directions = np.zeros((2, case.size, case.size, 3), np.float32)
         fill(camera, origins, directions)
         points = origins - directions * ((origins @ case.turn[:, 1]) / (directions @ case.turn[:, 1]))[..., None]
         shown = (points @ case.turn)[:, ::-1].transpose(1, 0, 2)  # [x, y] with y up → rows from the top
-        np.testing.assert_allclose(shown, case.points(), atol=1e-5)
+        np.testing.assert_allclose(shown, path_cases.floor_points(case.size, case.half), atol=1e-5)
 
 
 @ti.kernel

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.studies import accuracy_tables, schedule, variants
-from taichi_tracer.studies.bench import Prepared, SceneFacts, Shot, renderer_key
-from taichi_tracer.studies.convergence import Truth
+from taichi_tracer.studies import accuracy_tables, budget, lanes, machine, schedule, variants
+from taichi_tracer.studies.bench import Prepared, Shot
+from taichi_tracer.studies.convergence import Curve, Trial
+from taichi_tracer.studies.source import Order, SceneFacts, Source
 from taichi_tracer.studies.variants import Variant
 from taichi_tracer.system.errors import InputError
 
@@ -42,7 +43,7 @@ class World:
 class Process:
     """A worker of such a world."""
 
-    is_apart, pid = True, 0
+    pid = 0
 
     def __init__(self, world):
         self.world, self.free_at, self.closed, self.known, self.samples = world, 0.0, False, set(), 0
@@ -61,10 +62,10 @@ class Process:
         return 0.4, SceneFacts("box", "box.obj", "a machine", 2, True, 40, 0.4)
 
     def prepare(self, variant, _size):
-        share = 0.5 if renderer_key(variant) in self.known else 1.0
-        self.known.add(renderer_key(variant))
+        share = 0.5 if variant.film in self.known else 1.0
+        self.known.add(variant.film)
         seconds = self.world.endless if variant.precision == "f64" else share * self.world.compiling
-        return seconds, Prepared(seconds, 5, seconds, self.world.per_sample, self.error_of(variant, 11), 11)
+        return seconds, Prepared(seconds, 5, seconds, Trial(11, self.error_of(variant, 11), self.world.per_sample))
 
     def render(self, variant, _size, count, seed, _wants):
         self.samples = count if seed is not None else self.samples + count
@@ -96,35 +97,37 @@ def world_of(monkeypatch):
             world.processes.append(Process(world))
             return world.processes[-1]
 
-        monkeypatch.setattr(schedule, "time", world)
-        monkeypatch.setattr(schedule, "wait", world.wait)
-        monkeypatch.setattr(schedule, "Worker", hired)
-        monkeypatch.setattr(schedule, "processors", lambda: 2)
-        monkeypatch.setattr(schedule.others, "busy_seconds", lambda: None)
+        monkeypatch.setattr(budget, "time", world)
+        monkeypatch.setattr(budget, "wait", world.wait)
+        monkeypatch.setattr(lanes, "wait", world.wait)
+        monkeypatch.setattr(lanes, "StudyWorker", hired)
+        monkeypatch.setattr(machine, "processors", lambda: 2)
+        monkeypatch.setattr(machine, "busy_seconds", lambda: None)
         monkeypatch.setattr(schedule, "flip", lambda *_: (0.0, None))
         return world
 
     return make
 
 
-def study_in(world, budget, **options):
-    return schedule.Schedule(variants.Source("box"), variants.plan(), (16, 16), budget, 3, **options).run()
+def study_in(seconds, **options):
+    order = Order(Source("box"), variants.plan(), (16, 16), seconds, 3)
+    return schedule.Schedule(order, **options).run()
 
 
 @pytest.mark.parametrize("compiling", [0.5, 3.0])
-@pytest.mark.parametrize("budget", [8, 20, 60, 120])
-def test_a_study_ends_within_a_tenth_of_its_budget(world_of, budget, compiling):
+@pytest.mark.parametrize("seconds", [8, 20, 45, 60, 120])
+def test_a_study_ends_within_a_tenth_of_its_budget(world_of, seconds, compiling):
     world = world_of(compiling=compiling)
-    study = study_in(world, budget)
+    study = study_in(seconds)
     assert study.seconds == pytest.approx(world.now)
-    assert 0.9 * budget <= world.now <= 1.1 * budget
+    assert 0.9 * seconds <= world.now <= 1.1 * seconds
     assert all(process.closed for process in world.processes)
 
 
 def test_the_leaders_are_measured_to_two_percent_and_the_others_are_named(world_of):
     world_of(compiling=2.0)
-    study = study_in(None, 60)
-    leader = study.leading(0.02)[0]
+    study = study_in(60)
+    leader = min((c for c in study.curves if c.seconds_to(0.02) > 0), key=lambda c: c.seconds_to(0.02))
     assert leader.variant.label == "mis, niederreiter"
     exact = 0.008 * 0.02 ** (-1 / 0.7)
     assert leader.seconds_to(0.02) == pytest.approx(exact, rel=0.05)
@@ -136,7 +139,7 @@ def test_the_leaders_are_measured_to_two_percent_and_the_others_are_named(world_
 
 def test_what_a_short_study_drops_is_named(world_of):
     world_of(compiling=3.0)
-    study = study_in(None, 20)
+    study = study_in(20)
     dropped = [label for note in study.notes for label in note.partition(": ")[2].rstrip(".").split("; ")]
     labels = [curve.variant.label for curve in study.curves]
     assert labels[0] == "mis, niederreiter"
@@ -146,7 +149,7 @@ def test_what_a_short_study_drops_is_named(world_of):
 
 def test_a_process_that_compiles_for_too_long_is_not_waited_for(world_of):
     world = world_of(compiling=2.0, endless=300.0)
-    study = study_in(world, 60)
+    study = study_in(60)
     assert 54 <= world.now <= 66
     assert "mis, niederreiter, f64" in " ".join(study.notes)
     assert len(study.curves) > 5
@@ -156,55 +159,62 @@ def test_a_process_that_compiles_for_too_long_is_not_waited_for(world_of):
 def test_a_study_that_cannot_begin_in_time_says_so_and_ends(world_of):
     world = world_of(compiling=30.0)
     with pytest.raises(InputError, match="--budget 5 was over before mis, niederreiter was compiled, .* --budget 20"):
-        study_in(world, 5)
+        study_in(5)
     assert world.now < 5.5
     assert all(process.closed for process in world.processes)
 
 
 def test_an_interrupted_study_has_what_was_done(world_of):
     world = world_of(compiling=1.0)
-    study = study_in(world, 60, should_stop=lambda: world.now > 25)
+    study = study_in(60, should_stop=lambda: world.now > 25)
     assert world.now < 26
     assert study.curves
     assert study.notes[-1].startswith("The study was interrupted")
 
 
-def run_of(variant, per_sample=0.01, error=0.5):
-    told = RelativeError(error, error, error)
-    run = schedule.Run(variant, None, Prepared(1.0, 0, 0.0, per_sample, told, 16))
-    run.truth = Truth(TRUE, told, TRUE, 1)
-    return run
-
-
-def test_knobs_get_a_smaller_part_than_estimators():
-    runs = [run_of(Variant()), run_of(Variant("brdf")), run_of(Variant(precision="f64"))]
-    chosen = schedule.allot(runs, Variant(), 20.0)
-    assert min(chosen[Variant()], chosen[Variant("brdf")]) >= 2 * chosen[Variant(precision="f64")]
-    assert sum(n * 0.01 for n in chosen.values()) <= 20
+def curve_of(variant, per_sample=0.01, error=0.5):
+    return Curve(variant, 1.0, Trial(16, error, per_sample))
 
 
 def test_variants_take_turns_unless_they_share_a_film():
     plan = variants.plan()
-    found = schedule.waves([run_of(v) for v in schedule.by_priority(plan)])
-    assert sorted(r.variant.label for wave in found for r in wave) == sorted(v.label for v in plan)
+    found = schedule.waves([curve_of(v) for v in variants.by_priority(plan)])
+    assert sorted(c.variant.label for wave in found for c in wave) == sorted(v.label for v in plan)
     for wave in found:
-        keys = [renderer_key(run.variant) for run in wave]
-        assert len(keys) == len(set(keys))
-    assert {"mis, niederreiter, f64", "mis, niederreiter, fast math"} <= {run.variant.label for run in found[0]}
+        films = [curve.variant.film for curve in wave]
+        assert len(films) == len(set(films))
+    assert {"mis, niederreiter, f64", "mis, niederreiter, fast math"} <= {c.variant.label for c in found[0]}
     assert found[0][0].variant == plan[0]
 
 
+def test_all_variants_get_equal_times_and_knobs_no_more_samples_than_the_base(world_of):
+    world_of(compiling=0.5)
+    study = study_in(60)
+    base, *others = [max(curve.found[1]) for curve in study.curves]
+    assert {max(c.found[1]) for c in study.curves if variants.is_of_the_chart(c.variant, study.base)} == {base}
+    assert max(others) == base
+    assert study.seeds == 3
+    assert 0 < study.equal_seconds * sum(c.shown is not None for c in study.curves) <= 0.05 * 60
+
+
 def test_pictures_are_compared_at_doubled_samples_and_at_the_last():
-    assert schedule.levels_up_to(Variant(), 16) == [2, 4, 8, 16]
-    assert schedule.levels_up_to(Variant(), 22) == [2, 4, 8, 16, 22]
+    assert schedule.levels_up_to(Variant(), 16) == [4, 8, 16]
+    assert schedule.levels_up_to(Variant(), 22) == [4, 8, 16, 22]
     assert schedule.levels_up_to(Variant(adaptive=True), 20) == [16, 20]
+    assert [schedule.power_of_two(n) for n in (1, 16, 31.9, 32, 1e9)] == [16, 16, 16, 32, 1 << 17]
 
 
-def test_the_next_leg_goes_to_who_may_still_win():
-    near, far = run_of(Variant(), error=0.1), run_of(Variant("uniform"), error=2.0)
-    for run, error in ((near, 0.1), (far, 2.0)):
-        run.found = {1: {16: (error, RelativeError(error, error, error))}}
-    run, samples = schedule.next_leg([far, near], Variant(), 100.0)
-    assert run is near
+def test_the_next_of_the_race_is_who_may_still_win(world_of):
+    world_of(compiling=1.0)
+    order = Order(Source("box"), [Variant(), Variant("uniform")], (16, 16), 100.0, 3)
+    study = schedule.Schedule(order)
+    near, far = curve_of(Variant(), error=0.1), curve_of(Variant("uniform"), error=2.0)
+    for curve, error in ((near, 0.1), (far, 2.0)):
+        curve.found = {1: {16: (error, error)}}
+    study.curves = [far, near]
+    curve, samples = study.next_of_the_race()
+    assert curve is near
     assert samples == pytest.approx(1.15 * 16 * 4, abs=2)  # to 5 %, half of 10 %
-    assert schedule.next_leg([far, near], Variant(), 0.01) is None
+    study.budget.end = 0.01
+    assert study.next_of_the_race() is None
+    assert study.next_with_few() is None

@@ -7,7 +7,7 @@ import pytest
 
 from taichi_tracer.apps.info import show as show_in_info
 from taichi_tracer.formulas.camera_frame import show
-from taichi_tracer.scene_data import RayHits
+from taichi_tracer.ray_hits import RayHits
 from taichi_tracer.studies import accuracy_report, effects
 from taichi_tracer.system.digits import digits, digits_of
 

@@ -183,8 +183,8 @@ def _double(field: ti.template()):
 @pytest.fixture
 def asked(monkeypatch):
     """How many places each kernel was asked for that tells places."""
-    counts, ask = [], direct.root_addresses
-    monkeypatch.setattr(direct, "root_addresses", lambda fields: counts.append(len(fields)) or ask(fields))
+    counts, ask = [], direct.places.root_addresses
+    monkeypatch.setattr(direct.places, "root_addresses", lambda fields: counts.append(len(fields)) or ask(fields))
     return counts
 
 
@@ -249,7 +249,7 @@ def test_what_waits_is_kept_if_the_kernel_is_interrupted(monkeypatch):
     owner, field = numbers()
     owner.write(field, np.full(field.shape, 6))
     with monkeypatch.context() as patch:
-        patch.setattr(direct, "root_addresses", lambda fields: (_ for _ in ()).throw(KeyboardInterrupt))
+        patch.setattr(direct.places, "root_addresses", lambda fields: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             _double(field)
     _double(field)

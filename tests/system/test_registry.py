@@ -12,7 +12,7 @@ import taichi.math as tm
 import taichi_tracer as tt
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.integrators.base import Integrator, View
-from taichi_tracer.sampler import SobolSampler
+from taichi_tracer.samplers.sobol import SobolSampler
 from taichi_tracer.system.registry import HOMES, PARTS, Registry, load_parts
 
 ROOT = Path(tt.__file__).parents[1]
@@ -43,7 +43,7 @@ def white(hit):
         ("camera", "perspective", {"orthographic"}),
         ("triangle test", "watertight", {"moller_trumbore"}),
         ("intersector", "bvh", {"brute_force"}),
-        ("sampler", "sobol", {"independent", "niederreiter"}),
+        ("sampler", "independent", {"sobol", "niederreiter"}),
         ("BRDF", "diffuse", {"mirror", "phong"}),
         ("integrator", "uniform", {"mis", "flat", "normal"}),
         ("renderer", "A1Renderer", {"A2Renderer", "RT3Renderer"}),
@@ -63,7 +63,7 @@ def test_every_kind_has_a_home():
     assert {part.kind for kind in HOMES for part in PARTS.all(kind)} <= set(HOMES)
 
 
-@pytest.mark.parametrize("first", ["brdfs.mirror", "sampler", "renderer", "integrators.surface_views"])
+@pytest.mark.parametrize("first", ["brdfs.mirror", "samplers.sobol", "renderer", "integrators.surface_views"])
 def test_the_order_does_not_depend_on_who_imported_what_first(first):
     """In a process of its own, where nothing was imported before."""
     program = f"""
@@ -93,7 +93,7 @@ def test_a_slot_takes_a_name_a_class_or_an_object():
 @pytest.mark.parametrize(
     ("kind", "chosen", "message"),
     [
-        ("sampler", "sobl", "unknown sampler 'sobl': did you mean 'sobol'? known are sobol"),
+        ("sampler", "sobl", "unknown sampler 'sobl': did you mean 'sobol'? known are independent"),
         ("BRDF", 7, "BRDF: 7 is neither a name nor a part of this kind"),
         ("BRDF", tt.Camera, "is neither a name nor a part of this kind"),
         ("camera", None, "camera: None is neither a name nor a part of this kind"),

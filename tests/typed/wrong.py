@@ -7,6 +7,7 @@ cube = tt.scene_from_mesh([[0, 0, 0]], [[0, 0, 0]], triangletest="watertight")  
 number = tt.load_scene_data(7)  # incompatible type "int"
 renderer = tt.A1Renderer("cornell_box")  # incompatible type "str"
 picture = tt.A2Renderer(cube, width="512")  # incompatible type "str"
+noisy = tt.A2Renderer(cube, 64, 64, sampller="sobol")  # Unexpected keyword argument "sampller"
 camera = tt.Camera(64, 64, fow=60)  # Unexpected keyword argument "fow"
 camera.set_camera_parameters(eye=3)  # incompatible type "int"
 picture.render(ssp=16)  # Unexpected keyword argument "ssp"

@@ -4,6 +4,7 @@ import time
 import warnings
 import zlib
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,9 +12,11 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.files.arrays import mesh_from_arrays
-from taichi_tracer.geometry import stable_normal, unit
+from taichi_tracer.formulas.triangles import stable_normal
+from taichi_tracer.geometry import unit
 from taichi_tracer.ray import offset_origin
-from taichi_tracer.scene_data import RayHits, SceneData, ray_from
+from taichi_tracer.ray_hits import RayHits, ray_from
+from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.meshes import join
 from taichi_tracer.studies.hard.modes import Mode
@@ -36,11 +39,23 @@ class Rays:
     def __len__(self) -> int:
         return len(self.origins)
 
-    def first(self, count: int) -> "Rays":
-        """The first rays."""
-        known = {name: values[:count] for name, values in self.known.items()}
-        windows = [t if np.ndim(t) == 0 else t[:count] for t in (self.t_min, self.t_max)]
-        return Rays(self.origins[:count], self.directions[:count], *windows, known)
+    def __getitem__(self, rows) -> "Rays":
+        """Some of the rays: a slice, their numbers, or a bool for each."""
+        known = {name: values[rows] for name, values in self.known.items()}
+        windows = [t if np.ndim(t) == 0 else t[rows] for t in (self.t_min, self.t_max)]
+        return Rays(self.origins[rows], self.directions[rows], *windows, known)
+
+
+def joined(parts: Sequence[Rays]) -> Rays:
+    """The rays of several parts, one after the other; all of which know the same of their rays, and have no window."""
+    known = {name: np.concatenate([part.known[name] for part in parts]) for name in parts[0].known}
+    origins = np.concatenate([part.origins for part in parts])
+    return Rays(origins, np.concatenate([part.directions for part in parts]), known=known)
+
+
+def unit_rows(vectors: np.ndarray) -> np.ndarray:
+    """(n, 3) vectors of length 1."""
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 class Case(ABC):
@@ -75,10 +90,7 @@ class Case(ABC):
     def gathered(self, count: int) -> Rays:
         """The rays of the case, the same in every mode, in a random order so that any first part of them will do."""
         rays = self.rays(self.rng(), count)
-        order = self.rng(1).permutation(len(rays))
-        known = {name: values[order] for name, values in rays.known.items()}
-        windows = [t if np.ndim(t) == 0 else t[order] for t in (rays.t_min, rays.t_max)]
-        return Rays(rays.origins[order], rays.directions[order], *windows, known)
+        return rays[self.rng(1).permutation(len(rays))]
 
 
 class RendererCase(ABC):
@@ -89,6 +101,20 @@ class RendererCase(ABC):
     @abstractmethod
     def judge(self, epsilon: float) -> dict[str, float]:
         """How many things were ``tried``, how many answers are ``wrong`` or ``nan``."""
+
+
+@dataclass
+class Tally:
+    """What a ``RendererCase`` counts: how many things were tried, and how many answers are wrong, or are NaN."""
+
+    tried: int = 0
+    wrong: int = 0
+    nan: int = 0
+
+    def add(self, wrong: np.ndarray | bool, nan: int = 0, tried: int | None = None) -> None:
+        """Count answers, of which ``wrong`` says whether each is; ``tried`` if they are not all that were tried."""
+        self.tried += np.size(wrong) if tried is None else tried
+        self.wrong, self.nan = self.wrong + int(np.sum(wrong)), self.nan + nan
 
 
 @ti.data_oriented
@@ -198,7 +224,7 @@ def not_numbers(hits: RayHits) -> int:
 
 
 class Stage:
-    """A scene of several cases.
+    """A scene that several cases share.
 
     Args:
         name: for messages.

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from taichi_tracer.studies.hard.case import Case, Placed, Rays, false_hits, not_numbers
-from taichi_tracer.studies.hard.meshes import as_f32, edges_of, normals_of, sphere
+from taichi_tracer.studies.hard.case import Case, Placed, Rays, false_hits, joined, not_numbers, unit_rows
+from taichi_tracer.studies.hard.meshes import as_f32, edges_of, join, normals_of, sphere
 
 FACING = 0.75  # cosine from which on all triangles around a point face an origin outside: no silhouette is near
 
@@ -32,12 +32,7 @@ class ClosedSphere(Case):
         inside = self._from_inside(rng, count if not self.outside else count - count // 4)
         if not self.outside:
             return inside
-        outside = self._from_outside(rng, count // 4)
-        return Rays(
-            np.concatenate([inside.origins, outside.origins]),
-            np.concatenate([inside.directions, outside.directions]),
-            known={name: np.concatenate([inside.known[name], outside.known[name]]) for name in inside.known},
-        )
+        return joined([inside, self._from_outside(rng, count // 4)])
 
     def edge_rays(self, rng, count: int) -> Rays:
         """Rays from inside, all at edges: for long runs."""
@@ -66,17 +61,13 @@ class ClosedSphere(Case):
     def _from_outside(self, rng, count):
         """As from inside, where all triangles around the target face the origin."""
         edge, is_vertex, target = self._targets(rng, count)
-        away = rng.normal(size=(count, 3))
-        away /= np.linalg.norm(away, axis=1, keepdims=True)
+        away = unit_rows(rng.normal(size=(count, 3)))
         away *= np.sign((away * (target - self.centre)).sum(axis=1, keepdims=True))
         origin = as_f32(target + away * self.radius * rng.uniform(0.25, 1.5, (count, 1)))
         direction = as_f32(target - origin)
-        towards = direction / np.linalg.norm(direction, axis=1, keepdims=True)
-        outward = target - self.centre
-        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-        sure = (towards * outward).sum(axis=1) < -FACING
+        sure = (unit_rows(direction) * unit_rows(target - self.centre)).sum(axis=1) < -FACING
         known = {"is_vertex": is_vertex, "is_outside": np.ones(count, bool), "edge": edge}
-        return Rays(origin[sure], direction[sure], known={name: values[sure] for name, values in known.items()})
+        return Rays(origin, direction, known=known)[sure]
 
     def leaks(self, on: Placed, rays: Rays, hits) -> np.ndarray:
         """From inside: no own triangle was met. From outside: none, or one on the far side."""
@@ -88,26 +79,21 @@ class ClosedSphere(Case):
     def judge(self, on, rays, epsilon):
         """No leak; both triangles of an edge may be hit; normals face the origin, and the flag says of which side."""
         hits = on.intersect(rays)
-        leaks, is_vertex = self.leaks(on, rays, hits), rays.known["is_vertex"]
-        ids = on.own(hits)
+        leaks, ids = self.leaks(on, rays, hits), on.own(hits)
         found = ids >= 0
         along = (self.normals[np.maximum(ids, 0)] * rays.directions).sum(axis=1)
         length = np.linalg.norm(rays.directions, axis=1)
         is_sure = found & (np.abs(along) > 1e-3 * length)
         wrong_side = is_sure & ((along > 0) != hits.is_backfacing)
         not_facing = is_sure & ((hits.geometric_normal * rays.directions).sum(axis=1) > 0)
-        findings = {
-            "edge_leaks": int(leaks[~is_vertex].sum()),
-            "edge_rays": int((~is_vertex).sum()),
-            "vertex_leaks": int(leaks[is_vertex].sum()),
-            "vertex_rays": int(is_vertex.sum()),
+        findings = leaks_in(leaks, rays) | {
             "false_hits": false_hits(on, rays, ids, epsilon),
             "wrong": int(wrong_side.sum() + not_facing.sum()),
             "nan": not_numbers(hits),
         }
         found &= hits.is_hit & np.isfinite(hits.distance)
         findings |= self._self_hits(on, ids[found], hits.barycentric_coords[found])
-        return findings | self._double_hits(on, rays.first(20_000))
+        return findings | self._double_hits(on, rays[:20_000])
 
     def _self_hits(self, on, ids, barycentrics):
         """Rays that start where others hit: x + 1e-6 n would be x itself in f32 from |x| ≥ 32 on."""
@@ -117,13 +103,23 @@ class ClosedSphere(Case):
         return {"self_hits": int(np.isfinite(again).sum()), "self_hit_rays": len(ids)}
 
     def _double_hits(self, on, rays):
-        at_edge = ~rays.known["is_vertex"]
-        rays = Rays(rays.origins[at_edge], rays.directions[at_edge], known={"edge": rays.known["edge"][at_edge]})
+        rays = rays[~rays.known["is_vertex"]]
         if len(rays) == 0:
             return {}
         owners = self.owners[rays.known["edge"]]
         both = np.isfinite(on.meet(rays, owners[:, 0])) & np.isfinite(on.meet(rays, owners[:, 1]))
         return {"double_hits": int(both.sum()), "double_hit_rays": len(rays)}
+
+
+def leaks_in(leaks: np.ndarray, rays: Rays) -> dict[str, int]:
+    """How many of the rays at edges and of those at vertices leak."""
+    is_vertex = rays.known["is_vertex"]
+    return {
+        "edge_leaks": int(leaks[~is_vertex].sum()),
+        "edge_rays": int((~is_vertex).sum()),
+        "vertex_leaks": int(leaks[is_vertex].sum()),
+        "vertex_rays": int(is_vertex.sum()),
+    }
 
 
 class NestedSpheres(Case):
@@ -141,28 +137,21 @@ class NestedSpheres(Case):
         self.shells = [ClosedSphere(f"r={r:g}", self.stage, r, (0, 0, 0), 8, 5, outside=False) for r in self.radii]
         meshes = [shell.mesh() for shell in self.shells]
         self.per_shell = len(meshes[0][1])
-        offsets = np.cumsum([0] + [len(v) for v, _ in meshes])[:-1]
-        vertices = np.concatenate([v for v, _ in meshes])
-        return vertices, np.concatenate([f + k for (_, f), k in zip(meshes, offsets, strict=True)])
+        return join(meshes)
 
     def rays(self, rng, count):
         """Rays from inside of each, outside of the next smaller one."""
         parts = [shell.rays(rng, count // len(self.shells)) for shell in self.shells]
         shell = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
-        known = {name: np.concatenate([part.known[name] for part in parts]) for name in parts[0].known}
-        origins = np.concatenate([part.origins for part in parts])
-        return Rays(origins, np.concatenate([part.directions for part in parts]), known=known | {"shell": shell})
+        rays = joined(parts)
+        rays.known["shell"] = shell
+        return rays
 
     def judge(self, on, rays, epsilon):
         """The sphere that was aimed at is hit: not the next, which is ten times as large."""
         hits = on.intersect(rays)
         ids = on.own(hits)
-        leaks, is_vertex = ids // self.per_shell != rays.known["shell"], rays.known["is_vertex"]
-        return {
-            "edge_leaks": int(leaks[~is_vertex].sum()),
-            "edge_rays": int((~is_vertex).sum()),
-            "vertex_leaks": int(leaks[is_vertex].sum()),
-            "vertex_rays": int(is_vertex.sum()),
+        return leaks_in(ids // self.per_shell != rays.known["shell"], rays) | {
             "false_hits": false_hits(on, rays, ids, epsilon),
             "nan": not_numbers(hits),
         }
@@ -190,21 +179,15 @@ class LeavingSurfaces(Case):
         return self.vertices, self.faces
 
     def rays(self, rng, count):
-        """Directions over the sphere, a fifth of them close to the surface."""
-        return self.departures(rng, count)
-
-    def departures(self, rng, count):
-        """Where rays leave: triangle, barycentrics, direction; the origin is the tracer's to find."""
+        """Directions over the sphere, a fifth of them close to the surface; the tracer finds where they start."""
         ids = rng.integers(0, len(self.faces), count)
         u = np.sqrt(rng.uniform(size=count))
         v = rng.uniform(size=count)
         barycentrics = as_f32(np.stack([u * (1 - v), u * v], axis=1))
-        directions = rng.normal(size=(count, 3))
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        directions = unit_rows(rng.normal(size=(count, 3)))
         n = normals_of(self.vertices, self.faces)[ids]
         sine = 10.0 ** rng.uniform(-3, 0, (count, 1))
-        flat = directions - n * (directions * n).sum(axis=1, keepdims=True)
-        flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+        flat = unit_rows(directions - n * (directions * n).sum(axis=1, keepdims=True))
         close = np.arange(count)[:, None] % 5 == 0
         directions = np.where(close, flat * np.sqrt(1 - sine**2) + n * sine, directions)
         points = self.vertices[self.faces[ids, 0]]

@@ -29,7 +29,7 @@ class Exact(Case):
 
     def with_truth(self, rays: Rays) -> Rays:
         """The rays, and what they meet."""
-        rays = rays.first(self.most)
+        rays = rays[: self.most]
         ids, t = nearest_exactly(rays, self.vertices[self.faces])
         rays.known = {"id": ids, "t": t}
         return rays
@@ -152,29 +152,39 @@ class Damaged(Exact):
             rng.integers(-3, 4, (count, 3)) + [32, 0, 0] + np.where(np.arange(count)[:, None] % 2, 0, 0.37)
         )
         directions = rng.integers(-4, 5, (count, 3)).astype(float)
-        some = np.abs(directions).max(axis=1) == 4
-        return self.with_truth(Rays(origins[some], directions[some]))
+        return self.with_truth(Rays(origins, directions)[np.abs(directions).max(axis=1) == 4])
 
 
-class DirectionLengths(Case):
+class AboutASphere(Case):
+    """Rays from around a sphere, towards it. Subclasses say what must hold of them."""
+
+    stage, rays_wanted = "unit", 0.2
+    centre: tuple[float, float, float]
+
+    def mesh(self):
+        """The sphere."""
+        return sphere(12, 7, 2.0, self.centre)
+
+    def rays(self, rng, count):
+        """Origins and targets are spread about the centre."""
+        origins = as_f32(rng.normal(size=(count, 3)) * 3 + self.centre)
+        return Rays(origins, as_f32(rng.normal(size=(count, 3)) * 1.5 + self.centre - origins))
+
+
+class DirectionLengths(AboutASphere):
     """The same rays with directions of length 1e-10 to 1e10.
 
     A tolerance on the determinant, which grows with |d|, makes short directions miss everything. Lengths are powers of
     two, so that every mode has to give the same answer to the last bit.
     """
 
-    name, stage, rays_wanted = "direction lengths 1e-10 to 1e10", "unit", 0.2
-
-    def mesh(self):
-        """A sphere."""
-        self.vertices, self.faces = sphere(12, 7, 2.0, (-32, 0, 0))
-        return self.vertices, self.faces
+    name, centre = "direction lengths 1e-10 to 1e10", (-32, 0, 0)
 
     def rays(self, rng, count):
-        """From around the sphere, towards it."""
-        origins = as_f32(rng.normal(size=(count, 3)) * 3 + [-32, 0, 0])
-        directions = as_f32(rng.normal(size=(count, 3)) * 1.5 + [-32, 0, 0] - origins)
-        return Rays(origins, directions, known={"scale": 2.0 ** rng.integers(-33, 34, count)})
+        """Each has another length besides."""
+        rays = super().rays(rng, count)
+        rays.known["scale"] = 2.0 ** rng.integers(-33, 34, count)
+        return rays
 
     def judge(self, on, rays, epsilon):
         """The same triangle, and t over the length the same number."""
@@ -187,25 +197,14 @@ class DirectionLengths(Case):
         }
 
 
-class Windows(DirectionLengths):
+class Windows(AboutASphere):
     """Hits between t_min and t_max only, both excluded, also where they are the t of a hit.
 
     To find everything along a ray, one asks again from the last t on. Where the t that is returned is rounded
     otherwise than the one that was compared, the same triangle is found for ever.
     """
 
-    name = "windows of t"
-
-    def mesh(self):
-        """A sphere of its own."""
-        self.vertices, self.faces = sphere(12, 7, 2.0, (-48, 16, 0))
-        return self.vertices, self.faces
-
-    def rays(self, rng, count):
-        """From around the sphere, towards it."""
-        centre = np.array([-48.0, 16, 0])
-        origins = as_f32(rng.normal(size=(count, 3)) * 3 + centre)
-        return Rays(origins, as_f32(rng.normal(size=(count, 3)) * 1.5 + centre - origins))
+    name, centre = "windows of t", (-48, 16, 0)
 
     def judge(self, on, rays, epsilon):
         """Behind every hit another t, or none; before it nothing; no legal answer from a window that is none."""

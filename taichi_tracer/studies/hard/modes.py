@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from taichi_tracer.fast.stand_ins import STAND_INS
+from taichi_tracer.forms import has_fast_form
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import runtime
@@ -76,7 +76,12 @@ def all_modes(with_plain: bool = False) -> list[Mode]:
     ways = [(test, part.name, False) for test in tests for part in intersectors if part.name not in own]
     ways += [(OWN_TEST, name, False) for name in own]
     if with_plain:
-        ways += [(test, cls.name, True) for test in tests for cls in STAND_INS if cls.name != REFERENCE]
+        ways += [
+            (test, cls.name, True)
+            for test in tests
+            for cls in PARTS.all("intersector")
+            if has_fast_form(cls) and cls.name != REFERENCE
+        ]
     return [
         Mode(test, precision, fast_math, intersector, plain)
         for fast_math in (False, True)

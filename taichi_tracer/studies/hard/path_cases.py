@@ -1,17 +1,19 @@
 """Hard cases of light that bounces: rooms without a way out, lamps where formulas are 0/0, lamps without a size."""
 
 import warnings
+from dataclasses import asdict
 
 import numpy as np
 
-from taichi_tracer.camera import Camera, OrthographicCamera
+from taichi_tracer.assignments import A4Renderer
+from taichi_tracer.camera import Camera
+from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES
 from taichi_tracer.materials import Material
-from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
-from taichi_tracer.studies.hard.case import RendererCase
+from taichi_tracer.studies.hard.case import RendererCase, Tally
 from taichi_tracer.studies.hard.meshes import box, join, separate, sphere
 from taichi_tracer.system.registry import PARTS
 
@@ -46,6 +48,25 @@ def square(half: float, y: float = 0.0, centre=(0.0, 0.0)) -> tuple[np.ndarray, 
     return quad((x - h, y, z + h), (x + h, y, z + h), (x + h, y, z - h), (x - h, y, z - h))
 
 
+def from_above(size: int, half: float, height: float = 0.5, turn: np.ndarray | None = None) -> OrthographicCamera:
+    """A camera that looks down at ``square(half)``; +x is on the right of the picture, and +z at its top."""
+    turn = np.eye(3) if turn is None else turn
+    place = {"eye": turn @ (0, height, 0), "at": (0, 0, 0), "up": turn @ (0, 0, 1)}
+    return OrthographicCamera(size, size, **place, screen_window=(-half, half, -half, half))
+
+
+def floor_points(size: int, half: float) -> np.ndarray:
+    """(size, size, 3) points of the floor that the pixels of such a camera show, top row first."""
+    centres = (np.arange(size) + 0.5) / size * 2 * half - half
+    x, z = np.meshgrid(centres, centres[::-1])
+    return np.stack([x, np.zeros_like(x), z], axis=-1)
+
+
+def reflected(point, corners) -> float:
+    """The radiance of the floor at a point, under a lamp of radiance 1 with these corners."""
+    return ALBEDO / np.pi * oracle.polygon_irradiance(point, np.array([0.0, 1, 0]), corners)
+
+
 def rendered(renderer: A4Renderer, way: str, spp: int) -> tuple[np.ndarray, np.ndarray, int]:
     """(h, w, 3) mean, (h, w, 3) standard deviation of the mean, and how many samples or pixels are no numbers."""
     renderer.use(way)
@@ -78,19 +99,18 @@ class ClosedRoom(RendererCase):
         renderer = A4Renderer(scene, 48, 48)
         renderer.max_bounces = MOST_BOUNCES
         truth = self.emission * sum(self.albedo**k for k in range(MOST_BOUNCES + 1))
-        tried = wrong = nan = 0
+        found = Tally()
         for way, spp in zip(WAYS, (16, 4, 4), strict=True):
-            image, _, not_finite = rendered(renderer, way, spp)
+            image, _, nan = rendered(renderer, way, spp)
             off = np.abs(image[..., 0] / truth - 1)
-            tried, nan = tried + off.size, nan + not_finite
             if way == "implicit":
-                wrong += int((off > 4 * MOST_BOUNCES * max(epsilon, PIXEL)).sum())
+                found.add(off > 4 * MOST_BOUNCES * max(epsilon, PIXEL), nan)
                 energy = image.mean() / truth
             else:
                 error = image[..., 0].std() / np.sqrt(off.size)
-                wrong += int(abs(image.mean() - truth) > DEVIATIONS * error)
+                found.add(abs(image.mean() - truth) > DEVIATIONS * error, nan, off.size)
         scene.destroy()
-        return {"tried": tried, "wrong": wrong, "nan": nan, "energy": float(energy)}
+        return asdict(found) | {"energy": float(energy)}
 
 
 class MirrorCorridor(RendererCase):
@@ -110,16 +130,15 @@ class MirrorCorridor(RendererCase):
         window = (-0.5, 0.5, -0.5, 0.5)
         camera = OrthographicCamera(8, 8, eye=(0.1, 0.2, 0.5), at=(0.1, 0.2, -1), up=(0, 1, 0), screen_window=window)
         renderer = A4Renderer(scene, camera=camera)
-        tried = wrong = nan = 0
+        found = Tally()
         for way in WAYS:
             for bounces in (0, 1, 2, MOST_BOUNCES):
                 renderer.max_bounces = bounces
-                image, _, not_finite = rendered(renderer, way, 1)
+                image, _, nan = rendered(renderer, way, 1)
                 off = np.abs(image[..., 0] / (bounces + 1) - 1)
-                tried, nan = tried + off.size, nan + not_finite
-                wrong += int((off > 4 * (bounces + 1) * max(epsilon, PIXEL)).sum())
+                found.add(off > 4 * (bounces + 1) * max(epsilon, PIXEL), nan)
         scene.destroy()
-        return {"tried": tried, "wrong": wrong, "nan": nan}
+        return asdict(found)
 
 
 class LampInPlace(RendererCase):
@@ -136,39 +155,27 @@ class LampInPlace(RendererCase):
         """(4, 3) of the lamp, counter-clockwise as seen from the side that emits."""
         raise NotImplementedError
 
-    def points(self) -> np.ndarray:
-        """(size, size, 3) points of the floor that the pixels show, top row first."""
-        centres = (np.arange(self.size) + 0.5) / self.size * 2 * self.half - self.half
-        x, z = np.meshgrid(centres, centres[::-1])
-        return np.stack([x, np.zeros_like(x), z], axis=-1)
-
-    def camera(self) -> OrthographicCamera:
-        """It looks down at the floor; +x is on the right of the picture, and +z at its top."""
-        h, turned = self.half, self.turn
-        place = {"eye": turned @ (0, 4, 0), "at": (0, 0, 0), "up": turned @ (0, 0, 1)}
-        return OrthographicCamera(self.size, self.size, **place, screen_window=(-h, h, -h, h))
-
     def judge(self, epsilon):
         """The floor's radiance is that of Lambert's formula for polygons; it is 0 behind the lamp and in its plane."""
         floor = square(self.half, centre=(0, 0))
         parts = [(v @ self.turn.T, f) for v, f in (floor, quad(*self.corners()))]
         scene = SceneData(mesh_of(parts, [FLOOR, lamp()]))
-        renderer = A4Renderer(scene, camera=self.camera(), jitter=False, sampler="independent")
+        camera = from_above(self.size, self.half, 4, self.turn)
+        renderer = A4Renderer(scene, camera=camera, jitter=False, sampler="independent")
         renderer.max_bounces = 1
-        points = self.points()
+        points, found = floor_points(self.size, self.half), Tally()
         truth = np.array([[self.radiance(p) for p in row] for row in points])
         sees_floor = self.sees_floor(points)
-        tried = wrong = nan = 0
         for way in ("explicit", "path"):
-            image, deviation, not_finite = rendered(renderer, way, self.spp)
+            image, deviation, nan = rendered(renderer, way, self.spp)
             off = np.abs(image[..., 0] - truth) > DEVIATIONS * deviation[..., 0] + 64 * epsilon
-            tried, wrong, nan = tried + int(sees_floor.sum()), wrong + int((off & sees_floor).sum()), nan + not_finite
+            found.add(off[sees_floor], nan)
         scene.destroy()
-        return {"tried": tried, "wrong": wrong, "nan": nan}
+        return asdict(found)
 
     def radiance(self, point) -> float:
         """What the floor reflects at a point."""
-        return ALBEDO / np.pi * oracle.polygon_irradiance(point, np.array([0.0, 1, 0]), self.corners())
+        return reflected(point, self.corners())
 
     def sees_floor(self, points) -> np.ndarray:
         """(size, size) bool: whether a pixel shows the floor and not the lamp."""
@@ -191,11 +198,11 @@ class LampInTheFloor(LampInPlace):
         return np.array([[-0.5, 0, 0.5], [0.5, 0, 0.5], [0.5, 0, -0.5], [-0.5, 0, -0.5]])
 
     def radiance(self, point):
-        """Nothing."""
+        """The floor reflects nothing."""
         return 0.0
 
     def sees_floor(self, points):
-        """Where the two coincide, either of them is the hit."""
+        """Not where the two coincide: there, either of them is the hit."""
         return (np.abs(points[..., [0, 2]]) > 0.51).any(axis=-1)
 
 
@@ -212,7 +219,7 @@ class LampAtTheFloor(LampInPlace):
         return np.array([[0, 0, 1], [0, 0, -1], [0, 1, -1], [0, 1, 1]])
 
     def sees_floor(self, points):
-        """At x = 0, on the edge itself, the radiance jumps."""
+        """Not at x = 0, on the edge itself, where the radiance jumps."""
         return points[..., 0] != 0
 
 
@@ -240,32 +247,24 @@ class DegenerateLamps(RendererCase):
     corners = np.array([[-0.5, 1, -0.5], [0.5, 1, -0.5], [0.5, 1, 0.5]])  # faces down
 
     def judge(self, epsilon):
-        """Only the right one is a lamp, whichever choice is made; the floor is lit by it alone."""
+        """Only the right triangle is a lamp, whichever choice is made, and the floor is lit by it alone."""
         point, line = np.zeros((3, 3)), np.outer([0.0, 1, 2], [1, 1, 1])
         broken = [point, line, np.full((3, 3), np.nan), self.corners * [1, np.inf, 1], line + [3, 0, 0]]
         vertices = np.concatenate([*broken[:3], self.corners, *broken[3:]])
         lamps = vertices, np.arange(len(vertices)).reshape(-1, 3)
         good = 2 + 3  # the triangle's number: two of the floor, and three broken ones, come before it
-        place = {"eye": (0, 0.5, 0), "at": (0, 0, 0), "up": (0, 0, 1), "screen_window": (-1, 1, -1, 1)}
-        tried = wrong = nan = 0
+        truth, found = np.array([[reflected(p, self.corners) for p in row] for row in floor_points(9, 1.0)]), Tally()
         for choice in PARTS.names("lamp choice"):
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # of the triangles that were dropped
                 scene = SceneData(mesh_of([square(2), lamps], [FLOOR, lamp()]), lamp_choice=choice)
-            camera = OrthographicCamera(9, 9, **place)
-            renderer = A4Renderer(scene, camera=camera, jitter=False, sampler="independent")
+            renderer = A4Renderer(scene, camera=from_above(9, 1.0), jitter=False, sampler="independent")
             renderer.max_bounces = 1
-            image, deviation, not_finite = rendered(renderer, "explicit", 256)
-            centres = (np.arange(9) + 0.5) / 9 * 2 - 1
-            up = np.array([0.0, 1, 0])
-            truth = np.array(
-                [[oracle.polygon_irradiance((x, 0, z), up, self.corners) for x in centres] for z in centres[::-1]]
-            )
-            off = np.abs(image[..., 0] - ALBEDO / np.pi * truth) > DEVIATIONS * deviation[..., 0] + 64 * epsilon
-            wrong += int(off.sum()) + int(list(scene.lamps.table.ids) != [good])
-            tried, nan = tried + off.size + 1, nan + not_finite
+            image, deviation, nan = rendered(renderer, "explicit", 256)
+            found.add(np.abs(image[..., 0] - truth) > DEVIATIONS * deviation[..., 0] + 64 * epsilon, nan)
+            found.add(list(scene.lamps.table.ids) != [good])
             scene.destroy()
-        return {"tried": tried, "wrong": wrong, "nan": nan}
+        return asdict(found)
 
 
 class NoLampAtAll(RendererCase):
@@ -283,12 +282,12 @@ class NoLampAtAll(RendererCase):
             warnings.simplefilter("ignore", UserWarning)
             scene = SceneData(mesh_of([square(2), line], [FLOOR, lamp()]))
         renderer = A4Renderer(scene, camera=Camera(8, 8, eye=(0, 3, 0.1), at=(0, 0, 0)))
-        tried = wrong = nan = 0
+        found = Tally()
         for way in WAYS:
-            image, _, not_finite = rendered(renderer, way, 4)
-            tried, wrong, nan = tried + 64, wrong + int((image != 0).any(axis=2).sum()), nan + not_finite
+            image, _, nan = rendered(renderer, way, 4)
+            found.add((image != 0).any(axis=2), nan)
         scene.destroy()
-        return {"tried": tried, "wrong": wrong, "nan": nan}
+        return asdict(found)
 
 
 class ExtremeRadiance(RendererCase):
@@ -302,25 +301,25 @@ class ExtremeRadiance(RendererCase):
 
     def judge(self, epsilon):
         """Divided by Ke, both pictures and their errors are the same, and the mean is that of Lambert's formula."""
-        corners, up = np.array([[-1.0, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1]]), np.array([0.0, 1, 0])
-        place = {"eye": (0, 0.5, 0), "at": (0, 0, 0), "up": (0, 0, 1), "screen_window": (-1, 1, -1, 1)}
-        centres = (np.arange(9) + 0.5) / 9 * 2 - 1
-        truth = np.array([[oracle.polygon_irradiance((x, 0, z), up, corners) for x in centres] for z in centres])
-        pictures, errors, nan = [], [], 0
+        corners = np.array([[-1.0, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1]])
+        truth = np.array([[reflected(p, corners) for p in row] for row in floor_points(9, 1.0)])
+        pictures, errors, found = [], [], Tally()
         for radiance in (1e30, 1e-30):
             scene = SceneData(mesh_of([square(2), quad(*corners)], [FLOOR, lamp(radiance)]))
-            renderer = A4Renderer(scene, camera=OrthographicCamera(9, 9, **place), jitter=False)
+            renderer = A4Renderer(scene, camera=from_above(9, 1.0), jitter=False)
             renderer.max_bounces = 1
-            image, _, not_finite = rendered(renderer, "path", self.spp)
+            image, _, nan = rendered(renderer, "path", self.spp)
             pictures.append(image[..., 0] / radiance)
             errors.append(float(renderer.error()))
-            nan += not_finite
+            found.add(np.zeros(truth.shape, bool), nan)
             scene.destroy()
         one, other = pictures
-        wrong = int((np.abs(one / other - 1) > self.spp * PIXEL).sum())
-        wrong += int(abs(one.mean() / (ALBEDO / np.pi * truth.mean()) - 1) > 0.02)
-        wrong += int(not abs(errors[0] / errors[1] - 1) <= self.spp * PIXEL)  # one that is not known is wrong, too
-        return {"tried": 2 * one.size, "wrong": wrong, "nan": nan}
+        found.add(np.abs(one / other - 1) > self.spp * PIXEL, tried=0)
+        found.add(abs(one.mean() / truth.mean() - 1) > 0.02, tried=0)
+        found.add(
+            not abs(errors[0] / errors[1] - 1) <= self.spp * PIXEL, tried=0
+        )  # one that is not known is wrong, too
+        return asdict(found)
 
 
 class MillionTriangleLamp(RendererCase):
@@ -337,19 +336,17 @@ class MillionTriangleLamp(RendererCase):
         """Straight below a ball of radius R at the height h, E = π L (R/h)², whichever choice is made."""
         ball = sphere(1000, 501, self.radius, (0, self.height, 0))
         truth = ALBEDO * (self.radius / self.height) ** 2
-        place = {"eye": (0, 0.5, 0), "at": (0, 0, 0), "up": (0, 0, 1), "screen_window": (-0.01, 0.01, -0.01, 0.01)}
-        tried = wrong = nan = 0
+        found = Tally()
         for choice in PARTS.names("lamp choice"):
             scene = SceneData(mesh_of([square(2), ball], [FLOOR, lamp()]), lamp_choice=choice)
-            renderer = A4Renderer(scene, camera=OrthographicCamera(16, 16, **place), sampler="independent")
+            renderer = A4Renderer(scene, camera=from_above(16, 0.01), sampler="independent")
             renderer.max_bounces = 1
-            image, _, not_finite = rendered(renderer, "explicit", 256)
+            image, _, nan = rendered(renderer, "explicit", 256)
             error = image[..., 0].std() / np.sqrt(image[..., 0].size)
             # The ball is a polyhedron, which is smaller than the ball by some 1e-5.
-            wrong += int(abs(image.mean() - truth) > 4 * error + 1e-4 * truth)
-            tried, nan = tried + image[..., 0].size, nan + not_finite
+            found.add(abs(image.mean() - truth) > 4 * error + 1e-4 * truth, nan, image[..., 0].size)
             scene.destroy()
-        return {"tried": tried, "wrong": wrong, "nan": nan}
+        return asdict(found)
 
 
 USUAL = (

@@ -1,7 +1,7 @@
 """All cases of the rest of the renderer."""
 
-from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.scene_data import brdfs_of
+from taichi_tracer.assignments import A2Renderer
+from taichi_tracer.scene_parts import brdfs_of
 from taichi_tracer.studies.hard import path_cases
 from taichi_tracer.studies.hard.case import RendererCase
 from taichi_tracer.studies.hard.shading_cases import Accumulation, Brdfs, Furnace, OppositeNormals, OwnBrdf

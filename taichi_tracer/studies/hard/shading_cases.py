@@ -9,13 +9,14 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.camera import Camera
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.picture.film import Film
-from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.scene_data import SceneData, brdfs_of
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_parts import brdfs_of
 from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
 from taichi_tracer.studies.hard.meshes import sphere
 from taichi_tracer.system import memory, runtime
@@ -79,7 +80,7 @@ class Brdfs(RendererCase):
         return [Material(Kd=(1.0, 1.0, 1.0), Ns=exponent) for exponent in self.exponents]
 
     def brdfs(self) -> list[Brdf]:
-        """Those that come with the package; each is asked for the materials that it describes."""
+        """The BRDFs that come with the package; each is asked for the materials that it describes."""
         return [brdf for brdf in brdfs_of(()) if PARTS.comes_with_package(brdf)]
 
     def answers(self, heights, xis) -> np.ndarray:
@@ -95,7 +96,7 @@ class Brdfs(RendererCase):
         return found.astype(np.float64).reshape(*shape, 10)
 
     def judge(self, epsilon):
-        """Numbers; w_i of unit length; weights in [0, 1]; densities of at least 0."""
+        """All answers are numbers, w_i has unit length, weights are in [0, 1], and densities are at least 0."""
         values = self.answers(self.heights, self.xis).reshape(-1, 10)
         length = np.abs(np.linalg.norm(values[:, :3], axis=1) - 1) > LENGTH_ERROR * epsilon
         weight = (values[:, 3] < 0) | (values[:, 3] > self.most_weight * (1 + LENGTH_ERROR * epsilon))
@@ -120,12 +121,12 @@ class OwnBrdf(Brdfs):
         self.brdf, self.name = brdf, f"BRDF {brdf.name}: {self.what}"
 
     def materials(self) -> list[Material]:
-        """Those that the BRDF describes."""
+        """The materials that the BRDF describes."""
         every = super().materials()
         return [m for m in every if self.brdf.describes(m, runtime.dtype())] or every
 
     def brdfs(self) -> list[Brdf]:
-        """This one, whatever it says of a material."""
+        """The BRDF that is tried, which here describes every material."""
         alone = copy.copy(self.brdf)
         alone.describes = lambda material, dtype: True
         return [alone]
@@ -180,7 +181,7 @@ class _Exposure:
 
     @ti.kernel
     def expose(self, value: float, samples: ti.i32):
-        """``samples`` of the same value for every pixel."""
+        """Add so many samples of the same value to every pixel."""
         for x in range(self.film.width):
             for k in range(samples):
                 self.film.add(x, 0, tm.vec3(value, value / 3, value * 1000), k)
@@ -225,7 +226,7 @@ class Furnace(RendererCase):
         self.estimator, self.name = estimator, f"furnace: {estimator.name}"
 
     def judge(self, epsilon):
-        """Mean radiance of each sphere of at most 1.01 (four deviations of the mean are granted), and all finite."""
+        """The mean radiance of each sphere is at most 1.01, four deviations granted, and all samples are finite."""
         parts = [sphere(10, 6, 1.0, (2.5 * k, 0, 0)) for k in range(len(self.exponents))]
         offsets = np.cumsum([0] + [len(v) for v, _ in parts])[:-1]
         mesh = Mesh(

@@ -31,7 +31,7 @@ class DistanceCase(Case):
         return self.vertices, self.faces
 
     def rays(self, rng, count):
-        """Those of three times as many that are surely inside, with their exact t."""
+        """Three times as many are aimed; those that are surely inside are kept, with their exact t."""
         count = min(count, MOST_EXACT)
         ids = rng.integers(0, len(self.faces), 3 * count)
         corners = self.vertices[self.faces[ids]]
@@ -47,7 +47,7 @@ class DistanceCase(Case):
         return Rays(origins[ahead], directions[ahead], known={"ids": ids[ahead], "t": t[ahead]})
 
     def judge(self, on, rays, epsilon):
-        """Every ray hits; the relative error of t."""
+        """Every ray must hit; the finding is the relative error of t."""
         on.intersect(rays)
         t, truth = on.meet(rays, rays.known["ids"]).astype(np.float64), rays.known["t"]
         hit = np.isfinite(t)
@@ -62,7 +62,7 @@ class UnitTriangles(DistanceCase):
     name, measure = "t: unit triangles", "t_unit"
 
     def aim(self, rng, corners, target, n):
-        """At more than 17 degrees to the plane."""
+        """Rays meet the plane at more than 17 degrees."""
         away = rng.normal(size=target.shape)
         away /= np.linalg.norm(away, axis=1, keepdims=True)
         cosine = (away * n).sum(axis=1, keepdims=True)
@@ -91,7 +91,7 @@ class Slivers(DistanceCase):
         return np.stack([corner, corner + along, corner + along * 0.5 + across * width], axis=1)
 
     def aim(self, rng, corners, target, n):
-        """From about 1 away, near the normal."""
+        """Rays come from about 1 away, near the normal."""
         away = n + 0.3 * rng.normal(size=n.shape)
         away /= np.linalg.norm(away, axis=1, keepdims=True)
         origin = as_f32(target + away * rng.uniform(0.5, 2, (len(n), 1)))
@@ -137,11 +137,11 @@ class FarOrigins(DistanceCase):
     name, measure, stage = "t: origins at 1e4 to 1e6", "t_far", "soup"
 
     def triangles(self, rng):
-        """Around the origin."""
+        """Corners lie around the origin."""
         return rng.normal(size=(self.num_triangles, 3, 3)) * 10
 
     def aim(self, rng, corners, target, n):
-        """At more than 17 degrees to the plane."""
+        """Rays meet the plane at more than 17 degrees."""
         away = rng.normal(size=target.shape)
         away /= np.linalg.norm(away, axis=1, keepdims=True)
         away = np.where(np.abs((away * n).sum(axis=1, keepdims=True)) < 0.3, n, away)
@@ -177,7 +177,7 @@ class InThePlane(Case):
         return Rays(origins[some], directions[some].astype(float), known={"ids": ids[some]})
 
     def judge(self, on, rays, epsilon):
-        """None of them hits."""
+        """No ray hits."""
         t = on.meet(rays, rays.known["ids"])
         hits = on.intersect(rays)
         return {"false_hits": int(np.isfinite(t).sum()), "nan": int(np.isnan(t).sum() + np.isnan(hits.distance).sum())}

@@ -38,7 +38,7 @@ class ImpossibleCameras(RendererCase):
     )
 
     def judge(self, epsilon):
-        """An InputError that names the parameter."""
+        """Each raises an InputError that names the parameter."""
         wrong = 0
         for parameter, values in self.impossible:
             try:
@@ -58,7 +58,7 @@ class _EyeRays:
 
     @ti.kernel
     def fill(self, directions: ti.types.ndarray(ndim=3)):
-        """(width, height, 3)."""
+        """Fill ``directions``, (width, height, 3), with those of the eye rays."""
         for x, y in ti.ndrange(self.camera.width, self.camera.height):
             ray = self.camera.generate_ray(x, y)
             for k in ti.static(range(3)):
@@ -146,7 +146,7 @@ class EnvironmentDirections(RendererCase):
     width, height = 64, 32
 
     def directions(self) -> np.ndarray:
-        """(n, 3) in the running precision."""
+        """(n, 3) directions in the running precision."""
         dtype = runtime.dtype()
         one, tiny = dtype(1), 4 * np.finfo(dtype).tiny  # one rounding below it is no denormal number
         axes = [

@@ -1,0 +1,41 @@
+"""``taichi-tracer assignment``: which assignments there are, and a student's folder of one."""
+
+from argparse import Namespace
+
+from taichi_tracer.apps.grammar import Parser, add_command
+from taichi_tracer.apps.words import whole
+
+HELP = "hand out an assignment of the teaching kit"
+
+
+def add_arguments(parser: Parser) -> None:
+    """Add what ``assignment list`` and ``assignment new`` take."""
+    kinds = parser.add_subparsers(title="what", required=True, metavar="list|new", parser_class=Parser)
+    add_command(kinds, "list", "list the assignments that come with the package", run)
+    new = add_command(kinds, "new", "write the folder that a student gets", write)
+    new.add_argument("assignment", metavar="NAME|FOLDER", help="a1, a2, a3, a4, rt3, or the folder of your own")
+    new.add_argument("folder", metavar="DIR", help="folder to write; it must be empty or not exist")
+    new.add_argument("--solution", action="store_true", help="write the solved one, for teachers")
+    new.add_argument("--notebook", action="store_true", help="write one notebook instead of Python files")
+    new.add_argument("--seed", type=whole, default=0, metavar="N", help="of the inputs of the checks (default: 0)")
+
+
+def run(args: Namespace) -> int:
+    """Print every assignment that comes with the package."""
+    from taichi_tracer.teaching import catalogue
+
+    for name in catalogue.names():
+        assignment = catalogue.load(name)
+        print(f"{name:<6}{assignment.title}  ({len(assignment.parts)} parts, {assignment.points:g} points)")
+    return 0
+
+
+def write(args: Namespace) -> int:
+    """Write a student's folder, or notebook."""
+    from taichi_tracer.teaching import catalogue
+    from taichi_tracer.teaching.handing_out import write_folder, write_notebook
+
+    write_files = write_notebook if args.notebook else write_folder
+    for path in write_files(catalogue.load(args.assignment), args.folder, args.solution, args.seed):
+        print(path)
+    return 0

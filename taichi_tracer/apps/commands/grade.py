@@ -1,0 +1,43 @@
+"""``taichi-tracer grade``: its arguments."""
+
+from taichi_tracer.apps.arguments import add_cluster_option
+from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
+from taichi_tracer.apps.words import at_least_one, whole
+
+HELP = "grade the submissions of an assignment"
+run = here_or_on_cluster("grade")
+
+
+def add_arguments(parser: Parser) -> None:
+    """Add what ``grade`` takes."""
+    parser.add_argument("assignment", metavar="NAME|FOLDER", help="a1, a2, a3, a4, rt3, or the folder of your own")
+    parser.add_argument(
+        "path",
+        metavar="SUBMISSION.zip|FOLDER",
+        help="one student's zip file or folder, or a folder with one of them for each student, called <9-digit id>.zip",
+    )
+    parser.add_argument(
+        "--jobs", type=at_least_one, default=1, metavar="N", help="submissions at the same time (default: %(default)s)"
+    )
+    parser.add_argument("--weights", metavar="FILE", help="points and rules of the course, .json: docs/grading.md")
+    parser.add_argument(
+        "--seed", type=whole, default=1, metavar="N", help="of the inputs; keep it to yourself (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--level",
+        choices=("bwrap", "unshare", "landlock", "limits"),
+        help="walls around each submission (default: the strongest that this machine has, see doctor)",
+    )
+    parser.add_argument("--anew", action="store_true", help="grade again what was graded before")
+    add_cluster_option(parser, "grade the zip files of an assignment that comes with the package")
+    written = parser.add_argument_group("what is written")
+    written.add_argument("--json", action="store_true", help="print everything as JSON")
+    written.add_argument("--csv", metavar="FILE", help="a table with a row for each student")
+    written.add_argument("--gradescope", metavar="FILE", help="results.json of one student, for Gradescope")
+    written.add_argument("--report", metavar="DIR", help="a page of the class, and one for each student")
+    written.add_argument(
+        "--gradescope-upload",
+        dest="upload",
+        action="store_true",
+        help="grade nothing, but write the autograder of NAME as the second file, OUT.zip",
+    )

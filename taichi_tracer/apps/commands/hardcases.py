@@ -1,0 +1,57 @@
+"""``taichi-tracer hardcases``: whether hard cases stay stable on this machine, in every mode."""
+
+import json
+from argparse import Namespace
+from pathlib import Path
+
+from taichi_tracer.apps.arguments import add_parts_option
+from taichi_tracer.apps.grammar import Parser
+
+HELP = "do hard cases stay numerically stable, and what does that cost"
+
+
+def add_arguments(parser: Parser) -> None:
+    """Add what ``hardcases`` takes."""
+    size_of = parser.add_mutually_exclusive_group()
+    parser.set_defaults(level="default")
+    for name, what in (("quick", "within a minute"), ("full", "for an hour, with 1e8 rays at edges for every mode")):
+        size_of.add_argument(f"--{name}", dest="level", action="store_const", const=name, help=what)
+    parser.add_argument("--json", metavar="FILE", help="write what was found as JSON, too")
+    parser.add_argument(
+        "--report", metavar="DIR", help="write a page with tables, charts and leak maps into a folder, too"
+    )
+    add_parts_option(parser)
+    parser.lists = ("rays", "surfaces")
+
+
+def run(args: Namespace) -> int:
+    """Print the table and the verdicts; 1 when a mode breaks a promise."""
+    from tqdm import tqdm
+
+    from taichi_tracer.apps.rescue import written_bytes
+    from taichi_tracer.files.disk import check_place, make_folder
+    from taichi_tracer.studies import hard_cases
+    from taichi_tracer.studies.hard import report
+
+    if args.json is not None:
+        check_place(args.json)
+    if args.report is not None:
+        make_folder(args.report, f"--report {args.report}")
+        check_place(Path(args.report) / "index.html")
+    count = len(hard_cases.modes_of(args.level))
+    with tqdm(total=count, unit="mode", disable=None, leave=False) as bar:
+
+        def progress(what: str) -> None:
+            """Bring the bar up to date; the renderer's cases are no mode."""
+            bar.set_description(what)
+            bar.update(0 if what.startswith("renderer") else 1)
+
+        result = hard_cases.run(args.level, with_leak_maps=args.report is not None, progress=progress)
+    print("\n".join(hard_cases.table(result)))
+    if args.json is not None:
+        text = json.dumps(hard_cases.as_json(result), indent=1, allow_nan=False) + "\n"
+        print(f"wrote {written_bytes(Path(args.json), text.encode())}")
+    if args.report is not None:
+        path = Path(args.report) / "index.html"
+        print(f"wrote {written_bytes(path, report.page(result).encode())}")
+    return 0 if result.passed else 1

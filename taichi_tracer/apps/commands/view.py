@@ -1,0 +1,16 @@
+"""``taichi-tracer view``: its arguments."""
+
+from taichi_tracer.apps.arguments import add_display_options, add_picture_options, add_scene_options
+from taichi_tracer.apps.grammar import Parser, later
+
+HELP = "open the interactive window"
+run = later("viewer:run")
+
+
+def add_arguments(parser: Parser) -> None:
+    """Add what ``view`` takes."""
+    add_scene_options(parser)
+    add_picture_options(parser)
+    add_display_options(parser)
+    parser.add_argument("--browser", action="store_true", help="serve the picture to a browser on this machine instead")
+    parser.lists = ("pictures", "tones", "scenes")

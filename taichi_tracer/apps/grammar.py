@@ -1,0 +1,77 @@
+"""What every command of the command line has in common: its parser, and how the module that does its work is found.
+
+Nothing here imports Taichi: a command loads what it needs when it runs.
+"""
+
+import argparse
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+
+from taichi_tracer.system.errors import InputError
+
+Command = Callable[[Namespace], int]  # takes the parsed arguments; returns the exit code
+CLUSTER = "taichi_tracer.cluster.command"  # has the commands that run on a cluster where --cluster is given
+
+
+class Parser(argparse.ArgumentParser):
+    """An ArgumentParser whose errors are ours, and whose help may end with lists of names.
+
+    Attributes:
+        lists: which lists, see ``names.LISTS``. Finding the names takes time, so that only a help does it.
+        parts: the files of ``--parts``, whose names belong to the lists.
+    """
+
+    lists: Sequence[str] = ()
+    parts: Sequence[str] = ()
+
+    def error(self, message: str) -> None:
+        """Raise instead of printing the whole usage."""
+        raise InputError(f"{message} (see: {self.prog} --help)")
+
+    def format_help(self) -> str:
+        """The help, and the names that are known now."""
+        text = super().format_help()
+        if self.lists:
+            load_parts(self.parts)
+            text += load("names:help_text")(self.lists)
+        return text
+
+
+def add_command(commands: argparse._SubParsersAction, name: str, what: str, run: Command) -> Parser:
+    """The parser of a command, to which the command adds its own arguments.
+
+    Args:
+        what: what the command does, in a line for the help.
+        run: the function that is called with the parsed arguments.
+    """
+    parser = commands.add_parser(name, help=what, description=what[0].upper() + what[1:] + ".")
+    parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help="show the traceback of errors")
+    parser.set_defaults(command=run, parts=[])
+    return parser
+
+
+def later(target: str) -> Command:
+    """The command that is the function "module:function", whose module is imported when the command runs."""
+    return lambda args: load(target)(args)
+
+
+def here_or_on_cluster(name: str) -> Command:
+    """The command that is ``run`` of a module of this folder, or runs on a cluster if ``--cluster`` is given."""
+    return lambda args: load(f"{name}:run" if args.cluster is None else f"{CLUSTER}:{name}")(args)
+
+
+def load(target: str) -> Callable:
+    """The function that "module:function" names, its module imported only now; one without dots is in this folder."""
+    from taichi_tracer.system.importing import import_quickly
+
+    module, function = target.split(":")
+    return getattr(import_quickly(module if "." in module else f"taichi_tracer.apps.{module}"), function)
+
+
+def load_parts(paths: Sequence[str]) -> None:
+    """Run the files of ``--parts``, once, before any name is looked up."""
+    if paths:
+        from taichi_tracer.system import registry
+
+        for path in paths:
+            registry.load_parts(path)

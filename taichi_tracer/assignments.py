@@ -1,0 +1,379 @@
+"""The renderers of the assignments: what each offers, with the methods that the handouts name."""
+
+import copy
+import functools
+import warnings
+from collections.abc import Sequence
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import taichi as ti
+from taichi.lang import impl
+
+from taichi_tracer.files.picture import Picture
+from taichi_tracer.integrators.path_settings import Bounces, PathSettings, check_bounces, check_terms
+from taichi_tracer.renderer import IntegratorChoice, ProgressiveRenderer
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.registry import PARTS, register
+from taichi_tracer.system.seams import called, in_kernels, seams
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+@register
+@seams("shade_hit", "shade_triangle_id", "shade_distance", "shade_barycentric", "shade_normal", "shade_material_id")
+class A1Renderer(ProgressiveRenderer):
+    """Assignment 1: what did the eye ray hit? Six views of the hit (A1-15)."""
+
+    name, what = "A1Renderer", "view"
+
+    @in_kernels
+    def radiance(self, scene, integrator, ray, hit, rng):
+        """The colour from a replaced ``shade_ray``, a replaced method of the view in use, or the view itself."""
+        own = f"shade_{integrator.name}"
+        if "shade_ray" not in self.replaced and own in self.replaced:
+            return called(getattr(self, own), hit)
+        return ProgressiveRenderer.radiance(self, scene, integrator, ray, hit, rng)
+
+    @property
+    def max_distance(self) -> float:
+        """The distance that the view "Distance" shows white; see ``surface_views.Distance``. It may be assigned."""
+        view: Any = self._own(PARTS.find("integrator", "distance"))
+        if not impl.inside_kernel():
+            view.fit(self.scene_data, self.camera)
+        return view.max_distance
+
+    @max_distance.setter
+    def max_distance(self, distance: float | None) -> None:
+        view: Any = self._own(PARTS.find("integrator", "distance"))
+        view.max_distance = distance
+
+    def begin(self) -> None:
+        """Start the picture again; replaced methods may call ``shade_distance`` or read ``max_distance`` themselves."""
+        super().begin()
+        if self.replaced:
+            self._own(PARTS.find("integrator", "distance")).prepare(self.scene_data, self.camera)
+
+    @in_kernels
+    def _view(self, name: str, hit_data):
+        view = self._own(PARTS.find("integrator", name))
+        return view.radiance(self.scene_data.in_kernels(), None, hit_data, None)
+
+    @ti.func
+    def shade_hit(self, hit_data):
+        """White for front faces, dark red for back faces, black for no hit."""
+        return self._view("hit", hit_data)
+
+    @ti.func
+    def shade_triangle_id(self, hit_data):
+        """A colour per triangle."""
+        return self._view("triangle_id", hit_data)
+
+    @ti.func
+    def shade_distance(self, hit_data):
+        """Black at the eye, white at ``max_distance`` and beyond."""
+        return self._view("distance", hit_data)
+
+    @ti.func
+    def shade_barycentric(self, hit_data):
+        """(u, v, w) as red, green, blue."""
+        return self._view("barycentric", hit_data)
+
+    @ti.func
+    def shade_normal(self, hit_data):
+        """[−1, 1] mapped to [0, 1], per axis."""
+        return self._view("normal", hit_data)
+
+    @ti.func
+    def shade_material_id(self, hit_data):
+        """A colour per material."""
+        return self._view("material_id", hit_data)
+
+    def set_shade_hit(self) -> "Self":
+        """Show the view "Hit"; the same as use("hit")."""
+        return self.use("hit")
+
+    def set_shade_triangle_id(self) -> "Self":
+        """Show the view "Triangle ID"."""
+        return self.use("triangle_id")
+
+    def set_shade_triangle_ID(self) -> "Self":  # noqa: N802 (the handout's spelling)
+        """Show the view "Triangle ID"."""
+        return self.use("triangle_id")
+
+    def set_shade_distance(self) -> "Self":
+        """Show the view "Distance"."""
+        return self.use("distance")
+
+    def set_shade_barycentric(self) -> "Self":
+        """Show the view "Barycentric"."""
+        return self.use("barycentric")
+
+    def set_shade_barycentrics(self) -> "Self":
+        """Show the view "Barycentric"."""
+        return self.use("barycentric")
+
+    def set_shade_normal(self) -> "Self":
+        """Show the view "Normal"."""
+        return self.use("normal")
+
+    def set_shade_normals(self) -> "Self":
+        """Show the view "Normal"."""
+        return self.use("normal")
+
+    def set_shade_material_id(self) -> "Self":
+        """Show the view "Material ID"."""
+        return self.use("material_id")
+
+    def set_shade_material_ID(self) -> "Self":  # noqa: N802 (the handout's spelling)
+        """Show the view "Material ID"."""
+        return self.use("material_id")
+
+
+def warn_if_dark(scene_data: SceneData) -> None:
+    """Warn the caller of ``render`` if nothing in a scene emits light."""
+    if scene_data.effects.is_dark:
+        advice = "give it an environment, such as 'studio', or a material with Ke > 0"
+        warnings.warn(f"nothing in this scene emits light: {advice}", stacklevel=5)
+
+
+@register
+@seams()
+class A2Renderer(ProgressiveRenderer):
+    """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
+
+    name, what, jitters = "A2Renderer", "estimator", True
+
+    class SampleMode(Enum):
+        """The estimators, as the handout names them."""
+
+        UNIFORM = "uniform"
+        HEMISPHERE = "hemisphere"
+        BRDF = "brdf"
+        ENVIRONMENT = "environment"
+        MIS = "mis"
+        MIS_BALANCE = "mis_balance"
+
+    SamplingMode = SampleMode
+
+    def begin(self) -> None:
+        """Start the picture again; warn if nothing in the scene emits light."""
+        super().begin()
+        warn_if_dark(self.scene_data)
+
+    def set_sample_uniform(self) -> "Self":
+        """Sample directions uniform on the sphere."""
+        return self.use("uniform")
+
+    def set_sample_uniform_sphere(self) -> "Self":
+        """Sample directions uniform on the sphere."""
+        return self.use("uniform")
+
+    def set_sample_hemisphere(self) -> "Self":
+        """Sample directions uniform on the hemisphere around the normal."""
+        return self.use("hemisphere")
+
+    def set_sample_uniform_hemisphere(self) -> "Self":
+        """Sample directions uniform on the hemisphere around the normal."""
+        return self.use("hemisphere")
+
+    def set_sample_brdf(self) -> "Self":
+        """Sample directions from the density of the BRDF."""
+        return self.use("brdf")
+
+    def set_sample_environment(self) -> "Self":
+        """Sample directions in proportion to the light of the environment."""
+        return self.use("environment")
+
+    def set_sample_light(self) -> "Self":
+        """Sample directions in proportion to the light of the environment."""
+        return self.use("environment")
+
+    def set_sample_mis(self) -> "Self":
+        """Use multiple importance sampling with the power heuristic."""
+        return self.use("mis")
+
+    def set_sample_mis_power(self) -> "Self":
+        """Use multiple importance sampling with the power heuristic."""
+        return self.use("mis")
+
+    def set_sample_mis_balance(self) -> "Self":
+        """Use multiple importance sampling with the balance heuristic."""
+        return self.use("mis_balance")
+
+
+@register
+@seams()
+class A3Renderer(A2Renderer):
+    """Assignment 3: direct illumination by surfaces that emit and by the environment (A3-1 … A3-5).
+
+    It has the estimators of ``A2Renderer``, which sample lamps, too, where a scene has some. The estimator
+    ``mis_one_sample`` has the weights ``mis_plight`` and ``mis_pbrdf``.
+    """
+
+    name = "A3Renderer"
+
+    @property
+    def mis_plight(self) -> float:
+        """The weight with which ``mis_one_sample`` samples the lights (A3-4)."""
+        return self._one_sample().weights[0]
+
+    @mis_plight.setter
+    def mis_plight(self, weight: float) -> None:
+        self.set_weights(mis_plight=weight)
+
+    @property
+    def mis_pbrdf(self) -> float:
+        """The weight with which ``mis_one_sample`` samples the BRDF (A3-4)."""
+        return self._one_sample().weights[1]
+
+    @mis_pbrdf.setter
+    def mis_pbrdf(self, weight: float) -> None:
+        self.set_weights(mis_pbrdf=weight)
+
+    def set_weights(self, mis_plight: float | None = None, mis_pbrdf: float | None = None) -> "Self":
+        """Change one of the weights, or both at once; None leaves a weight as it is. Returns the renderer."""
+        light, brdf = self._one_sample().weights
+        light, brdf = light if mis_plight is None else mis_plight, brdf if mis_pbrdf is None else mis_pbrdf
+        self._one_sample().set_weights(light, brdf)
+        return self
+
+    def _one_sample(self) -> Any:
+        """This renderer's copy of the integrator."""
+        name = "mis_one_sample"
+        return self._integrators.setdefault(name, copy.copy(PARTS.find("integrator", name)))
+
+    def set_sample_mis_one_sample(self) -> "Self":
+        """Use multiple importance sampling with one sample, drawn by lot (A3-4)."""
+        return self.use("mis_one_sample")
+
+
+@register
+@seams()
+class A4Renderer(ProgressiveRenderer):
+    """Assignment 4: paths, on which light bounces from surface to surface (A4-1 … A4-5).
+
+    ``max_bounces`` and the other properties may be set at any time; the picture then starts again.
+    """
+
+    name, what, jitters = "A4Renderer", "path", True
+
+    @functools.cached_property
+    def path_settings(self) -> PathSettings:
+        """How long paths are; every integrator of this renderer has the same object."""
+        return PathSettings()
+
+    def use(self, integrator: IntegratorChoice) -> "Self":
+        """Choose how light is found; the length of paths stays. Returns the renderer."""
+        super().use(integrator)
+        paths: Any = self.active
+        paths.settings = self.path_settings
+        return self
+
+    def receipt(self) -> list[str]:
+        """One line per effect and per form; then how many bounces are simulated, and whether roulette ends paths."""
+        return [*super().receipt(), *self.path_settings.receipt(self.scene_data.effects)]
+
+    @property
+    def max_bounces(self) -> int:
+        """How many surfaces may reflect, from 0 to 64: 0 shows only what emits, 1 is direct light (A4-2)."""
+        return self.path_settings["max_bounces"]
+
+    @max_bounces.setter
+    def max_bounces(self, value: int) -> None:
+        self.path_settings.set(max_bounces=value)
+
+    @property
+    def rr_start_bounce(self) -> int:
+        """After so many bounces, Russian roulette may end a path (A4-2)."""
+        return self.path_settings["rr_start_bounce"]
+
+    @rr_start_bounce.setter
+    def rr_start_bounce(self, value: int) -> None:
+        self.path_settings.set(rr_start_bounce=value)
+
+    @property
+    def rr_termination_probability(self) -> float:
+        """The probability with which roulette ends a path after each further bounce (A4-2)."""
+        return self.path_settings["rr_termination_probability"]
+
+    @rr_termination_probability.setter
+    def rr_termination_probability(self, value: float) -> None:
+        self.path_settings.set(rr_termination_probability=value)
+
+    @property
+    def roulette(self) -> str:
+        """How roulette chooses this probability: "course" takes the constant, "throughput" the light still to come."""
+        return self.path_settings["roulette"]
+
+    @roulette.setter
+    def roulette(self, value: str) -> None:
+        self.path_settings.set(roulette=value)
+
+    @property
+    def bounces(self) -> Bounces | None:
+        """(first, last): only light after so many bounces counts; a last of None is no end; None counts all (A4-5)."""
+        return self.path_settings["bounces"]
+
+    @bounces.setter
+    def bounces(self, value: Bounces | None) -> None:
+        self.path_settings.set(bounces=value)
+
+    def pictures_by_bounce(
+        self, spp: int = 1, bounces: Sequence[int | Bounces] | None = None
+    ) -> dict[int | Bounces, Picture]:
+        """One picture for the light after each number of bounces; their sum is the picture of all of them (A4-5).
+
+        Every picture is rendered with the same random numbers, and therefore of the same paths. They add up to the
+        picture of ``spp`` samples but for rounding: in f32, to about 1e-7 of the brightest value. The paths of a
+        picture end after the last bounce that counts in it. Afterwards, ``bounces`` is as before, and the next
+        ``render`` starts the picture again.
+
+        Args:
+            spp: samples per pixel of each picture.
+            bounces: what each picture counts: a number, or (first, last) as for the attribute ``bounces``. None gives
+                a picture for each number from 0 to ``max_bounces``.
+
+        Returns:
+            The members of ``bounces`` with their pictures, in the same order.
+
+        Raises:
+            InputError: a number of bounces is named twice, or is more than ``max_bounces``; or the renderer is
+                adaptive, so that each picture would take its samples in other pixels.
+        """
+        asked = list(range(self.max_bounces + 1)) if bounces is None else list(bounces)
+        terms = [(one, one) if isinstance(one, int) else one for one in asked]
+        for term in terms:
+            check_bounces(term)
+        check_terms(terms, self.max_bounces)
+        if self.adaptive:
+            raise InputError("pictures by bounce need the same samples in all of them: give adaptive=False")
+        former, found = self.bounces, {}
+        try:
+            for one, term in zip(asked, terms, strict=True):
+                self.bounces = term
+                self.begin_anew()
+                found[one] = self.render(spp).image()
+        finally:
+            self.bounces = former
+            self.begin_anew()
+        return found
+
+    def begin(self) -> None:
+        """Start the picture again; warn if nothing in the scene emits light."""
+        super().begin()
+        warn_if_dark(self.scene_data)
+
+    def set_shading_implicit(self) -> "Self":
+        """Let paths find lights by chance: ``implicit`` (A4-1)."""
+        return self.use("implicit")
+
+    def set_shading_explicit(self) -> "Self":
+        """Take a sample of the lights at every surface: ``explicit`` (A4-1)."""
+        return self.use("explicit")
+
+    def set_shading_mis(self) -> "Self":
+        """Combine both by the power heuristic: ``path`` (A3-4, A4-1)."""
+        return self.use("path")

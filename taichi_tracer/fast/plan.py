@@ -1,0 +1,182 @@
+"""What stands in for a plain form, and why: the only module of this folder that others may ask (``forms``)."""
+
+import math
+from typing import Any
+
+from taichi_tracer.fast.far_light import form_class
+from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
+from taichi_tracer.fast.primary_hits import PrimaryHits, is_small, pixels_in, why_not_kept
+from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles
+from taichi_tracer.fast.view_tiles import ViewTiles, can_show
+from taichi_tracer.fast.wide_bvh import WideBVH
+from taichi_tracer.forms import EyeRays, Form, Plan, plain_rays
+from taichi_tracer.picture.progress import Target
+from taichi_tracer.system.recent import Recent
+from taichi_tracer.system.seams import replaced, why_replaced
+from taichi_tracer.system.stopwatch import EYE_RAYS, SAMPLES, part
+
+INTERSECTORS = {cls.stands_in_for: cls for cls in (WideBVH, FastBruteForce)}
+KEPT_INTEGRATORS = 8  # forms of estimators: going back to one of so many compiles nothing
+OF_PACKAGE = "camera and intersector belong to the package"
+KEPT_HITS = Form("eye rays", "hits are kept; large pictures use packets", OF_PACKAGE, True)
+
+
+def intersector_of(chosen: type, fast: bool) -> tuple[type, Form]:
+    """The class that runs in place of the chosen class (it may be the same), and the reason."""
+    if chosen not in INTERSECTORS:
+        return chosen, Form("rays", f"{chosen.__name__}, as it is written", "it has no fast form")
+    if not fast:
+        return chosen, Form("rays", f"{chosen.__name__}, the plain form", "fast=False")
+    if why := why_replaced(chosen):
+        return chosen, Form("rays", f"{chosen.__name__}, the plain form", why)
+    stand_in = INTERSECTORS[chosen]
+    return stand_in, Form("rays", stand_in.form, f"no method of {chosen.__name__} is replaced", True)
+
+
+def plan_of(renderer: Any) -> Plan:
+    """The plan of a renderer."""
+    why = why_plain(renderer)
+    if "shade_ray" in renderer.replaced or not renderer.fast:
+        return Plan(renderer, why)
+    return FastPlan(renderer, why)
+
+
+def why_plain(renderer: Any) -> str:
+    """Why a picture does not keep the hits of its eye rays; "" if it may."""
+    if not renderer.fast:
+        return "fast=False"
+    if why := why_replaced(renderer.camera):
+        return why
+    if "start" in replaced(renderer.sampler):
+        return why_replaced(renderer.sampler)
+    intersector = renderer.scene_data.ray_intersector
+    return "" if isinstance(intersector, FastIntersector) else f"{type(intersector).__name__} is a plain form"
+
+
+class FastPlan(Plan):
+    """A plan in which fast forms stand in for plain ones, as soon as they are worth their compilation.
+
+    Args:
+        renderer: the ``ProgressiveRenderer``. why: ``why_plain``.
+    """
+
+    def __init__(self, renderer: Any, why: str) -> None:
+        super().__init__(renderer, why)
+        self.may_keep_hits = why == ""
+        self.passes = 0  # over all pixels, for all pictures so far
+        self._integrators = Recent(KEPT_INTEGRATORS)
+        self._timed: Any = None  # the estimator of ``seconds_of_others``
+        self.seconds_of_others = 0.0  # of rendering: of earlier pictures with the same estimator
+        self.tiles: Tiles | None = None
+        self.view_tiles: ViewTiles | None = None
+        self.choose_eye_rays()
+
+    def choose_eye_rays(self, passes: float = math.inf, in_tiles: bool = False) -> None:
+        """Choose the form of the eye rays.
+
+        Args:
+            passes: how many passes the picture will have; ∞ if this is unknown.
+            in_tiles: whether samples are taken tile by tile.
+        """
+        if not self.may_keep_hits:
+            return
+        r = self.renderer
+        why = ""
+        if r.jitter and not in_tiles:
+            why = why_not_kept(r.scene_data, r.camera, r.sampler, r.film.ranges, passes)
+        if why:
+            self.eye_rays, self.form = EyeRays(r.scene_data, r.camera, r.jitter), plain_rays(why)
+            return
+        hits = PrimaryHits(r.scene_data, r.camera, r.jitter, r.sampler, shares=r.shares, ranges=r.film.ranges)
+        hits.is_long = in_tiles or (r.jitter and passes < math.inf)  # new rays are kept only for the packets
+        self.eye_rays, self.form = hits, KEPT_HITS
+
+    def expect(self, target: Target, is_continued: bool) -> None:
+        """Choose the forms; earlier passes count, too: who has rendered much will render more."""
+        r = self.renderer
+        if self._timed is not r.active:
+            self._timed, self.seconds_of_others = r.active, 0.0
+        elif not is_continued:
+            self.seconds_of_others += r.rendered_seconds
+        passes = target.passes(pixels_in(r.film.ranges))
+        kept = self.eye_rays if isinstance(self.eye_rays, PrimaryHits) else None
+        is_free = kept is None or (kept.traces == 0 and kept.use_packets is None)
+        if is_free and passes > 1:  # single samples are those of a window, which goes on for as long as somebody looks
+            former, form = self.eye_rays, self.form
+            self.choose_eye_rays(passes + self.passes)
+            if type(self.eye_rays) is type(former):
+                self.eye_rays, self.form = former, form
+        if isinstance(self.eye_rays, PrimaryHits):
+            self.eye_rays.passes = math.inf if target.spp is None else target.spp
+
+    def integrator(self, scene: Any) -> Any:
+        """The integrator in use, or the form that stands in for it."""
+        active = self.renderer.active
+        form = form_class(scene, active)
+        return active if form is None else self._integrators.get((scene, active), lambda: form(active))
+
+    @property
+    def compiled(self) -> frozenset:
+        """The forms of the kernels that were used so far."""
+        of_rays = getattr(self.eye_rays, "forms", frozenset({"plain"}))
+        return of_rays if self.tiles is None else of_rays | {"tiles"}
+
+    def take(self, index: int) -> None:
+        """Take one sample for every pixel."""
+        r = self.renderer
+        self.passes += 1
+        scene = self.prepared_scene()
+        tiles = self.tiles_for(scene)
+        with part(EYE_RAYS, waits=True):
+            if isinstance(self.eye_rays, PrimaryHits):
+                self.eye_rays.bring_up_to_date(r.seed, index)
+        view_tiles = self.tiles_of_view()
+        with part(SAMPLES, waits=True):
+            if tiles is not None:
+                tiles.take(r.seed, index)
+            elif view_tiles is not None:
+                view_tiles.take(r, scene, r.active, r.seed, index)
+            else:
+                self.take_each(scene, index)
+
+    def tiles_for(self, scene: Any) -> Tiles | None:
+        """What takes the samples of whole tiles, if it exists, or is possible and worth its compilation."""
+        r = self.renderer
+        if r.use_tiles is False:
+            return None
+        if self.tiles is None or self.tiles.is_of != (scene, r.active):
+            is_worth_it = bool(r.use_tiles) or is_worth_tiles(r.progress, r.seconds_before, self.seconds_of_others)
+            is_possible = is_worth_it and can_take_tiles(r, scene, r.active)
+            if is_possible and isinstance(self.eye_rays, EyeRays):
+                self.choose_eye_rays(in_tiles=True)
+            self.tiles = Tiles(r, scene, r.active) if is_possible else None
+        return self.tiles
+
+    def tiles_of_view(self) -> ViewTiles | None:
+        """What gives the pixels of a view their colours tile by tile, if that is possible."""
+        if self.renderer.use_tiles is False or not can_show(self.renderer):
+            return None
+        if self.view_tiles is None or self.view_tiles.hits is not self.eye_rays:
+            self.view_tiles = ViewTiles(self.eye_rays, self.renderer.film.ranges)
+        return self.view_tiles
+
+    def share_eye_rays(self, other: Plan) -> None:
+        """Use the kept hits of a renderer with the same samples, if they are the same: nothing more is compiled."""
+        r, o = self.renderer, other.renderer
+        same = r.scene_data is o.scene_data and r.camera is o.camera and r.jitter == o.jitter
+        are_kept = isinstance(self.eye_rays, PrimaryHits) and isinstance(other.eye_rays, PrimaryHits)
+        if same and are_kept and r.film.ranges == o.film.ranges and not (r.adaptive or o.adaptive):
+            self.eye_rays = other.eye_rays
+
+    def keep_forms(self) -> None:
+        """Packets for large pictures, from the first pass on; none for others."""
+        rays = self.eye_rays
+        rays.use_packets = rays.can_use_packets and not is_small(((0, self.renderer.width), (0, self.renderer.height)))
+
+    def eye_passes(self, passes: int) -> int:
+        """How often the eye rays were traced: kept hits are traced again only if they change."""
+        return self.eye_rays.traces if isinstance(self.eye_rays, PrimaryHits) else passes
+
+    def receipt(self) -> list[str]:
+        """One line per form."""
+        return [str(self.form), *([str(TILES)] if self.tiles is not None else [])]

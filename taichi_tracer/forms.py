@@ -1,0 +1,165 @@
+"""Which form of a part runs: the plain form, which a student reads, or a fast form with the same bits.
+
+This is the only door to the folder ``fast``. Everything here is the answer of a package without fast forms. If the
+folder exists, ``fast/plan.py`` may give another answer; it says why.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.camera import ProjectiveCamera, through_pixel
+from taichi_tracer.ray import no_hit
+from taichi_tracer.system.seams import why_replaced
+from taichi_tracer.system.stopwatch import EYE_RAYS, LIGHTS, SAMPLES, part
+from taichi_tracer.system.wings import is_there, wing
+
+NO_FAST_FORMS = "this installation has no fast forms"
+
+
+@dataclass(frozen=True)
+class Form:
+    """Which form of a part runs, for receipts.
+
+    Attributes:
+        what: "rays", "eye rays" or "samples".
+        runs: the form. why: the reason. is_fast: whether it stands in for a plain form.
+    """
+
+    what: str
+    runs: str
+    why: str
+    is_fast: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.what:<15} {self.runs}: {self.why}"
+
+
+@ti.data_oriented
+class EyeRays:
+    """The ray of every pixel and its hit, in the plain form: ``generate_ray``, then ``query_ray``.
+
+    Args:
+        scene_data: the ``SceneData``. camera: makes the rays. jitter: whether a ray passes through a random point.
+        traces: whether the ray is traced here. It is False if a replaced ``shade_ray`` traces the ray itself.
+    """
+
+    can_use_packets, use_packets = False, False  # only kept hits have packets
+
+    def __init__(self, scene_data: Any, camera: ProjectiveCamera, jitter: bool, traces: bool = True) -> None:
+        self.camera, self.intersector = camera, scene_data.ray_intersector
+        self.jitter, self.traces = jitter, traces
+
+    @ti.func
+    def hit_of(self, x, y, rng):
+        """(ray, HitData) of a pixel; the first pair of random numbers is the point within the pixel (A2-1)."""
+        ray = through_pixel(self.camera.generate_ray, x, y, self.jitter, rng.next_2d())
+        hit = no_hit()
+        if ti.static(self.traces):
+            hit = self.intersector.query_segment(ray, 0.0, tm.inf)
+        return ray, hit
+
+
+class Plan:
+    """How a renderer takes its samples: here, every part in its plain form.
+
+    Args:
+        renderer: the ``ProgressiveRenderer``.
+        why: the reason for receipts.
+
+    Attributes:
+        eye_rays: the object that gives the kernel its rays and hits.
+    """
+
+    def __init__(self, renderer: Any, why: str = NO_FAST_FORMS) -> None:
+        self.renderer: Any = renderer
+        is_replaced = "shade_ray" in renderer.replaced
+        self.eye_rays: Any = EyeRays(renderer.scene_data, renderer.camera, renderer.jitter, not is_replaced)
+        self.form = plain_rays(why_replaced(renderer) if is_replaced else why)
+
+    def integrator(self, scene: Any) -> Any:
+        """What kernels get as the integrator in use, in a scene (a ``SceneInKernels``)."""
+        return self.renderer.active
+
+    @property
+    def compiled(self) -> frozenset:
+        """The forms of the kernels that were used so far: a new one means that a kernel was compiled."""
+        return frozenset({"plain"})
+
+    def expect(self, target: Any, is_continued: bool) -> None:
+        """Choose the forms, now that it is known how long the picture will take, as far as nothing is compiled yet.
+
+        Args:
+            target: the ``Target`` of ``render``. is_continued: whether the samples are added to those on the film.
+        """
+
+    def prepared_scene(self) -> Any:
+        """The part of the scene that kernels use, whose lights have their tables."""
+        with part(LIGHTS):
+            scene = self.renderer.kernel_scene()
+            scene.lights.prepare(self.renderer.active.samples_lights)
+        return scene
+
+    def take(self, index: int) -> None:
+        """Take one sample for every pixel."""
+        scene = self.prepared_scene()
+        with part(EYE_RAYS, waits=True):
+            pass  # the kernel traces them
+        with part(SAMPLES, waits=True):
+            self.take_each(scene, index)
+
+    def take_each(self, scene: Any, index: int) -> None:
+        """Take one sample for every pixel, pixel by pixel."""
+        r = self.renderer
+        r._take_sample(r.parts(scene, self.integrator(scene)), r.seed, index)
+
+    def share_eye_rays(self, other: "Plan") -> None:
+        """Use the kept hits of a renderer with the same samples, if they are the same: nothing more is compiled."""
+
+    def keep_forms(self) -> None:
+        """Choose the forms for good, so that none is compiled in the middle of a measurement."""
+
+    def eye_passes(self, passes: int) -> int:
+        """How often the eye rays of every pixel were traced, if so many samples were taken of it."""
+        return passes
+
+    def receipt(self) -> list[str]:
+        """One line per form: which one runs, and why."""
+        return [str(self.form)]
+
+
+@cache
+def fast_plan() -> Any:
+    """The module ``fast.plan``; None if the folder ``fast`` was taken off."""
+    return wing("fast.plan") if is_there("fast") else None
+
+
+def plan_of(renderer: Any) -> Plan:
+    """The plan of a renderer."""
+    fast = fast_plan()
+    return Plan(renderer) if fast is None else fast.plan_of(renderer)
+
+
+def intersector_of(chosen: type, fast: bool) -> tuple[type, Form]:
+    """The class that runs in place of an intersector's class (it may be the same), and its ``Form``.
+
+    Args:
+        fast: whether a fast form may stand in.
+    """
+    plan = fast_plan()
+    if plan is None:
+        return chosen, Form("rays", f"{chosen.__name__}, the plain form", NO_FAST_FORMS)
+    return plan.intersector_of(chosen, fast)
+
+
+def has_fast_form(chosen: type) -> bool:
+    """Whether another class may run in place of an intersector's class."""
+    return intersector_of(chosen, True)[1].is_fast
+
+
+def plain_rays(why: str) -> Form:
+    """Eye rays in the plain form."""
+    return Form("eye rays", "one by one, as they are written", why)

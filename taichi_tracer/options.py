@@ -1,0 +1,187 @@
+"""The options of a scene and of a renderer: their names, their types, their defaults and what they mean.
+
+Whatever makes a scene or a renderer takes its options as ``**options: "Unpack[SceneOptions]"``. An editor and a type
+checker then know every name and type, as if they stood in the signature; with ``with_options``, so does ``help``.
+"""
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, cast
+
+from numpy.typing import ArrayLike
+
+from taichi_tracer.background import Background
+from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.environment import Environment
+from taichi_tracer.formulas.triangles import TriangleTest
+from taichi_tracer.lights.base import Light
+from taichi_tracer.lights.choice import LampChoice
+from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, UniformSampler
+from taichi_tracer.system.errors import one_of
+
+if TYPE_CHECKING:
+    from taichi_tracer.integrators.base import Integrator
+
+IntersectorChoice = str | type[RayIntersector] | RayIntersector
+BrdfChoice = str | Brdf | type[Brdf]
+LightChoice = str | Light | type[Light]
+LampChoices = str | LampChoice | type[LampChoice]
+EnvironmentChoice = ArrayLike | Path | Environment | None
+BackgroundChoice = ArrayLike | Path | Background | None
+CameraChoice = ProjectiveCamera | type[ProjectiveCamera] | str | None
+SamplerChoice = str | Sampler | type[Sampler] | UniformSampler | type[UniformSampler]
+
+Options = TypeVar("Options", bound=Mapping[str, Any])
+Function = TypeVar("Function", bound=Callable)
+
+
+class SceneOptions(TypedDict, total=False):
+    """The options of a scene.
+
+    intersector: the name of a registered intersector, a class that derives from ``RayIntersector``, or an object of
+        such a class that has no geometry yet.
+    triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
+    view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed: a
+        three-quarter view from above, which shows everything. ``load_scene_data`` takes the camera of the file, or
+        that of the course for some shipped meshes, before it computes one.
+    environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an ``Environment``,
+        or None. "file", for ``load_scene_data``, takes what the file says; only .xml can say it.
+    effects: "scene" compiles the effects that the scene calls for; "all" compiles every effect, for comparison.
+    background: what stands behind everything in a picture: a ``Background``, a colour, or None; "file" as above.
+    brdfs: BRDFs, by name or as objects. They take precedence over the registered BRDFs.
+    lights: lights other than the environment, by name or as objects.
+    fast: False runs only the plain forms, which a student reads. They are slower and give the same bits.
+    smooth: whether corners without a normal get a smooth one; or the angle in degrees from which an edge stays sharp,
+        see ``geometry.smoothed``. True is 30 degrees.
+    up_axis: the axis that points upwards in the scene, "y" or "z". The computed view has this axis upright, and the
+        zenith of the environment is in this direction. The coordinates of the scene stay as they are.
+    lamp_choice: how a sample of the light chooses among the surfaces with Ke > 0: the name of a registered
+        ``LampChoice``, or one: "area", "power" or "hierarchy". None takes "power" for up to 64 of them, and
+        "hierarchy" for more.
+    two_sided_lamps: whether triangles with Ke > 0 emit from both sides; if not, from their front only (A3-1).
+    """
+
+    intersector: IntersectorChoice
+    triangle_test: str | TriangleTest
+    view: dict[str, Any] | None
+    environment: EnvironmentChoice
+    effects: str
+    background: BackgroundChoice
+    brdfs: Sequence[BrdfChoice]
+    lights: Sequence[LightChoice]
+    fast: bool
+    smooth: bool | float
+    up_axis: str
+    lamp_choice: LampChoices | None
+    two_sided_lamps: bool
+
+
+SCENE_DEFAULTS: SceneOptions = {
+    "intersector": "bvh",
+    "triangle_test": "watertight",
+    "view": None,
+    "environment": None,
+    "effects": "scene",
+    "background": None,
+    "brdfs": (),
+    "lights": (),
+    "fast": True,
+    "smooth": False,
+    "up_axis": "y",
+    "lamp_choice": None,
+    "two_sided_lamps": False,
+}
+
+
+class RendererOptions(TypedDict, total=False):
+    """The options of a renderer, beside the size of its picture.
+
+    camera: a camera object; then its size is the size of the picture. Or the name or the class of a camera: the
+        renderer makes one that shows the scene. None takes the camera of the scene.
+    jitter: whether eye rays pass through a random point of their pixel (A2-1); None takes the default of the class.
+    sampler: the name of a registered sampler, or a ``Sampler``. If it is a ``UniformSampler``, the estimator
+        ``uniform`` takes its directions from it.
+    seed: the seed of the random numbers; the same seed gives the same picture.
+    first_sample: the index of the first sample, so that disjoint ranges of samples can be rendered separately and then
+        merged.
+    crop: the pixels that take samples, see ``Film``.
+    adaptive: whether pixels take samples in proportion to their standard deviation, see ``picture.adaptive``.
+    integrator: what to render, by name or as an object; None is the first integrator that the class offers.
+    fast: False runs only the plain forms; None takes the setting of the scene.
+    """
+
+    camera: CameraChoice
+    jitter: bool | None
+    sampler: SamplerChoice
+    seed: int
+    first_sample: int
+    crop: tuple[int, int, int, int] | None
+    adaptive: bool
+    integrator: "str | Integrator | type[Integrator] | Enum | None"
+    fast: bool | None
+
+
+RENDERER_DEFAULTS: RendererOptions = {
+    "camera": None,
+    "jitter": None,
+    "sampler": DEFAULT_SAMPLER,
+    "seed": 0,
+    "first_sample": 0,
+    "crop": None,
+    "adaptive": False,
+    "integrator": None,
+    "fast": None,
+}
+
+
+def check_options(caller: str, given: Iterable[str], known: Iterable[str]) -> None:
+    """Raise the error for a name that is no option, as Python does for a wrong argument, but with the nearest name.
+
+    Raises:
+        TypeError: "unknown option of load_scene_data 'enviroment': did you mean 'environment'? known are …".
+    """
+    for name in given:
+        if name not in known:
+            raise TypeError(str(one_of(f"option of {caller}", name, known)))
+
+
+def all_options(caller: str, given: Options, defaults: Options) -> Options:
+    """The given options, and the defaults of the others.
+
+    Raises:
+        TypeError: one of the names is no option.
+    """
+    check_options(caller, given, defaults)
+    return cast(Options, {**defaults, **given})
+
+
+def with_options(options: type, defaults: Mapping[str, Any], **other: Any) -> Callable[[Function], Function]:
+    """A decorator that lets ``help`` and ``inspect.signature`` show single options in place of ``**options``.
+
+    Args:
+        options: the TypedDict of the options; its docstring is added to that of the function.
+        defaults: the default of each option. other: the defaults that are different for this function.
+    """
+
+    def show(function: Function) -> Function:
+        signature = inspect.signature(function)
+        named = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+        shown = [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=as_text(types[name]))
+            for name, default in {**defaults, **other}.items()
+        ]
+        function.__signature__ = signature.replace(parameters=[*named, *shown])  # type: ignore[attr-defined]
+        function.__doc__ = "\n\n".join(inspect.cleandoc(text or "") for text in (function.__doc__, options.__doc__))
+        return function
+
+    types = options.__annotations__
+    return show
+
+
+def as_text(annotation: Any) -> Any:
+    """A type, or the text of one that only editors can read."""
+    return getattr(annotation, "__forward_arg__", annotation)

@@ -1,0 +1,188 @@
+"""What a renderer has of its picture: arrays, files, its error, and how bright it is shown."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from taichi_tracer.files.images import check_writable, encode_png, save_image
+from taichi_tracer.files.picture import Picture
+from taichi_tracer.picture import checkpoint
+from taichi_tracer.picture.adaptive import Shares
+from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
+from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
+from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.picture.film import Film
+from taichi_tracer.picture.progress import Progress
+from taichi_tracer.system.stopwatch import ERROR, part
+from taichi_tracer.tones.base import Tone
+from taichi_tracer.tones.display import Display
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+class RenderedPicture:
+    """The base class of all renderers: the picture so far, and what is known about it.
+
+    Attributes:
+        film: the samples. shares: how often each pixel takes one.
+        progress: of the present call of ``render``. seconds_before: of earlier calls for the same picture.
+        error_curves: how the error fell, for every integrator that was tried.
+    """
+
+    scene_data: Any
+    camera: Any
+    active: Any
+    width: int
+    height: int
+    film: Film
+    shares: Shares
+    progress: Progress
+    seconds_before: float
+    error_curves: ErrorCurves
+    display: Display
+
+    def set_display(self, exposure: float | None = None, tone: str | Tone | None = None) -> "Self":
+        """Choose how a picture of radiance is shown: in the window, in a notebook and in files of 8 bits.
+
+        The samples, ``image()``, ``error()`` and floating-point files stay linear. Views of data are not changed.
+
+        Args:
+            exposure, tone: as for ``Display``; None leaves the setting as it is.
+        """
+        now = self.display
+        self.display = Display(now.exposure if exposure is None else exposure, now.tone if tone is None else tone)
+        return self
+
+    @property
+    def encoding(self) -> dict[str, Any]:
+        """How ``save_image`` writes the picture: its arguments ``srgb``, ``exposure`` and ``tone``."""
+        display = self.display if self.srgb else Display()
+        return {"srgb": self.srgb, "exposure": display.exposure, "tone": display.tone}
+
+    @property
+    def samples(self) -> int:
+        """Samples per pixel on the film; with adaptive sampling, the mean over all pixels."""
+        return round(self.film.samples * self.shares.mean)
+
+    @property
+    def canvas(self) -> Any:
+        """The Taichi field [x, y] of RGB vectors, with y up, that ``ti.ui`` shows."""
+        self.film.check_alive()
+        self.film.show()
+        return self.film.canvas
+
+    @property
+    def non_finite(self) -> int:
+        """How many samples were not finite and therefore not added; ``film.non_finite_samples`` lists them."""
+        return self.film.non_finite
+
+    def error(self) -> RelativeError:
+        """Relative RMSE of the picture, estimated from its samples, with its 95 % interval; see ``error_estimate``."""
+        with part(ERROR, waits=True):
+            error = self.film.error(self._missed_light())
+        if error > 0:
+            self.error_curves.add(self.active.name, ErrorPoint(self.samples, self.rendered_seconds, error))
+        return error
+
+    @property
+    def rendered_seconds(self) -> float:
+        """Seconds of rendering the samples of this picture, without compilation."""
+        return self.seconds_before + self.progress.seconds
+
+    @property
+    def error_curve(self) -> list[ErrorPoint]:
+        """How the error of this picture fell: (samples, seconds, error) of every look at it.
+
+        ``error()`` looks, and so does ``render`` with a target of time or error, or with ``watch``. ``error_curves``
+        has the curves of all integrators that were tried, by name, until the camera, the scene or the light changes.
+        """
+        return self.error_curves.get(self.active.name, [])
+
+    def error_image(self) -> np.ndarray:
+        """(height, width, 3) float32, top row first: the standard error of every pixel; NaN if it is unknown.
+
+        With the low-discrepancy sampler, the value of a pixel comes from a single difference and is rough. Means over
+        regions of many pixels are reliable.
+        """
+        return self.film.standard_error()
+
+    def image(self) -> Picture:
+        """(height, width, 3) float32, linear, top row first. If there is no sample of it yet, one is rendered.
+
+        The array knows whether it is light (``srgb``), so that ``save_image`` writes it as ``save`` does.
+        """
+        self.scene_data.check_alive()
+        if self.samples == 0 or not self.is_current():
+            self.render()
+        return Picture(self.film.image(), self.srgb)
+
+    def aov(self, name: str) -> np.ndarray:
+        """A raw array: what the rays through the centres of the pixels hit, whatever the picture shows.
+
+        Args:
+            name: "distance", (height, width), from the eye, infinite for a miss; "position" and "normal",
+                (height, width, 3) in world space, and "barycentric", (height, width, 2), the weights (u, v) of the
+                second and the third vertex: NaN for a miss; "triangle_id" and "material_id", (height, width), −1 for a
+                miss.
+
+        Returns:
+            The array in the layout of ``image()``: top row first. Ids are int32, the others have the running precision.
+        """
+        (aov,) = find_aovs(name)
+        return self._as_image(aov.of(self._hits()))
+
+    def _hits(self) -> Any:
+        """What the rays through the centres of all pixels hit, row by row from the top."""
+        y, x = np.mgrid[self.height - 1 : -1 : -1, : self.width]
+        return self.scene_data.intersect(*self.camera.rays(x, y))
+
+    def _as_image(self, rows: np.ndarray) -> np.ndarray:
+        """(height, width, …) from an array with one row per pixel."""
+        return rows.reshape(self.height, self.width, *rows.shape[1:])
+
+    def save(self, path: str | Path, aovs: Sequence[str] = ()) -> None:
+        """Write the picture so far in the format of the path's extension; it is rendered first if it has no sample.
+
+        Only the crop is written. In 8-bit formats, radiance gets the exposure and the tone curve of ``set_display`` and
+        the sRGB transfer function, and data does not (C-14).
+
+        Args:
+            aovs: names of raw arrays, see ``aov``, that an EXR file has beside the picture as channels of float32:
+                Z for the distance, N.X, N.Y, N.Z for the normal, P.X … for the position, triangle_id, material_id,
+                barycentric.u and barycentric.v.
+        """
+        check_writable(path, channel_names(find_aovs(aovs)))
+        channels = self.channels(aovs)  # first, because the picture may take hours
+        save_image(path, self.film.own_pixels(self.image()), channels=channels, **self.encoding)
+
+    def channels(self, aovs: Sequence[str]) -> dict[str, np.ndarray]:
+        """Name → (height, width) array of the crop, for each channel that some AOVs have in an EXR file."""
+        chosen = find_aovs(aovs)
+        found: dict[str, np.ndarray] = {}
+        hits = self._hits() if chosen else None
+        for aov in chosen:
+            found |= as_channels(aov, self.film.own_pixels(self._as_image(aov.of(hits))))
+        return found
+
+    def facts(self) -> dict[str, Any]:
+        """Everything that the bits of the picture depend on, for checkpoints; see ``picture.checkpoint``."""
+        return checkpoint.facts_of(self)
+
+    def save_checkpoint(self, path: str | Path) -> None:
+        """Write the samples into a file, so that ``load_checkpoint`` can continue the picture later."""
+        checkpoint.save(self, path)
+
+    def load_checkpoint(self, path: str | Path) -> None:
+        """Continue from a checkpoint: ``render`` then adds the samples that come next.
+
+        Raises:
+            InputError: the file is damaged, or its samples belong to another picture. The renderer has not changed.
+        """
+        checkpoint.load(self, path)
+
+    def _repr_png_(self) -> bytes:
+        """The picture so far, for notebooks."""
+        return encode_png(self.image(), self.srgb, self.display if self.srgb else Display())

@@ -1,0 +1,1 @@
+"""Sequences of random numbers: one sampler per file. ``sampler`` states the interface."""

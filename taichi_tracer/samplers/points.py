@@ -1,0 +1,24 @@
+"""What the package's sequences have in common: their numbers can be computed for several pixels at once."""
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.sampler import Sampler
+
+
+@ti.data_oriented
+class PointSampler(Sampler):
+    """A sampler whose pairs are the two numbers of a method ``point``, with which ``fast.number_lanes`` makes many."""
+
+    @ti.func
+    def get_2d(self, seed, pixel, index, dimension):
+        """Two numbers in [0, 1)."""
+        pair = tm.vec2(0)
+        pair.x, pair.y = self.point(seed, pixel, index, dimension)
+        return pair
+
+    @ti.func
+    def point(self, seed, pixel, index, dimension):
+        """The two numbers separately; the keys may also be vectors. A subclass defines it."""
+        ti.static_assert(False, "a sampler of points must say what point(self, seed, pixel, index, dimension) is")
+        return 0.0, 0.0

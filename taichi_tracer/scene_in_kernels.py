@@ -1,0 +1,92 @@
+"""The part of a scene that kernels use: what is along a ray, and what lights a surface."""
+
+from typing import TYPE_CHECKING
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.brdfs.surface import Surface, surface_at
+from taichi_tracer.effects import Effects
+from taichi_tracer.lights.base import Light
+from taichi_tracer.lights.environment_light import EnvironmentLight
+from taichi_tracer.lights.scene_lights import SceneLights, is_blocked, may_meet
+from taichi_tracer.ray import no_hit
+from taichi_tracer.system.seams import in_kernels
+
+if TYPE_CHECKING:
+    from taichi_tracer.scene_data import SceneData
+
+
+@ti.data_oriented
+class SceneInKernels:
+    """The part of a scene that kernels use, compiled for its effects. After a change of the scene, it is another one.
+
+    Attributes:
+        geometry, ray_intersector, material_library, environment, background: those of ``SceneData``.
+        lights: all lights, see ``lights.scene_lights``.
+        effects: what is compiled, see ``effects.Effects``.
+        compensates: whether samples of the environment leave out what samples of the BRDF find, see
+            ``lights.environment_light``.
+    """
+
+    def __init__(self, scene: "SceneData", effects: Effects, compensates: bool = False) -> None:
+        self.effects, self.compensates = effects, compensates
+        self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
+        self.material_library = scene.material_library
+        self.environment, self.background = scene.environment, scene.background
+        far: list[Light] = []
+        if scene.environment is not None and effects.environment in ("constant", "image"):
+            far = [EnvironmentLight(scene.environment, effects, scene.up_axis, compensates)]
+        lamps = scene.lamps if effects.emitters else None
+        self.lights = SceneLights([*far, *scene.lights], effects, lamps)
+
+    @in_kernels
+    def surface_at(self, ray, hit) -> Surface:
+        """The surface that a ray hit."""
+        return surface_at(self, ray, hit)
+
+    @ti.func
+    def emitted(self, ray, hit, rng):
+        """Radiance along a ray without any reflection: from an emitting surface, or from behind the scene."""
+        L = tm.vec3(0)
+        if hit.is_hit:
+            if ti.static(self.effects.emitters):
+                L = self.lights.lamps.emitted(hit)
+        else:
+            L = self.behind(ray, hit, rng)
+        return L
+
+    @ti.func
+    def behind(self, ray, hit, rng):
+        """What a ray shows if it hits nothing: the background of the picture, or the lights that it sees."""
+        value = tm.vec3(0)
+        if ti.static(self.effects.background):
+            value = self.background.color(rng.x, rng.y, rng.sampler.width, rng.sampler.height)
+        else:
+            value = self.lights.arriving(ray, hit)
+            for light in ti.static(self.lights.single):
+                value += light.radiance(ray, hit)
+        return value
+
+    @ti.func
+    def visible_radiance(self, surface, w_i, factor):
+        """Radiance that arrives at a surface from w_i; 0 if something blocks it.
+
+        The caller multiplies the result by ``factor``. If ``factor`` is 0, no light is looked up and no ray is sent.
+        """
+        light, _ = self.lights.visible(self, surface, w_i, factor)
+        return light
+
+    @ti.func
+    def is_blocked(self, surface, w_i, distance):
+        """Whether anything lies between a surface and a light in the direction w_i."""
+        return is_blocked(self.effects, self.ray_intersector, surface, w_i, distance)
+
+    @ti.func
+    def met(self, surface, ray):
+        """HitData of what a ray hits that leaves a surface; if it can hit nothing, it is not traced."""
+        hit = no_hit()
+        if ti.static(self.effects.blockers != "none"):
+            if may_meet(self.effects, surface, ray.direction):
+                hit = self.ray_intersector.query_segment(ray, 0.0, tm.inf)
+        return hit

@@ -1,0 +1,65 @@
+"""The parts that a scene is made of: what its options choose, and otherwise what suits its mesh."""
+
+import copy
+from collections.abc import Sequence
+
+from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.explain.explanation import BRDF
+from taichi_tracer.forms import Form, intersector_of
+from taichi_tracer.formulas.convexity import sides_that_see_others
+from taichi_tracer.formulas.triangles import TriangleTest
+from taichi_tracer.geometry import Geometry, Mesh
+from taichi_tracer.lights.choice import LampChoice
+from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
+from taichi_tracer.options import BrdfChoice, LampChoices
+from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.seams import replaced
+
+FEW_LAMPS = 64  # up to so many, a choice by power alone takes less time than it loses to a hierarchy
+
+
+def blockers_of(mesh: Mesh, intersector, triangle_test: str | TriangleTest) -> str:
+    """What a ray that leaves a surface can hit, see ``Effects``. A student's code may find more: it is always asked."""
+    test = PARTS.find("triangle test", triangle_test)
+    if replaced(intersector) or not test.solve.__module__.startswith("taichi_tracer."):
+        return "all"
+    if len(mesh.spheres) > 0:
+        return "backs" if len(mesh.spheres) == 1 and len(mesh.faces) == 0 else "all"
+    return sides_that_see_others(mesh.vertices, mesh.faces)
+
+
+def lamp_choice_of(chosen: LampChoices | None, mesh: Mesh) -> LampChoice:
+    """A lamp choice of a scene's own, because its tables belong to the scene; None asks for one that suits the mesh.
+
+    If a method of ``MeshLightSampler`` is replaced, it takes the place of "area", and of a choice that is not given.
+    """
+    if replaced(MeshLightSampler) and chosen in (None, "area"):
+        return MeshLightSampler()
+    usual = "power" if mesh.emits().sum() <= FEW_LAMPS else "hierarchy"
+    return copy.copy(PARTS.find("lamp choice", usual if chosen is None else chosen))
+
+
+def brdfs_of(chosen: Sequence[BrdfChoice]) -> list[Brdf]:
+    """The BRDFs that a scene knows. If several of them describe a material, the last one in this list is used.
+
+    The order is: the registered BRDFs in the order of their registration; then the ``BRDF`` of the handout, if one of
+    its methods was replaced; then the BRDFs that were chosen for this scene, in reverse order.
+    """
+    own = [PARTS.find("BRDF", one) for one in chosen]
+    handouts = [BRDF()] if replaced(BRDF) else []
+    return [*(brdf for brdf in PARTS.all("BRDF") if brdf not in own), *handouts, *reversed(own)]
+
+
+def make_intersector(
+    chosen: type[RayIntersector] | RayIntersector, geometry: Geometry, triangle_test: str | TriangleTest, fast: bool
+) -> tuple[RayIntersector, Form]:
+    """The intersector of a geometry, made from a class or from an object without a geometry, and its ``Form``."""
+    if not isinstance(chosen, type):
+        if chosen.geometry is not None:
+            raise InputError(f"intersector: this {type(chosen).__name__} belongs to another scene: make a new one")
+        chosen.bind(geometry, triangle_test)
+        return chosen, Form("rays", f"{type(chosen).__name__}, as it is written", "it was given as an object")
+    runs, form = intersector_of(chosen, fast)
+    return runs(geometry, triangle_test), form

@@ -1,0 +1,191 @@
+"""Where the scenes of a study come from, what it must know of them, and what is ordered."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from taichi_tracer.environment import Environment, load_environment
+from taichi_tracer.scene_data import SceneData, again
+from taichi_tracer.scene_data_loader import load_scene_data
+from taichi_tracer.studies.variants import Variant
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.seams import assigned
+
+LIGHT = "studio"  # what lights a scene that has no light of its own
+NO_LIGHT = "none"  # the name for no environment, as on the command line
+MOST_FOR_PLAIN = 100_000  # primitives: the plain hierarchy is built in Python, which takes about 20 s for so many
+
+
+@dataclass(frozen=True)
+class SceneFacts:
+    """What a study must know of a scene.
+
+    Attributes:
+        read_seconds: of reading the scene, and of building its hierarchy.
+    """
+
+    title: str
+    source: str
+    machine: str
+    lamps: int
+    has_environment: bool
+    primitives: int
+    read_seconds: float
+
+
+class Source:
+    """Where a study's scenes come from: a name or a path, read again for every setting, or a scene that is there.
+
+    Args:
+        scene: a name, a path, or a ``SceneData``; that one cannot be compared in another precision or with fast math,
+            since both would start Taichi anew and end it.
+        environment: what lights it, or "none"; None takes the scene's own light, or ``LIGHT`` if it has none.
+        of_scene: further options of ``load_scene_data``, for a scene that is given by name.
+        view_of: the parameters of the camera, from those of the scene; None leaves them.
+        here: whether the scene is rendered in the process of the caller, whose Taichi stays as it is; a scene that is
+            there always is.
+        options: of the environment: intensity, rotation.
+    """
+
+    def __init__(
+        self,
+        scene,
+        environment=None,
+        of_scene: Mapping[str, Any] = MappingProxyType({}),
+        view_of: Callable[[dict], dict] | None = None,
+        here: bool = False,
+        **options,
+    ) -> None:
+        self.here = here or isinstance(scene, SceneData)
+        if isinstance(environment, Environment) and not self.here:  # its fields stay in the process of the caller
+            environment, options = unpacked(environment, options)
+        self.scene, self.environment, self.options, self.view_of = scene, environment, options, view_of
+        self.of_scene = dict(of_scene)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether the scene is the caller's."""
+        return isinstance(self.scene, SceneData)
+
+    def title(self, scene: SceneData) -> str:
+        """What is rendered, for titles: the scene and its light."""
+        name = Path(scene.source).stem if self.is_loaded else Path(str(self.scene)).stem
+        lamps = "lit by its lamps" if scene.lamps.count > 0 else ""
+        sky = "" if scene.environment is None else f"under {scene.environment.name}"
+        return ", ".join(part for part in (f"{name} {sky}".strip(), lamps) if part)
+
+    def check(self, variants: list[Variant]) -> None:
+        """Raise InputError where a variant needs Taichi to be started anew, and with it the caller's scene to end."""
+        settings = runtime.ensure() if self.here else None
+        for variant in variants if self.here else ():
+            if (settings.precision, settings.fast_math) != (variant.precision, variant.fast_math):
+                what = "a loaded scene" if self.is_loaded else "a scene with parts that only this process has"
+                advice = "give its name or path instead" if self.is_loaded else "give these parts by --parts"
+                raise InputError(f"accuracy: precision and fast math of {what} cannot change: {advice}")
+
+    def start(self, variant: Variant, arch: str = "auto", threads: int | None = None) -> None:
+        """Bring Taichi into the precision of a variant."""
+        if not self.here:
+            runtime.init(arch, variant.precision, variant.fast_math, force=True, threads=threads)
+
+    def load(self, variant: Variant) -> SceneData:
+        """The scene as a variant wants it, in the running precision.
+
+        Raises:
+            InputError: it has no light.
+        """
+        options = {"triangle_test": variant.triangle_test}
+        options |= {k: getattr(variant, k) for k in ("intersector", "lamp_choice") if getattr(variant, k) is not None}
+        if self.is_loaded:
+            scene = again(self.scene, **options, fast=self.scene.fast and not variant.plain)
+        else:
+            scene = load_scene_data(self.scene, **options, **self.of_scene, fast=not variant.plain)
+        light = scene.environment if self.environment is None else self.environment
+        if light is None and scene.effects.is_dark:
+            light = LIGHT
+        scene.set_environment(self.load_environment(light, variant))
+        if scene.effects.is_dark:
+            raise InputError(f"accuracy: {scene.source} has no light: give an environment, such as {LIGHT}")
+        if self.view_of is not None:
+            scene.view = self.view_of(scene.view)
+        return scene
+
+    def load_environment(self, environment, variant: Variant) -> Environment | None:
+        """A light from far away, with the look-up that a variant wants; None for none."""
+        if environment is None or (isinstance(environment, str) and environment == NO_LIGHT):
+            return None
+        options = self.options
+        if isinstance(environment, Environment):
+            environment, options = unpacked(environment, options)
+        return load_environment(environment, lookup=variant.lookup, **options)
+
+
+def unpacked(environment: Environment, options: dict) -> tuple[np.ndarray, dict]:
+    """The pixels of an environment, and its options, unless others are given."""
+    own = {name: getattr(environment, name) for name in ("intensity", "rotation", "name")}
+    return environment.pixels, own | options
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be measured.
+
+    Attributes:
+        source: the scene. variants: the ways to render it; all others are compared with the first one.
+        size: width and height.
+        budget: seconds in all. spent: of these, what was spent before.
+        seeds: renderings of every variant, as far as the budget allows.
+        keep: what the caller needs of the budget afterwards, as a multiple of what starting a process takes.
+        arch: as for ``runtime.init``. parts: files that register parts of the user.
+    """
+
+    source: Source
+    variants: Sequence[Variant]
+    size: tuple[int, int]
+    budget: float
+    seeds: int
+    spent: float = 0.0
+    keep: float = 0.0
+    arch: str = "auto"
+    parts: tuple[str, ...] = ()
+
+    @property
+    def bench(self) -> tuple:
+        """The arguments of a ``Bench``."""
+        return self.source, self.arch, self.parts
+
+
+def comparable(variants: list[Variant], facts: "SceneFacts") -> tuple[list[Variant], list[str]]:
+    """The variants that can be compared in a scene, and notes on those that cannot.
+
+    Raises:
+        InputError: choices of lamps are compared, and the scene has no lamps.
+    """
+    notes = []
+    if facts.primitives > MOST_FOR_PLAIN and any(v.plain for v in variants):
+        variants = [v for v in variants if not v.plain]
+        notes.append(f"The plain forms are left out, because the scene has more than {MOST_FOR_PLAIN:,} primitives.")
+    if len({v.lamp_choice for v in variants}) > 1 and facts.lamps == 0:
+        raise InputError(f"accuracy: {facts.source} has no surface with Ke > 0, so that no lamp is chosen")
+    if not facts.has_environment and len({v.lookup for v in variants}) > 1:
+        variants = [v for v in variants if v.lookup == variants[0].lookup]
+        notes.append("The scene has no environment, so that its look-up was not compared.")
+    return variants, notes
+
+
+def lives_here_alone(parts: Sequence[str] = ()) -> bool:
+    """Whether this process has parts of its user that another process would not find.
+
+    Args:
+        parts: files that another process would load.
+    """
+    files = {str(Path(path).expanduser().resolve()) for path in parts}
+    known = [part for path in files for part in PARTS.registered_by(path)]
+    own = [part for part in PARTS.everything() if not PARTS.comes_with_package(part)]
+    return any(not any(part is other for other in known) for part in own) or (bool(assigned()) and not files)

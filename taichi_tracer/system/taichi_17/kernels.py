@@ -1,0 +1,70 @@
+"""What happens around the reading and the translating of a kernel: it is counted, and what waits is written before.
+
+``Program.create_kernel`` lets Python read a kernel. ``Program.compile_kernel`` translates it, or finds and loads what
+was translated before; Taichi asks it at each launch.
+"""
+
+import functools
+import re
+from collections.abc import Callable
+from time import perf_counter, thread_time
+from typing import Any
+
+from taichi_tracer.system import compiling, memory
+from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, part
+
+_NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
+
+
+def counting_reading(create: Callable) -> Callable:
+    """``Program.create_kernel``, which tells ``compiling`` of each kernel."""
+
+    @functools.wraps(create)
+    def created(program: Any, build: Any, name: str, *words: Any) -> Any:
+        start = perf_counter()
+        with part(KERNELS_READ):
+            made = create(program, build, name, *words)
+        compiling.note_reading(made, function_name(build, name), start, perf_counter() - start)
+        return made
+
+    return created
+
+
+def counting_translating(compile_it: Callable) -> Callable:
+    """``Program.compile_kernel``, which tells ``compiling`` of each kernel."""
+
+    @functools.wraps(compile_it)
+    def compiled(*words: Any) -> Any:
+        start, processor = perf_counter(), thread_time()
+        try:
+            with part(KERNELS_MADE):
+                return compile_it(*words)
+        finally:
+            compiling.note_translating(words[-1], perf_counter() - start, thread_time() - processor)
+
+    return compiled
+
+
+def function_name(build: Any, name: str) -> str:
+    """The name of a kernel's function, with that of its class.
+
+    Args:
+        build: what Taichi calls to build the kernel; it refers to the kernel as "self".
+        name: Taichi's own name of the kernel, which does not have the class.
+    """
+    try:
+        held = dict(zip(build.__code__.co_freevars, build.__closure__, strict=True))
+        return held["self"].cell_contents.func.__qualname__
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return _NUMBERS.sub("", name)
+
+
+def writing_what_waits(usual: Callable) -> Callable:
+    """A method after which somebody may read fields: before it, what waits is written; see ``memory``."""
+
+    @functools.wraps(usual)
+    def after_writing(*words: Any) -> Any:
+        memory.write_what_waits()
+        return usual(*words)
+
+    return after_writing

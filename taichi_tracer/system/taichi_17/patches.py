@@ -1,0 +1,232 @@
+"""The names of Taichi 1.7 that the package replaces: which, why, and what each of them gains.
+
+``apply`` replaces them, for the whole process. ``runtime.init`` calls it, or the first scene if the program has started
+Taichi itself; an import replaces nothing. A patch is left out, with a reason that ``taichi-tracer doctor`` shows, if
+Taichi's version is another one, or if one of its names is missing or has other parameters than are expected. The
+environment variable ``TAICHI_TRACER_PATCHES`` names those that are wanted: ``none``, ``all``, or a list with commas.
+
+No patch changes what a kernel computes.
+"""
+
+import functools
+import inspect
+import os
+import pkgutil
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import taichi as ti
+
+from taichi_tracer.system.errors import one_of
+
+VARIABLE = "TAICHI_TRACER_PATCHES"
+VERSIONS = (1, 7)  # of Taichi: 1.7.3 and 1.7.4 were tried
+COMPILED = "compiled"  # instead of parameters: a function or a class of Taichi's C++ library
+MODULE = "module"  # instead of parameters: a module that another one of Taichi's has imported
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Some names of Taichi that are replaced together.
+
+    Attributes:
+        name: the name for the switch.
+        gain: what it gains: seconds of the processor for the first picture of ``render cornell_box --estimator path
+            --spp 1 --size 64x64`` with kernels that are kept, which takes 1.0 s with all patches and 2.0 s with none.
+        replaces: for each name of Taichi, as ``pkgutil.resolve_name`` takes it: the parameters that it is expected to
+            have, and the function of this folder that makes its replacement from it.
+        needs: names of Taichi that are only used.
+        then: a function of this folder that is called afterwards; "" is none.
+    """
+
+    name: str
+    gain: str
+    replaces: dict[str, tuple[str, str]]
+    needs: tuple[str, ...] = ()
+    then: str = ""
+
+
+PATCHES = (
+    Patch(
+        "sources",
+        "0.17 s: functions are found, read and parsed once",
+        {
+            "taichi.lang.kernel_impl:getsourcefile": ("obj", "sources:kept_per_function"),
+            "taichi.lang.kernel_impl:getsourcelines": ("obj", "sources:finding_lines"),
+            "taichi.lang.kernel_impl:textwrap": (MODULE, "sources:filling"),
+            "taichi.lang.kernel_impl:ast": (MODULE, "sources:parsing"),
+            "taichi.lang.kernel_impl:transform_tree": ("tree ctx", "sources:letting_go"),
+        },
+    ),
+    Patch(
+        "messages",
+        "0.33 s: the places that messages show are written once",
+        {
+            "taichi.lang.ast.ast_transformer_utils:ASTTransformerContext.get_pos_info": (
+                "self node",
+                "messages:describing",
+            ),
+            "taichi._lib:core.DebugInfo": (COMPILED, "messages:keeping_places"),
+            "taichi.lang.impl:get_traceback": ("stacklevel", "messages:telling_callers"),
+            "taichi.lang.matrix:get_traceback": ("stacklevel", "messages:telling_callers"),
+            "taichi.lang.snode:get_traceback": ("stacklevel", "messages:telling_callers"),
+        },
+    ),
+    Patch(
+        "nodes",
+        "0.05 s: usual nodes and expressions are built with less around them",
+        {
+            "taichi.lang.ast.ast_transformer_utils:Builder.__call__": ("self ctx node", "nodes:building"),
+            "taichi.lang.ast.ast_transformer:ASTTransformer.build_BinOp": ("ctx node", "nodes:building_operations"),
+            "taichi.lang.ast.ast_transformer:ASTTransformer.build_call_if_is_builtin": (
+                "ctx node args keywords",
+                "nodes:except_for_taichi",
+            ),
+            "taichi.lang.expr:make_constant_expr": ("val dtype", "nodes:building_constants"),
+            "taichi.lang.expr:np": (MODULE, "nodes:keeping_limits"),
+            "taichi.lang.expr:Expr.__init__": ("self args dbg_info dtype", "nodes:with_short_way"),
+            "taichi.lang.impl:expr_init": ("rhs", "nodes:initialised"),
+        },
+        needs=("taichi._lib:core.make_const_expr_fp", "taichi._lib:core.make_const_expr_int"),
+    ),
+    Patch(
+        "vectors",
+        "0.02 s: sums, dot and cross products need no reading of Taichi's sources",
+        {f"taichi.lang.matrix_ops:{name}": ("mat", "vector_sums:directly") for name in ("sum", "norm_sqr")}
+        | {"taichi.lang.matrix_ops:norm": ("mat eps", "vector_sums:directly")}
+        | {"taichi.lang.matrix_ops:normalized": ("vec eps", "vector_sums:directly")}
+        | {f"taichi.lang.matrix_ops:{name}": ("vec_x vec_y", "vector_sums:directly") for name in ("dot", "cross")}
+        | {f"taichi.math:{name}": ("x y", "vector_sums:directly") for name in ("dot", "cross")},
+    ),
+    Patch(
+        "blocks",
+        "0.5 s of the 2.2 s of a picture whose kernels are not kept; 0 s of one whose kernels are",
+        {"taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "blocks:in_blocks")},
+        needs=("taichi._lib:core.ASTBuilder.expr_alloca", "taichi.lang.impl:begin_frontend_if"),
+    ),
+    Patch(
+        "memory",
+        "0.07 s: numpy reads and writes fields, and one kernel tells all places",
+        {
+            "taichi._lib:core.Program.compile_kernel": (COMPILED, "kernels:writing_what_waits"),
+            "taichi.lang.field:Field._initialize_host_accessors": ("self", "kernels:writing_what_waits"),
+        },
+        needs=(
+            "taichi:get_addr",
+            "taichi._lib:core.SNode.cell_size_bytes",
+            "taichi._lib:core.SNode.offset_bytes_in_parent_cell",
+            "taichi._lib:core.SNode.get_physical_index_position",
+            "taichi._lib:core.SNode.get_shape_along_axis",
+            "taichi._lib:core.SNode.num_active_indices",
+            "taichi._lib:core.SNode.parent",
+        ),
+        then="field_memory:use",
+    ),
+    Patch(
+        "objects",
+        "0.3 to 0.5 ms of each frame of a window: attributes of objects are read as everywhere in Python",
+        {"taichi:data_oriented": ("cls", "objects:binding_kernels")},
+        needs=("taichi.lang.kernel_impl:_BoundedDifferentiableMethod",),
+    ),
+    Patch(
+        "counters",
+        "no time: it counts the kernels and their seconds, for messages, profiles and studies",
+        {
+            "taichi._lib:core.Program.create_kernel": (COMPILED, "kernels:counting_reading"),
+            "taichi._lib:core.Program.compile_kernel": (COMPILED, "kernels:counting_translating"),
+        },
+    ),
+    Patch(
+        "advice",
+        "no time: a function of kernels that is called from Python says what to call instead",
+        {"taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "advice:explaining")},
+    ),
+    Patch(
+        "powers",
+        "no time: a power of a power does not end the process",
+        {"taichi.lang.common_ops:TaichiOperations.__pow__": ("self other modulo", "powers:of_a_value")},
+    ),
+)
+NAMES = tuple(patch.name for patch in PATCHES)
+originals: dict[str, Any] = {}  # name of Taichi → what it was before it was replaced
+
+
+@functools.lru_cache(maxsize=1)
+def apply() -> dict[str, str]:
+    """Replace the names of all patches that are wanted and fit, once in a process.
+
+    Returns:
+        name of each patch → why it is not in use; "" for those that are.
+
+    Raises:
+        InputError: the environment variable names a patch that there is not.
+    """
+    chosen = wanted(os.environ.get(VARIABLE, ""))
+    told = {patch.name: why_not(patch) if patch.name in chosen else f"not in {VARIABLE}" for patch in PATCHES}
+    for patch in PATCHES:
+        if not told[patch.name]:
+            for name, (_, maker) in patch.replaces.items():
+                replace(name, maker)
+            if patch.then:
+                of_this_folder(patch.then)()
+    return told
+
+
+def wanted(text: str) -> tuple[str, ...]:
+    """The names of the patches that a value of the environment variable asks for; "" asks for all."""
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if names in ([], ["all"]):
+        return NAMES
+    if names == ["none"]:
+        return ()
+    for name in names:
+        if name not in NAMES:
+            raise one_of(f"patch in {VARIABLE}", name, (*NAMES, "all", "none"))
+    return tuple(names)
+
+
+def why_not(patch: Patch) -> str:
+    """Why a patch does not fit the Taichi that is installed; "" if it does."""
+    if ti.__version__[: len(VERSIONS)] != VERSIONS:
+        return f"Taichi {'.'.join(map(str, ti.__version__))} was not tried"
+    try:
+        for name in patch.needs:
+            pkgutil.resolve_name(name)
+        for name, (expected, maker) in patch.replaces.items():
+            found = parameters(pkgutil.resolve_name(name))
+            if found != expected:
+                return f"{name} has the parameters ({found}), not ({expected})"
+            of_this_folder(maker)
+    except (ImportError, AttributeError) as error:
+        return str(error)
+    return ""
+
+
+def parameters(value: Any) -> str:
+    """The names of a function's parameters; ``COMPILED`` if they are not known, ``MODULE`` of a module."""
+    if isinstance(value, ModuleType):
+        return MODULE
+    try:
+        return " ".join(inspect.signature(value).parameters)
+    except ValueError:
+        return COMPILED
+
+
+def replace(name: str, maker: str) -> None:
+    """Replace a name of Taichi by what a function of this folder makes from it."""
+    holder, attribute = place_of(name)
+    originals.setdefault(name, inspect.getattr_static(holder, attribute))
+    made = of_this_folder(maker)(getattr(holder, attribute))
+    setattr(holder, attribute, staticmethod(made) if isinstance(originals[name], staticmethod) else made)
+
+
+def place_of(name: str) -> tuple[Any, str]:
+    """The module or class that has a name of Taichi, and the last word of the name."""
+    owner, _, attribute = name.rpartition("." if "." in name.partition(":")[2] else ":")
+    return pkgutil.resolve_name(owner), attribute
+
+
+def of_this_folder(name: str) -> Any:
+    """A function of this folder, as "sources:parsing"."""
+    return pkgutil.resolve_name(f"{__package__}.{name}")

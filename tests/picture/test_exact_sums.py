@@ -1,0 +1,29 @@
+"""Sums that depend neither on an order nor on a division."""
+
+import numpy as np
+import pytest
+from films import add_samples
+
+from taichi_tracer.picture.film import Film
+
+# Whose nearest sum in f32 is 1 + 2^-23. Two numbers alone, as a pair of f32, lose 2^-49 beside 1 + 2^-24.
+HARD_TO_ADD = np.array([1, 2**-24, 2**-49, 2**-49, 2**-49, 2**-49], np.float64)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("replicated", [True, False])
+def test_a_picture_does_not_depend_on_the_order_nor_on_the_division_of_its_samples(f32, rng, replicated):
+    """In one film, in two that are merged, and through the arrays of a checkpoint."""
+    values = np.repeat(HARD_TO_ADD, 3).reshape(-1, 3)
+    for order in ([0, 1, 2, 3, 4, 5], [2, 3, 4, 5, 1, 0], [4, 1, 0, 2, 5, 3]):
+        whole, first, second, again = (Film(1, 1, replicated=replicated) for _ in range(4))
+        samples = values[order].astype(np.float32)
+        samples = np.repeat(samples, 2, axis=0) if replicated else samples  # so that both halves have all of them
+        add_samples(whole, samples)
+        add_samples(first, samples[:6])
+        add_samples(second, samples[6:])
+        again.from_arrays(second.to_arrays(), 6)
+        again.merge(first)
+        expected = np.float32((1 + 2**-23) / np.float32(6))
+        for film in (whole, again):
+            np.testing.assert_array_equal(film.image(), expected)

@@ -1,0 +1,96 @@
+"""Tables and sentences of a study: what a knob changes, what bounces and roulette bring, and what is only noise."""
+
+import math
+
+import numpy as np
+import pytest
+from made_up_study import made_curve, made_study
+
+from taichi_tracer.sampler import DEFAULT_SAMPLER
+from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence
+from taichi_tracer.studies.convergence import Block
+from taichi_tracer.studies.variants import Variant
+
+
+def noisier(curve, factor):
+    """What was found, where each picture tells another error of itself."""
+    return {seed: {n: (e, factor * told) for n, (e, told) in own.items()} for seed, own in curve.found.items()}
+
+
+def test_the_time_of_a_sample_is_the_median_over_blocks_and_noise_is_called_noise():
+    a, b = made_curve(), made_curve(per_sample=0.02, variant=Variant(fast_math=True))
+    a.blocks[2] = Block(2, 16, 16.0)  # another program, for a moment
+    assert a.milliseconds_per_sample == pytest.approx(10)
+    assert convergence.time_ratio(a, b)[0] == pytest.approx(2)
+    rng = np.random.default_rng(1)
+    noisy = [Block(t, 16, 0.16 * math.exp(rng.normal(0, 0.4))) for t in range(6)]
+    b.blocks = noisy
+    ratio, low, high = convergence.time_ratio(made_curve(), b)
+    assert low < 1 < high
+    assert accuracy_tables.is_noise(ratio, low, high)
+    sentences = accuracy_tables.summary(made_study(made_curve(), b))
+    assert any(s.startswith("Fast math: no difference in time can be told from noise") for s in sentences)
+
+
+def test_knobs_are_compared_at_equal_samples():
+    other = made_curve(scale=0.05, per_sample=0.02, variant=Variant(sampler="independent"), k=5)
+    (row,) = accuracy_tables.knob_table(made_study(made_curve(scale=0.1), other))
+    assert (row["knob"], row["from"], row["to"]) == ("sampler", DEFAULT_SAMPLER, "independent")
+    assert row["time"] == pytest.approx(2)
+    assert row["error"] == pytest.approx(0.5 / math.sqrt(2))
+    sentences = accuracy_tables.summary(made_study(made_curve(scale=0.1), other))
+    assert sentences[0].startswith("No variant reached 2 % within the 60 s of the study: ")
+    assert any(s.endswith("lies in 1 of 64 pixels.") for s in sentences)
+
+
+def test_errors_with_unseen_light_are_not_compared():
+    """Unless the pictures are alike: then a knob changes nothing, whatever is missing."""
+    first, other = made_curve(scale=0.1), made_curve(scale=0.02, variant=Variant(sampler="independent"))
+    first.unseen = 5.0
+    (row,) = accuracy_tables.knob_table(made_study(first, other))
+    assert math.isnan(row["error"])
+    told = "What independent numbers bring is unknown: light that no sample met may outweigh it."
+    assert told in accuracy_tables.summary(made_study(first, other))
+    same = made_curve(scale=0.1, variant=Variant(precision="f64"))
+    (row,) = accuracy_tables.knob_table(made_study(first, same))
+    assert row["error"] == pytest.approx(1)
+
+
+def test_bounces_have_their_bias_beside_their_noise_and_time():
+    """Of a curve that misses 20 % of the light: no error below that is promised, whatever its slope."""
+    variants_ = [Variant("path", max_bounces=k) for k in (8, 1, 3)]
+    whole, direct, short = (made_curve(scale=0.02, per_sample=0.01 * v.max_bounces, variant=v) for v in variants_)
+    direct.shift, short.shift = -0.2, -0.001
+    direct.is_biased = short.is_biased = True
+    direct.found = noisier(direct, 0.5)
+    rows = accuracy_tables.bounce_table(made_study(whole, direct, short))
+    assert [row["bounces"] for row in rows] == [1, 3, 8]
+    assert [row["missing light"] for row in rows] == [0.2, 0.001, 0]
+    assert rows[0]["time"] == pytest.approx(1 / 8)
+    assert rows[0]["mean"] == pytest.approx(0.8)
+    assert rows[0]["noise at 128 spp"] == pytest.approx(direct.noise[0, -1])
+    sentences = accuracy_tables.summary(made_study(whole, direct, short))
+    assert any(s.startswith("Paths of at most 1 bounce miss 20 % of the light") for s in sentences)
+    assert "From 3 bounces on, what is missing cannot be told from its standard error." in sentences
+    assert {r["knob"] for r in accuracy_tables.knob_table(made_study(whole, direct, short))} == set()
+
+
+def test_efficiency_is_one_over_variance_times_seconds():
+    none, roulette = (made_curve(scale=0.02, variant=Variant("path", roulette=r)) for r in ("none", 0.5))
+    roulette.found = noisier(roulette, 1.5)
+    roulette.blocks = [Block(b.turn, b.samples, b.seconds / 3) for b in roulette.blocks]
+    first, second = accuracy_tables.efficiency_of(made_study(none, roulette), "roulette")
+    assert (first["roulette"], first["efficiency"]) == ("no roulette", 1)
+    assert second["efficiency"] == pytest.approx(3 / 1.5**2)
+    assert accuracy_tables.efficiency_of(made_study(none, roulette), "lamp_choice") == []
+    told = accuracy_tables.summary(made_study(none, roulette))
+    assert "Roulette q = 0.5 is 1.33 times as efficient as no roulette." in told
+    page = accuracy_report.tables_of_questions(made_study(none, roulette))
+    assert list(page) == ["What roulette saves"]
+    assert "<td>1.33</td>" in page["What roulette saves"]
+
+
+def test_a_time_that_is_hardly_longer_is_not_once_as_long():
+    told = [accuracy_tables.times_as_long(ratio) for ratio in (1.0, 1.04, 1.2, 3.14, 12.3, 1234.5)]
+    assert told[:2] == ["about as long"] * 2
+    assert told[2:] == [f"{ratio} times as long" for ratio in ("1.2", "3.1", "12", "1,234")]

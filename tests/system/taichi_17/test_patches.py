@@ -1,0 +1,149 @@
+"""The table of what is replaced: nothing at an import, only what fits, only what is wanted, and no picture changes."""
+
+import pytest
+from wings import copy_without, printed, run
+
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.taichi_17 import patches
+from taichi_tracer.system.taichi_17.patches import NAMES, PATCHES, Patch
+
+FITS = {"taichi.lang.impl:expr_init": ("rhs", "nodes:initialised")}
+
+
+# ── which are wanted
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [("", NAMES), ("all", NAMES), ("none", ()), ("powers", ("powers",)), (" nodes , powers,", ("nodes", "powers"))],
+)
+def test_the_switch(text, names):
+    assert patches.wanted(text) == names
+
+
+def test_an_unknown_name_is_one_clear_line():
+    with pytest.raises(InputError, match=r"^unknown patch in TAICHI_TRACER_PATCHES 'power': did you mean 'powers'\?"):
+        patches.wanted("nodes,power")
+
+
+# ── which fit
+
+
+@pytest.mark.parametrize("patch", PATCHES, ids=NAMES)
+def test_every_patch_fits_the_taichi_that_is_installed(patch, monkeypatch):
+    """Its parameters are those of Taichi's own names, also where another patch has replaced them."""
+    assert patches.why_not(patch) == ""
+
+
+@pytest.mark.parametrize(
+    ("patch", "reason"),
+    [
+        (
+            Patch("a", "", {"taichi.lang.impl:expr_inits": FITS["taichi.lang.impl:expr_init"]}),
+            "no attribute 'expr_init",
+        ),
+        (
+            Patch("a", "", {"taichi.lang.no_such:name": ("x", "powers:of_a_value")}),
+            "No module named 'taichi.lang.no_su",
+        ),
+        (
+            Patch("a", "", {"taichi.lang.impl:expr_init": ("x y", "nodes:initialised")}),
+            "has the parameters (rhs), not (x",
+        ),
+        (Patch("a", "", FITS, needs=("taichi:no_such_function",)), "no attribute 'no_such_function'"),
+    ],
+)
+def test_what_does_not_fit_is_told(patch, reason):
+    assert reason in patches.why_not(patch)
+    assert patches.why_not(Patch("a", "", FITS)) == ""
+
+
+def test_another_version_is_left_alone(monkeypatch):
+    monkeypatch.setattr(patches.ti, "__version__", (1, 8, 0))
+    assert {patches.why_not(patch) for patch in PATCHES} == {"Taichi 1.8.0 was not tried"}
+
+
+OTHER_TAICHI = """
+import taichi as ti
+from taichi.lang import impl, kernel_impl
+del kernel_impl.transform_tree
+kernel_impl.Func.call = kernel_impl.Func.__call__
+impl.get_traceback = lambda level, depth: ""
+ti.init = lambda **_: None
+import taichi_tracer as tt
+from taichi_tracer.system import runtime
+runtime.running_settings = lambda: None
+tt.init("cpu")
+print({name: why for name, why in runtime.patches().items() if why})
+"""
+
+
+def test_init_works_where_names_of_taichi_are_others(tmp_path):
+    told = eval(printed(copy_without(tmp_path), OTHER_TAICHI))
+    assert told == {
+        "sources": "module 'taichi.lang.kernel_impl' has no attribute 'transform_tree'",
+        "messages": "taichi.lang.impl:get_traceback has the parameters (level depth), not (stacklevel)",
+    }
+
+
+# ── when they are replaced
+
+NAMES_BEFORE_INIT = """
+import importlib, inspect, pkgutil, sys
+import taichi, taichi.math
+from taichi_tracer.system.taichi_17.patches import PATCHES, place_of
+names = {name for patch in PATCHES for name in patch.replaces}
+def found():
+    return {name: inspect.getattr_static(*place_of(name)) for name in names}
+before, of_python = found(), inspect.getframeinfo
+import taichi_tracer as tt
+for name in dir(tt):
+    getattr(tt, name)
+for module in pkgutil.walk_packages(tt.__path__, "taichi_tracer."):
+    if module.name.split(".")[1] in ("apps", "fast", "formulas", "system", "picture", "integrators", "lights"):
+        importlib.import_module(module.name)
+print([name for name in names if found()[name] is not before[name]], inspect.getframeinfo is of_python)
+tt.init("cpu")
+print([name for name in names if found()[name] is before[name]])
+"""
+
+
+def test_an_import_replaces_nothing_and_init_does(tmp_path):
+    imported, started = printed(copy_without(tmp_path), NAMES_BEFORE_INIT, TAICHI_TRACER_PATCHES="").splitlines()
+    assert (imported, started) == ("[] True", "[]")
+
+
+# ── what they change
+
+PICTURES = """
+import hashlib
+import taichi_tracer as tt
+
+def told(renderer):
+    return hashlib.sha256(renderer.render(2).image().tobytes()).hexdigest()
+
+lamps = tt.load_scene_data("specular_spheres", environment="studio")
+print(told(tt.A1Renderer(lamps, 16, 16).use("normal")))
+print(told(tt.A2Renderer(lamps, 16, 16).use("mis")))
+print(told(tt.A4Renderer(tt.load_scene_data("cornell_box"), 8, 8).use("path")))
+scene = tt.load_scene_data("cube", intersector="bvh", fast=False)
+print(scene.intersect([[0.1, 0.2, 9]], [[0, 0, -1]]).distance)
+"""
+
+
+def test_pictures_have_the_same_bits_with_all_with_none_and_without_the_folder(tmp_path):
+    folders = [tmp_path / name for name in ("all", "none", "without")]
+    for folder in folders:
+        folder.mkdir()
+    with_all = printed(copy_without(folders[0]), PICTURES, TAICHI_TRACER_PATCHES="")
+    assert printed(copy_without(folders[1]), PICTURES, TAICHI_TRACER_PATCHES="none") == with_all
+    assert printed(copy_without(folders[2], "system/taichi_17"), PICTURES, TAICHI_TRACER_PATCHES="") == with_all
+    assert len(set(with_all.splitlines())) == 4
+
+
+def test_a_wrong_switch_is_one_line_of_the_command(tmp_path):
+    program = "import sys; from taichi_tracer.__main__ import main; sys.argv[1:] = ['info', 'cube']; sys.exit(main())"
+    done = run(copy_without(tmp_path), program, TAICHI_TRACER_PATCHES="blockz")
+    assert done.returncode == 2
+    assert "unknown patch in TAICHI_TRACER_PATCHES 'blockz': did you mean 'blocks'?" in done.stderr
+    assert "Traceback" not in done.stderr
