@@ -188,10 +188,21 @@ class Schedule:
                 self.round(wave, seeds, levels, begun + seconds * seeds / planned)
             took = self.budget.elapsed - begun
         self.render_pictures()
-        while found := self.next_of_the_race() or self.next_with_few():
+        half = self.budget.elapsed + self.budget.left / 2
+        while found := self.next_one(is_late=self.budget.elapsed > half):
             curve, samples = found
             seeds += 1
             self.round([curve], seeds, {curve.variant: samples})
+
+    def next_one(self, is_late: bool) -> tuple[Curve, int] | None:
+        """Who is rendered next, and up to how many samples; None if there is no time for anybody.
+
+        Args:
+            is_late: whether those come first that have fewer pictures than were ordered.
+        """
+        if is_late and any(len(curve.found) < self.order.seeds for curve in self.curves):
+            return self.next_with_few()
+        return self.next_of_the_race() or self.next_with_few()
 
     @property
     def seconds_of_all(self) -> float:
