@@ -34,7 +34,7 @@ BENCHMARKS = {
 COUNTED = ("error", "samplers")
 # The files and folders of the package whose speed a benchmark measures.
 RAYS = ["fast", "ray_intersector.py", "geometry.py"]
-LIGHT = [*RAYS, "integrators", "lights", "brdfs", "sampler.py", "environment.py", "renderer.py", "picture"]
+LIGHT = [*RAYS, "integrators", "lights", "brdfs", "sampler.py", "samplers", "environment.py", "renderer.py", "picture"]
 MEASURED = {
     "startup": [
         "system",
@@ -42,7 +42,10 @@ MEASURED = {
         "scene_data.py",
         "scene_data_loader.py",
         "renderer.py",
+        "apps/cli.py",
+        "apps/commands",
         "apps/render.py",
+        "apps/keeping.py",
         "apps/choices.py",
     ],
     "rays": [*RAYS, "scene_data.py"],
@@ -51,13 +54,21 @@ MEASURED = {
     "build": ["fast/bvh_build.py", "fast/bvh_wide.py", "fast/wide_bvh.py"],
     "crossover": [*RAYS, "intersectors"],
     "direct": LIGHT,
-    "error": ["picture", "integrators", "lights", "sampler.py"],
-    "samplers": ["sampler.py", "integrators", "lights"],
+    "error": ["picture", "integrators", "lights", "sampler.py", "samplers"],
+    "samplers": ["sampler.py", "samplers", "integrators", "lights"],
     "paths": LIGHT,
     "obj_reader": ["files/obj.py", "files/text.py"],
     "grading": ["teaching"],
     "cluster": ["cluster"],
-    "live": ["apps/session.py", "apps/frames.py", "apps/pace.py", "apps/server.py", "apps/widget.py", "apps/live"],
+    "live": [
+        "apps/session.py",
+        "apps/mailbox.py",
+        "apps/frames.py",
+        "apps/pace.py",
+        "apps/server.py",
+        "apps/widget.py",
+        "apps/live",
+    ],
 }
 ROOT = Path(__file__).parents[1]
 WHEN = re.compile(r"\b(\d{4}-\d\d-\d\d)(?: (\d\d:\d\d) UTC)?")

@@ -69,7 +69,7 @@ class MapRenderer(ProgressiveRenderer):
         self._of = find_measured(of)
         self._scale_of: tuple = ()
         self._colours: Any = None
-        self._parts, self._tile = Recent(KEPT_FORMS), SomePixels(in_order=True)
+        self._parts = Recent(KEPT_FORMS)
         super().__init__(scene_data, width, height, **options)
 
     def make_plan(self) -> Plan:
@@ -161,6 +161,11 @@ class MapRenderer(ProgressiveRenderer):
         if self.map.is_timed:
             return parts._replace(film=self._tile)
         return parts if self.map.number is None else counted(parts, self.map.number)
+
+    @functools.cached_property
+    def _tile(self) -> SomePixels:
+        """The tile that is timed."""
+        return SomePixels(in_order=True)
 
     def seconds_of_tiles(self, parts: Parts, index: int) -> np.ndarray:
         """(tiles across, tiles upwards) seconds that a sample of a pixel takes on one core, as the mean of a tile.

@@ -25,7 +25,7 @@ FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
 class View:
     """Where the camera is: the options of the command line, applied to the parameters of a scene's camera.
 
-    It is no function within a function, because it goes to other processes.
+    It is a class and no function within a function, because it is sent to other processes.
     """
 
     camera: CameraRequest
@@ -119,7 +119,7 @@ def roulettes_of(chosen: tuple[str, ...] | None) -> tuple[str | float, ...] | No
 
 
 def number_or_name(word: str) -> str | float:
-    """What a word stands for."""
+    """The number that a word is; else the word, which is a name."""
     try:
         return float(word)
     except ValueError:

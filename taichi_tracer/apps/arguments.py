@@ -20,7 +20,7 @@ from taichi_tracer.apps.words import (
 
 
 def add_scene_argument(parser: ArgumentParser) -> None:
-    """The scene alone, and which way it stands."""
+    """Add the scene alone, and which way it stands."""
     what = "name of a shipped scene, or a file: .obj .ply .stl .glb ..., or .xml of RT3"
     parser.add_argument("scene", metavar="SCENE", help=what)
     parser.add_argument(
@@ -33,7 +33,7 @@ def add_scene_argument(parser: ArgumentParser) -> None:
 
 
 def add_parts_option(parser: ArgumentParser) -> None:
-    """The files of parts of one's own."""
+    """Add the files that register parts of the user."""
     parser.add_argument(
         "--parts",
         action="append",
@@ -44,7 +44,7 @@ def add_parts_option(parser: ArgumentParser) -> None:
 
 
 def add_scene_options(parser: ArgumentParser) -> None:
-    """The scene, how its rays are intersected, and where that runs."""
+    """Add the scene, how its rays are intersected, and where that runs."""
     add_scene_argument(parser)
     add_parts_option(parser)
     light = add_light_options(parser, f"or none (default: the scene file's, or {LIGHT} where light is asked for)")
@@ -75,7 +75,7 @@ def add_scene_options(parser: ArgumentParser) -> None:
 
 
 def add_light_options(parser: ArgumentParser, otherwise: str) -> _ArgumentGroup:
-    """The environment; ``otherwise`` says what it is when it is not given."""
+    """Add the environment; ``otherwise`` says what it is when it is not given."""
     light = parser.add_argument_group("light from far away")
     what = f"a shipped name, an image (.hdr .exr .png .jpg .npy), {otherwise}"
     light.add_argument("--environment", metavar="E", help=what)
@@ -85,7 +85,7 @@ def add_light_options(parser: ArgumentParser, otherwise: str) -> _ArgumentGroup:
 
 
 def add_surface_options(parser: ArgumentParser, names_lamp_choice: bool = True) -> None:
-    """BRDFs and lights by name; and one choice of lamps, unless a command compares several."""
+    """Add BRDFs and lights by name; and one choice of lamps, unless a command compares several."""
     surfaces = parser.add_argument_group("surfaces and lights", "names with commas")
     surfaces.add_argument(
         "--brdfs",
@@ -105,7 +105,7 @@ def add_surface_options(parser: ArgumentParser, names_lamp_choice: bool = True) 
 
 
 def add_picture_options(parser: ArgumentParser) -> None:
-    """What is shown, how large, and from where."""
+    """Add what is shown, how large, and from where."""
     parser.set_defaults(spp=None, adaptive=False, first_sample=0)  # where there is no option for them
     parser.set_defaults(exposure=0.0, tone="none")
     parser.add_argument(
@@ -150,7 +150,7 @@ def add_picture_options(parser: ArgumentParser) -> None:
 
 
 def add_display_options(parser: ArgumentParser) -> None:
-    """How light is shown on a screen and in files of 8 bits."""
+    """Add how light is shown on a screen and in files of 8 bits."""
     what = "of light and colour, on the screen and in .png .jpg .ppm; other files, errors and comparisons stay linear"
     display = parser.add_argument_group("how it is shown", what)
     display.add_argument(
@@ -160,7 +160,7 @@ def add_display_options(parser: ArgumentParser) -> None:
 
 
 def add_path_options(parser: ArgumentParser) -> None:
-    """How long paths are."""
+    """Add how long paths are."""
     paths = parser.add_argument_group("paths", "for implicit, explicit and path, on which light bounces")
     paths.add_argument("--max-bounces", type=whole, metavar="N", help="how many surfaces may reflect (default: 5)")
     paths.add_argument(
@@ -175,7 +175,7 @@ def add_path_options(parser: ArgumentParser) -> None:
 
 
 def add_weight_options(parser: ArgumentParser) -> None:
-    """How often ``mis_one_sample`` takes which direction."""
+    """Add how often ``mis_one_sample`` takes which direction."""
     weights = parser.add_argument_group(
         "weights", "of the two directions among which mis_one_sample draws lots; their sum counts as 1"
     )
@@ -184,7 +184,7 @@ def add_weight_options(parser: ArgumentParser) -> None:
 
 
 def add_camera_options(parser: ArgumentParser) -> None:
-    """From where the scene is seen."""
+    """Add from where the scene is seen."""
     camera = parser.add_argument_group("camera", "what is not given is the scene's own")
     for name, what in (("eye", "position"), ("at", "point looked at"), ("up", "which way is up")):
         camera.add_argument(f"--{name}", type=number, nargs=3, metavar=("X", "Y", "Z"), help=what)
@@ -205,7 +205,7 @@ def add_camera_options(parser: ArgumentParser) -> None:
 
 
 def add_cluster_option(parser: ArgumentParser, what: str) -> None:
-    """Where the work is done, instead of here."""
+    """Add the cluster on which the work is done instead of here; ``what`` says which work."""
     parser.add_argument(
         "--cluster",
         metavar="ADDRESS",

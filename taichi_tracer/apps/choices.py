@@ -3,6 +3,7 @@
 import copy
 
 from taichi_tracer.apps.names import renderers
+from taichi_tracer.apps.requests import OF_LIGHT
 from taichi_tracer.apps.words import LIGHT
 from taichi_tracer.assignments import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.environment import load_environment
@@ -42,8 +43,7 @@ class Choices:
         self._environments = {} if environment is None else {environment.name: environment}
         # That of the scene, those of the package, and none: the order in which they come one after another.
         self.environments = list(dict.fromkeys([*self._environments, *shipped_environments(), NO_LIGHT]))
-        of_environment = ("intensity", "rotation", "lookup")
-        self._light_options = {} if environment is None else {k: getattr(environment, k) for k in of_environment}
+        self._light_options = {} if environment is None else {name: getattr(environment, name) for name in OF_LIGHT}
         self._has_chosen_light = environment is not None
         self.white: float | None = None
         self.usual_white: float | None = None

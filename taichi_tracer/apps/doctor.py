@@ -22,6 +22,7 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError
 
+VARIABLE = "TAICHI_TRACER_PATCHES"  # the environment variable that names the patches that are wanted
 PACKAGES = ("taichi", "numpy", "trimesh", "Pillow", "tqdm", "matplotlib", "flip-evaluator")
 # Modules that the package does not depend on: module → (what it is for, what installs it)
 EXTRAS = {
@@ -73,6 +74,7 @@ def examine() -> Iterator[Line]:
     for package in PACKAGES:
         yield package_line(package)
     yield from backend_lines()
+    yield patches_line(runtime.patches())
     yield from window_lines()
     yield from image_lines()
     for module, (purpose, remedy) in EXTRAS.items():
@@ -101,6 +103,20 @@ def backend_lines() -> Iterator[Line]:
     ti.field(float, shape=8).fill(1.0)
     ti.sync()
     yield Line("backend chosen", f"{settings.arch}; a first kernel took {time.perf_counter() - start:.2f} s")
+
+
+def patches_line(told: dict[str, str]) -> Line:
+    """Which patches of Taichi are in use, and why others are not.
+
+    Args:
+        told: what ``runtime.patches`` returns.
+    """
+    reasons = {name: reason for name, reason in told.items() if reason}
+    off = ", ".join(name for name, reason in reasons.items() if VARIABLE in reason)
+    unfit = "; ".join(f"{name}: {reason}" for name, reason in reasons.items() if VARIABLE not in reason)
+    found = f"{len(told) - len(reasons)} of {len(told)} in use" + (f"; {VARIABLE} leaves out {off}" if off else "")
+    remedy = f"all works without them, slower; Taichi 1.7.3 and 1.7.4 fit. {unfit}"
+    return Line("patches of Taichi", found, not unfit, remedy)
 
 
 def window_lines() -> Iterator[Line]:

@@ -1,7 +1,7 @@
 """``taichi-tracer export``: a scene with its camera as RT3 XML. Taichi is not needed for it."""
 
 from argparse import Namespace
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,41 +21,14 @@ from taichi_tracer.system.errors import InputError
 SAME_AS = {"normal": "normal_map"}  # views that an integrator of RT3 shows
 
 
-@dataclass(frozen=True)
-class ExportRequest:
-    """The scene to be written, and the pictures of it that its file is to ask for.
-
-    Attributes:
-        scene: a shipped name or a path. document: what its file says, where it is one of RT3; None for a mesh.
-        output: the file to write.
-        up_axis: the axis that is upright in the view of a mesh, "y" or "z".
-    """
-
-    scene: Path
-    document: Document | None
-    pictures: tuple[PictureRequest, ...]
-    output: Path
-    up_axis: str
-
-
-def export_of(args: Namespace) -> ExportRequest:
-    """What the options ask for; InputError where the file could not be written."""
-    path = Path(args.output)
-    if path.suffix.lower() != ".xml":
-        raise InputError(f"{path}: the ending must be .xml")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist")
-    document = document_of(args.scene)
-    return ExportRequest(find_scene(args.scene), document, pictures_of(args, document), path, up_axis_of(args))
-
-
 def run(args: Namespace) -> int:
     """Write the document; what it cannot say is told on stderr."""
-    request = export_of(args)
-    path, document = request.output, request.document
+    path = output_of(args)
+    document = document_of(args.scene)
+    pictures, up_axis, scene = pictures_of(args, document), up_axis_of(args), find_scene(args.scene)
     if document is None:
-        document = Document(read(request.scene), [])
-    shots = [_shot(picture, request, document) for picture in request.pictures]
+        document = Document(read(scene), [])
+    shots = [_shot(picture, document, scene, up_axis) for picture in pictures]
     for text in document.mesh.notes:
         note(text)
     text = as_rt3(replace(document, shots=shots), path)
@@ -72,21 +45,31 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _shot(picture: PictureRequest, request: ExportRequest, document: Document) -> Shot:
+def output_of(args: Namespace) -> Path:
+    """The file to write; InputError where it could not be written."""
+    path = Path(args.output)
+    if path.suffix.lower() != ".xml":
+        raise InputError(f"{path}: the ending must be .xml")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist")
+    return path
+
+
+def _shot(picture: PictureRequest, document: Document, scene: Path, up_axis: str) -> Shot:
     """One picture, as the command line changes it."""
     old = picture.shot
-    view = _default_view(document, request, picture.width / picture.height) if old is None else old.view
+    view = _default_view(document, scene, up_axis, picture.width / picture.height) if old is None else old.view
     film = FilmSettings() if old is None else old.film
     integrator = _integrator_of(picture) if old is None or picture.names_view else old.integrator
     film = replace(film, width=picture.width, height=picture.height, crop_window=picture.crop_window)
     return Shot(picture.view_of(view), film, integrator)
 
 
-def _default_view(document: Document, request: ExportRequest, aspect: float) -> dict:
+def _default_view(document: Document, scene: Path, up_axis: str, aspect: float) -> dict:
     """The camera of a mesh: its own, if it is composed for one, else the one that ``SceneData`` computes."""
-    own = own_view(request.scene)
+    own = own_view(scene)
     points = visible_points(clean(document.mesh, np.float64))
-    return view_of_points(points, request.up_axis, aspect=min(1.0, aspect)) if own is None else own
+    return view_of_points(points, up_axis, aspect=min(1.0, aspect)) if own is None else own
 
 
 def _integrator_of(picture: PictureRequest) -> Integrator:

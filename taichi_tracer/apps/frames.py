@@ -42,7 +42,7 @@ def exact_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
 
 
 def quick_pixels(renderer: ProgressiveRenderer) -> np.ndarray:
-    """(h, w, 3) bytes of the picture for a moment: of a large one, only some pixels; a byte may be one off."""
+    """(h, w, 3) bytes of the picture for a moment: of a large one, only some pixels; a byte may differ by one."""
     step = max(1, int(np.ceil(np.sqrt(renderer.width * renderer.height / MOST_PIXELS))))
     pixels = np.empty((-(-renderer.height // step), -(-renderer.width // step), 3), np.uint8)
     display = renderer.display

@@ -105,7 +105,7 @@ def line_of(mark: Mark) -> str:
 
 
 def summary(marks: Sequence[Mark], level: Level) -> str:
-    """The last line."""
+    """The last line that is printed: the mean, and the walls."""
     mean = sum(mark.score for mark in marks) / len(marks)
     plural = "s" * (len(marks) > 1)
     return f"{len(marks)} submission{plural}, mean {mean:.4g} of {marks[0].points:g}; walls: {level}"

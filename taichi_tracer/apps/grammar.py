@@ -41,8 +41,8 @@ def add_command(commands: argparse._SubParsersAction, name: str, what: str, run:
     """The parser of a command, to which the command adds its own arguments.
 
     Args:
-        what: the command does, in a line for the help.
-        run: is called with the parsed arguments.
+        what: what the command does, in a line for the help.
+        run: the function that is called with the parsed arguments.
     """
     parser = commands.add_parser(name, help=what, description=what[0].upper() + what[1:] + ".")
     parser.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help="show the traceback of errors")

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 import taichi_tracer
+from taichi_tracer.apps.requests import OF_LIGHT
 from taichi_tracer.apps.same_again import DISTANCE, position_of
 from taichi_tracer.assignments import A1Renderer, A4Renderer
 from taichi_tracer.integrators.one_sample import OneSampleMis
@@ -17,8 +18,6 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import load_scene_data, name_of
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
-
-OF_LIGHT = ("intensity", "rotation", "lookup")  # arguments of ``Environment`` beside its image
 
 
 def as_python(renderer: ProgressiveRenderer) -> str:

@@ -1,4 +1,4 @@
-"""Ctrl-C, and SIGTERM, by which a system ends programs: at once where nothing is lost, else after the picture is kept.
+"""How Ctrl-C, and SIGTERM of the system, end the program: at once if nothing is lost, else after the picture is kept.
 
 Nothing here imports anything large: this is what the program does first.
 """
@@ -83,5 +83,5 @@ class Interruption:
 
     @property
     def exit_code(self) -> int:
-        """Of a program that the signal ended."""
+        """The exit code of a program that the signal ended."""
         return EXIT_CODE + self.number

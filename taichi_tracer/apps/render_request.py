@@ -5,13 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
+from taichi_tracer.apps.same_again import DISTANCE
 from taichi_tracer.apps.words import note, taken
 from taichi_tracer.assignments import A4Renderer
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms
 from taichi_tracer.picture.aovs import Aov, find_aovs
 from taichi_tracer.system.errors import InputError
-
-DISTANCE = "distance"  # the view to which --max-distance belongs
 
 
 @dataclass(frozen=True)
@@ -64,8 +63,7 @@ def check_pictures_by_bounce(args: Namespace, pictures: Sequence[PictureRequest]
                 raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
         for one in args.bounces:
             check_bounces(one)
-        most = picture.paths.max_bounces
-        check_terms(args.bounces, DEFAULTS["max_bounces"] if most is None else most)
+        check_terms(args.bounces, dict(picture.paths).get("max_bounces", DEFAULTS["max_bounces"]))
     if len(args.bounces) > 1:
         given = [name for name in ("time", "error", "adaptive") if getattr(args, name)]
         if given:

@@ -30,7 +30,9 @@ from taichi_tracer.tones.display import Display
 if TYPE_CHECKING:
     from taichi_tracer.rt3.document import Document, Shot
 
+OF_LIGHT = ("intensity", "rotation", "lookup")  # arguments of ``Environment`` beside its image
 QUICK = 4  # a quick picture has a quarter of the width and of the height
+Options = tuple[tuple[str, object], ...]  # names with values, of options that were given
 WHOLE = 0.0, 1.0, 0.0, 1.0  # the crop window of the whole frame
 
 
@@ -67,7 +69,7 @@ class EnvironmentRequest:
     @property
     def options(self) -> dict:
         """What is asked for beside the image."""
-        return given(intensity=self.intensity, rotation=self.rotation, lookup=self.lookup)
+        return given(**{name: getattr(self, name) for name in OF_LIGHT})
 
     def load(self) -> Environment:
         """Read the image."""
@@ -188,24 +190,6 @@ class SamplesRequest:
 
 
 @dataclass(frozen=True)
-class PathRequest:
-    """How long paths are, as for ``PathSettings``; None is its default."""
-
-    max_bounces: int | None
-    rr_start_bounce: int | None
-    rr_termination_probability: float | None
-    roulette: str | None
-
-
-@dataclass(frozen=True)
-class WeightsRequest:
-    """How often ``mis_one_sample`` takes which direction, as for ``A3Renderer``; None is its default."""
-
-    mis_plight: float | None
-    mis_pbrdf: float | None
-
-
-@dataclass(frozen=True)
 class PictureRequest:
     """One picture that is asked for: by a scene file, and by the command line, which wins.
 
@@ -219,6 +203,7 @@ class PictureRequest:
         filename: where the scene file wants it; None where it says nothing, or something else is shown.
         display: exposure and tone curve, for what shows light or colour.
         max_distance: what the view of the distance shows white; None is what fits the scene.
+        paths, weights: what is asked of ``PathSettings``, and of ``A3Renderer.set_weights``.
         map_of: the name of what maps of work measure; None is what they usually measure.
     """
 
@@ -235,8 +220,8 @@ class PictureRequest:
     display: Display
     max_distance: float | None
     map_of: str | None
-    paths: PathRequest
-    weights: WeightsRequest
+    paths: Options
+    weights: Options
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
@@ -271,9 +256,9 @@ class PictureRequest:
         if isinstance(renderer, MapRenderer) and self.map_of is not None:
             renderer.of = self.map_of
         if isinstance(renderer, A4Renderer | MapRenderer):
-            renderer.path_settings.set(**given(**vars(self.paths)))
+            renderer.path_settings.set(**dict(self.paths))
         if isinstance(renderer, A3Renderer):
-            renderer.set_weights(**given(**vars(self.weights)))
+            renderer.set_weights(**dict(self.weights))
         if self.shot is not None and hasattr(renderer, "set_depth"):  # the renderer of RT3 has it
             renderer.set_depth(**self.shot.integrator.depth)
         if self.max_distance is not None and isinstance(renderer, A1Renderer):
@@ -319,6 +304,11 @@ def scene_of(args: Namespace, document: "Document | None", needs_light: bool) ->
         machine=taken(MachineRequest, args),
         up_axis=up_axis_of(args),
     )
+
+
+def asked(args: Namespace, *names: str) -> Options:
+    """The options of these names that are given, with their values."""
+    return tuple((name, getattr(args, name)) for name in names if getattr(args, name) is not None)
 
 
 def up_axis_of(args: Namespace) -> str:
@@ -368,8 +358,8 @@ def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
         samples=taken(SamplesRequest, args),
         display=Display(args.exposure, args.tone),
         map_of=None if args.map_of is None else find_measured(args.map_of),
-        paths=taken(PathRequest, args),
-        weights=taken(WeightsRequest, args),
+        paths=asked(args, "max_bounces", "rr_start_bounce", "rr_termination_probability", "roulette"),
+        weights=asked(args, "mis_plight", "mis_pbrdf"),
     )
     if not picture.display.is_plain and not any(integrator.srgb for _, integrator in picture.views):
         shown = ", ".join(integrator.name for _, integrator in picture.views)

@@ -1,4 +1,4 @@
-"""What was computed is not lost where it cannot be written: it goes to another folder, and the user is told where."""
+"""Files are written to another folder where theirs cannot be written, so that no result is lost; the user is told."""
 
 import contextlib
 import sys

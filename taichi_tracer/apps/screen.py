@@ -50,7 +50,7 @@ class Layout:
         return self.left <= cursor[0] * self.width < self.width - self.right
 
     def as_drag(self, start: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
-        """A way of the mouse, in fractions of the picture instead of the window."""
+        """How far the mouse went between two points of the window, in fractions of the picture."""
         across = (end[0] - start[0]) * self.width / self.shown_width
         return across, (end[1] - start[1]) * self.height / self.shown_height
 

@@ -70,11 +70,11 @@ class Handler(http.server.BaseHTTPRequestHandler):
     disable_nagle_algorithm = True
 
     def do_GET(self) -> None:  # noqa: N802 (the name that http.server calls)
-        """The page, its files, frames and pictures."""
+        """Answer with the page, its files, frames and pictures."""
         self.answer(self.get)
 
     def do_POST(self) -> None:  # noqa: N802
-        """Events."""
+        """Take events."""
         self.answer(self.post)
 
     def answer(self, method: Callable[[], None]) -> None:
@@ -88,7 +88,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.close_connection = True
 
     def get(self) -> None:
-        """See ``do_GET``."""
+        """Send the page, one of its files, a frame or a picture."""
         url = urlsplit(self.path)
         given = parse_qs(url.query)
         self.check_host()
@@ -110,7 +110,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             raise Refused(HTTPStatus.NOT_FOUND, "there is no such page")
 
     def post(self) -> None:
-        """See ``do_POST``."""
+        """Check the events of a request, and give them to the session."""
         self.check_host()
         self.check_token(self.cookie())
         self.check_origin()
@@ -207,7 +207,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
     # ── answers ──
 
     def send(self, status: HTTPStatus, kind: str, body: bytes, more: dict[str, str] | None = None) -> None:
-        """A whole answer."""
+        """Send an answer: status, headers and body."""
         self.send_response(status)
         for name, value in {**HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), **(more or {})}.items():
             self.send_header(name, value)
@@ -221,7 +221,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.flush_headers()
 
     def version_string(self) -> str:
-        """Nothing about the versions of the machine."""
+        """What the server calls itself: it tells no version."""
         return "taichi_tracer"
 
     def log_message(self, *_arguments: Any) -> None:

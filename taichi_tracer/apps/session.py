@@ -273,7 +273,7 @@ class Session(Mailbox):
         self.choices.set_white(value)
 
     def on_reset(self) -> None:
-        """The camera of the beginning."""
+        """Bring the camera, and the distance that is white, back to where they were at first."""
         self.renderer.camera.set_camera_parameters(**self.first_camera)
         self.choices.set_white(self.choices.usual_white)
 
@@ -295,7 +295,7 @@ class Session(Mailbox):
         self.choices = self.split.choices
 
     def on_side(self, number: int) -> None:
-        """Choose which of the two the controls change."""
+        """Choose which of the two pictures the controls change."""
         if self.split is None:
             raise InputError("side: one picture is shown: choose to compare first")
         self.split.number = number

@@ -34,13 +34,13 @@ MOST_SCENES = 2  # that are kept: the pictures of a sweep that need one scene mo
 
 
 class Child(Worker):
-    """The process, as its parent sees it: the methods of ``Desk`` are called by name."""
+    """The process, as its parent sees it. The methods of ``Desk`` are called by name."""
 
     program = "from taichi_tracer.cluster.child import work; work()"
     task = "the rendering"
 
     def end(self) -> None:
-        """Let it end; a range that it renders is given up."""
+        """Let the process end; a range that it renders is given up."""
         self.close()
         if self.process.poll() is None:
             self.process.terminate()
@@ -64,11 +64,11 @@ def study() -> None:
 
 
 def serve_and_close(make: Callable[..., Any]) -> None:
-    """Answer calls, and close what was made in the end."""
+    """Answer the calls of the parent. In the end, close the object that they were made to."""
     made: list[Any] = []
 
     def open_one(*words: Any, **options: Any) -> Any:
-        """Make it, and remember it."""
+        """Make the object, and remember it."""
         made.append(make(*words, **options))
         return made[0]
 
@@ -108,7 +108,7 @@ class Stand:
         self.environment = str(args.environment)
 
     def get_ready(self) -> None:
-        """Do nothing: a call that comes back shows that the bench is open."""
+        """Do nothing: a process is opened before its first call, so that the bench is ready when this call answers."""
 
     def facts(self, variant: "Variant") -> "SceneFacts":
         """What the bench says, with the name of the environment's file in place of where it is on this machine."""

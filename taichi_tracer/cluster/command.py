@@ -51,7 +51,7 @@ def grade(args: Namespace) -> int:
 
 
 class Elsewhere:
-    """Where ``render.run`` lets samples be taken.
+    """The workers of a cluster, which take samples for ``apps.render.run``.
 
     Args:
         args: the command line. paths: the files that were read since it was looked at.
@@ -67,7 +67,7 @@ class Elsewhere:
         self.statistics: list[Statistics] = []
 
     def loaded(self, scene: SceneData) -> None:
-        """The scene was loaded here: its files are known."""
+        """Pack the scene, which was loaded here, so that its files are known."""
         self.parcel = pack(self.args, self.paths)
 
     def renders(self, renderer: Any, which: tuple) -> Callable:

@@ -99,13 +99,13 @@ def run(args: Namespace) -> int:
 
 
 class Graders:
-    """Where ``grade.run`` lets submissions be graded."""
+    """The workers of a cluster, which grade for ``apps.grade.run``."""
 
     def __init__(self, cluster: Cluster, assignment: str) -> None:
         self.assignment, self.grade_class = assignment, partial(grade_class, cluster)
 
     def walls(self, level: str | None, found: Sequence[Submission]) -> Level:
-        """Those that each worker has; which ones that are, the report of each student says."""
+        """The walls in words: each worker has its own, and the report of each student names them."""
         check(self.assignment, found)
         if level is None:
             note("each worker has walls of its own around submissions: --level NAME refuses workers without these")

@@ -45,15 +45,14 @@ class Sweep:
                     self.take(member, watch)
                     if member.state == "ready":
                         self.give(member)
-                self.cluster.wake.wait(WAIT)
-                self.cluster.wake.clear()
+                self.cluster.wait(WAIT)
         finally:
             for member in self.cluster.members.values():
                 member.given.clear()
         return [self.results[i] for i in range(self.count)]
 
     def give(self, member: Member) -> None:
-        """Give a worker what to do; near the end, also what another one does slowly."""
+        """Give a worker jobs; near the end also a job that another worker does slowly."""
         while len(member.given) < DEPTH:
             one = self.book.take(member.address, 1)
             if one is None:
@@ -64,7 +63,7 @@ class Sweep:
             member.given[one] = Given(self.submit(one[0], member), time.perf_counter())
 
     def late(self, member: Member) -> tuple[int, int] | None:
-        """A job that takes others too long."""
+        """A job that takes other workers too long; None if there is none."""
         usual = sorted(self.seconds)[len(self.seconds) // 2] if self.seconds else float("inf")
         for other in self.cluster.members.values():
             for one, given in other.given.items():
@@ -95,7 +94,7 @@ class Sweep:
                     watch(one[0], self.results[one[0]])
 
     def fail(self, one: tuple[int, int], member: Member, future: Any) -> None:
-        """A job failed: it is given again, unless it is to blame."""
+        """Give a job that failed again, unless the job itself is to blame."""
         error = future.exception() if future.status == "error" else None
         self.book.lose(one, member.address)
         if isinstance(error, InputError):

@@ -69,7 +69,7 @@ def check_answers(where: str) -> None:
 
 
 def client_class(package: Any) -> Any:
-    """Dask's client, without what it does and tells when one that never connected is forgotten."""
+    """Dask's client class, changed so that a client that never connected is deleted without complaints."""
 
     class Client(package.Client):
         """A client that ``Cluster`` closes."""
@@ -134,7 +134,9 @@ class Cluster:
         for name in ["distributed", "tornado.application", *logging.root.manager.loggerDict]:
             if name.startswith(("distributed", "tornado")):
                 logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is told in the words of this package
-        self.session, self.members, self.pieces = uuid.uuid4().hex, {}, {}
+        self.session = uuid.uuid4().hex
+        self.members: dict[str, Member] = {}
+        self.pieces: dict[str, Any] = {}
         self.settings: tuple | None = None
         self.wanted: dict[str, str] = {}
         self.bytes_sent, self.numbers = 0, 0
@@ -147,28 +149,18 @@ class Cluster:
                 check_answers(where)
             else:
                 share = max(1, (os.cpu_count() or 1) // count)
-                self.own = package.LocalCluster(
-                    n_workers=count,
-                    threads_per_worker=share,
-                    processes=False,
-                    dashboard_address="127.0.0.1:0",
-                    memory_limit=0,
-                )
+                size = {"n_workers": count, "threads_per_worker": share, "memory_limit": 0}
+                self.own = package.LocalCluster(processes=False, dashboard_address="127.0.0.1:0", **size)
             make = partial(client_class(package), self.own or where, timeout=CONNECT, set_as_default=False)
             self.client = later(make).result(2 * CONNECT)  # who listens there, but is no scheduler, may never answer
         except (OSError, ValueError, TypeError, FutureTimeout) as error:
             if self.own is not None:
                 self.own.close(timeout=5)
             reason = " ".join(str(error).split()) or "who listens there does not answer as a scheduler does"
+            why = f"no scheduler answers there ({reason}): start one with: dask scheduler"
             if "ssl_context" in reason:
-                raise InputError(
-                    f"--cluster {where}: Dask's configuration has no certificates for tls://: see docs/cluster.md"
-                ) from None
-            raise InputError(
-                f"--cluster {where}: no scheduler answers there ({reason}): start one with: dask scheduler"
-            ) from None
-        self.members: dict[str, Member]
-        self.pieces: dict[str, Any]
+                why = "Dask's configuration has no certificates for tls://: see docs/cluster.md"
+            raise InputError(f"--cluster {where}: {why}") from None
 
     def __enter__(self) -> "Cluster":
         return self
@@ -203,10 +195,18 @@ class Cluster:
         until = time.perf_counter() + FIRST_LOOK
         self.look()
         while time.perf_counter() < until and any(member.state == "new" for member in self.members.values()):
-            self.wake.wait(FIRST_LOOK / 10)
-            self.wake.clear()
-            for member in list(self.members.values()):
-                self.advance(member)
+            self.wait_for_answers()
+
+    def wait_for_answers(self) -> None:
+        """Wait a moment for answers of workers that have just come, and take those that are there."""
+        self.wait(FIRST_LOOK / 10)
+        for member in list(self.members.values()):
+            self.advance(member)
+
+    def wait(self, seconds: float) -> None:
+        """Wait until a worker ends something, but no longer than this."""
+        self.wake.wait(seconds)
+        self.wake.clear()
 
     # ── who is there ──
 
@@ -231,7 +231,7 @@ class Cluster:
         return future
 
     def look(self) -> list[Member]:
-        """Who came since the last look is asked who they are; returns those that have gone."""
+        """Ask workers that came since the last look what is installed there. Returns the workers that have gone."""
         self.check()
         now = time.perf_counter()
         if now - self.looked_at < LOOK:
@@ -296,7 +296,7 @@ class Cluster:
         member.waiting = self.submit(worker.settle, *words, at=[member.address], priority=20)
 
     def failed(self, member: Member, future: Any) -> None:
-        """A worker did not do what it was asked for: it is asked again, or left out."""
+        """Ask a worker again that did not do what it was asked for, or leave it out."""
         if future.status != "error":  # cancelled, because something that it needed was lost
             member.asked = None
             if member.state == "new":
@@ -359,7 +359,7 @@ class Cluster:
 
 
 def later(function: Callable[[], Any]) -> Future:
-    """The future of a call that may never return, as a question to a machine that has gone: nobody waits for it."""
+    """The future of a call in a thread of its own, which may never return if the machine that it asks has gone."""
     future: Future = Future()
 
     def call() -> None:
@@ -373,6 +373,6 @@ def later(function: Callable[[], Any]) -> Future:
 
 
 def last_line(error: BaseException) -> str:
-    """What an error says, in a line: of a traceback that came as a text, the end."""
+    """What an error says, in one line: the last line if its text is a traceback."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[-1] if lines else type(error).__name__

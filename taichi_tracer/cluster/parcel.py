@@ -8,11 +8,12 @@ writes the files into a folder of its own.
 import hashlib
 import json
 import os
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from taichi_tracer.apps.arguments import add_display_options, add_picture_options
 from taichi_tracer.files.disk import make_folder, read_bytes, replace_file
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.scene_data_loader import name_of, shipped_scenes
@@ -21,12 +22,19 @@ from taichi_tracer.system.errors import InputError
 # What only the sender needs: where things are written, when the picture is good enough, and the command itself.
 STAYS = {"command", "started", "helper", "begin", "debug", "cluster", "output", "checkpoint", "checkpoint_every", "aov"}
 STAYS |= {"spp", "time", "error", "bounces", "report", "budget", "seeds"}
-# The options of a picture, beside those of its scene: pictures that differ only in these share a scene on a worker.
-CAMERA = {"eye", "at", "up", "fov"}
-PICTURE = CAMERA | {"camera", "window", "handedness", "view", "view_option", "size", "quick", "crop", "max_distance"}
-PICTURE |= {"sampler", "seed", "jitter", "first_sample", "adaptive", "exposure", "tone", "max_bounces", "roulette"}
-PICTURE |= {"rr_start_bounce", "rr_termination_probability", "mis_plight", "mis_pbrdf"}
+CAMERA = {"eye", "at", "up", "fov"}  # pictures that differ only in these share a renderer on a worker
 CHUNK = 32 << 20  # bytes: a large file travels in pieces, between which a worker can say that it is alive
+
+
+def names_of_picture() -> set[str]:
+    """The options of a picture, beside those of its scene: pictures that differ only in these share a scene."""
+    parser = ArgumentParser()
+    add_picture_options(parser)
+    add_display_options(parser)
+    return {*vars(parser.parse_args([])), "view_option"}
+
+
+PICTURE = names_of_picture()
 
 
 @dataclass(frozen=True)
@@ -45,12 +53,12 @@ class Parcel:
 
     @property
     def id(self) -> str:
-        """The same for the same options and contents."""
+        """A name for the parcel: equal for equal options and contents."""
         return hashlib.sha256(json.dumps([self.options, self.files]).encode()).hexdigest()[:32]
 
     @property
     def hashes(self) -> tuple[str, ...]:
-        """Of all pieces, in the order of ``files``; a content that stands in two places is there once."""
+        """The hashes of all pieces, in the order of ``files``; a content that stands in two places has one hash."""
         return tuple(dict.fromkeys(one for _, pieces in self.files for one in pieces))
 
     def message(self) -> dict:
@@ -73,7 +81,7 @@ class Parcel:
 
 
 def name_of_files(message: dict) -> str:
-    """The same for the same files in the same places."""
+    """A name for the files of a parcel: equal for equal files in the same places."""
     return hashlib.sha256(json.dumps(message["files"]).encode()).hexdigest()[:32]
 
 
@@ -84,7 +92,7 @@ def without(message: dict, names: set[str]) -> str:
 
 
 def hash_of(content: bytes) -> str:
-    """The name of a content."""
+    """The hash by which a content is named."""
     return hashlib.sha256(content).hexdigest()
 
 

@@ -91,7 +91,7 @@ class Ledger:
         self.given[late].add(worker)
 
     def lose(self, one: Range, worker: str) -> None:
-        """A worker did not do a range; where nobody else has it, it will be given again."""
+        """Note that a worker did not do a range. It is given again, unless another worker has it."""
         workers = self.given.get(one)
         if workers is None:
             return
@@ -101,7 +101,7 @@ class Ledger:
             self.again.append(one)
 
     def finish(self, one: Range, result: Any) -> bool:
-        """A range is done; False if it was done before, or by somebody else: then this result does not count."""
+        """Note that a range is done. False if it was done before: then this result does not count."""
         if one not in self.given:
             return False
         del self.given[one]
@@ -109,7 +109,7 @@ class Ledger:
         return True
 
     def undo(self, one: Range) -> None:
-        """The result of a range was lost before it was on the film."""
+        """Note that the result of a range was lost before it was on the film: the range is given again."""
         if self.done.pop(one, None) is not None:
             self.again.append(one)
 
@@ -124,7 +124,7 @@ class Ledger:
         return found
 
     def collect(self, ranges: list[Range]) -> None:
-        """These ranges, the first of ``ready``, are on the film."""
+        """Note that these ranges, the first ones of ``ready``, are on the film."""
         for one in ranges:
             if one[0] != self.collected:
                 raise ValueError(f"samples from {one[0]} on do not follow those up to {self.collected}")

@@ -32,7 +32,7 @@ BEGIN = 0.25  # seconds that the first range of a worker takes, about: its time 
 
 
 class SharedProgress(Progress):
-    """Progress in steps of many samples."""
+    """Progress of a picture to which many samples are added at once."""
 
     def took(self, seconds: float, samples: float = 1, compiles: bool = False) -> None:
         """Record that so many samples came in so many seconds."""
@@ -145,8 +145,7 @@ class Sharing:
                 if watch is not None:
                     watch(self.progress)
                 if not self.is_over:
-                    self.cluster.wake.wait(WAIT)
-                    self.cluster.wake.clear()
+                    self.cluster.wait(WAIT)
         except (IncompleteError, InputError):
             raise
         except BaseException as error:
@@ -174,7 +173,7 @@ class Sharing:
 
     @property
     def seconds_left(self) -> float | None:
-        """Until the time that was asked for is over; None without one."""
+        """Seconds until the time that was asked for is over; None if no time was asked for."""
         if self.progress.target.time is None:
             return None
         passed = 0.0 if self.started_at is None else time.perf_counter() - self.started_at
@@ -256,7 +255,7 @@ class Sharing:
                     self.fail(given.future)
 
     def take_answer(self, member: Member, taken: Range, given: Given) -> None:
-        """A range is done: it counts, unless it came before."""
+        """Note that a range is done. It counts, unless another worker has done the same range before."""
         done_at = given.done_at or time.perf_counter()
         seconds = done_at - max(given.given_at, member.free_since)
         member.free_since, member.done, member.failures = done_at, member.done + 1, 0
@@ -276,7 +275,7 @@ class Sharing:
             raise IncompleteError(f"the workers of {self.cluster.where} failed {self.failures} times{reason}")
 
     def lose(self, member: Member) -> None:
-        """A worker has gone: what it had is given again, and so is what it had done but nobody had fetched."""
+        """Give the ranges of a worker that has gone again, also those that it had done but nobody had fetched."""
         lost = list(member.given)
         for taken in lost:
             self.book.lose(taken, member.address)
@@ -309,7 +308,7 @@ class Sharing:
             self.take_sums()
 
     def give_up_if_late(self) -> None:
-        """A worker that hangs keeps what it has done to itself: then others do it again.
+        """Let other workers do again what a worker has done that hangs: it keeps its sums to itself.
 
         If nobody seems to hang, all that was to be added up is done again, after a longer time.
         """
@@ -383,7 +382,7 @@ class Sharing:
         self.statistics.bytes_received += sum(array.nbytes for array in part["arrays"].values())
 
     def fetch_what_is_done(self) -> None:
-        """After an interruption: take what is done and follows without a gap, as far as it comes in time."""
+        """Take what was done before an interruption and follows without a gap, as far as it comes in time."""
         until = time.perf_counter() + FAREWELL
         self.collection, self.coming = [], None
         try:

@@ -52,7 +52,7 @@ class Distant(Clerk):
             raise WorkerDied(str(error)) from None
 
     def close(self) -> None:
-        """Let the process end; nobody waits for it."""
+        """Let the process on the worker end, without waiting for it."""
         super().close()
         if self.member is not None:
             self.crew.dismiss(self.member, self.number)
@@ -87,7 +87,7 @@ class WorkerCrew:
 
     @property
     def processors(self) -> int:
-        """How many the worker uses that measures."""
+        """How many processors the worker uses that measures."""
         return 1 if self.measures is None else self.threads.get(self.measures.address, 1)
 
     def hire(self) -> Distant:
@@ -106,7 +106,7 @@ class WorkerCrew:
         return [Distant(self, next(self.numbers), member) for member in others]
 
     def told(self) -> str:
-        """Whose the seconds are."""
+        """The sentence of the report that says on which machine the times were measured."""
         address = "" if self.measures is None else self.measures.address
         threads = "one thread" if self.processors == 1 else f"{self.processors} threads"
         return (
@@ -138,10 +138,7 @@ class WorkerCrew:
                     break
                 if passed > patience:
                     return None
-                self.cluster.wake.wait(FIRST_LOOK / 10)
-                self.cluster.wake.clear()
-                for member in list(self.cluster.members.values()):
-                    self.cluster.advance(member)
+                self.cluster.wait_for_answers()
             self.threads = dict(later(self.cluster.client.nthreads).result(FETCH))
             self.measures = max(ready, key=lambda m: self.threads.get(m.address, 0))
             return self.measures

@@ -1,4 +1,4 @@
-"""What runs inside a worker of Dask: it passes questions on to the process that renders, and the answers back.
+"""What runs inside a worker of Dask. It passes questions on to the process that renders, and the answers back.
 
 These functions are sent by their names. Only dictionaries, texts, numbers and arrays travel beside them.
 """
@@ -62,7 +62,7 @@ class Seat:
                 self.timer.start()
 
     def stop_timer(self) -> None:
-        """The process is needed."""
+        """Let the process live on, because it is needed."""
         if self.timer is not None:
             self.timer.cancel()
 
@@ -128,7 +128,7 @@ def open_study(session: str, number: int, message: dict, hashes: Sequence[str], 
 
 
 def study(session: str, number: int, method: str, words: Sequence[Any], options: dict) -> Any:
-    """What a process of a study says, a ``studies.bench.Bench``."""
+    """The answer of a process of a study, which has a ``studies.bench.Bench``."""
     return seat_of(seat_name(session, number)).ask(method, *words, **options)
 
 

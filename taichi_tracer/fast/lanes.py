@@ -5,14 +5,54 @@ does exactly the same. These functions are written so that LLVM recognises them.
 """
 
 import taichi as ti
+from taichi.lang import impl
 
 from taichi_tracer.ray import real
+from taichi_tracer.system.seams import in_kernels
 
 LANE_BITS = 4
 LANES = 1 << LANE_BITS  # rays or pixels that are computed side by side: sixteen numbers of 32 bits, as in AVX-512
 
 lanes = ti.types.vector(LANES, real)
 flags = ti.types.vector(LANES, ti.i32)
+
+
+class Components:
+    """A vector whose components are vectors of lanes, or numbers that all lanes share.
+
+    A formula of ``formulas`` takes it in place of a ``vec3``, and then computes all lanes at once.
+    """
+
+    _data_oriented = True  # allows kernels to keep it in a variable and to pass it to functions
+
+    def __init__(self, x, y, z) -> None:
+        self.x, self.y, self.z = (impl.expr_init(component) for component in (x, y, z))
+
+    def __sub__(self, other):
+        return Components(self.x - other.x, self.y - other.y, self.z - other.z)
+
+    @in_kernels
+    def dot(self, other):
+        """What ``tm.dot`` calls."""
+        return self.x * other.x + self.y * other.y + self.z * other.z
+
+    @in_kernels
+    def cross(self, other):
+        """What ``tm.cross`` calls."""
+        x, y, z = other.x, other.y, other.z
+        return Components(self.y * z - self.z * y, self.z * x - self.x * z, self.x * y - self.y * x)
+
+
+@in_kernels
+def components(x, y, z):
+    """``Components`` in a kernel."""
+    return Components(x, y, z)
+
+
+@ti.func
+def shared(v):
+    """``Components`` that all lanes share: those of a ``vec3``."""
+    return components(v.x, v.y, v.z)
 
 
 @ti.func

@@ -15,9 +15,9 @@ import taichi.math as tm
 
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
-from taichi_tracer.fast.lanes import lanes_of, larger, smaller
+from taichi_tracer.fast.lanes import components, lanes_of, larger, shared, smaller
 from taichi_tracer.fast.packets import smaller_axes
-from taichi_tracer.formulas.triangles import moller_trumbore, watertight
+from taichi_tracer.formulas.triangles import edge_functions, moller_trumbore, watertight
 from taichi_tracer.ray import real
 from taichi_tracer.system.tables import Tables
 
@@ -145,6 +145,13 @@ class LeafBlocks:
         )
 
     @ti.func
+    def corner(self, block, number: ti.template()):
+        """One vertex of each triangle of a block."""
+        return components(
+            self.vertices[block, number], self.vertices[block, 3 + number], self.vertices[block, 6 + number]
+        )
+
+    @ti.func
     def extremes(self, block, axis: ti.template()):
         """The smallest and the largest component along an axis of each primitive of a block."""
         a, b, c = self.vertices[block, 3 * axis], self.vertices[block, 3 * axis + 1], self.vertices[block, 3 * axis + 2]
@@ -179,25 +186,16 @@ def may_pass_inside(blocks: ti.template(), ray, aim, block):
     ax, ay = blocks.projected(aim, block, 0)
     bx, by = blocks.projected(aim, block, 1)
     cx, cy = blocks.projected(aim, block, 2)
-    u, v, w = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
+    u, v, w = edge_functions(ax, ay, bx, by, cx, cy)
     return (smaller(u, smaller(v, w)) >= 0) | (larger(u, larger(v, w)) <= 0)
 
 
 @ti.func
 def may_solve(blocks: ti.template(), ray, aim, block):
-    """Whether u ≥ 0, v ≥ 0 and u + v ≤ 1, with the arithmetic of ``triangles.moller_trumbore``."""
-    d, o = ray.direction, ray.origin
-    v0 = [blocks.vertices[block, 3 * axis] for axis in ti.static(range(3))]
-    e1 = [blocks.vertices[block, 3 * axis + 1] - v0[axis] for axis in ti.static(range(3))]
-    e2 = [blocks.vertices[block, 3 * axis + 2] - v0[axis] for axis in ti.static(range(3))]
-    s = [o[axis] - v0[axis] for axis in ti.static(range(3))]
-    # p = d × e2 and q = s × e1
-    px, py, pz = d.y * e2[2] - d.z * e2[1], d.z * e2[0] - d.x * e2[2], d.x * e2[1] - d.y * e2[0]
-    qx, qy, qz = s[1] * e1[2] - s[2] * e1[1], s[2] * e1[0] - s[0] * e1[2], s[0] * e1[1] - s[1] * e1[0]
-    det = e1[0] * px + e1[1] * py + e1[2] * pz
-    u = (s[0] * px + s[1] * py + s[2] * pz) / det
-    v = (d.x * qx + d.y * qy + d.z * qz) / det
-    return (u >= 0) & (v >= 0) & (u + v <= 1)
+    """Whether ``moller_trumbore`` finds that the ray passes inside the edges."""
+    v0, v1, v2 = blocks.corner(block, 0), blocks.corner(block, 1), blocks.corner(block, 2)
+    is_inside, _t, _u, _v, _det = moller_trumbore(shared(ray.origin), shared(ray.direction), v0, v1, v2)
+    return is_inside
 
 
 BLOCK_TESTS = {watertight: may_pass_inside, moller_trumbore: may_solve}

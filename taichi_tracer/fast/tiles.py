@@ -353,7 +353,7 @@ class Tiles:
                     x, y = low.x + lane // GROUP, low.y + lane % GROUP
                     i, is_taken = self.sample_of(of.shares, x, y, is_whole, first, end, index)
                     if is_taken:
-                        of.film.record(x, y, tm.vec3(red[lane], green[lane], blue[lane]), i)
+                        self.renderer.record(x, y, tm.vec3(red[lane], green[lane], blue[lane]), i)
 
     @ti.func
     def sample_of(self, shares: ti.template(), x, y, is_whole, first, end, index):

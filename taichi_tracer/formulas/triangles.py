@@ -46,7 +46,7 @@ def moller_trumbore(o, d, v0, v1, v2):
     v = tm.dot(d, tm.cross(s, e1)) / det
     t = tm.dot(e2, tm.cross(s, e1)) / det
 
-    is_inside = u >= 0 and v >= 0 and u + v <= 1
+    is_inside = (u >= 0) & (v >= 0) & (u + v <= 1)
     return is_inside, t, u, v, det
 
 
@@ -69,9 +69,7 @@ def watertight(o, d, v0, v1, v2):
     bx, by = tm.dot(x_axis, b), tm.dot(y_axis, b)
     cx, cy = tm.dot(x_axis, c), tm.dot(y_axis, c)
 
-    u_edge = cx * by - cy * bx
-    v_edge = ax * cy - ay * cx
-    w_edge = bx * ay - by * ax
+    u_edge, v_edge, w_edge = edge_functions(ax, ay, bx, by, cx, cy)
     if ti.static(runtime.can_widen()):
         if u_edge == 0 or v_edge == 0 or w_edge == 0:  # products of f32 are exact in f64, so the signs are right
             u_edge = exact_difference(cx, by, cy, bx)
@@ -86,6 +84,12 @@ def watertight(o, d, v0, v1, v2):
     det = -tm.dot(d, n)
     t = -tm.dot(a, n) / det
     return is_inside, t, v_edge / total, w_edge / total, det
+
+
+@ti.func
+def edge_functions(ax, ay, bx, by, cx, cy):
+    """Twice the signed areas of the projected triangles o b c, o c a and o a b: on which side of each edge o lies."""
+    return cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
 
 
 @ti.func

@@ -12,7 +12,7 @@ from taichi_tracer.picture.error_estimate import (
     errors_from_deviations,
     errors_from_halves,
 )
-from taichi_tracer.picture.upright import upright
+from taichi_tracer.picture.pixel_groups import upright
 from taichi_tracer.system import runtime
 
 

@@ -89,3 +89,8 @@ def lane_of(x, y):
 def groups_along(pixels: int) -> int:
     """How many groups are needed for some pixels."""
     return -(-pixels // GROUP)
+
+
+def upright(array: np.ndarray, dtype: type = np.float32) -> np.ndarray:
+    """[x, y, ...], y up, as an image: contiguous [row, column, ...] with the top row first."""
+    return np.ascontiguousarray(array.swapaxes(0, 1)[::-1], dtype)

@@ -85,12 +85,16 @@ class Answers:
         self._memory = memory.Memory()
         self.blocked, self.hit = ti.field(ti.i32), HitData.field()
         self.first_shadow, self.first_hit = ti.field(ti.i32), ti.field(ti.i32)
-        self.modes = ti.field(ti.i32)
+        self.switches = ti.field(ti.i32)  # the mode, and whether the film takes the samples
         self._memory.fields.dense(ti.i, self.shadows).place(self.blocked)
         self._memory.fields.dense(ti.i, self.hits).place(self.hit)
         self._memory.fields.dense(ti.ij, (width, height)).place(self.first_shadow, self.first_hit)
-        self._memory.fields.place(self.modes)
+        self._memory.fields.dense(ti.i, 2).place(self.switches)
         self._memory.allocate()
+
+    def switch(self, mode: int, fills_film: bool) -> None:
+        """Say what the kernel does with the rays and the samples that come next."""
+        self._memory.write(self.switches, [mode, int(fills_film)])
 
     @in_kernels
     def begin(self, x, y) -> None:
@@ -100,7 +104,7 @@ class Answers:
     @ti.func
     def of_pixel(self, x, y):
         """The mode, and the numbers of the first answers of a pixel."""
-        return self.modes[None], self.first_shadow[x, y], self.first_hit[x, y]
+        return self.switches[0], self.first_shadow[x, y], self.first_hit[x, y]
 
     @ti.func
     def end(self, x, y):
@@ -155,10 +159,6 @@ class Anatomy:
     def __init__(self, renderer: ProgressiveRenderer) -> None:
         self.renderer, scene = renderer, renderer.kernel_scene()
         self.answers, self.pixels = Answers(renderer.width, renderer.height), SomePixels(self.end)
-        self._memory = memory.Memory()
-        self.fills_film = ti.field(ti.i32)
-        self._memory.fields.place(self.fills_film)
-        self._memory.allocate()
         self.columns, self.rows = renderer.film.ranges
         parts = renderer.parts(scene, renderer.plan.integrator(scene))
         eye_rays = parts.eye_rays
@@ -180,8 +180,8 @@ class Anatomy:
     @ti.func
     def end(self, x, y, value, index):
         """End the sample of a pixel."""
-        if self.fills_film[None] != 0:
-            self.renderer.film.record(x, y, value, index)
+        if self.answers.switches[1] != 0:
+            self.renderer.record(x, y, value, index)
         else:
             self.pixels.keep(value)
         self.answers.end(x, y)
@@ -195,7 +195,7 @@ class Anatomy:
         if hasattr(r.eye_rays, "bring_up_to_date"):
             r.eye_rays.bring_up_to_date(r.seed, self.index)
         self.pixels.choose(columns, self.rows)
-        self.answers.modes[None], self.fills_film[None] = mode, int(fills_film)
+        self.answers.switch(mode, fills_film)
         ti.sync()
         clock = process_time if runtime.ensure().arch == "cpu" else perf_counter
         start = clock()

@@ -53,7 +53,7 @@ def quick_frames() -> Iterator[None]:
     try:
         yield
     finally:
-        inspect.getframeinfo = former  # type: ignore[assignment]
+        inspect.getframeinfo = former
 
 
 def frame_info(frame: types.FrameType, context: int = 1) -> inspect.Traceback:

@@ -27,7 +27,7 @@ def seams(*names: str) -> Callable[[Class], Class]:
         inherited: dict[str, None] = {}
         for base in reversed(cls.__mro__[1:]):
             inherited |= dict.fromkeys(_SHIPPED.get(base, {}))
-        _SHIPPED[cls] = {name: inspect.getattr_static(cls, name) for name in [*inherited, *names]}
+        _SHIPPED[cls] = {name: written(cls, name) for name in [*inherited, *names]}
         return cls
 
     return remember
@@ -45,7 +45,13 @@ def replaced(part) -> tuple[str, ...]:
         return ()
     own = {} if isinstance(part, type) else getattr(part, "__dict__", {})
     shipped = _SHIPPED[home]
-    return tuple(name for name in shipped if name in own or inspect.getattr_static(cls, name) is not shipped[name])
+    return tuple(name for name in shipped if name in own or written(cls, name) is not shipped[name])
+
+
+def written(cls: type, name: str) -> object:
+    """A method as its class defines it; a kernel, also if ``taichi_17.objects`` has put it into what binds it."""
+    found = inspect.getattr_static(cls, name)
+    return getattr(found, "bound_kernel", found)
 
 
 def is_as_written(part, module: str) -> bool:

@@ -47,6 +47,18 @@ def test_a_line(is_ok):
     assert text.splitlines()[0].endswith("ok" if is_ok else "missing")
 
 
+def test_the_patches_of_taichi_are_told():
+    switched = "not in TAICHI_TRACER_PATCHES"
+    all_on, some_off = {"nodes": "", "powers": ""}, {"nodes": switched, "powers": ""}
+    assert "2 of 2 in use" in str(doctor.patches_line(all_on))
+    off = doctor.patches_line(some_off)
+    assert (off.is_ok, off.found) == (True, "1 of 2 in use; TAICHI_TRACER_PATCHES leaves out nodes")
+    unfit = doctor.patches_line(some_off | {"powers": "Taichi 1.8.0 was not tried"})
+    assert not unfit.is_ok
+    assert "powers: Taichi 1.8.0 was not tried" in unfit.remedy
+    assert "0 of 0 in use" in str(doctor.patches_line({}))  # without the folder
+
+
 def test_the_cache_is_told_with_its_folder_and_its_size(tmp_path):
     (tmp_path / "cache").mkdir()
     (tmp_path / "cache" / "kernel").write_bytes(bytes(1_500_000))

@@ -8,8 +8,6 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.apps.accuracy import study_of
 from taichi_tracer.apps.cli import make_parser
-from taichi_tracer.apps.effects import effects_of
-from taichi_tracer.apps.export import export_of
 from taichi_tracer.apps.render_request import render_of
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.words import as_value, values_of
@@ -18,8 +16,6 @@ COMMANDS = {
     "render": (render_of, ["cube"]),
     "view": (scene_and_pictures_of, ["cube"]),
     "info": (scene_and_pictures_of, ["rt3/two_views"]),
-    "export": (export_of, ["cube", "out.xml"]),
-    "effects": (effects_of, ["cube"]),
     "accuracy": (study_of, ["cube"]),
 }
 

@@ -10,7 +10,6 @@ from PIL import Image
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.apps.mailbox import MOST_EVENTS
 from taichi_tracer.apps.page_facts import details_of, state_of
 from taichi_tracer.apps.session import Session
 from taichi_tracer.files.images import to_bytes
@@ -166,28 +165,6 @@ def test_nothing_is_rendered_while_nobody_watches(session):
         session.step(0.01)
     assert session.newest(0).number == number
     assert settle(session).number > number
-
-
-def test_ten_thousand_events_are_no_queue(session):
-    for k in range(10_000):
-        session.post({"type": "drag", "dx": 1e-5 * (-1) ** k, "dy": 0})
-    assert len(session._events) == MOST_EVENTS
-    session.step(0.0)
-    assert len(session._events) == 0
-
-
-def test_threads_wait_for_frames_and_are_let_go(scene):
-    session = Session(tt.A1Renderer(scene, *SIZE).use("normal"), now=Ticking())
-    settle(session)
-    number = session.newest(0).number
-    found = []
-    threads = [threading.Thread(target=lambda: found.append(session.wait_for_frame(number, 20))) for _ in range(3)]
-    for thread in threads:
-        thread.start()
-    session.close()
-    for thread in threads:
-        thread.join(5)
-    assert found == [None] * 3
 
 
 def test_another_thread_asks_the_session_and_gets_its_errors(session):

@@ -1,15 +1,11 @@
 """RT3 documents: what they say, and the many ways not to say it, each told with file, line and value."""
 
-import itertools
-import math
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rt3_text import HEAD, document, read
 
-from taichi_tracer.picture.crop import crop_pixels
 from taichi_tracer.rt3.document import BACKGROUNDS, INTEGRATORS, TAGS, FilmSettings
 from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.system.errors import InputError
@@ -118,18 +114,6 @@ def test_backgrounds_of_images_and_of_everything_around(tmp_path):
     around = read(tmp_path, document('<background type="spherical" filename="sky.npy" intensity="2" rotation="30"/>'))
     assert (around.background, around.environment) == (None, tmp_path / "sky.npy")
     assert around.environment_options == {"intensity": 2, "rotation": 30}
-
-
-def test_crop_windows_that_meet_share_no_pixel():
-    """C-12, and 1 means the edge: however the frame is cut, every pixel is in one piece."""
-    for width, height, cut in itertools.product((1, 7, 100), (3, 64), (0.1, 1 / 3, 0.5, 0.999)):
-        windows = (0, cut, 0, 1), (cut, 1, 0, 1)
-        if 0 < math.ceil(cut * width) < width:
-            (a0, a1, *_), (b0, b1, *_) = (crop_pixels(window, width, height) for window in windows)
-            assert (a0, a1, b1) == (0, b0, width)
-        else:
-            with pytest.raises(InputError, match="holds no pixel"):
-                crop_pixels(windows[1 if math.ceil(cut * width) == width else 0], width, height)
 
 
 # --- What is refused --------------------------------------------------------------------------------------------------

@@ -18,6 +18,6 @@ ORDER += ("hardcases", "assignment", "check", "grade", "doctor")
 
 def names() -> list[str]:
     """The names of all commands, in the order of the help."""
-    files = (os.path.splitext(file) for file in os.listdir(os.path.dirname(__file__)))
+    files = (os.path.splitext(file) for folder in __path__ for file in os.listdir(folder))
     found = sorted(name for name, ending in files if ending == ".py" and not name.startswith("_"))
     return sorted(found, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))

@@ -23,7 +23,7 @@ def start_worker():
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``accuracy`` takes."""
+    """Add what ``accuracy`` takes."""
     parser.set_defaults(begin=start_worker)
     add_scene_argument(parser)
     add_parts_option(parser)

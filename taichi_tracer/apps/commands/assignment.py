@@ -9,7 +9,7 @@ HELP = "hand out an assignment of the teaching kit"
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``assignment list`` and ``assignment new`` take."""
+    """Add what ``assignment list`` and ``assignment new`` take."""
     kinds = parser.add_subparsers(title="what", required=True, metavar="list|new", parser_class=Parser)
     add_command(kinds, "list", "list the assignments that come with the package", run)
     new = add_command(kinds, "new", "write the folder that a student gets", write)

@@ -12,7 +12,7 @@ NOT_RIGHT = 1  # the exit code if a part is not right
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``check`` takes."""
+    """Add what ``check`` takes."""
     parser.add_argument(
         "folder", metavar="DIR", nargs="?", default=".", help="that assignment new wrote (default: here)"
     )

@@ -8,7 +8,7 @@ run = later("compare:run")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``compare`` takes."""
+    """Add what ``compare`` takes."""
     parser.add_argument("first", metavar="A", help="picture: .exr .hdr .pfm .npy .png .jpg")
     parser.add_argument("second", metavar="B", help="picture of the same size, by which A is measured")
     parser.add_argument("--report", metavar="FILE", help="page to write, .html, with both and where they differ")

@@ -7,4 +7,4 @@ run = later("doctor:run")
 
 
 def add_arguments(parser: Parser) -> None:
-    """Nothing: ``doctor`` takes no arguments."""
+    """Add nothing: ``doctor`` takes no arguments."""

@@ -9,7 +9,7 @@ run = later("effects:run")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``effects`` takes."""
+    """Add what ``effects`` takes."""
     add_scene_options(parser)
     what = "how light is sampled (default: %(default)s)"
     parser.add_argument("--estimator", default="brdf", metavar="NAME", help=what)

@@ -9,7 +9,7 @@ run = later("explain:run")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``explain`` takes."""
+    """Add what ``explain`` takes."""
     add_scene_options(parser)
     add_picture_options(parser)
     which = parser.add_argument_group("which pixel", "one of --pixel, --worst and --non-finite")

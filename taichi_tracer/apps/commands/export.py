@@ -8,7 +8,7 @@ run = later("export:run")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``export`` takes."""
+    """Add what ``export`` takes."""
     add_scene_argument(parser)
     parser.add_argument("output", metavar="OUT.xml", help="file to write; the meshes stand in it, number by number")
     add_parts_option(parser)

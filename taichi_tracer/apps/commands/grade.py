@@ -9,7 +9,7 @@ run = here_or_on_cluster("grade")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``grade`` takes."""
+    """Add what ``grade`` takes."""
     parser.add_argument("assignment", metavar="NAME|FOLDER", help="a1, a2, a3, a4, rt3, or the folder of your own")
     parser.add_argument(
         "path",

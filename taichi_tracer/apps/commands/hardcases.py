@@ -11,7 +11,7 @@ HELP = "do hard cases stay numerically stable, and what does that cost"
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``hardcases`` takes."""
+    """Add what ``hardcases`` takes."""
     size_of = parser.add_mutually_exclusive_group()
     parser.set_defaults(level="default")
     for name, what in (("quick", "within a minute"), ("full", "for an hour, with 1e8 rays at edges for every mode")):

@@ -8,7 +8,7 @@ run = later("info:run")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``info`` takes."""
+    """Add what ``info`` takes."""
     add_scene_options(parser)
     add_picture_options(parser)
     parser.lists = ("pictures", "scenes")

@@ -8,7 +8,7 @@ run = later("merge:run")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``merge`` takes."""
+    """Add what ``merge`` takes."""
     parser.add_argument("first", metavar="A", help="checkpoint")
     parser.add_argument("second", metavar="B", help="checkpoint with other samples of the same picture")
     parser.add_argument("-o", "--output", metavar="C", required=True, help="checkpoint, or picture, to write")

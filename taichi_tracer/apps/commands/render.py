@@ -16,7 +16,7 @@ run = here_or_on_cluster("render")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``render`` takes."""
+    """Add what ``render`` takes."""
     add_scene_options(parser)
     add_picture_options(parser)
     add_display_options(parser)
@@ -53,7 +53,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def add_when_to_stop(parser: ArgumentParser) -> None:
-    """When the rendering ends, and how it goes on another time."""
+    """Add when the rendering ends, and how it goes on another time."""
     targets = parser.add_argument_group(
         "when to stop", "at the first that is reached; else the samples of the scene file, or 1"
     )

@@ -9,7 +9,7 @@ run = later("samples:run")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``samples`` takes."""
+    """Add what ``samples`` takes."""
     parser.add_argument(
         "what",
         metavar="ENVIRONMENT|SCENE",

@@ -8,7 +8,7 @@ run = later("viewer:run")
 
 
 def add_arguments(parser: Parser) -> None:
-    """What ``view`` takes."""
+    """Add what ``view`` takes."""
     add_scene_options(parser)
     add_picture_options(parser)
     add_display_options(parser)

@@ -5,7 +5,6 @@ was translated before; Taichi asks it at each launch.
 """
 
 import functools
-import gc
 import re
 from collections.abc import Callable
 from time import perf_counter, thread_time
@@ -15,25 +14,6 @@ from taichi_tracer.system import compiling, memory
 from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, part
 
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
-
-
-def without_collections(create: Callable) -> Callable:
-    """``Program.create_kernel``, which reads a kernel, while Python does not look for cycles of objects.
-
-    Nearly all of the many objects that are made while a kernel is read stay: the search would find nothing.
-    """
-
-    @functools.wraps(create)
-    def created(*words: Any) -> Any:
-        was_enabled = gc.isenabled()
-        gc.disable()
-        try:
-            return create(*words)
-        finally:
-            if was_enabled:
-                gc.enable()
-
-    return created
 
 
 def counting_reading(create: Callable) -> Callable:

@@ -21,13 +21,13 @@ class BoundKernel:
     """A kernel in the body of a class: an object that is asked for it gets the kernel with this object."""
 
     def __init__(self, kernel: Any) -> None:
-        self.kernel = kernel
+        self.bound_kernel = kernel
 
     def __get__(self, owner: Any, cls: type | None = None) -> Any:
         if owner is None:
-            return self.kernel
-        bound = kernel_impl._BoundedDifferentiableMethod(owner, self.kernel)
-        bound.__name__ = self.kernel.__name__
+            return self.bound_kernel
+        bound = kernel_impl._BoundedDifferentiableMethod(owner, self.bound_kernel)
+        bound.__name__ = self.bound_kernel.__name__
         return bound
 
 
@@ -84,8 +84,8 @@ def takes_the_detour(cls: type) -> bool:
 
 def subclasses(cls: type) -> set[type]:
     """All classes that inherit from a class."""
-    direct = set(cls.__subclasses__())
-    return direct.union(*(subclasses(subclass) for subclass in direct))
+    own: set[type] = set(cls.__subclasses__())
+    return own.union(*(subclasses(subclass) for subclass in own))
 
 
 def bind_kernels(cls: type) -> None:

@@ -1,10 +1,8 @@
-"""Around the reading and the translating of a kernel: what is counted, and what Python does not do meanwhile."""
+"""Around the reading and the translating of a kernel: what is counted."""
 
-import gc
 from types import SimpleNamespace
 
 import pytest
-import taichi as ti
 
 from taichi_tracer.system import compiling
 from taichi_tracer.system.taichi_17 import kernels
@@ -43,19 +41,3 @@ def test_each_kernel_has_a_name_and_its_seconds(monkeypatch):
     assert [kernel.reading for kernel in compiling.kernels()] == pytest.approx([0.5, 0.1])
     assert [kernel.translating for kernel in compiling.kernels()] == pytest.approx([0.01, 1.0])
     assert [kernel.name for kernel in compiling.kernels(since=2.5)] == ["_clear"]
-
-
-def test_cycles_of_objects_are_looked_for_again_after_a_kernel_was_read(f32):
-    @ti.kernel
-    def right() -> int:
-        return 1
-
-    @ti.kernel
-    def wrong() -> int:
-        return not_defined_anywhere  # noqa: F821
-
-    assert right() == 1
-    assert gc.isenabled()
-    with pytest.raises(ti.TaichiNameError):
-        wrong()
-    assert gc.isenabled()

@@ -1,0 +1,66 @@
+"""Commands: each is a file, whose help answers at once; and folders of the package that are missing."""
+
+import sys
+
+import pytest
+
+from taichi_tracer.apps import cli, commands, grammar
+from taichi_tracer.apps.cli import arguments_of, main, make_parser
+
+HELLO = """
+HELP = "say hello"
+
+
+def add_arguments(parser):
+    parser.add_argument("who")
+
+
+def run(args):
+    print("hello", args.who)
+    return 7
+"""
+
+
+def choices(parser):
+    """Name → parser of each command."""
+    (kinds,) = (action for action in parser._actions if hasattr(action, "choices") and action.choices)
+    return kinds.choices
+
+
+def test_the_help_has_every_command_in_its_order():
+    assert list(choices(make_parser())) == list(commands.ORDER) == commands.names()
+
+
+def test_a_new_command_is_a_new_file(tmp_path, monkeypatch, capsys):
+    (tmp_path / "hello.py").write_text(HELLO)
+    monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
+    try:
+        assert main(["hello", "you"]) == 7
+    finally:
+        sys.modules.pop(f"{commands.__name__}.hello", None)
+    assert capsys.readouterr().out == "hello you\n"
+
+
+@pytest.mark.parametrize("command", ["render", "accuracy", "grade"])
+def test_a_command_runs_here_or_on_a_cluster(command, monkeypatch):
+    monkeypatch.setattr(grammar, "load", lambda target: lambda args: target)
+    words = [command, "cube", *(["."] if command == "grade" else [])]
+    args = arguments_of(words)
+    assert args.command(args) == f"{command}:run"
+    args = arguments_of([*words, "--cluster", "local"])
+    assert args.command(args) == f"taichi_tracer.cluster.command:{command}"
+
+
+@pytest.mark.parametrize("module", ["taichi_tracer.no_wing", "taichi_tracer.no_wing.file"])
+def test_a_missing_wing_is_one_line(module, monkeypatch, capsys):
+    def fails(args):
+        raise ModuleNotFoundError(f"No module named {module!r}", name=module)
+
+    monkeypatch.setattr(grammar, "load", lambda target: fails)
+    assert main(["info", "cube"]) == 2
+    assert capsys.readouterr().err == "taichi-tracer info: this installation has no taichi_tracer/no_wing\n"
+
+
+@pytest.mark.parametrize("module", ["taichi_tracer.apps.no_file", "no_package", None])
+def test_other_modules_that_are_missing_are_no_wings(module):
+    assert cli.missing_wing(ModuleNotFoundError("missing", name=module)) is None
