@@ -4,7 +4,6 @@ import copy
 from collections.abc import Sequence
 
 from taichi_tracer.brdfs.base import Brdf
-from taichi_tracer.explain.explanation import BRDF
 from taichi_tracer.forms import Form, intersector_of
 from taichi_tracer.formulas.convexity import sides_that_see_others
 from taichi_tracer.formulas.triangles import TriangleTest
@@ -13,6 +12,7 @@ from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.options import BrdfChoice, LampChoices
 from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.sampler import BRDF
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import replaced

@@ -16,7 +16,7 @@ def without(monkeypatch, tmp_path):
     def refuse(name):
         raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
-    monkeypatch.setattr(wings.importlib, "import_module", refuse)
+    monkeypatch.setattr(wings, "import_quickly", refuse)
 
 
 def test_every_wing_is_a_folder_of_the_package():
@@ -44,7 +44,7 @@ def test_another_module_that_is_missing_is_no_wing(without, monkeypatch, name):
     def broken(_):
         raise ModuleNotFoundError("missing", name=name)
 
-    monkeypatch.setattr(wings.importlib, "import_module", broken)
+    monkeypatch.setattr(wings, "import_quickly", broken)
     with pytest.raises(ModuleNotFoundError, match="^missing$") as error:
         wings.wing("fast.plan")
     assert wings.missing_wing(error.value) is None
