@@ -12,9 +12,9 @@ from taichi_tracer.picture.film_arrays import arrays_of, restore
 from taichi_tracer.picture.film_spread import Spread, spread_of
 from taichi_tracer.picture.merging import merge
 from taichi_tracer.picture.non_finite import NonFiniteSamples
+from taichi_tracer.picture.pixel_groups import upright
 from taichi_tracer.picture.pixel_sums import PixelSums, is_finite, mean_of_channels
 from taichi_tracer.picture.unseen_light import UnseenLight
-from taichi_tracer.picture.upright import upright
 from taichi_tracer.system import direct, memory
 from taichi_tracer.system.errors import InputError
 
