@@ -1,6 +1,5 @@
 """``taichi-tracer hardcases``: whether hard cases stay stable on this machine, in every mode."""
 
-import json
 from argparse import Namespace
 from pathlib import Path
 
@@ -26,6 +25,8 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Print the table and the verdicts; 1 when a mode breaks a promise."""
+    import json
+
     from tqdm import tqdm
 
     from taichi_tracer.apps.rescue import written_bytes
