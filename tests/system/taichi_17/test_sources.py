@@ -12,6 +12,7 @@ import pytest
 import taichi as ti
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import needs_patch
 from taichi.lang import kernel_impl
 
 from taichi_tracer.system.taichi_17 import messages, patches, sources
