@@ -31,6 +31,7 @@ OF_A_PLACE = [
     "offset_bytes_in_parent_cell",
     "get_physical_index_position",
     "get_shape_along_axis",
+    "num_active_indices",
     "parent",
 ]
 
