@@ -17,7 +17,7 @@ from taichi_tracer.apps.cli import main
 from taichi_tracer.intersectors import bvh
 from taichi_tracer.system import compiling
 from taichi_tracer.system.seams import in_kernels
-from tests.support import start
+from tests.support import needs_patch, start
 
 SIZE, SPP = 32, 2
 UPDATE = "is {found!r} now, and was {wanted!r}: if this is meant, write it into {table} of {file}"
@@ -163,6 +163,8 @@ def test_a_picture_is_as_much_work_as_it_was(name, environment, integrator, form
 @pytest.mark.parametrize("words", [("--view", "normal"), ("--estimator", "brdf")])
 def test_a_command_compiles_as_many_kernels_as_it_did(words, tmp_path):
     start()
+    needs_patch("counters")
+    needs_patch("memory")
     began = time.perf_counter()
     quick = ["--intersector", "brute_force", "--triangle-test", "moller_trumbore", "--arch", "cpu"]
     assert main(["render", "cube", *quick, *words, "--size", "16x16", "-o", str(tmp_path / "a.png")]) == 0

@@ -131,7 +131,7 @@ class Memory:
         if direct.is_possible():
             self.put(field, ..., np.asarray(numbers))
         else:
-            field.from_numpy(np.ascontiguousarray(numbers, to_numpy_type(field.dtype)))
+            field.from_numpy(np.asarray(numbers, to_numpy_type(field.dtype), order="C"))
 
     def put(self, field: Any, rows: Any, numbers: np.ndarray) -> None:
         """Set some rows of one of these fields, now or before anything can read them; where ``direct.is_possible``.

@@ -11,7 +11,7 @@ import taichi as ti
 import taichi.math as tm
 from oracles import errors
 from scipy import stats
-from support import long_except, start
+from support import long_except, needs_patch, start
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -222,6 +222,8 @@ def test_paths_know_their_error(name):
 @pytest.mark.parametrize(("size", "kernels"), [(8, []), (129, ["Film._write_image", "_write_spread"])])
 def test_an_error_is_read_with_few_kernels(f32, size, kernels):
     """The picture, and what is known of its spread: Taichi's own copies of fields would be kernels of their own."""
+    needs_patch("counters")
+    needs_patch("memory")
     film = Film(size, size, replicated=True)
     _add(film, np.ones((size, size, 4), np.float32))
     began = time.perf_counter()

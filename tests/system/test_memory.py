@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 import taichi as ti
-from support import start
+from support import needs_patch, start
 
 import taichi_tracer as tt
 from taichi_tracer.system import compiling, direct, memory
@@ -183,6 +183,7 @@ def _double(field: ti.template()):
 @pytest.fixture
 def asked(monkeypatch):
     """How many places each kernel was asked for that tells places."""
+    needs_patch("memory")
     counts, ask = [], direct.places.root_addresses
     monkeypatch.setattr(direct.places, "root_addresses", lambda fields: counts.append(len(fields)) or ask(fields))
     return counts
@@ -246,6 +247,7 @@ def test_large_arrays_and_many_do_not_wait(asked, monkeypatch):
 
 
 def test_what_waits_is_kept_if_the_kernel_is_interrupted(monkeypatch):
+    needs_patch("memory")
     owner, field = numbers()
     owner.write(field, np.full(field.shape, 6))
     with monkeypatch.context() as patch:

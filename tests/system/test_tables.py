@@ -60,7 +60,7 @@ def test_every_array_arrives_in_the_first_rows(store, rng, rows, by_kernel):
     }
     some = Tables()
     for name, array in arrays.items():
-        owner.write(fields[name], 7)
+        owner.write(fields[name], np.full_like(owner.read(fields[name]), 7))
         some.put(fields[name], array)
     loaded(owner, some, by_kernel)
     for name, array in arrays.items():

@@ -25,6 +25,16 @@ VERSIONS = (1, 7)  # of Taichi: 1.7.3 and 1.7.4 were tried
 COMPILED = "compiled"  # instead of parameters: a function or a class of Taichi's C++ library
 MODULE = "module"  # instead of parameters: a module that another one of Taichi's has imported
 
+# What tells where a field is in memory.
+OF_A_PLACE = [
+    "cell_size_bytes",
+    "offset_bytes_in_parent_cell",
+    "get_physical_index_position",
+    "get_shape_along_axis",
+    "num_active_indices",
+    "parent",
+]
+
 
 @dataclass(frozen=True)
 class Patch:
@@ -114,12 +124,7 @@ PATCHES = (
         },
         needs=(
             "taichi:get_addr",
-            "taichi._lib:core.SNode.cell_size_bytes",
-            "taichi._lib:core.SNode.offset_bytes_in_parent_cell",
-            "taichi._lib:core.SNode.get_physical_index_position",
-            "taichi._lib:core.SNode.get_shape_along_axis",
-            "taichi._lib:core.SNode.num_active_indices",
-            "taichi._lib:core.SNode.parent",
+            *(f"taichi._lib:core.SNode.{name}" for name in OF_A_PLACE),
         ),
         then="field_memory:use",
     ),

@@ -3,7 +3,7 @@
 import pytest
 import taichi as ti
 from shapes import SQUARE
-from support import start
+from support import needs_patch, start
 from taichi.lang.exception import TaichiSyntaxError
 
 import taichi_tracer as tt
@@ -44,6 +44,7 @@ KERNEL = "call it from a function with @ti.kernel"
     ],
 )
 def test_the_message_says_what_to_call(scene, call, message):
+    needs_patch("advice")
     with pytest.raises(TaichiSyntaxError, match=message):
         call(scene)
 

@@ -12,6 +12,7 @@ import pytest
 import taichi as ti
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import needs_patch
 from taichi.lang import kernel_impl
 
 from taichi_tracer.system.taichi_17 import messages, patches, sources
@@ -28,6 +29,7 @@ def test_lines_are_wrapped_as_by_the_standard_library(line, width, tabsize):
 
 def test_a_source_is_read_once(f32, monkeypatch):
     """A function that is called from eight places is found in its file once."""
+    needs_patch("sources")
     read = []
     monkeypatch.setattr(kernel_impl, "getsourcelines", sources.kept_per_function(counting(read)))
 
@@ -137,6 +139,7 @@ def test_a_function_that_calls_itself_while_it_is_read(f32):
 
 def test_what_a_kernel_was_given_is_freed_with_its_last_name(f32):
     """Also after the first call, in which Taichi reads the kernel, and without a search for cycles of objects."""
+    needs_patch("sources")
 
     @ti.func
     def twice(values: ti.template(), i):
