@@ -15,7 +15,6 @@ from taichi_tracer.picture.non_finite import NonFiniteSamples
 from taichi_tracer.picture.pixel_groups import upright
 from taichi_tracer.picture.pixel_sums import PixelSums, is_finite, mean_of_channels
 from taichi_tracer.picture.unseen_light import UnseenLight
-from taichi_tracer.picture.pixel_groups import upright
 from taichi_tracer.system import direct, memory
 from taichi_tracer.system.errors import InputError
 
@@ -204,6 +203,7 @@ class Film(PixelSums):
         options = self.keeps_deviation, self.averages, self.doubles
         return Film(self.width, self.height, self.crop, is_replicated, *options)
 
+    @property
     def non_finite(self) -> int:
         """How many samples were not finite."""
         self.check_alive()

@@ -8,8 +8,7 @@ from probe import ask, put
 
 import taichi_tracer as tt
 from taichi_tracer.environment import Environment
-from taichi_tracer.explain.explanation import BRDF
-from taichi_tracer.sampler import UniformSampler
+from taichi_tracer.sampler import BRDF, UniformSampler
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import (
     assigned,
