@@ -100,8 +100,7 @@ def render(
     if checkpoint is not None:
         check_checkpoint(checkpoint, args.adaptive)
     with opened(cluster) as connection, noting_reads() as paths:
-        scene_request, picture = requests(args)
-        elsewhere = Elsewhere(connection, args, paths)
+        (scene_request, picture), elsewhere = requests(args), Elsewhere(connection, args, paths)
         loaded = scene_request.load()
         elsewhere.loaded(loaded)
         (renderer_class, integrator), *others = picture.views

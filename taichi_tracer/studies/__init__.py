@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -65,26 +66,27 @@ def accuracy(
         rr_start_bounce: after so many bounces, roulette may end a path.
         every: compare every combination, instead of changing one setting at a time.
     """
-    import time
+    return _measured(perf_counter(), **locals())
 
-    start = time.perf_counter()
-    given: dict[str, Any] = dict(locals())  # the knobs, by their names in ``variants``
+
+def _measured(start: float, **given: Any) -> Accuracy:
+    """What ``accuracy`` finds; ``given`` are its arguments, among them the knobs by their names in ``variants``."""
     from taichi_tracer.studies import accuracy_report, schedule, variants
     from taichi_tracer.studies.source import Order, Source, lives_here_alone
     from taichi_tracer.system import runtime
 
+    report, first = given["report"], given["rr_start_bounce"]
     knobs: dict[str, Any] = {name: given[name] for name in variants.USUAL}
-    source = Source(scene, environment, here=lives_here_alone())
+    source = Source(given["scene"], given["environment"], here=lives_here_alone())
     if source.here:
         settings = runtime.ensure()
         running = {"precisions": (settings.precision,), "fast_math": (settings.fast_math,)}
         knobs |= {name: value for name, value in running.items() if knobs[name] is None}
-    first = variants.RR_START if rr_start_bounce is None else rr_start_bounce
-    plan = variants.plan(first, every, **knobs)
+    plan = variants.plan(variants.RR_START if first is None else first, given["every"], **knobs)
     accuracy_report.get_ready()
     keep = accuracy_report.DRAWING + (0.0 if report is None else accuracy_report.WRITING)
-    spent = time.perf_counter() - start
-    study = schedule.measure(Order(source, tuple(plan), size, budget, seeds, spent, keep))
+    wanted = given["size"], given["budget"], given["seeds"]
+    study = schedule.measure(Order(source, tuple(plan), *wanted, perf_counter() - start, keep))
     if report is not None:
         accuracy_report.write(study, Path(report))
     return found(study)

@@ -76,16 +76,7 @@ def init(
     """
     global _fell_back_from
     check_not_forked()
-    if arch not in ARCHS:
-        raise one_of("arch", arch, ARCHS)
-    if precision not in PRECISIONS:
-        raise one_of("precision", precision, PRECISIONS)
-    if precision == "f64" and arch not in ("auto", *F64_ARCHS):
-        raise InputError(f"precision 'f64' does not exist on arch {arch!r}: use one of {', '.join(F64_ARCHS)}")
-
-    if threads is not None and not (isinstance(threads, int) and threads >= 1):
-        raise InputError(f"threads must be a whole number of at least 1, or None for all, not {threads!r}")
-
+    _check_settings(arch, precision, threads)
     running = current()
     if running is not None and not force:
         chosen = running.arch if arch == "auto" or arch == _fell_back_from else arch
@@ -101,15 +92,42 @@ def init(
 
     chosen, message = _choose(arch, precision)
     _fell_back_from = arch if chosen != arch else None
+    note = _start(Settings(chosen, precision, bool(fast_math)), debug, threads)
+    _tell(message, note)
+    return running_settings()
+
+
+def _tell(*lines: str | None) -> None:
+    """Write lines to stderr; in a notebook, which shows stderr in red like an error, to stdout."""
+    stream = sys.stdout if type(sys.stderr).__module__.startswith("ipykernel") else sys.stderr
+    for line in lines:
+        if line is not None:
+            print(f"taichi_tracer: {line}", file=stream)
+
+
+def _check_settings(arch: str, precision: str, threads: int | None) -> None:
+    """Raise the InputError for what ``init`` does not know."""
+    if arch not in ARCHS:
+        raise one_of("arch", arch, ARCHS)
+    if precision not in PRECISIONS:
+        raise one_of("precision", precision, PRECISIONS)
+    if precision == "f64" and arch not in ("auto", *F64_ARCHS):
+        raise InputError(f"precision 'f64' does not exist on arch {arch!r}: use one of {', '.join(F64_ARCHS)}")
+    if threads is not None and not (isinstance(threads, int) and threads >= 1):
+        raise InputError(f"threads must be a whole number of at least 1, or None for all, not {threads!r}")
+
+
+def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
+    """Start Taichi, with the patches and with a folder for its cache. Returns a note on the cache, if there is one."""
     patches()
     wanted = wanted_folder()
     cache, note = cache_folder(wanted)
     elsewhere = {"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}
     with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
         ti.init(
-            arch=getattr(ti, chosen),
-            default_fp=getattr(ti, precision),
-            fast_math=bool(fast_math),
+            arch=getattr(ti, settings.arch),
+            default_fp=getattr(ti, settings.precision),
+            fast_math=settings.fast_math,
             debug=debug,
             log_level=ti.ERROR,
             # Taichi's own optimisation passes take half of the compile time, and LLVM finds the same optimisations:
@@ -119,12 +137,7 @@ def init(
             cpu_max_num_threads=workers(threads),
             **({} if cache == wanted else elsewhere),
         )
-    # A notebook shows stderr in red, like an error. These lines are none.
-    stream = sys.stdout if type(sys.stderr).__module__.startswith("ipykernel") else sys.stderr
-    for line in (message, note):
-        if line is not None:
-            print(f"taichi_tracer: {line}", file=stream)
-    return running_settings()
+    return note
 
 
 @functools.lru_cache(maxsize=1)
