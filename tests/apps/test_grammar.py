@@ -6,6 +6,7 @@ import pytest
 
 from taichi_tracer.apps import cli, commands, grammar
 from taichi_tracer.apps.cli import arguments_of, main, make_parser
+from taichi_tracer.system import wings
 
 HELLO = """
 HELP = "say hello"
@@ -56,6 +57,7 @@ def test_a_missing_wing_is_one_line(module, monkeypatch, capsys):
     def fails(args):
         raise ModuleNotFoundError(f"No module named {module!r}", name=module)
 
+    monkeypatch.setattr(wings, "WINGS", {"no_wing": "does nothing"})
     monkeypatch.setattr(grammar, "load", lambda target: fails)
     assert main(["info", "cube"]) == 2
     assert capsys.readouterr().err == "taichi-tracer info: this installation has no taichi_tracer/no_wing\n"
