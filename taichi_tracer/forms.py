@@ -6,7 +6,7 @@ folder exists, ``fast/plan.py`` may give another answer; it says why.
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import taichi as ti
 import taichi.math as tm
@@ -61,6 +61,17 @@ class EyeRays:
         if ti.static(self.traces):
             hit = self.intersector.query_segment(ray, 0.0, tm.inf)
         return ray, hit
+
+
+class Parts(NamedTuple):
+    """What a sample is made of. Who watches samples puts observed copies in the places of some: ``system.observed``."""
+
+    scene: Any  # a ``SceneInKernels``
+    integrator: Any
+    eye_rays: Any
+    sampler: Any
+    shares: Any
+    film: Any  # a ``Film``, or what takes samples in its place
 
 
 class Plan:

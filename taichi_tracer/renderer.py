@@ -8,25 +8,19 @@ import copy
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
-from taichi_tracer.forms import EyeRays, Form, Plan, plan_of
+from taichi_tracer.forms import EyeRays, Form, Parts, Plan, plan_of
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
-from taichi_tracer.integrators.other_technique import OtherTechnique, other_techniques
-from taichi_tracer.options import (
-    RENDERER_DEFAULTS,
-    CameraChoice,
-    RendererOptions,
-    all_options,
-    with_options,
-)
+from taichi_tracer.integrators.other_technique import OtherTechnique, missed_light
+from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.error_curve import ErrorCurves
 from taichi_tracer.picture.film import Film
@@ -42,30 +36,17 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, part
-from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.display import Display
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
 
-    from taichi_tracer.explain.explanation import Explanation
 
 # The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
 NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 36, 52
 COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
 
 IntegratorChoice = str | Integrator | type[Integrator] | Enum
-
-
-class Parts(NamedTuple):
-    """What a sample is made of. Who watches samples puts observed copies in the places of some: ``system.observed``."""
-
-    scene: SceneInKernels
-    integrator: Integrator
-    eye_rays: Any
-    sampler: Sampler
-    shares: Shares
-    film: Any  # a ``Film``, or what takes samples in its place
 
 
 def not_a_scene(renderer: str, given: object) -> InputError:
@@ -145,8 +126,8 @@ class ProgressiveRenderer(RenderedPicture):
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self.progress = Progress(Target())
         self.seconds_before, self.error_curves = 0.0, ErrorCurves()
-        self._explainer: Any = None
-        self._other: OtherTechnique | None = None
+        self.explainer: Any = None
+        self.other: OtherTechnique | None = None
         self.display = Display()
         self.use(self.offers[0] if given["integrator"] is None else given["integrator"])
 
@@ -258,6 +239,11 @@ class ProgressiveRenderer(RenderedPicture):
         parts = Parts(scene, integrator, self.eye_rays, self.sampler, self.shares, self.film)
         return self.film.unseen.watched(parts)
 
+    def plain_parts(self, scene: SceneInKernels, integrator: Integrator) -> Parts:
+        """The parts of a sample for who looks at it in its plain form: nothing stands in, and nobody watches."""
+        eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
+        return Parts(scene, integrator, eyes, self.sampler, self.shares, self.film)
+
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):
         """One sample of the radiance along the ray, from the integrator or from a replaced ``shade_ray``."""
@@ -344,21 +330,9 @@ class ProgressiveRenderer(RenderedPicture):
         self.reset()
         self._shown = None
 
-    # ── the picture, and what is known about it ──
-
     def _missed_light(self) -> float:
         """What only a technique finds that the integrator in use has not, see ``integrators.other_technique``."""
-        scene, crop = self.kernel_scene(), self.film.crop
-        pixels = (crop[1] - crop[0]) * (crop[3] - crop[2])
-        techniques = () if self.replaced else other_techniques(scene, self.active, pixels)
-        if not techniques or self.samples == 0:
-            return 0.0
-        if self._other is None or self._other.is_of != (scene, self.active, crop, techniques):
-            eyes = EyeRays(self.scene_data, self.camera, self.jitter)
-            parts = Parts(scene, self.active, eyes, self.sampler, self.shares, self.film)
-            self._other = OtherTechnique(parts, crop, techniques)
-        self._other.look(self, (self._shown, self.seed))
-        return self._other.missed(self.samples)
+        return missed_light(self)
 
     def notes(self) -> list[str]:
         """What the user should know about the picture; nothing if a replaced method decides what is shown."""
@@ -373,34 +347,6 @@ class ProgressiveRenderer(RenderedPicture):
         if self.replaced:
             lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
         return lines
-
-    def explain(self, column: int, row: int, sample: int = 0, samples: int | None = None) -> "Explanation":
-        """Every number on the way from a pixel to its colour, for one of its samples; see ``explain``.
-
-        The parts of this picture compute the pixel's samples once more, so that the numbers are those of the picture:
-        ``explanation.mean`` is ``image()[row, column]``, to the last bit, if the samples are those of ``render``.
-
-        Args:
-            column, row: the pixel, counted from the left and from the top.
-            sample: which of its samples, counted from 0.
-            samples: how many samples the pixel has; None takes as many as the picture has.
-
-        Raises:
-            InputError: the picture has no such pixel, or the pixel no such sample.
-        """
-        pixel = wing("explain.pixel")
-        self.scene_data.check_alive()
-        if not self.is_current():
-            self.begin()
-        samples = max(1, self.film.samples) if samples is None else samples
-        pixel.check_pixel(self, column, row, sample, samples)
-        scene = self.kernel_scene()
-        scene.lights.prepare(self.active.samples_lights)
-        if self._explainer is None or not self._explainer.is_of(scene, self.explained, self.camera):
-            eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
-            parts = Parts(scene, self.explained, eyes, self.sampler, self.shares, self.film)
-            self._explainer = pixel.PixelExplainer(self, parts)
-        return self._explainer.explain(column, row, sample, samples)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.active.name}, {self.width}×{self.height}, {self.samples} samples)"

@@ -17,6 +17,7 @@ from taichi_tracer.background import Background
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.effects import Effects
 from taichi_tracer.environment import Environment
+from taichi_tracer.forms import Parts
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
@@ -24,7 +25,7 @@ from taichi_tracer.lights.far_lights import FarLights
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.renderer import Parts, ProgressiveRenderer
+from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.seams import in_kernels
 
 

@@ -32,7 +32,7 @@ class PixelExplainer:
 
     Args:
         renderer: whose pixels are explained.
-        parts: what its samples are made of, a ``renderer.Parts`` whose eye rays have the plain form.
+        parts: what its samples are made of, a ``forms.Parts`` whose eye rays have the plain form.
     """
 
     def __init__(self, renderer: Any, parts: Any) -> None:
@@ -143,3 +143,18 @@ def check_pixel(renderer: Any, column: int, row: int, sample: int, count: int) -
             raise InputError(f"explain: the {name} must be from 0 to {size - 1}, not {value}")
     if not 0 <= sample < count:
         raise InputError(f"explain: the sample must be from 0 to {count - 1}, not {sample}")
+
+
+def explained(renderer: Any, column: int, row: int, sample: int, samples: int | None) -> Explanation:
+    """The explanation of a sample of a renderer's pixel, see ``RenderedPicture.explain``."""
+    renderer.scene_data.check_alive()
+    if not renderer.is_current():
+        renderer.begin()
+    samples = max(1, renderer.film.samples) if samples is None else samples
+    check_pixel(renderer, column, row, sample, samples)
+    scene, integrator = renderer.kernel_scene(), renderer.explained
+    scene.lights.prepare(renderer.active.samples_lights)
+    former = renderer.explainer
+    if former is None or not former.is_of(scene, integrator, renderer.camera):
+        renderer.explainer = PixelExplainer(renderer, renderer.plain_parts(scene, integrator))
+    return renderer.explainer.explain(column, row, sample, samples)

@@ -120,7 +120,7 @@ class OtherTechnique:
     """What the other technique finds in a picture.
 
     Args:
-        parts: what samples of the picture are made of, a ``renderer.Parts``.
+        parts: what samples of the picture are made of, a ``forms.Parts``.
         crop: (x0, x1, y0, y1), the pixels of the picture.
         techniques: of ``other_techniques``.
     """
@@ -199,3 +199,16 @@ class OtherTechnique:
             is_missed = samples * meetings < KNOWN
             squares += float(np.square(np.where(is_missed, light, 0).mean(axis=0, dtype=np.float64)).mean())
         return SAFETY * math.sqrt(squares)
+
+
+def missed_light(renderer: Any) -> float:
+    """What the other technique finds in a renderer's picture, and its own does not; 0 if nothing can be missed."""
+    scene, crop, integrator = renderer.kernel_scene(), renderer.film.crop, renderer.active
+    pixels = (crop[1] - crop[0]) * (crop[3] - crop[2])
+    techniques = () if renderer.replaced else other_techniques(scene, integrator, pixels)
+    if not techniques or renderer.samples == 0:
+        return 0.0
+    if renderer.other is None or renderer.other.is_of != (scene, integrator, crop, techniques):
+        renderer.other = OtherTechnique(renderer.plain_parts(scene, integrator), crop, techniques)
+    renderer.other.look(renderer, (renderer._shown, renderer.seed))
+    return renderer.other.missed(renderer.samples)

@@ -16,6 +16,7 @@ from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.system.stopwatch import ERROR, part
+from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
 
@@ -166,6 +167,22 @@ class RenderedPicture:
         for aov in chosen:
             found |= as_channels(aov, self.film.own_pixels(self._as_image(aov.of(hits))))
         return found
+
+    def explain(self, column: int, row: int, sample: int = 0, samples: int | None = None) -> Any:
+        """Every number on the way from a pixel to its colour, for one of its samples; see ``explain``.
+
+        The parts of this picture compute the pixel's samples once more, so that the numbers are those of the picture:
+        ``explanation.mean`` is ``image()[row, column]``, to the last bit, if the samples are those of ``render``.
+
+        Args:
+            column, row: the pixel, counted from the left and from the top.
+            sample: which of its samples, counted from 0.
+            samples: how many samples the pixel has; None takes as many as the picture has.
+
+        Raises:
+            InputError: the picture has no such pixel, or the pixel no such sample.
+        """
+        return wing("explain.pixel").explained(self, column, row, sample, samples)
 
     def facts(self) -> dict[str, Any]:
         """Everything that the bits of the picture depend on, for checkpoints; see ``picture.checkpoint``."""

@@ -59,8 +59,8 @@ def test_a_narrow_lobe_is_missed_by_samples_of_the_lights(narrow):
     y, x = np.mgrid[:SIZE, :SIZE]
     cosine = renderer.camera.rays(x.ravel(), y.ravel())[1][:, 2]
     expected = SAFETY * KD * 2.0 * math.sqrt(np.square(cosine).mean())
-    assert renderer._other.missed(8) == pytest.approx(expected, rel=1e-3)
-    assert renderer._other.missed(1e12) == 0  # so many samples meet it
+    assert renderer.other.missed(8) == pytest.approx(expected, rel=1e-3)
+    assert renderer.other.missed(1e12) == 0  # so many samples meet it
     before = renderer.image()
     renderer.seed = 1  # it looks again
     renderer.error()
@@ -91,7 +91,7 @@ def test_a_small_lamp_is_missed_by_samples_of_the_brdf():
     renderer = tt.A2Renderer(scene, SIZE, SIZE).use("brdf").render(4)
     renderer.error()
     lit = tt.A2Renderer(scene, SIZE, SIZE).use("environment").render(4).image()
-    assert renderer._other.missed(4) == pytest.approx(SAFETY * math.sqrt(np.square(lit).mean()), rel=0.05)
+    assert renderer.other.missed(4) == pytest.approx(SAFETY * math.sqrt(np.square(lit).mean()), rel=0.05)
 
 
 def test_nothing_is_done_where_nothing_can_be_missed(narrow):
@@ -135,5 +135,5 @@ def test_near_misses_of_a_narrow_lobe_bound_what_the_other_technique_did_not_fin
     )
     renderer = tt.A2Renderer(scene_of(mesh, sky), SIZE, SIZE).use("environment").render(16)
     error = renderer.error()
-    assert renderer._other.near_misses.counts().near[0].tolist()[1] > 0
+    assert renderer.other.near_misses.counts().near[0].tolist()[1] > 0
     assert error < 1 < error.unseen <= error.high
