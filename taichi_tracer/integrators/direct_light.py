@@ -45,6 +45,7 @@ class DirectLight(Integrator):
     def reflected(self, scene, surface, rng):
         """One sample of the light that a surface reflects: from the direction of ``sample``, or from a mirror's own."""
         xi, xi_light = rng.next_2d_of_term(), rng.next_2d()
+        # A ``sample`` of your own may take ``xi``, or both pairs by the names ``xi_brdf`` and ``xi_light``.
         w_i, f_cos_over_pdf = called(self.sample, scene, surface, xi=xi, technique=0, xi_brdf=xi, xi_light=xi_light)
         if surface.is_delta():
             w_i = surface.sample(xi)
