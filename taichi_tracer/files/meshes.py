@@ -11,8 +11,7 @@ import numpy as np
 
 from taichi_tracer.files.disk import check_is_file, read_bytes
 from taichi_tracer.files.mesh_parts import joined, move
-from taichi_tracer.files.ply_arrays import plain_triangles
-from taichi_tracer.files.ply_strips import without_strips
+from taichi_tracer.files.ply import plain_triangles, without_strips
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
