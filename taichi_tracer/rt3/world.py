@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.files.mesh_parts import joined, move, reverse
+from taichi_tracer.files.meshes import joined, move, reverse
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
