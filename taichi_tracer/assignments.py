@@ -99,9 +99,7 @@ class A1Renderer(ProgressiveRenderer):
         """Show the view "Triangle ID"."""
         return self.use("triangle_id")
 
-    def set_shade_triangle_ID(self) -> "Self":  # noqa: N802 (the handout's spelling)
-        """Show the view "Triangle ID"."""
-        return self.use("triangle_id")
+    set_shade_triangle_ID = set_shade_triangle_id  # the handout's spelling
 
     def set_shade_distance(self) -> "Self":
         """Show the view "Distance"."""
@@ -111,25 +109,19 @@ class A1Renderer(ProgressiveRenderer):
         """Show the view "Barycentric"."""
         return self.use("barycentric")
 
-    def set_shade_barycentrics(self) -> "Self":
-        """Show the view "Barycentric"."""
-        return self.use("barycentric")
+    set_shade_barycentrics = set_shade_barycentric
 
     def set_shade_normal(self) -> "Self":
         """Show the view "Normal"."""
         return self.use("normal")
 
-    def set_shade_normals(self) -> "Self":
-        """Show the view "Normal"."""
-        return self.use("normal")
+    set_shade_normals = set_shade_normal
 
     def set_shade_material_id(self) -> "Self":
         """Show the view "Material ID"."""
         return self.use("material_id")
 
-    def set_shade_material_ID(self) -> "Self":  # noqa: N802 (the handout's spelling)
-        """Show the view "Material ID"."""
-        return self.use("material_id")
+    set_shade_material_ID = set_shade_material_id  # the handout's spelling
 
 
 def warn_if_dark(scene_data: SceneData) -> None:
@@ -167,17 +159,13 @@ class A2Renderer(ProgressiveRenderer):
         """Sample directions uniform on the sphere."""
         return self.use("uniform")
 
-    def set_sample_uniform_sphere(self) -> "Self":
-        """Sample directions uniform on the sphere."""
-        return self.use("uniform")
+    set_sample_uniform_sphere = set_sample_uniform
 
     def set_sample_hemisphere(self) -> "Self":
         """Sample directions uniform on the hemisphere around the normal."""
         return self.use("hemisphere")
 
-    def set_sample_uniform_hemisphere(self) -> "Self":
-        """Sample directions uniform on the hemisphere around the normal."""
-        return self.use("hemisphere")
+    set_sample_uniform_hemisphere = set_sample_hemisphere
 
     def set_sample_brdf(self) -> "Self":
         """Sample directions from the density of the BRDF."""
@@ -187,17 +175,13 @@ class A2Renderer(ProgressiveRenderer):
         """Sample directions in proportion to the light of the environment."""
         return self.use("environment")
 
-    def set_sample_light(self) -> "Self":
-        """Sample directions in proportion to the light of the environment."""
-        return self.use("environment")
+    set_sample_light = set_sample_environment
 
     def set_sample_mis(self) -> "Self":
         """Use multiple importance sampling with the power heuristic."""
         return self.use("mis")
 
-    def set_sample_mis_power(self) -> "Self":
-        """Use multiple importance sampling with the power heuristic."""
-        return self.use("mis")
+    set_sample_mis_power = set_sample_mis
 
     def set_sample_mis_balance(self) -> "Self":
         """Use multiple importance sampling with the balance heuristic."""

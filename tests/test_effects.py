@@ -21,8 +21,7 @@ from taichi_tracer.forms import Parts
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
-from taichi_tracer.lights.far_lights import FarLights
-from taichi_tracer.lights.scene_lights import SceneLights
+from taichi_tracer.lights.scene_lights import FarLights, SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.renderer import ProgressiveRenderer

@@ -9,13 +9,7 @@ import taichi.math as tm
 
 from taichi_tracer.explain.explanation import Explanation, Step, steps_of, steps_within
 from taichi_tracer.explain.log import Log
-from taichi_tracer.explain.recorded import (
-    CAMERA,
-    NUMBERS,
-    recorded,
-    recorded_integrator,
-    recorded_scene,
-)
+from taichi_tracer.explain.recorded import CAMERA, NUMBERS, recorded, recorded_integrator, recorded_scene
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.some_pixels import SomePixels
 from taichi_tracer.system import memory

@@ -10,12 +10,7 @@ from pathlib import Path
 from taichi_tracer.system import leftovers
 from taichi_tracer.system.errors import InputError, MissingFileError
 
-KINDS = (
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-)
+KINDS = ((stat.S_ISFIFO, "a pipe"), (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"))
 
 _noting: list[dict[Path, None]] = []  # for those who want to know which files are read
 

@@ -9,9 +9,8 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.integrators.controls import Control, Slider
+from taichi_tracer.integrators.controls import Control, LiveNumbers, Slider
 from taichi_tracer.integrators.direct_light import DirectLight
-from taichi_tracer.integrators.live_numbers import LiveNumbers
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register

@@ -5,8 +5,7 @@ from typing import Any
 
 import taichi as ti
 
-from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl, Slider
-from taichi_tracer.integrators.live_numbers import LiveNumbers
+from taichi_tracer.integrators.controls import BouncesControl, Control, LiveNumbers, NameControl, Slider
 from taichi_tracer.system.errors import InputError
 
 MOST_BOUNCES = 64  # A4-2

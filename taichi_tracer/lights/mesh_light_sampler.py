@@ -14,13 +14,7 @@ from taichi_tracer.system.seams import called, seams
 
 
 @ti.data_oriented
-@seams(
-    "compute_triangle_area",
-    "compute_cdf",
-    "sample_emissive_triangle",
-    "evaluate_probability",
-    "sample_mesh_lights",
-)
+@seams("compute_triangle_area", "compute_cdf", "sample_emissive_triangle", "evaluate_probability", "sample_mesh_lights")
 class MeshLightSampler(LampChoice):
     """The handout's sampler of mesh lights: a point uniform on all emissive triangles together (A3-2).
 

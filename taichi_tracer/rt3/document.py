@@ -20,8 +20,7 @@ from taichi_tracer.formulas.view import DEFAULT_WINDOW
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.options import BackgroundChoice
 from taichi_tracer.picture.crop import crop_pixels
-from taichi_tracer.rt3.elements import Elements
-from taichi_tracer.rt3.values import LONGEST_SHOWN, Element, nearest
+from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element, Elements, nearest
 from taichi_tracer.rt3.world import World
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS

@@ -31,9 +31,7 @@ class RT3Renderer(ProgressiveRenderer):
         """Show the materials' colours."""
         return self.use("flat")
 
-    def set_integrator_flat_color(self) -> "Self":
-        """Show the materials' colours."""
-        return self.use("flat")
+    set_integrator_flat_color = set_integrator_flat
 
     def set_integrator_normal_map(self) -> "Self":
         """Show the normals as colours."""

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.files.mesh_parts import joined, move, reverse
+from taichi_tracer.files.meshes import joined, move, reverse
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.rt3.values import LONGEST_SHOWN, Element
+from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
 from taichi_tracer.system.errors import one_of
 
 MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "phong", "blinn_phong": "phong"}

@@ -3,7 +3,6 @@
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import start
 
 from taichi_tracer.explain.log import Log
 from taichi_tracer.explain.recorded import Form, given_names, recorded
@@ -35,10 +34,7 @@ FORMS = {
     "absent": Form(),
 }
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def test_steps_within_a_group_stand_between_its_beginning_and_its_end():

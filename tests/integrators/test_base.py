@@ -5,17 +5,13 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 from shapes import SQUARE
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.integrators.base import Integrator, View
 
 VIEW = {"eye": (0, 0, 4), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 60.0}
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.func

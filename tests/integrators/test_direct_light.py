@@ -9,7 +9,7 @@ import taichi as ti
 import taichi.math as tm
 from oracles import light
 from shapes import SQUARE, sphere, with_spheres
-from support import DEBUG, long_except, start
+from support import DEBUG, long_except
 
 import taichi_tracer as tt
 from taichi_tracer.assignments import A2Renderer
@@ -27,10 +27,7 @@ LARGEST_Z = 4.5
 KD = np.array([0.8, 0.5, 0.2])
 SIZE, SPP = (16, 64) if DEBUG else (48, 256)
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture(scope="module")

@@ -14,10 +14,7 @@ WAYS = ("implicit", "explicit", "path")
 EMISSION, ALBEDO = np.array([0.5, 1.0, 2.0]), np.array([0.25, 0.5, 0.75])
 MANY = 64
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from shapes import SQUARE
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -12,10 +12,7 @@ from taichi_tracer.materials import Material
 
 VIEW = {"eye": (0, 0, 4), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 60.0}
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def scene_of(tilt=0.0, **options):

@@ -20,10 +20,7 @@ REFERENCES = Path(__file__).parents[1] / "references"
 NAMES = ["hit", "triangle_id", "distance", "barycentric", "normal", "material_id"]
 SIZE = 96
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture(scope="module")

@@ -3,14 +3,10 @@
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import start
 
 from taichi_tracer.integrators.work import Tally
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.kernel

@@ -19,10 +19,7 @@ from taichi_tracer.system import runtime
 
 NAMES = list(shipped_environments())
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def light_of(environment, kind="image"):

@@ -7,7 +7,7 @@ import taichi.math as tm
 from contracts.statistics import largest_z
 from oracles.lamps import clipped, polygon_irradiance, sphere_irradiance
 from shapes import SQUARE, with_spheres
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -20,10 +20,7 @@ POINTS = np.array(
     [[x, y, z] for x, y in ((0, 0), (0.9, 0.2), (1.5, -1.2), (4, 0.5), (-7, 7)) for z in (0.1, 0.3, 1, 8)], float
 )
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def square(**options):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -28,9 +27,7 @@ def direction(row, column):
     return np.array([np.cos(elevation) * np.cos(azimuth), np.sin(elevation), np.cos(elevation) * np.sin(azimuth)])
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def test_what_lies_within_ten_degrees_of_the_sun_is_near(rng):

@@ -7,7 +7,7 @@ import taichi.math as tm
 from oracles import light as oracle
 from probe import put, vec3
 from shapes import SQUARE
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.assignments import A2Renderer
@@ -20,10 +20,7 @@ from taichi_tracer.system.seams import in_kernels
 
 KD = np.array([0.8, 0.5, 0.2])
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.data_oriented

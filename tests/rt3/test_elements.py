@@ -1,14 +1,15 @@
-"""The elements of XML documents and of what they include: no circle, no doubling without end, bounded memory."""
+"""The elements of XML documents and their values: no circle, no doubling without end, one clear line for each error."""
 
 import tracemalloc
 
+import numpy as np
 import pytest
 from rt3_text import HEAD
 
 from taichi_tracer.rt3 import elements
 from taichi_tracer.rt3.document import read_rt3
-from taichi_tracer.rt3.elements import MOST_INCLUDES, Elements
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.rt3.elements import LONGEST_SHOWN, MOST_INCLUDES, Element, Elements, nearest
+from taichi_tracer.system.errors import InputError, MissingFileError
 
 MEGABYTES = 600.0
 
@@ -93,3 +94,125 @@ def test_a_missing_document_is_named(tmp_path):
         read_rt3(tmp_path / "gone.xml")
     with pytest.raises(InputError, match="this is a folder"):
         read_rt3(tmp_path)
+
+
+def element(**attributes):
+    """An element in line 7, whose notes are collected."""
+    notes = []
+    made = Element("thing", attributes, "a.xml:7", lambda line: notes.append(line if isinstance(line, str) else line()))
+    made.notes = notes
+    return made
+
+
+def refused(method, *names, **options):
+    """What an element says of a value."""
+    with pytest.raises(InputError) as error:
+        method(*names, **options)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def test_numbers_are_counted_and_finite():
+    e = element(three=" 1 2.5\n-3e2 ", two="1 2", word="1 x 3", nan="1 nan 3")
+    np.testing.assert_array_equal(e.numbers("three"), [1, 2.5, -300])
+    np.testing.assert_array_equal(e.numbers("two", count=(2, 3)), [1, 2])
+    assert e.numbers("missing") is None
+    assert e.numbers("missing", default=5) == 5
+    for name in ("two", "word", "nan"):
+        told = refused(e.numbers, name)
+        assert told == f"a.xml:7: <thing> {name} must be 3 finite numbers, not {e.attributes[name]!r}"
+    assert "2 or 4 finite numbers" in refused(e.numbers, "three", count=(2, 4))
+
+
+def test_one_number_may_have_a_bound():
+    e = element(x="0.5", zero="0")
+    assert e.number("x") == 0.5
+    assert e.number("missing", default=2.0) == 2.0
+    assert refused(e.number, "zero", above=0) == "a.xml:7: <thing> zero must be a number above 0, not '0'"
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "1.5", "1e3", "four", "", "99999999999999", "१"])
+def test_whole_numbers_are_digits_within_limits(text):
+    assert refused(element(n=text).whole, "n").startswith("a.xml:7: <thing> n must be a whole number from 1 to ")
+    assert element(n=" 12 ").whole("n") == 12
+    assert element(n="0").whole("n", least=0) == 0
+    assert element().whole("n", default=3) == 3
+
+
+def test_flags_are_words():
+    for word, meaning in (("yes", True), ("TRUE", True), (" on ", True), ("1", True), ("no", False), ("Off", False)):
+        assert element(f=word).flag("f", default=not meaning) is meaning
+    assert element().flag("f", default=True) is True
+    assert refused(element(f="maybe").flag, "f", default=True).endswith("off, 0, not 'maybe'")
+
+
+def test_a_choice_is_one_of_the_known_words():
+    words = {"flat": "flat", "matt": "matte", "matte": "matte"}
+    assert element(type="matt").choice("type", of=words) == "matte"
+    assert element().choice("type", of=words, default="flat") == "flat"
+    assert "unknown <thing> type 'mate': did you mean 'matte'?" in refused(
+        element(type="mate").choice, "type", of=words
+    )
+    assert refused(element(typ="flat").choice, "type", of=words) == (
+        "a.xml:7: <thing> needs the attribute type ('typ' is not known)"
+    )
+
+
+def test_synonyms_exclude_each_other():
+    e = element(width="3", w_res="4")
+    assert refused(e.find, "width", "w_res") == "a.xml:7: <thing> width and w_res mean the same: give one of them"
+    assert element(w_res="4").find("width", "w_res") == "w_res"
+
+
+def test_colours_of_one_element_are_judged_together():
+    """C-13: above 1 anywhere, all are in 0…255; one number is a grey."""
+    assert element(a="0.5", b="0 1 0.25").colors("a", "b", "c") == {"a": (0.5,) * 3, "b": (0, 1, 0.25)}
+    assert element(a="1", b="51 0 255").colors("a", "b") == {"a": (1 / 255,) * 3, "b": (0.2, 0, 1)}
+    for text in ("0 256 0", "0 -1 0"):
+        assert "must be a colour, each component in 0…1 or in 0…255" in refused(element(a=text).colors, "a")
+
+
+def test_tables_are_groups_of_numbers():
+    e = element(t="1 2 3\n4 5 6", whole="0 1 2", half="0 1.5 2", odd="1 2 3 4", word="1 2 z", none="  ")
+    np.testing.assert_array_equal(e.table("t", 3), [[1, 2, 3], [4, 5, 6]])
+    np.testing.assert_array_equal(e.table("whole", 3, np.int64), [[0, 1, 2]])
+    assert e.table("missing", 3) is None
+    assert refused(e.table, "half", columns=3, dtype=np.int64) == (
+        "a.xml:7: <thing> half must be whole numbers: number 1 is '1.5'"
+    )
+    assert refused(e.table, "word", columns=3) == "a.xml:7: <thing> word must be finite numbers: number 2 is 'z'"
+    for name in ("odd", "none"):
+        assert "finite numbers in groups of 3" in refused(e.table, name, columns=3)
+
+
+def test_names_are_not_empty_and_paths_are_beside_the_document(tmp_path):
+    assert element(n=" a b ").text("n") == "a b"
+    assert element().text("n") is None
+    assert refused(element(n=" ").text, "n") == "a.xml:7: <thing> n must be a name, not ' '"
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "mesh.obj").write_text("")
+    document = tmp_path / "a.xml"
+    for name in ("parts/mesh.obj", "parts\\mesh.obj", str(tmp_path / "parts" / "mesh.obj")):
+        assert element(f=name).path("f", document) == tmp_path / "parts" / "mesh.obj"
+    for name in ("none.obj", "a" * 100_000):
+        with pytest.raises(MissingFileError) as error:
+            element(f=name).path("f", document)
+        assert f"f: no such file '{name[:100]}" in str(error.value)
+        assert str(error.value).endswith("beside a.xml")
+        assert len(str(error.value)) < 400
+
+
+def test_attributes_that_nobody_asked_for_are_told_with_the_nearest_known_one():
+    e = element(radius="1", radios="2", zzz="3")
+    e.number("radius")
+    e.note_unknown()
+    assert e.notes == [
+        "a.xml:7: <thing> has no attribute 'radios': did you mean 'radius'?",
+        "a.xml:7: <thing> has no attribute 'zzz' (known are radius)",
+    ]
+    assert nearest("colour", []) == ""
+
+
+def test_long_values_are_cut_in_messages():
+    told = refused(element(x="7" * 500 + "x").number, "x")
+    assert told == f"a.xml:7: <thing> x must be a finite number, not {'7' * LONGEST_SHOWN + '…'!r}"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from oracles import backgrounds, cameras, spheres
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.camera import make_camera
@@ -12,10 +12,7 @@ from taichi_tracer.rt3.renderer import RT3Renderer, renderer_of
 BALL = (0.25, 0.5, 1.0, 1.5)
 CORNERS = [(0, 0, 0.2), (0, 1, 0.2), (1, 1, 0.2), (1, 0, 0.2)]
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture(scope="module")
