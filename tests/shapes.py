@@ -36,10 +36,7 @@ def lattice(rng, count):
     return vertices, np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
 
 
-SQUARE = (
-    np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float),
-    np.array([[0, 1, 2], [0, 2, 3]], np.int32),
-)
+SQUARE = (np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float), np.array([[0, 1, 2], [0, 2, 3]], np.int32))
 
 
 def with_spheres(spheres, vertices=None, faces=None, **more):

@@ -88,15 +88,8 @@ WORK: dict[tuple, dict[str, int]] = {
 
 # Options of ``render`` → kernels that the command compiles, brute force with the test of Möller and Trumbore.
 KERNELS: dict[tuple, dict[str, int]] = {
-    ("--view", "normal"): {
-        "Addresses.find": 1,
-        "PrimaryHits._trace_rays": 1,
-        "ProgressiveRenderer._take_sample": 1,
-    },
-    ("--estimator", "brdf"): {
-        "Addresses.find": 1,
-        "ProgressiveRenderer._take_sample": 1,
-    },
+    ("--view", "normal"): {"Addresses.find": 1, "PrimaryHits._trace_rays": 1, "ProgressiveRenderer._take_sample": 1},
+    ("--estimator", "brdf"): {"Addresses.find": 1, "ProgressiveRenderer._take_sample": 1},
 }
 
 

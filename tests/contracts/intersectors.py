@@ -18,15 +18,7 @@ from taichi_tracer.system.registry import PARTS
 
 TRUTH = tt.BruteForceRayIntersector
 RAYS = 2_000 if DEBUG else 40_000
-FIELDS = (
-    "triangle_id",
-    "distance",
-    "barycentric_coords",
-    "normal",
-    "geometric_normal",
-    "material_id",
-    "is_backfacing",
-)
+FIELDS = ("triangle_id", "distance", "barycentric_coords", "normal", "geometric_normal", "material_id", "is_backfacing")
 
 
 def every_form():
