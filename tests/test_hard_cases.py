@@ -209,12 +209,7 @@ def register():
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("broken", "finding"),
-    [
-        (course_form, "edge_leaks"),
-        (too_wide, "false_hits"),
-        (not_a_number, "nan"),
-        (imprecise, "t_unit"),
-    ],
+    [(course_form, "edge_leaks"), (too_wide, "false_hits"), (not_a_number, "nan"), (imprecise, "t_unit")],
 )
 def test_a_broken_triangle_test_is_found(broken, finding, register):
     """Registered under a name that nobody promised anything of, it is held to everything."""

@@ -126,12 +126,7 @@ class Bench:
         )
 
     def render(
-        self,
-        variant: Variant,
-        size: tuple[int, int],
-        samples: int,
-        seed: int | None = None,
-        wants: str = "",
+        self, variant: Variant, size: tuple[int, int], samples: int, seed: int | None = None, wants: str = ""
     ) -> Shot:
         """Add samples to the picture of a variant.
 

@@ -57,12 +57,7 @@ LEVELS = {
         Level("quick", 40_000, 6_000_000, 0, is_whole=False, paths=path_cases.USUAL[:1]),
         Level("default", 400_000, 60_000_000, 4_000_000),
         Level(
-            "full",
-            2_000_000,
-            300_000_000,
-            100_000_000,
-            has_plain=True,
-            paths=(*path_cases.USUAL, *path_cases.LARGE),
+            "full", 2_000_000, 300_000_000, 100_000_000, has_plain=True, paths=(*path_cases.USUAL, *path_cases.LARGE)
         ),
     )
 }
