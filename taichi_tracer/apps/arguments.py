@@ -88,11 +88,7 @@ def add_surface_options(parser: ArgumentParser, names_lamp_choice: bool = True) 
     """Add BRDFs and lights by name; and one choice of lamps, unless a command compares several."""
     surfaces = parser.add_argument_group("surfaces and lights", "names with commas")
     surfaces.add_argument(
-        "--brdfs",
-        type=names,
-        default=(),
-        metavar="A,B",
-        help="BRDFs that are asked first whether a material is theirs",
+        "--brdfs", type=names, default=(), metavar="A,B", help="BRDFs that are asked first whether a material is theirs"
     )
     surfaces.add_argument(
         "--lights", type=names, default=(), metavar="A,B", help="lights of the scene, beside its environment"

@@ -370,10 +370,7 @@ BAD_WORDS = {
     "no format": (["render", "cube", "-o", "None"], ["None: the name has no ending", "give None.png"]),
     "no list of bounces": (["render", "cube", "--bounces", "1,2-"], ["--bounces", "'1,2-'", "such as 0,1,2-4,5+"]),
     "bounces backwards": (["render", "cube", "--bounces", "3-1"], ["--bounces", "'3-1'", "such as 0,1,2-4,5+"]),
-    "bounces of a view": (
-        ["render", "cube", "--bounces", "1"],
-        ["needs paths", "normal", "--estimator path"],
-    ),
+    "bounces of a view": (["render", "cube", "--bounces", "1"], ["needs paths", "normal", "--estimator path"]),
     "bounces beyond the last": (
         ["render", "cube", "--estimator", "path", "--max-bounces", "3", "--bounces", "4+"],
         ["bounces 4+", "at most 3 bounces"],
@@ -861,10 +858,7 @@ def test_a_profile_tells_where_the_time_went_and_changes_no_bit(tmp_path, capsys
 
 @pytest.mark.parametrize(
     ("words", "why"),
-    [
-        (["--view", "normal,hit"], "one picture goes, not of 2"),
-        (["--cluster", "local:1"], "not --cluster"),
-    ],
+    [(["--view", "normal,hit"], "one picture goes, not of 2"), (["--cluster", "local:1"], "not --cluster")],
 )
 def test_a_profile_of_several_pictures_or_machines_is_refused(words, why, tmp_path, capsys):
     assert quickly(["render", "cube", *words, "--profile", "-o", f"{tmp_path}/"]) == 2

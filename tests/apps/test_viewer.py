@@ -517,8 +517,7 @@ def test_the_window_opens_on_the_offline_picture(desktop, offline):
 
 
 @pytest.mark.parametrize(
-    ("key", "point", "axis", "sign"),
-    [("w", "eye", 1, 1), ("e", "eye", 2, 1), ("a", "eye", 0, 1), ("Left", "at", 0, 1)],
+    ("key", "point", "axis", "sign"), [("w", "eye", 1, 1), ("e", "eye", 2, 1), ("a", "eye", 0, 1), ("Left", "at", 0, 1)]
 )
 def test_a_held_key_moves_the_camera_and_the_picture(key, point, axis, sign, desktop, offline):
     before = desktop.saved()

@@ -2,12 +2,7 @@
 
 from argparse import ArgumentParser
 
-from taichi_tracer.apps.arguments import (
-    add_cluster_option,
-    add_display_options,
-    add_picture_options,
-    add_scene_options,
-)
+from taichi_tracer.apps.arguments import add_cluster_option, add_display_options, add_picture_options, add_scene_options
 from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
 from taichi_tracer.apps.words import PICTURE_FOLDER, at_least_one, bounces, names, positive, whole
 
