@@ -1,4 +1,4 @@
-"""Shadow rays of leaves: their primitives are tried with sixteen shadow rays at once, with the arithmetic of the plain form.
+"""Shadow rays of leaves: sixteen at once try a primitive, with the arithmetic of the plain form.
 
 Where a scene has few primitives, many rays come to the same leaf. Then it is best to put rays side by side: the edges
 and the plane of a triangle, or the roots of a sphere, are computed for sixteen rays with the instructions of one. The
