@@ -31,9 +31,9 @@ from benchmarks.samplers import (
     their_sky,
     three_spheres,
 )
-from taichi_tracer.fast.shadow_lanes import shadow_rays
+from taichi_tracer.fast.lanes import Turns
+from taichi_tracer.fast.shadow_streams import shadow_rays
 from taichi_tracer.fast.tiles import SIDE, Tiles
-from taichi_tracer.fast.turns import Turns
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.ray import Ray
 

@@ -8,8 +8,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.formulas.convexity import named
-from taichi_tracer.formulas.triangle_arrays import thinness_of, unit_normals
-from taichi_tracer.formulas.triangles import stable_normal, thinness, unit
+from taichi_tracer.formulas.triangles import stable_normal, thinness, thinness_of, unit, unit_normals
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE, smooth_normals
 from taichi_tracer.materials import Material
 from taichi_tracer.system import runtime

@@ -6,7 +6,7 @@ import taichi.math as tm
 from shapes import random_rays
 
 import taichi_tracer as tt
-from taichi_tracer.fast.shadow_lanes import shadow_rays
+from taichi_tracer.fast.shadow_streams import shadow_rays
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
 

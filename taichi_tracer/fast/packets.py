@@ -30,7 +30,7 @@ from taichi_tracer.fast.lanes import (
     least,
     smaller,
 )
-from taichi_tracer.fast.packet_spheres import SphereLanes, sphere_distance
+from taichi_tracer.fast.packet_shapes import SphereLanes, sphere_distance
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
 
@@ -243,18 +243,11 @@ class Packets:
         return self.o[c, g, axis]
 
     @ti.func
-    def near_origin(self, c, g, common, axis):
-        """A component of the origins that were moved forwards."""
+    def moved_origins_of(self, c, g, common, axis):
+        """The same component of the origins that were moved forwards, and of those that were moved backwards."""
         if ti.static(self.share_origin):
-            return common.near_origin[axis]
-        return self.n[c, g, axis]
-
-    @ti.func
-    def far_origin(self, c, g, common, axis):
-        """A component of the origins that were moved backwards."""
-        if ti.static(self.share_origin):
-            return common.far_origin[axis]
-        return self.f[c, g, axis]
+            return common.near_origin[axis], common.far_origin[axis]
+        return self.n[c, g, axis], self.f[c, g, axis]
 
     @ti.func
     def box_interval(self, c, g, common, i):
@@ -262,9 +255,9 @@ class Packets:
         lane = i & (BLOCK - 1)
         t_near, t_far = lanes(-tm.inf), lanes(tm.inf)
         for k in ti.static(range(3)):
-            to_near = self.near_plane[c, k][lane] - self.near_origin(c, g, common, k)
-            to_far = self.far_plane[c, k][lane] - self.far_origin(c, g, common, k)
-            near, far = to_near * self.i[c, g, k], to_far * self.i[c, g, k]
+            near_origin, far_origin = self.moved_origins_of(c, g, common, k)
+            near = (self.near_plane[c, k][lane] - near_origin) * self.i[c, g, k]
+            far = (self.far_plane[c, k][lane] - far_origin) * self.i[c, g, k]
             t_near, t_far = larger(near, t_near), smaller(far, t_far)
         return t_near, t_far
 
@@ -399,7 +392,7 @@ class Packets:
     @ti.func
     def try_one(self, c, g, lane, common, intersector: ti.template(), i, t_min):
         """Compute one lane with the plain form: for spheres, and for rays exactly through an edge or a vertex."""
-        v0, v1, v2 = intersector.leaf_triangle(i)
+        v0, v1, v2 = intersector.blocks.triangle(i)
         triangle_id = intersector.blocks.primitive(i)
         o, d = common.origin, tm.vec3(0)
         for k in ti.static(range(3)):

@@ -7,13 +7,11 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
-from taichi_tracer.fast.camera_lanes import generate_rays, lanes_of
-from taichi_tracer.fast.lanes import LANES, lanes
+from taichi_tracer.fast.lanes import LANES, Turns, lanes
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
-from taichi_tracer.fast.number_lanes import FIRST_DIMENSION, has_points, pairs_of
-from taichi_tracer.fast.packet_spheres import sphere_normals
+from taichi_tracer.fast.packet_shapes import sphere_normals
 from taichi_tracer.fast.packets import SIDE, SIDE_BITS, TILE, TILE_BITS, Packets
-from taichi_tracer.fast.turns import Turns
+from taichi_tracer.fast.pixel_lanes import FIRST_DIMENSION, generate_rays, has_points, lanes_of, pairs_of
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.picture.adaptive import Shares
@@ -169,17 +167,6 @@ class PrimaryHits:
         return (x >> TILE_BITS) * self.tiles_y + (y >> TILE_BITS), (x & (TILE - 1)) * TILE + (y & (TILE - 1))
 
     @ti.func
-    def eye_ray(self, x, y):
-        """The ray that was traced through a pixel."""
-        ray = self.camera.generate_ray(x, y, self.jitter, tm.vec2(0.5))
-        if ti.static(self.jitter):  # then only the common origin of this ray is used, and only it is computed
-            tile, lane = self.tile_and_lane(x, y)
-            ray.direction = self.vector(self.direction, tile, lane)
-            if ti.static(not self.share_origin):
-                ray.origin = self.vector(self.origin, tile, lane)
-        return ray
-
-    @ti.func
     def keep_vector(self, components: ti.template(), tile, lane, vector):
         """Keep a vector of one pixel."""
         for axis in ti.static(range(3)):
@@ -199,8 +186,13 @@ class PrimaryHits:
     def hit_of(self, x, y, rng):
         """(ray, HitData) of a pixel, from the kept hits. The pixel's pair of random numbers was already used there."""
         rng.skip_2d()
-        ray = self.eye_ray(x, y)
-        return ray, self.hit_data(x, y, ray)
+        tile, lane = self.tile_and_lane(x, y)
+        ray = self.camera.generate_ray(x, y, self.jitter, tm.vec2(0.5))
+        if ti.static(self.jitter):  # then only the common origin of this ray is used, and only it is computed
+            ray.direction = self.vector(self.direction, tile, lane)
+            if ti.static(not self.share_origin):
+                ray.origin = self.vector(self.origin, tile, lane)
+        return ray, self.hit_in(tile, lane, ray)
 
     @ti.kernel
     def _trace_rays(self, searcher: ti.template(), seed: ti.u32, index: ti.u32):
@@ -311,12 +303,6 @@ class PrimaryHits:
             _, _, _, x_of, y_of, z_of = generate_rays(self.lanes, self.camera, x, y, lanes(0.5), lanes(0.5))
             dx, dy, dz = lanes(x_of), lanes(y_of), lanes(z_of)
         return dx, dy, dz
-
-    @ti.func
-    def hit_data(self, x, y, ray):
-        """The HitData of a pixel's eye ray."""
-        tile, lane = self.tile_and_lane(x, y)
-        return self.hit_in(tile, lane, ray)
 
     @ti.func
     def hit_in(self, tile, lane, ray):

@@ -19,7 +19,7 @@ from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
 from taichi_tracer.fast.bvh_wide import WIDTH
 from taichi_tracer.fast.lanes import LANES, larger, smaller
 from taichi_tracer.fast.leaf_blocks import Aim, aim_of
-from taichi_tracer.fast.leaf_lanes import LeafLanes
+from taichi_tracer.fast.shadow_lanes import LeafLanes, ShadowLanes
 from taichi_tracer.fast.wide_bvh import leaf_range
 from taichi_tracer.formulas.boxes import RayBounds, box_interval
 from taichi_tracer.formulas.triangles import stable_normal
@@ -203,7 +203,7 @@ class ShadowStreams:
     @ti.func
     def try_triangle(self, c, octant, at, count, place):
         """Try a triangle with the rays of a list. Most of them start behind its plane, because they leave it."""
-        v0, v1, v2 = self.intersector.leaf_triangle(place)
+        v0, v1, v2 = self.intersector.blocks.triangle(place)
         n = stable_normal(v0, v1, v2)
         low, high = self.intersector.leaf_box(place)
         near_corner, far_corner = tm.vec3(0), tm.vec3(0)
@@ -240,9 +240,19 @@ class ShadowStreams:
     def decide(self, c, r, place):
         """Let the plain form decide whether a primitive blocks a ray."""
         if self.reach[c, r] > 0:
-            v0, v1, v2 = self.intersector.leaf_triangle(place)
+            v0, v1, v2 = self.intersector.blocks.triangle(place)
             primitive_id = self.intersector.blocks.primitive(place)
             ray, bounds = self.ray(c, r), self.bounds(c, r)
             t, u, v = self.intersector.try_primitive(ray, bounds, primitive_id, v0, v1, v2, 0.0)
             if t > 0:
                 self.reach[c, r] = -tm.inf
+
+
+def shadow_rays(intersector, places: int, most: int):
+    """``ShadowLanes`` if all primitives lie in one leaf and their tests have forms for lanes, else ``ShadowStreams``.
+
+    Args:
+        intersector: a ``WideBVH``. places, most: as for both classes, which have the same methods.
+    """
+    is_one_leaf = intersector.root < 0 and intersector.solve_packet is not None
+    return (ShadowLanes if is_one_leaf else ShadowStreams)(intersector, places, most)

@@ -17,13 +17,10 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.fast.far_light import FarMis, form_class
-from taichi_tracer.fast.film_lanes import add_samples, can_add_together
-from taichi_tracer.fast.lanes import LANES, lanes
-from taichi_tracer.fast.light_lanes import LightLanes
-from taichi_tracer.fast.look_ups import LookUps, can_wait_for
-from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
-from taichi_tracer.fast.shadow_lanes import shadow_rays
-from taichi_tracer.fast.turns import Turns
+from taichi_tracer.fast.lanes import LANES, Turns, lanes
+from taichi_tracer.fast.look_ups import LightLanes, LookUps, can_wait_for
+from taichi_tracer.fast.pixel_lanes import KeptNumbers, NumberLanes, add_samples, can_add_together, has_points
+from taichi_tracer.fast.shadow_streams import shadow_rays
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.forms import Form
 from taichi_tracer.formulas.heuristics import heuristic

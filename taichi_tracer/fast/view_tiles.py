@@ -8,11 +8,10 @@ The picture has the same bits.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.camera_lanes import generate_rays
-from taichi_tracer.fast.lanes import LANES, lanes
+from taichi_tracer.fast.lanes import LANES, Turns, lanes
 from taichi_tracer.fast.packets import TILE, TILE_BITS
+from taichi_tracer.fast.pixel_lanes import generate_rays
 from taichi_tracer.fast.primary_hits import PrimaryHits
-from taichi_tracer.fast.turns import Turns
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory
 
@@ -51,14 +50,11 @@ class ViewTiles:
         self._memory.fields.dense(ti.ij, (self.turns.places, 3)).place(self.o, self.d)
         self._memory.allocate()
 
-    def take(self, renderer, scene, integrator, seed: int, index: int) -> None:
-        """Give the film the value of every pixel, as ``ProgressiveRenderer._take_sample`` does."""
-        self._take(renderer, scene, integrator, seed, index)
-
     @ti.kernel
-    def _take(
+    def take(
         self, renderer: ti.template(), scene: ti.template(), integrator: ti.template(), seed: ti.u32, index: ti.u32
     ):
+        """Give the film the value of every pixel, as ``ProgressiveRenderer._take_sample`` does."""
         self.turns.begin()
         for iteration in range(self.turns.iterations):
             c, piece = self.turns.place_and_piece(iteration)

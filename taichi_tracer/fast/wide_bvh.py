@@ -17,7 +17,7 @@ from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree, 
 from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
 from taichi_tracer.fast.leaf_blocks import NO_ROW, LeafBlocks, aim_of, in_blocks, primitives_at_once
 from taichi_tracer.fast.nearest import FastIntersector
-from taichi_tracer.fast.packet_triangles import packet_test
+from taichi_tracer.fast.packet_shapes import PACKET_TESTS
 from taichi_tracer.fast.packets import slab
 from taichi_tracer.geometry import MANY_TRIANGLES, Geometry
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
@@ -58,7 +58,7 @@ class WideBVH(FastIntersector):
     def bind(self, geometry: Geometry, triangle_test="watertight") -> None:
         """Build the tree over the primitives that a ray can hit."""
         super().bind(geometry, triangle_test)
-        self.solve_packet = packet_test(self.solve)
+        self.solve_packet = PACKET_TESTS.get(self.solve)  # None if the test has no form for packets
         start = time.perf_counter()
         ids, boxes = geometry.hittable()
         order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
@@ -192,12 +192,12 @@ class WideBVH(FastIntersector):
         first, count = leaf_range(reference)
         for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
             used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
-            mask = self.candidates(ray, aim, block, used)
+            mask = self.blocks.candidates(ray, aim, block, used)
             while mask != 0:
                 place = (block << BLOCK_BITS) + first_lane(mask)
                 mask &= mask - 1
                 primitive_id = self.blocks.primitive(place)
-                v0, v1, v2 = self.leaf_triangle(place)
+                v0, v1, v2 = self.blocks.triangle(place)
                 t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
                 if t_min < t and (t < best or (t == best and primitive_id < best_id)):
                     best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
@@ -241,11 +241,11 @@ class WideBVH(FastIntersector):
         first, count = leaf_range(reference)
         for block in range(first >> BLOCK_BITS, (first + count + BLOCK - 1) >> BLOCK_BITS):
             used = ti.min(first + count - (block << BLOCK_BITS), BLOCK)
-            mask = self.candidates(ray, aim, block, used)
+            mask = self.blocks.candidates(ray, aim, block, used)
             while mask != 0:
                 place = (block << BLOCK_BITS) + first_lane(mask)
                 mask &= mask - 1
-                v0, v1, v2 = self.leaf_triangle(place)
+                v0, v1, v2 = self.blocks.triangle(place)
                 t, _, _ = self.try_primitive(ray, bounds, self.blocks.primitive(place), v0, v1, v2, t_min)
                 if t_min < t and t < t_max:
                     blocked = True
@@ -258,7 +258,7 @@ class WideBVH(FastIntersector):
         t, primitive_id, u, v, place = self.nearest_place(ray, t_min, t_max)
         hit = no_hit()
         if primitive_id >= 0:
-            v0, v1, v2 = self.leaf_triangle(place)
+            v0, v1, v2 = self.blocks.triangle(place)
             hit = self.describe_met(ray, t, primitive_id, u, v, v0, v1, v2, t_min, t_max)
         return hit
 
@@ -363,19 +363,9 @@ class WideBVH(FastIntersector):
         return t_near, lanes_of(t_near <= t_far)
 
     @ti.func
-    def candidates(self, ray, aim, block, used):
-        """``LeafBlocks.candidates``: the primitives of a block that the ray may hit."""
-        return self.blocks.candidates(ray, aim, block, used)
-
-    @ti.func
-    def leaf_triangle(self, i):
-        """The vertices of the triangle at place i, see ``leaf_blocks``."""
-        return self.blocks.triangle(i)
-
-    @ti.func
     def leaf_box(self, i):
-        """The box of the primitive at place i."""
-        v0, v1, v2 = self.leaf_triangle(i)
+        """The box of the primitive at place i, see ``leaf_blocks``."""
+        v0, v1, v2 = self.blocks.triangle(i)
         return smaller(v0, smaller(v1, v2)), larger(v0, larger(v1, v2))
 
     @ti.func

@@ -1,7 +1,7 @@
 """Numbers of pixels in Taichi fields, of which sixteen neighbours lie side by side in memory.
 
 A kernel for one pixel reads and writes the number of this pixel. A kernel that treats a group of 4 × 4 pixels at once
-reads and writes sixteen numbers with one instruction (``fast.film_lanes``).
+reads and writes sixteen numbers with one instruction (``fast.pixel_lanes``).
 """
 
 import numpy as np

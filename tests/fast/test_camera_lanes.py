@@ -9,8 +9,8 @@ from support import long_except
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera, ProjectiveCamera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.fast.camera_lanes import OrthographicLanes, PerspectiveLanes, generate_rays, lanes_of
 from taichi_tracer.fast.lanes import LANES, lanes
+from taichi_tracer.fast.pixel_lanes import OrthographicLanes, PerspectiveLanes, generate_rays, lanes_of
 from taichi_tracer.system import runtime
 
 WINDOW = {"screen_window": (-1.5, 1.0, -0.5, 0.75)}

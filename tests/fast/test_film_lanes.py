@@ -5,8 +5,8 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.fast.film_lanes import add_samples, can_add_together
 from taichi_tracer.fast.lanes import LANES, lanes
+from taichi_tracer.fast.pixel_lanes import add_samples, can_add_together
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.pixel_groups import GROUP
 

@@ -62,11 +62,11 @@ def test_the_candidates_include_every_triangle_that_is_hit(test, rng):
     @ti.kernel
     def count(o: ti.types.ndarray(ndim=2), d: ti.types.ndarray(ndim=2), counts: ti.types.ndarray(ndim=1)):
         for i, place in ti.ndrange(o.shape[0], tree.num_places):
-            v0, v1, v2 = tree.leaf_triangle(place)
+            v0, v1, v2 = tree.blocks.triangle(place)
             if not tm.isnan(v0.x):
                 ray = Ray(origin=tm.vec3(o[i, 0], o[i, 1], o[i, 2]), direction=tm.vec3(d[i, 0], d[i, 1], d[i, 2]))
                 is_inside, _t, _u, _v, det = tree.solve(ray.origin, ray.direction, v0, v1, v2)
-                mask = tree.candidates(ray, aim_of(ray), place // BLOCK, BLOCK)
+                mask = tree.blocks.candidates(ray, aim_of(ray), place // BLOCK, BLOCK)
                 is_found = 0
                 while mask != 0:
                     is_found |= ti.cast(first_lane(mask) == place % BLOCK, ti.i32)
@@ -85,7 +85,7 @@ def test_the_candidates_include_every_triangle_that_is_hit(test, rng):
 @ti.kernel
 def vertices_at(tree: ti.template(), places: ti.types.ndarray(ndim=1), out: ti.types.ndarray(ndim=3)):
     for i in range(places.shape[0]):
-        v0, v1, v2 = tree.leaf_triangle(places[i])
+        v0, v1, v2 = tree.blocks.triangle(places[i])
         for k in ti.static(range(3)):
             out[i, 0, k], out[i, 1, k], out[i, 2, k] = v0[k], v1[k], v2[k]
 

@@ -8,7 +8,7 @@ import taichi.math as tm
 import taichi_tracer as tt
 from taichi_tracer.environment import Environment
 from taichi_tracer.fast.lanes import LANES, lanes
-from taichi_tracer.fast.light_lanes import LightLanes
+from taichi_tracer.fast.look_ups import LightLanes
 
 GROUPS = 300
 

@@ -6,7 +6,7 @@ import taichi as ti
 from support import long_except, start
 
 from taichi_tracer.fast.lanes import LANES
-from taichi_tracer.fast.number_lanes import KeptNumbers, NumberLanes, has_points
+from taichi_tracer.fast.pixel_lanes import KeptNumbers, NumberLanes, has_points
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.samplers.niederreiter import NiederreiterSampler, OneNiederreiterSampler

@@ -6,7 +6,7 @@ import taichi as ti
 from probe import vec3
 
 from taichi_tracer.fast.lanes import LANES, lanes
-from taichi_tracer.fast.packet_spheres import SphereLanes
+from taichi_tracer.fast.packet_shapes import SphereLanes
 from taichi_tracer.formulas.spheres import sphere_roots, widened
 from taichi_tracer.system import runtime
 

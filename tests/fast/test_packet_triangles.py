@@ -9,7 +9,7 @@ from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.fast.lanes import LANES, lanes
-from taichi_tracer.fast.packet_triangles import PACKET_TESTS, packet_test
+from taichi_tracer.fast.packet_shapes import PACKET_TESTS
 from taichi_tracer.fast.packets import GROUPS, Packets
 from taichi_tracer.formulas.triangles import moller_trumbore, watertight
 from taichi_tracer.system import runtime
@@ -37,7 +37,7 @@ def _both(
         common = store.take_heading(c, store.next_heading(c), origin, intersector)
         for i in range(plain.shape[0]):
             inside, undecided, t, u, v = packet_form(store, c, 0, common, intersector.blocks, i)
-            v0, v1, v2 = intersector.leaf_triangle(i)
+            v0, v1, v2 = intersector.blocks.triangle(i)
             for lane in ti.static(range(LANES)):
                 packed[i, lane, 0], packed[i, lane, 1] = ti.cast(inside[lane], ti.i32), ti.cast(undecided[lane], ti.i32)
                 packed[i, lane, 2], packed[i, lane, 3], packed[i, lane, 4] = t[lane], u[lane], v[lane]
@@ -61,7 +61,7 @@ def test_lanes_have_the_bits_of_the_plain_test(precision, solve, rng):
     assert (rays[:, 3:] > 0).all()
     assert (rays[:, 5] > rays[:, 3:5].max(axis=1)).all()  # one heading: all signs positive, z the largest
     plain, packed = np.zeros((TRIANGLES, LANES, 4), dtype), np.zeros((TRIANGLES, LANES, 5), dtype)
-    _both(packet_test(solve), solve, Packets(1, True), scene.ray_intersector, rays, plain, packed)
+    _both(PACKET_TESTS[solve], solve, Packets(1, True), scene.ray_intersector, rays, plain, packed)
     inside, undecided = packed[..., 0] != 0, packed[..., 1] != 0
     np.testing.assert_array_equal(inside[~undecided], plain[..., 0][~undecided] != 0)
     np.testing.assert_array_equal(packed[..., 2:][inside], plain[..., 1:][inside])
@@ -73,7 +73,7 @@ def test_lanes_have_the_bits_of_the_plain_test(precision, solve, rng):
 
 def test_every_test_of_the_package_has_lanes_and_others_have_none():
     assert set(PACKET_TESTS) == {watertight, moller_trumbore}
-    assert packet_test(lambda *_: None) is None
+    assert PACKET_TESTS.get(lambda *_: None) is None
 
 
 def test_a_triangle_test_of_ones_own_goes_ray_by_ray(f32):

@@ -12,9 +12,9 @@ import taichi_tracer as tt
 from taichi_tracer.camera import Camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.fast import primary_hits
-from taichi_tracer.fast.camera_lanes import PerspectiveLanes
 from taichi_tracer.fast.nearest import FastBruteForce
-from taichi_tracer.fast.packet_triangles import PACKET_TESTS
+from taichi_tracer.fast.packet_shapes import PACKET_TESTS
+from taichi_tracer.fast.pixel_lanes import PerspectiveLanes
 from taichi_tracer.fast.primary_hits import PrimaryHits, why_not_kept
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.ray_intersector import BruteForceRayIntersector

@@ -1,11 +1,11 @@
-"""``fast.turns``: every piece is taken once, by a thread with a place of its own."""
+"""``fast.lanes``: every piece is taken once, by a thread with a place of its own."""
 
 import numpy as np
 import pytest
 import taichi as ti
 from support import start
 
-from taichi_tracer.fast.turns import Turns
+from taichi_tracer.fast.lanes import Turns
 
 
 @pytest.fixture(scope="module", autouse=True)

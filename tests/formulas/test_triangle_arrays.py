@@ -5,7 +5,7 @@ import taichi as ti
 from probe import vec3
 
 from taichi_tracer.formulas import triangles
-from taichi_tracer.formulas.triangle_arrays import thinness_of, unit_normals
+from taichi_tracer.formulas.triangles import thinness_of, unit_normals
 from taichi_tracer.system import runtime
 
 
