@@ -9,7 +9,8 @@ from shapes import SQUARE, random_spheres, soup, with_spheres
 from support import start
 
 import taichi_tracer as tt
-from taichi_tracer.fast.shadow_streams import ShadowLanes, ShadowStreams, shadow_rays
+from taichi_tracer.fast.shadow_lanes import ShadowLanes
+from taichi_tracer.fast.shadow_streams import ShadowStreams, shadow_rays
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Mesh
 
