@@ -251,6 +251,58 @@ def parameters_of(function: ast.FunctionDef) -> int:
     return len([name for name in names if name not in ("self", "cls")])
 
 
+# ── every file has its tests ──
+
+# Files that have no test file of their own name and that no test imports → what tests them.
+TESTED_THROUGH = {
+    "__main__": "test_packaging",
+    "apps.arguments": "apps/test_cli",
+    "apps.compare": "apps/test_cli",
+    "apps.effects": "apps/test_cli",
+    "apps.export": "apps/test_cli",
+    "apps.faults": "apps/test_parts",
+    "apps.keeping": "apps/test_rescue",
+    "apps.merge": "apps/test_cli",
+    "apps.render": "apps/test_cli",
+    "apps.same_again": "apps/test_viewer",
+    "apps.split": "apps/test_viewer",
+    "files.fonts": "apps/test_contact_sheet",
+    "integrators.next_event": "integrators/test_direct_light",
+    "integrators.one_sample": "contracts/test_integrators",
+    "lights.choice": "contracts/test_lamp_choices",
+    "lights.choose_by_hierarchy": "contracts/test_lamp_choices",
+    "picture.rendered": "test_renderer",
+    "scene_in_kernels": "lights/test_scene_lights",
+    "studies.hard.case": "test_hard_cases",
+    "studies.hard.leak_map": "test_hard_cases",
+    "studies.hard.view_cases": "test_hard_cases",
+    "system.types": "test_typed",
+    "teaching.boxes": "teaching/test_notebooks",
+    "teaching.child": "teaching/test_sandbox",
+    "teaching.sealed": "teaching/test_solutions",
+    "teaching.sealing": "teaching/test_solutions",
+    "teaching.stubs": "teaching/test_notebooks",
+    "tones.base": "contracts/test_tones",
+    "tones.none": "contracts/test_tones",
+}
+TESTS = Path(__file__).parent
+
+
+def test_every_file_has_its_tests():
+    """A test file of its own name, or one that imports it, or one that is named here."""
+    imported = {name for path in TESTS.rglob("*.py") for name in imports(read(path))}
+    alone = set()
+    for module, path in MODULES.items():
+        inside = path.relative_to(PACKAGE)
+        is_of_a_kind = path.name == "__init__.py" or {"commands", "assignments"} & set(inside.parts[:-1])
+        has_own = (TESTS / inside.parent / f"test_{path.stem}.py").exists()
+        is_imported = any(f"{name}.".startswith(f"taichi_tracer.{module}.") for name in imported)
+        if not (is_of_a_kind or has_own or is_imported):
+            alone.add(module)
+    assert alone == set(TESTED_THROUGH)
+    assert all((TESTS / f"{name}.py").exists() for name in TESTED_THROUGH.values())
+
+
 # ── the map ──
 
 
