@@ -84,7 +84,7 @@ def leaks(triangle_test: str) -> Callable[[Path], None]:
 
     def make(path: Path) -> None:
         from taichi_tracer.files.images import save_image
-        from taichi_tracer.studies.hard.leak_map import leak_map
+        from taichi_tracer.studies.hard.closed_meshes import leak_map
         from taichi_tracer.studies.hard.modes import Mode
         from taichi_tracer.system import runtime
 

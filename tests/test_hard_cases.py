@@ -16,11 +16,10 @@ from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.formulas.triangles import TriangleTest, moller_trumbore, watertight
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard import meshes, oracle, report
-from taichi_tracer.studies.hard.catalogue import LEVELS, all_cases
+from taichi_tracer.studies.hard.catalogue import LEVELS, all_cases, all_renderer_cases
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces
 from taichi_tracer.studies.hard.many_triangles import AxisParallel, Lattice, Windows
 from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, Mode, Promise, all_modes, promise_of
-from taichi_tracer.studies.hard.renderer_cases import all_cases as all_renderer_cases
 from taichi_tracer.studies.hard.shading_cases import Brdfs, OwnBrdf
 from taichi_tracer.studies.hard.single_triangles import UnitTriangles
 from taichi_tracer.system.registry import PARTS

@@ -13,10 +13,9 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from taichi_tracer.studies.hard import renderer_cases
 from taichi_tracer.studies.hard.case import Case, Placed, Rays, Stage, seconds_of
-from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases
-from taichi_tracer.studies.hard.leak_map import RED, leak_map
+from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, all_renderer_cases
+from taichi_tracer.studies.hard.closed_meshes import RED, leak_map
 from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, REFERENCE, T_CLASSES, Mode, Promise, all_modes, promise_of
 from taichi_tracer.studies.machine import machine_facts
 from taichi_tracer.system import runtime
@@ -252,7 +251,7 @@ def renderer_verdicts(mode: Mode, size: Level) -> list[Verdict]:
     is_usual = size.is_whole or mode.precision == "f32"
     estimators = None if size.is_whole else ("brdf",) if is_usual else ()
     only_short, paths = mode.fast_math and not size.is_whole, size.paths if is_usual else ()
-    for case in renderer_cases.all_cases(estimators, only_short, paths):
+    for case in all_renderer_cases(estimators, only_short, paths):
         findings = case.judge(mode.epsilon)
         tried = int(findings.pop("tried"))
         verdict = verdict_of(mode, promise, case.name, tried, findings)

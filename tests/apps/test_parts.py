@@ -13,7 +13,7 @@ from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.display import Verdict
 from taichi_tracer.apps.words import as_value
 from taichi_tracer.studies import hard_cases
-from taichi_tracer.studies.hard import renderer_cases
+from taichi_tracer.studies.hard.catalogue import all_renderer_cases
 from taichi_tracer.studies.hard.modes import OWN_TEST
 from taichi_tracer.system.registry import PARTS, load_parts
 
@@ -358,7 +358,7 @@ def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeyp
     tried = []
 
     def run(level, **_options):
-        tried.append((hard_cases.modes_of(level), renderer_cases.all_cases()))
+        tried.append((hard_cases.modes_of(level), all_renderer_cases()))
         return hard_cases.Result(level, {}, [], [])
 
     monkeypatch.setattr(hard_cases, "run", run)

@@ -53,11 +53,6 @@ def joined(parts: Sequence[Rays]) -> Rays:
     return Rays(origins, np.concatenate([part.directions for part in parts]), known=known)
 
 
-def unit_rows(vectors: np.ndarray) -> np.ndarray:
-    """(n, 3) vectors of length 1."""
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-
-
 class Case(ABC):
     """One thing that goes wrong in naive code, which the docstring of the subclass says in plain words.
 

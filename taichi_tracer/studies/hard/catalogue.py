@@ -1,7 +1,9 @@
-"""All cases of triangles and rays, and how many rays each level sends."""
+"""All cases: of triangles and rays, of the rest of the renderer; and how many rays each level sends."""
 
 from dataclasses import dataclass
 
+from taichi_tracer.assignments import A2Renderer
+from taichi_tracer.scene_parts import brdfs_of
 from taichi_tracer.studies.hard import path_cases
 from taichi_tracer.studies.hard.case import Case, RendererCase
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces, NestedSpheres
@@ -16,7 +18,15 @@ from taichi_tracer.studies.hard.many_triangles import (
     Windows,
 )
 from taichi_tracer.studies.hard.modes import Mode
+from taichi_tracer.studies.hard.shading_cases import Accumulation, Brdfs, Furnace, OppositeNormals, OwnBrdf
 from taichi_tracer.studies.hard.single_triangles import FarOrigins, Grazing, InThePlane, Slivers, UnitTriangles
+from taichi_tracer.studies.hard.view_cases import (
+    EnvironmentDirections,
+    EnvironmentLight,
+    ExtremeCameras,
+    ImpossibleCameras,
+)
+from taichi_tracer.system.registry import PARTS
 
 
 @dataclass(frozen=True)
@@ -94,3 +104,27 @@ def all_cases() -> list[Case]:
         Duplicates(),
         OneCentroid(),
     ]
+
+
+SHORT = (ImpossibleCameras, EnvironmentDirections, Brdfs, Accumulation)
+LONG = (ExtremeCameras, EnvironmentLight, OppositeNormals)
+
+
+def all_renderer_cases(
+    estimators: tuple[str, ...] | None = None,
+    only_short: bool = False,
+    paths: tuple[type[RendererCase], ...] = (*path_cases.USUAL, *path_cases.LARGE),
+) -> list[RendererCase]:
+    """A new one of every case of the rest of the renderer; one for each BRDF of your own.
+
+    The furnace is tried with the named estimators, or with all.
+
+    Args:
+        only_short: leave out those that take a second or more to compile.
+        paths: which cases of light that bounces.
+    """
+    own = [OwnBrdf(brdf) for brdf in brdfs_of(()) if not PARTS.comes_with_package(brdf)]
+    if only_short:
+        return [*(case() for case in SHORT), *own]
+    furnaces = [Furnace(e) for e in A2Renderer.offered() if estimators is None or e.name in estimators]
+    return [*(case() for case in (*SHORT, *LONG)), *own, *furnaces, *(case() for case in paths)]

@@ -8,6 +8,11 @@ def as_f32(values) -> np.ndarray:
     return np.asarray(values, np.float32).astype(np.float64)
 
 
+def unit_rows(vectors: np.ndarray) -> np.ndarray:
+    """(n, 3) vectors of length 1."""
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
 def sphere(columns: int, rows: int, radius: float = 1.0, centre=(0.0, 0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
     """A closed sphere of 2·columns·(rows − 1) triangles, fronts outside, poles on the y axis."""
     theta = np.linspace(0, np.pi, rows + 1)[1:-1, None]
@@ -69,5 +74,4 @@ def edges_of(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def normals_of(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """(F, 3) unit normals in float64."""
     v0, v1, v2 = (vertices[faces[:, k]] for k in range(3))
-    n = np.cross(v1 - v0, v2 - v0)
-    return n / np.linalg.norm(n, axis=1, keepdims=True)
+    return unit_rows(np.cross(v1 - v0, v2 - v0))

@@ -4,9 +4,8 @@ from html import escape
 
 from taichi_tracer.files import page as pages
 from taichi_tracer.studies import hard_cases
-from taichi_tracer.studies.hard.catalogue import all_cases
+from taichi_tracer.studies.hard.catalogue import all_cases, all_renderer_cases
 from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, INFORMATIVE
-from taichi_tracer.studies.hard.renderer_cases import all_cases as all_renderer_cases
 
 STYLE = """
 .wide { overflow-x: auto; }

@@ -4,10 +4,16 @@ import numpy as np
 
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.case import Case, Rays
-from taichi_tracer.studies.hard.meshes import as_f32, separate
+from taichi_tracer.studies.hard.meshes import as_f32, separate, unit_rows
 
 SURELY_INSIDE = 0.05  # barycentric coordinates above it leave no doubt that the ray hits
 MOST_EXACT = 400  # rays whose t is computed in integers, which takes 0.1 ms each
+
+
+def steep(rng, n) -> np.ndarray:
+    """Random directions at more than 17 degrees to the planes with the unit normals ``n``."""
+    away = unit_rows(rng.normal(size=n.shape))
+    return np.where(np.abs((away * n).sum(axis=1, keepdims=True)) < 0.3, n, away)
 
 
 class DistanceCase(Case):
@@ -37,8 +43,7 @@ class DistanceCase(Case):
         corners = self.vertices[self.faces[ids]]
         weights = rng.dirichlet((3, 3, 3), len(ids))
         target = (corners * weights[:, :, None]).sum(axis=1)
-        n = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        n = unit_rows(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
         origins, directions = (as_f32(a) for a in self.aim(rng, corners, target, n))
         inside = np.flatnonzero(oracle.margin(origins, directions, corners) > SURELY_INSIDE)[:count]
         origins, directions, ids = origins[inside], directions[inside], ids[inside]
@@ -63,10 +68,7 @@ class UnitTriangles(DistanceCase):
 
     def aim(self, rng, corners, target, n):
         """Rays meet the plane at more than 17 degrees."""
-        away = rng.normal(size=target.shape)
-        away /= np.linalg.norm(away, axis=1, keepdims=True)
-        cosine = (away * n).sum(axis=1, keepdims=True)
-        away = np.where(np.abs(cosine) < 0.3, n, away)
+        away = steep(rng, n)
         return target + away * rng.uniform(0.5, 2, (len(n), 1)), -away
 
 
@@ -81,10 +83,8 @@ class Slivers(DistanceCase):
 
     def triangles(self, rng):
         """Aspect 10^0 to 10^6; the width is at right angles to the length."""
-        along = rng.normal(size=(self.num_triangles, 3))
-        along /= np.linalg.norm(along, axis=1, keepdims=True)
-        across = np.cross(along, rng.normal(size=along.shape))
-        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        along = unit_rows(rng.normal(size=(self.num_triangles, 3)))
+        across = unit_rows(np.cross(along, rng.normal(size=along.shape)))
         width = 10.0 ** -np.linspace(0, 6, self.num_triangles)[:, None]
         # At a corner where f32 has digits left for a width of 1e-6: close to 0 in the direction of the width.
         corner = -along * rng.uniform(0.2, 0.8, (self.num_triangles, 1))
@@ -92,8 +92,7 @@ class Slivers(DistanceCase):
 
     def aim(self, rng, corners, target, n):
         """Rays come from about 1 away, near the normal."""
-        away = n + 0.3 * rng.normal(size=n.shape)
-        away /= np.linalg.norm(away, axis=1, keepdims=True)
+        away = unit_rows(n + 0.3 * rng.normal(size=n.shape))
         origin = as_f32(target + away * rng.uniform(0.5, 2, (len(n), 1)))
         return origin, target - origin
 
@@ -120,8 +119,7 @@ class Grazing(DistanceCase):
     def aim(self, rng, corners, target, n):
         """A target near 0, from 1 away, above the plane by the sine of the angle."""
         target = target * 10.0 ** rng.uniform(-3, 0, (len(n), 1))
-        flat = np.cross(n, rng.normal(size=n.shape))
-        flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+        flat = unit_rows(np.cross(n, rng.normal(size=n.shape)))
         sine = 10.0 ** rng.uniform(-6, -1, (len(n), 1)) * rng.choice([-1, 1], (len(n), 1))
         origin = as_f32(target + flat + n * sine)
         return origin, (target - origin) * rng.uniform(0.5, 2, (len(n), 1))
@@ -142,9 +140,7 @@ class FarOrigins(DistanceCase):
 
     def aim(self, rng, corners, target, n):
         """Rays meet the plane at more than 17 degrees."""
-        away = rng.normal(size=target.shape)
-        away /= np.linalg.norm(away, axis=1, keepdims=True)
-        away = np.where(np.abs((away * n).sum(axis=1, keepdims=True)) < 0.3, n, away)
+        away = steep(rng, n)
         origin = as_f32(target + away * 10.0 ** rng.uniform(4, 6, (len(n), 1)))
         return origin, target - origin
 

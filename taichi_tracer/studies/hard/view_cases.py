@@ -12,6 +12,7 @@ from taichi_tracer.environment import Environment
 from taichi_tracer.lights import environment_light
 from taichi_tracer.ray import no_hit
 from taichi_tracer.studies.hard.case import LAST_XI, RendererCase
+from taichi_tracer.studies.hard.meshes import unit_rows
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 
@@ -158,13 +159,11 @@ class EnvironmentDirections(RendererCase):
         axes = np.array(axes, dtype)
         up, down = np.nextafter(axes, dtype(2)), np.nextafter(axes, dtype(-2))
         rng = np.random.default_rng(7)
-        spread = rng.normal(size=(2000, 3))
-        spread /= np.linalg.norm(spread, axis=1, keepdims=True)
+        spread = unit_rows(rng.normal(size=(2000, 3)))
         near_seam = np.array(
             [[-1, s * 10.0**-k, z * 10.0**-j] for k in range(9) for j in range(9) for s in (1, -1) for z in (1, -1)]
         )
-        near_seam /= np.linalg.norm(near_seam, axis=1, keepdims=True)
-        return np.concatenate([axes, up, down, spread, near_seam]).astype(dtype)
+        return np.concatenate([axes, up, down, spread, unit_rows(near_seam)]).astype(dtype)
 
     def judge(self, epsilon):
         """u and v in [0, 1], those of float64 but for rounding, a texel that exists, and light in it."""
@@ -182,16 +181,8 @@ class EnvironmentDirections(RendererCase):
         u_off = (np.minimum(apart, 1 - apart) > 8 * epsilon) & ~at_pole
         # asin is steep at the poles: there an ε of y is a square root of ε of the angle.
         v_off = np.abs(v - true_v) > 2 * math.sqrt(epsilon)
-        outside = (
-            (u < 0)
-            | (u > 1)
-            | (v < 0)
-            | (v > 1)
-            | (row < 0)
-            | (row >= self.height)
-            | (column < 0)
-            | (column >= self.width)
-        )
+        outside = (u < 0) | (u > 1) | (v < 0) | (v > 1)
+        outside |= (row < 0) | (row >= self.height) | (column < 0) | (column >= self.width)
         dark = ~(pdf > 0) | ~(radiance > 0)
         return {
             "tried": len(d),
