@@ -188,11 +188,7 @@ def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
 
 
 def check(
-    assignment: Assignment,
-    student: Loaded,
-    parts: Sequence[Part],
-    seed: int,
-    watch: Watch | None = None,
+    assignment: Assignment, student: Loaded, parts: Sequence[Part], seed: int, watch: Watch | None = None
 ) -> Report:
     """Run and judge some parts, one after the other."""
     report = Report(assignment)

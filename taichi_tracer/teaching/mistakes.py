@@ -54,12 +54,7 @@ class Finding:
 
 
 def find(
-    assignment: Assignment,
-    part: Part,
-    inputs: Arrays,
-    answers: Arrays,
-    expected: Arrays,
-    seconds: float = math.inf,
+    assignment: Assignment, part: Part, inputs: Arrays, answers: Arrays, expected: Arrays, seconds: float = math.inf
 ) -> list[Finding]:
     """What is wrong with the answers to a part; nothing if they are right.
 

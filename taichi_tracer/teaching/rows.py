@@ -19,11 +19,7 @@ SEED = 5  # of the random numbers of all parts; the inputs of a part have a seed
 
 
 def rows(
-    function: Callable,
-    inputs: Arrays,
-    names: Sequence[str],
-    answers: Mapping[str, int],
-    numbers: range = range(0),
+    function: Callable, inputs: Arrays, names: Sequence[str], answers: Mapping[str, int], numbers: range = range(0)
 ) -> Arrays:
     """What a function of kernels returns for every row of some inputs.
 

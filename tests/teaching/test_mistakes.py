@@ -18,7 +18,7 @@ from taichi_tracer.teaching.running import OK, answer, expected, solution_of
 # Pairs of names of which no input can tell which one it is, and why.
 ALIKE = [
     # u, v and t of a hit on the back have the wrong sign, so that only hits behind the origin would differ.
-    {"one-sided test: det > epsilon", "absolute value of det in the quotients"},
+    {"one-sided test: det > epsilon", "absolute value of det in the quotients"}
 ]
 QUICK = ("Camera.generate_ndc_coords", "RayIntersector.query_ray")
 PARTS = [(name, part.name) for name in catalogue.names() for part in catalogue.load(name).parts if part.replaces]

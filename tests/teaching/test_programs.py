@@ -38,17 +38,8 @@ STUBS = {  # what the first picture of a program needs
         "MeshLightSampler.evaluate_probability",
         "MeshLightSampler.sample_mesh_lights",
     ],
-    "a4": [
-        "A4Renderer.next_throughput",
-        "A4Renderer.play_roulette",
-        "A4Renderer.sample_light",
-        "A4Renderer.shade_ray",
-    ],
-    "rt3": [
-        "PerspectiveCamera.compute_matrix",
-        "PerspectiveCamera.pixel_to_screen",
-        "PerspectiveCamera.generate_ray",
-    ],
+    "a4": ["A4Renderer.next_throughput", "A4Renderer.play_roulette", "A4Renderer.sample_light", "A4Renderer.shade_ray"],
+    "rt3": ["PerspectiveCamera.compute_matrix", "PerspectiveCamera.pixel_to_screen", "PerspectiveCamera.generate_ray"],
 }
 ONE_LONG = [
     pytest.param(name, marks=pytest.mark.long if name == "rt3" else pytest.mark.exhaustive)

@@ -40,8 +40,7 @@ def _taichi():
 
 
 @pytest.mark.parametrize(
-    ("name", "part_name"),
-    [pytest.param(*ids, marks=[] if ids[0] == "a1" else pytest.mark.long) for ids in PARTS],
+    ("name", "part_name"), [pytest.param(*ids, marks=[] if ids[0] == "a1" else pytest.mark.long) for ids in PARTS]
 )
 def test_the_solution_gives_the_numbers_of_the_package(name, part_name):
     assignment = catalogue.load(name)
