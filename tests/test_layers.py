@@ -274,7 +274,6 @@ TESTED_THROUGH = {
     "picture.rendered": "test_renderer",
     "scene_in_kernels": "lights/test_scene_lights",
     "studies.hard.case": "test_hard_cases",
-    "studies.hard.leak_map": "test_hard_cases",
     "studies.hard.view_cases": "test_hard_cases",
     "system.types": "test_typed",
     "teaching.boxes": "teaching/test_notebooks",
