@@ -45,8 +45,9 @@ def with_others(module: types.ModuleType, **others: Any) -> types.ModuleType:
 def source_lines(function: Callable) -> tuple[list[str], int]:
     """``inspect.getsourcelines`` of a function, without reading its tokens.
 
-    The function ends before the first line that is indented as little as its own. If the compiler has seen a later
-    line, or if a text of several lines does not end there, ``inspect`` reads the tokens.
+    The function ends before the first line that is indented as little as its own, and before the comments that stand
+    behind it: they may be indented less, and Taichi could not move the function to the left. If the compiler has seen a
+    later line, or if a text of several lines does not end there, ``inspect`` reads the tokens.
     """
     code = getattr(function, "__code__", None)
     if code is None or hasattr(function, "__wrapped__") or not hasattr(code, "co_positions"):
@@ -55,6 +56,8 @@ def source_lines(function: Callable) -> tuple[list[str], int]:
     lines, first = linecache.getlines(code.co_filename, function.__globals__), code.co_firstlineno
     end = end_of_block(lines, first - 1)
     seen = max((last for _, last, _, _ in code.co_positions() if last is not None), default=first)
+    while end > first and (lines[end - 1].isspace() or lines[end - 1].lstrip().startswith("#")):
+        end -= 1
     found = lines[first - 1 : end]
     has_whole_texts = all("".join(found).count(quotes) % 2 == 0 for quotes in ('"""', "'''"))
     return (found, first) if seen <= end and has_whole_texts else inspect.getsourcelines(function)
