@@ -13,8 +13,7 @@ import numpy as np
 from taichi_tracer.apps.contact_sheet import contact_sheet
 from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.keeping import Keeper, add_samples
-from taichi_tracer.apps.places import note_linear, paths_of
-from taichi_tracer.apps.render_request import RenderRequest, render_of
+from taichi_tracer.apps.render_request import RenderRequest, note_linear, paths_of, render_of
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest
 from taichi_tracer.apps.rescue import written_bytes, written_picture
 from taichi_tracer.apps.words import USER_ERROR, note

@@ -23,9 +23,8 @@ from taichi_tracer.apps.events import OF_HOSTS
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
 from taichi_tracer.apps.in_python import as_python
 from taichi_tracer.apps.mailbox import Mailbox
-from taichi_tracer.apps.page_facts import details_of, state_of
 from taichi_tracer.apps.same_again import as_command, position_of
-from taichi_tracer.apps.split import Split
+from taichi_tracer.apps.split import Split, details_of, state_of
 from taichi_tracer.integrators.controls import BouncesControl, NameControl
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError, one_of

@@ -1,5 +1,6 @@
 """The command line, called as a function where that is enough and as a process where that is the point."""
 
+import contextlib
 import itertools
 import os
 import re
@@ -124,22 +125,12 @@ def test_a_terminal_that_knows_only_ascii_shows_other_characters_by_their_number
 def test_a_signal_keeps_the_picture_and_says_how_far_it_came(signals, code, word, tmp_path):
     output = tmp_path / "cube.png"
     words = ["-m", "taichi_tracer", "render", "cube", "--spp", "10000000", "-o", str(output)]
-    terminal, slave = open_terminal(rows=24, columns=100)
-    with subprocess.Popen(
-        [sys.executable, *words],
-        env=environment(),
-        stderr=slave,
-        stdout=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # may be ignored, as in CI
-    ) as child:
-        os.close(slave)
+    with in_terminal(words, columns=100) as (child, terminal):
         shown = read_until(b"%|", terminal)  # tqdm's bar: the samples have begun
         for number in signals:
             child.send_signal(number)
         shown += read_until(b"of 10000000 samples", terminal)
         told = child.stdout.read()
-    os.close(terminal)
     assert child.returncode == code
     assert word + b" after" in shown
     assert f"{output}: 512x512, " in told
@@ -152,35 +143,36 @@ def test_an_interrupted_study_writes_what_was_measured(tmp_path):
     words = ["-m", "taichi_tracer", "accuracy", "cube", "--size", "16", "--budget", "100", "--report", str(tmp_path)]
     words += ["--estimators", "mis", "--samplers", "sobol", "--precisions", "f32", "--fast-math", "off"]
     words += ["--triangle-tests", "watertight", "--lookups", "nearest", "--forms", "fast"]
-    terminal, slave = open_terminal(rows=24, columns=200)
+    with in_terminal(words, columns=200) as (child, terminal):
+        read_until(b"seed 1, 64 samples", terminal)
+        child.send_signal(signal.SIGINT)
+        told = child.stdout.read()
+    assert child.returncode == 130
+    assert "The study was interrupted: this is what was measured until then." in told
+    assert "<svg" in (tmp_path / "accuracy.html").read_text(encoding="utf-8")
+
+
+@contextlib.contextmanager
+def in_terminal(words, columns):
+    """A process of Python whose errors go to a pseudo-terminal: the process, and the end of the terminal that reads."""
+    import fcntl
+    import pty
+    import struct
+    import termios
+
+    terminal, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", 24, columns, 0, 0))
     with subprocess.Popen(
         [sys.executable, *words],
         env=environment(),
         stderr=slave,
         stdout=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # may be ignored, as in CI
     ) as child:
         os.close(slave)
-        read_until(b"seed 1, 64 samples", terminal)
-        child.send_signal(signal.SIGINT)
-        told = child.stdout.read()
+        yield child, terminal
     os.close(terminal)
-    assert child.returncode == 130
-    assert "The study was interrupted: this is what was measured until then." in told
-    assert "<svg" in (tmp_path / "accuracy.html").read_text(encoding="utf-8")
-
-
-def open_terminal(rows, columns):
-    """A pseudo-terminal of a size: the end that reads, and the end that a process writes to."""
-    import fcntl
-    import pty
-    import struct
-    import termios
-
-    reading, writing = pty.openpty()
-    fcntl.ioctl(writing, termios.TIOCSWINSZ, struct.pack("4H", rows, columns, 0, 0))
-    return reading, writing
 
 
 def read_until(text, terminal, seconds=60):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fake_panel import FakePanel
 from PIL import Image
 
 import taichi_tracer as tt
@@ -235,18 +236,8 @@ def test_each_part_changes_the_picture(words, parts):
 
 @pytest.mark.long
 def test_a_brdf_that_describes_a_material_is_taken_and_info_says_so(parts, capsys):
-    words = [
-        "--intersector",
-        "mine",
-        "--camera",
-        "fisheye",
-        "--lights",
-        "lamp",
-        "--brdfs",
-        "grey",
-        "--sampler",
-        "still",
-    ]
+    words = ["--intersector", "mine", "--camera", "fisheye", "--lights", "lamp", "--brdfs", "grey", "--sampler"]
+    words += ["still"]
     assert main(["info", "cornell_box", *parts, *words]) == 0
     out = capsys.readouterr().out
     assert "grey            simulated, 8 of 8 materials" in out
@@ -265,34 +256,6 @@ def test_names_that_no_part_has_are_errors(parts, capsys):
     ):
         assert main(["render", "cube", *parts, *words, "--size", "8", "-o", "x.png"]) == 2
         assert told in capsys.readouterr().err
-
-
-class FakePanel:
-    """Takes what the viewer writes into its panel."""
-
-    def __init__(self):
-        self.buttons = []
-
-    def sub_window(self, *_place):
-        return self
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_error):
-        return None
-
-    def text(self, text):
-        pass
-
-    def button(self, label):
-        self.buttons.append(label)
-
-    def checkbox(self, label, value):
-        return value
-
-    def slider_float(self, label, value, low, high):
-        return value
 
 
 @pytest.mark.long
@@ -533,19 +496,18 @@ def test_a_method_that_is_missing_is_named(tmp_path, monkeypatch, capsys):
 # ── the plain forms ──
 
 
-@pytest.mark.long
-def test_the_plain_forms_write_the_same_bytes(tmp_path):
-    files = [tmp_path / "fast.png", tmp_path / "plain.png"]
-    for file, words in zip(files, ([], ["--plain"]), strict=True):
-        assert main(["render", "cornell_box", "--view", "normal", "--size", "40x30", "-o", str(file), *words]) == 0
-    assert files[0].read_bytes() == files[1].read_bytes()
-    assert np.asarray(Image.open(files[0])).std() > 10
+LIGHT = ["--estimator", "mis", "--environment", "studio", "--size", "24x16", "--spp", "3"]
 
 
-@pytest.mark.exhaustive
-def test_the_plain_forms_write_the_same_bytes_of_light(tmp_path):
+@pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param(["--view", "normal", "--size", "40x30"], marks=pytest.mark.long, id="normals"),
+        pytest.param(LIGHT, marks=pytest.mark.exhaustive, id="light"),
+    ],
+)
+def test_the_plain_forms_write_the_same_bytes(options, tmp_path):
     files = [tmp_path / "fast.png", tmp_path / "plain.png"]
-    options = ["--estimator", "mis", "--environment", "studio", "--size", "24x16", "--spp", "3"]
     for file, words in zip(files, ([], ["--plain"]), strict=True):
         assert main(["render", "cornell_box", *options, "-o", str(file), *words]) == 0
     assert files[0].read_bytes() == files[1].read_bytes()

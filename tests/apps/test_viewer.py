@@ -1,6 +1,5 @@
 """The window: its parts without one, and the whole under a virtual display, with real keys and a real mouse."""
 
-import contextlib
 import shlex
 import time
 from types import SimpleNamespace
@@ -8,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from desktop import TIME_OUT, Desktop, opened, poll
+from fake_panel import FakePanel
 from PIL import Image
 
 import taichi_tracer as tt
@@ -41,44 +41,6 @@ def small_renderer(scene):
 
 
 # ── without a window ──
-
-
-class FakePanel:
-    """Records what ``ti.ui``'s panels are asked to show.
-
-    ``pressed`` is the button or checkbox that the mouse is on; ``slides`` moves the sliders with these labels.
-    """
-
-    def __init__(self, pressed=None, **slides):
-        self.pressed, self.slides = pressed, slides
-        self.windows, self.texts, self.buttons, self.sliders = [], [], [], []
-
-    @contextlib.contextmanager
-    def sub_window(self, name, x, y, width, height):
-        assert 0 <= x <= x + width <= 1 + 1e-9
-        assert 0 <= y <= y + height <= 1 + 1e-9
-        self.windows.append(name.split("##")[0])
-        yield self
-
-    def text(self, text):
-        self.texts.append(text)
-
-    def button(self, label):
-        self.buttons.append(label)
-        return label == self.pressed
-
-    def checkbox(self, label, value):
-        return value != (label == self.pressed)
-
-    def slider_int(self, label, value, low, high):
-        self.sliders.append(label)
-        assert low <= value <= high
-        return self.slides.get(label.split()[-1], value)
-
-    def slider_float(self, label, value, low, high):
-        self.sliders.append(label)
-        assert low <= value <= high
-        return float(np.float32(self.slides.get(label.split()[-1], value)))
 
 
 def pressed(view, label=None, **slides):
