@@ -265,7 +265,6 @@ TESTED_THROUGH = {
     "apps.merge": "apps/test_cli",
     "apps.render": "apps/test_cli",
     "apps.same_again": "apps/test_viewer",
-    "apps.split": "apps/test_viewer",
     "files.fonts": "apps/test_contact_sheet",
     "integrators.next_event": "integrators/test_direct_light",
     "integrators.one_sample": "contracts/test_integrators",

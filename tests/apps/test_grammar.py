@@ -66,3 +66,14 @@ def test_a_missing_wing_is_one_line(module, monkeypatch, capsys):
 @pytest.mark.parametrize("module", ["taichi_tracer.apps.no_file", "no_package", None])
 def test_other_modules_that_are_missing_are_no_wings(module):
     assert cli.missing_wing(ModuleNotFoundError("missing", name=module)) is None
+
+
+def test_the_study_begins_in_a_process_that_knows_its_bench():
+    from taichi_tracer.apps.commands.accuracy import start_worker
+    from taichi_tracer.studies.crew import StudyWorker
+
+    worker = start_worker()
+    try:
+        assert isinstance(worker, StudyWorker)
+    finally:
+        worker.close()

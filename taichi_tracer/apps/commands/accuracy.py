@@ -17,9 +17,9 @@ run = here_or_on_cluster("accuracy")
 
 def start_worker():
     """The first process of a study, which reads its modules while this one reads its own."""
-    from taichi_tracer.system.processes import Worker
+    from taichi_tracer.studies.crew import StudyWorker
 
-    return Worker()
+    return StudyWorker()
 
 
 def add_arguments(parser: Parser) -> None:
