@@ -36,7 +36,7 @@ def main(argv: list[str] | None = None) -> int:
     parts = values_of("--parts", words)
     started = clock.started_at() if argv is None else time.perf_counter()
     try:
-        args = make_parser(parts).parse_args(words)
+        args = make_parser(parts, words[:1]).parse_args(words)
         args.started = started
         is_here = getattr(args, "cluster", None) is None
         args.helper = args.begin() if argv is None and is_here and "begin" in args else None
@@ -81,17 +81,19 @@ def arguments_of(words: Sequence[str]) -> Namespace:
     return args
 
 
-def make_parser(parts: Sequence[str] = ()) -> Parser:
-    """The whole grammar of the command line.
+def make_parser(parts: Sequence[str] = (), first: Sequence[str] = ()) -> Parser:
+    """The grammar of the command line.
 
     Args:
         parts: the files of ``--parts``, as far as they are known before the words are parsed: a help lists their names.
+        first: the first word, if there is one. If it is a command, only this command is made, which takes less time.
     """
     parser = Parser(prog="taichi-tracer", description="A teaching ray tracer: pictures, and questions to a scene.")
     parser.add_argument("--version", action="version", version=f"taichi-tracer {taichi_tracer.__version__}")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     kinds = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=Parser)
-    for name in commands.names():
+    known = commands.names()
+    for name in [name for name in known if name in first] or known:
         module = importlib.import_module(f"{commands.__name__}.{name}")
         command = add_command(kinds, name, module.HELP, module.run)
         module.add_arguments(command)
