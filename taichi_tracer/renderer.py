@@ -146,8 +146,6 @@ class ProgressiveRenderer(RenderedPicture):
         """What gives the kernel its rays and hits."""
         return self.plan.eye_rays
 
-    # ── what is rendered ──
-
     @classmethod
     def offered(cls) -> tuple[Integrator, ...]:
         """The registered integrators that this renderer can use."""
