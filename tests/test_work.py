@@ -63,8 +63,8 @@ WORK: dict[tuple, dict[str, int]] = {
     ("specular_spheres", "studio", "mis", "plain"): {
         "tree nodes": 3467,
         "rays": 2048,
-        "shadow rays": 523,
-        "nodes": 46272,
+        "shadow rays": 521,
+        "nodes": 46235,
         "blocks": 0,
         "triangles": 5785,
     },
