@@ -53,6 +53,8 @@ def _quantised(planes: np.ndarray) -> Grid:
     low, high = planes[:, :3], planes[:, 3:]
     corner = low.min(axis=2)
     wanted = high.max(axis=2).astype(np.float64) / MOST_STEPS - corner.astype(np.float64) / MOST_STEPS
+    # A flat node gets steps in which its coordinates can still be counted: planes divided by a step must be finite.
+    wanted = np.where(wanted > 0, wanted, np.abs(corner.astype(np.float64)) * (np.finfo(dtype).eps / 2))
     exponent = np.ceil(np.log2(np.maximum(wanted, float(np.finfo(dtype).tiny))))
     step = np.ldexp(1.0, exponent.astype(np.int32)).astype(dtype)
 

@@ -17,6 +17,7 @@ from taichi_tracer.system.stopwatch import EYE_RAYS, SAMPLES, part
 
 INTERSECTORS = {cls.stands_in_for: cls for cls in (WideBVH, FastBruteForce)}
 KEPT_INTEGRATORS = 8  # forms of estimators: going back to one of so many compiles nothing
+KEPT_TILES = 4  # the same of their tiles, which need more memory
 OF_PACKAGE = "camera and intersector belong to the package"
 KEPT_HITS = Form("eye rays", "hits are kept; large pictures use packets", OF_PACKAGE, True)
 
@@ -68,6 +69,7 @@ class FastPlan(Plan):
         self._timed: Any = None  # the estimator of ``seconds_of_others``
         self.seconds_of_others = 0.0  # of rendering: of earlier pictures with the same estimator
         self.tiles: Tiles | None = None
+        self._tiles = Recent(KEPT_TILES)
         self.view_tiles: ViewTiles | None = None
         self.choose_eye_rays()
 
@@ -107,7 +109,7 @@ class FastPlan(Plan):
             if type(self.eye_rays) is type(former):
                 self.eye_rays, self.form = former, form
         if isinstance(self.eye_rays, PrimaryHits):
-            self.eye_rays.passes = math.inf if target.spp is None else target.spp
+            self.eye_rays.passes = math.inf if target.spp is None and target.time is None else passes
 
     def integrator(self, scene: Any) -> Any:
         """The integrator in use, or the form that stands in for it."""
@@ -145,11 +147,15 @@ class FastPlan(Plan):
         if r.use_tiles is False:
             return None
         if self.tiles is None or self.tiles.is_of != (scene, r.active):
-            is_worth_it = bool(r.use_tiles) or is_worth_tiles(r.progress, r.seconds_before, self.seconds_of_others)
+            was_used = (scene, r.active, self.eye_rays, r.film.unseen.counter) in self._tiles
+            is_worth_it = (
+                was_used or r.use_tiles or is_worth_tiles(r.progress, r.seconds_before, self.seconds_of_others)
+            )
             is_possible = is_worth_it and can_take_tiles(r, scene, r.active)
             if is_possible and isinstance(self.eye_rays, EyeRays):
                 self.choose_eye_rays(in_tiles=True)
-            self.tiles = Tiles(r, scene, r.active) if is_possible else None
+            key = scene, r.active, self.eye_rays, r.film.unseen.counter
+            self.tiles = self._tiles.get(key, lambda: Tiles(r, scene, r.active)) if is_possible else None
         return self.tiles
 
     def tiles_of_view(self) -> ViewTiles | None:

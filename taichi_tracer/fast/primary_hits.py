@@ -148,6 +148,8 @@ class PrimaryHits:
         if is_small(self.ranges):
             return self.pixels * self.traces >= MANY_RAYS
         is_short = self.traces < self.passes and self.pixels * self.passes < MANY_RAYS
+        if self.jitter and self.passes > 1:  # samples that were asked for together; no window waits for the next one
+            is_short = self.pixels * max(self.traces, self.passes) < MANY_RAYS
         comes_again = self.traces > 0 or (self.jitter and self.passes > 1)
         return comes_again and not is_short
 

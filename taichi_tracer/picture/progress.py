@@ -9,6 +9,7 @@ import taichi as ti
 
 from taichi_tracer.picture.adaptive import adapt
 from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import InputError
 
 SAMPLES_PER_SECOND = 7e6  # of simple scenes: enough to tell short pictures from long ones
@@ -78,6 +79,7 @@ class Progress:
     looks: list[tuple[float, float]] = field(default_factory=list)
     place: str = ""
     _compiling: list[float] = field(default_factory=list)
+    _on_kernels: float = 0.0
     _later: float = 0.0
     _recent: list[float] = field(default_factory=list)
     _look_seconds: float = 0.0
@@ -92,15 +94,17 @@ class Progress:
             words.append(f"error {self.error}")
         return f"Progress({', '.join(words)})"
 
-    def took(self, seconds: float, samples: float = 1, compiles: bool = False) -> None:
+    def took(self, seconds: float, samples: float = 1, compiles: bool = False, on_kernels: float = 0.0) -> None:
         """Record one more pass over all pixels.
 
         Args:
-            seconds: the time of the pass.
+            seconds: the time of the pass, without that of its kernels.
             samples: the number of samples that a pixel took, on average.
             compiles: whether kernels may have been compiled during the pass.
+            on_kernels: seconds of the pass in which they were read, and translated or loaded, as far as this is known.
         """
         self.samples += samples
+        self._on_kernels += on_kernels
         if compiles:
             self._compiling.append(seconds)
         else:
@@ -119,8 +123,11 @@ class Progress:
 
     @property
     def compile_seconds(self) -> float:
-        """The additional time of the passes that compiled; 0 as long as no other passes exist for comparison."""
-        before = 0.0 if self.pilot is None else self.pilot.compile_seconds
+        """The time of reading and translating kernels, and the additional time of the passes that compiled.
+
+        The latter is 0 as long as no other passes exist for comparison.
+        """
+        before = self._on_kernels + (0.0 if self.pilot is None else self.pilot.compile_seconds)
         if not self._recent:
             return before
         return before + self._first_look + sum(max(0.0, s - self.seconds_per_sample) for s in self._compiling)
@@ -128,7 +135,7 @@ class Progress:
     @property
     def seconds(self) -> float:
         """The time of rendering and of estimating the error, without compilation."""
-        spent = sum(self._compiling) + self._first_look + self._later + self._look_seconds
+        spent = self._on_kernels + sum(self._compiling) + self._first_look + self._later + self._look_seconds
         if self.pilot is not None:
             spent += self.pilot.seconds + self.pilot.compile_seconds
         return spent - self.compile_seconds
@@ -229,13 +236,15 @@ def render_until(renderer, target: Target, watch=None) -> None:
             renderer.progress = progress
     looks = target.error is not None or target.time is not None or watch is not None
     while not progress.is_done:
-        start, forms = perf_counter(), renderer.plan.compiled
+        start, forms, on_kernels = perf_counter(), renderer.plan.compiled, compiling.seconds_spent()
         renderer.add_sample(renderer.first_sample + renderer.film.samples)
         if looks:
             ti.sync()
         renderer.film.samples += 1
         compiles = progress.samples == 0 or renderer.plan.compiled != forms
-        progress.took(perf_counter() - start, renderer.shares.mean, compiles)
+        on_kernels = compiling.seconds_spent() - on_kernels
+        seconds = max(0.0, perf_counter() - start - on_kernels)
+        progress.took(seconds, renderer.shares.mean, compiles or on_kernels > 0, on_kernels)
         if looks and renderer.is_random:
             progress.look(renderer.error)
         if not renderer.is_random and (target.error is not None or target.time is not None):

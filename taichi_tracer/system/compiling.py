@@ -45,6 +45,7 @@ class Kernel:
 
 
 _kernels: list[Kernel] = []
+_seconds = 0.0  # of reading and of translating, for all kernels so far
 _by_id: dict[int, Kernel] = {}
 
 
@@ -55,6 +56,8 @@ def note_reading(made: Any, name: str, read_at: float, reading: float) -> None:
         made: Taichi's object of the kernel. name: of its function.
         read_at: the value of ``time.perf_counter`` when it began. reading: the seconds that it took.
     """
+    global _seconds
+    _seconds += reading
     _by_id[id(made)] = Kernel(name, read_at, reading)
     _kernels.append(_by_id[id(made)])
 
@@ -65,11 +68,18 @@ def note_translating(made: Any, seconds: float, processor: float) -> None:
     Args:
         made: Taichi's object of the kernel. seconds: that it took. processor: the same in seconds of the processor.
     """
+    global _seconds
     kernel = _by_id.pop(id(made), None)
     if kernel is not None:
+        _seconds += seconds
         kernel.translating, kernel.processor = seconds, processor
     if seconds > FOUND:
         _spent.append(seconds)
+
+
+def seconds_spent() -> float:
+    """The seconds in which kernels were read, and translated or loaded, since this process began."""
+    return _seconds
 
 
 def seconds_to_save() -> float:

@@ -15,6 +15,9 @@ class Recent:
         self.most = most
         self._kept: dict[Hashable, Any] = {}
 
+    def __contains__(self, key: Hashable) -> bool:
+        return key in self._kept
+
     def get(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """What was made for a key; it is made if nothing is kept for it."""
         found = self._kept.pop(key) if key in self._kept else make()

@@ -1,5 +1,7 @@
 """The wide tree holds what the binary one held, its stack is deep enough, and it costs no more than a simple cut."""
 
+import warnings
+
 import numpy as np
 import pytest
 from shapes import BOXES
@@ -62,12 +64,16 @@ def test_leaf_references_are_negative_and_come_back():
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("name", ["ordinary", "flat", "one point", "far away", "huge", "tiny", "of all sizes"])
+@pytest.mark.parametrize(
+    "name", ["ordinary", "flat", "flat and away", "one point", "far away", "huge", "tiny", "of all sizes"]
+)
 def test_boxes_on_a_grid_are_never_smaller_and_hardly_larger(name, dtype, rng):
     low = rng.uniform(-1, 1, (200, 3, WIDTH))
     high = low + rng.uniform(0, 1, (200, 3, WIDTH)) ** 4
     if name == "flat":
         low[:, 1] = high[:, 1] = 0.3
+    elif name == "flat and away":
+        low[:, 1] = high[:, 1] = -7e3
     elif name == "one point":
         low = high = np.full((200, 3, WIDTH), 0.1)
     elif name == "far away":
@@ -84,7 +90,9 @@ def test_boxes_on_a_grid_are_never_smaller_and_hardly_larger(name, dtype, rng):
     for plane in range(6):
         planes[:, plane][absent] = np.inf if plane < 3 else -np.inf
 
-    grid = quantise(planes)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        grid = quantise(planes)
     corner, step = grid.corner[:, :, None], grid.step[:, :, None]
     numbers = grid.numbers.astype(dtype)
     first, last = corner + numbers[:, :3] * step, corner + numbers[:, 3:] * step

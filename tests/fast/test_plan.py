@@ -1,9 +1,12 @@
 """A fast form runs only while no method of the plain one is replaced, and the receipt says which runs and why."""
 
+from time import perf_counter
+
+import numpy as np
 import pytest
 import taichi as ti
 from shapes import SQUARE
-from support import start
+from support import needs_patch, start
 
 import taichi_tracer as tt
 from taichi_tracer.fast.far_light import FarLight
@@ -15,6 +18,7 @@ from taichi_tracer.forms import EyeRays, has_fast_form
 from taichi_tracer.integrators.direct_light import BrdfSampling
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
+from taichi_tracer.system import compiling
 from taichi_tracer.system.registry import PARTS
 
 PAIRS = [(BVHRayIntersector, WideBVH), (BruteForceRayIntersector, FastBruteForce)]
@@ -146,3 +150,35 @@ def test_going_back_to_an_estimator_compiles_nothing():
     first = renderer.use("brdf").plan.integrator(scene)
     assert renderer.use("uniform").plan.integrator(scene) is not first
     assert renderer.use("brdf").plan.integrator(scene) is first
+
+
+def test_going_back_to_tiles_compiles_nothing():
+    needs_patch("counters")
+    start(
+        "f32", fast_math=False
+    )  # anew, so that no memory of earlier scenes is freed meanwhile: Taichi forgets kernels
+    renderer = tt.A2Renderer(tt.load_scene_data("torus_knot", environment="studio"), 32, 32)
+    renderer.use_tiles = True
+    pictures = {}
+    for name in ("brdf", "mis"):
+        pictures[name] = renderer.use(name).render(2).image()
+    begun = perf_counter()
+    renderer.use_tiles = None  # what was compiled is used from the first sample on, for pictures of any length
+    for name in ("brdf", "mis"):
+        assert np.array_equal(renderer.use(name).render(2).image(), pictures[name])
+        assert renderer.plan.tiles is not None
+    assert compiling.kernels(begun) == []
+
+
+def test_a_short_picture_compiles_one_form():
+    """``render`` is asked for a few samples, again and again: packets would take longer to compile than they gain."""
+    needs_patch("counters")
+    start(
+        "f32", fast_math=False
+    )  # anew, so that no memory of earlier scenes is freed meanwhile: Taichi forgets kernels
+    renderer = tt.A2Renderer(tt.load_scene_data("torus_knot", environment="studio"), 256, 256).use("brdf").render(1)
+    begun = perf_counter()
+    for _ in range(3):
+        renderer.render(4)
+    assert compiling.kernels(begun) == []
+    assert renderer.plan.tiles is None

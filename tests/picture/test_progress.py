@@ -40,6 +40,16 @@ def test_compilation_is_told_apart():
     assert progress.seconds == pytest.approx(0.01 * progress.samples, rel=0.1)
 
 
+def test_seconds_of_kernels_are_never_those_of_rendering():
+    """Also after a single pass, with which nothing can be compared."""
+    progress = Progress(Target(spp=1))
+    progress.took(0.02, compiles=True, on_kernels=3.0)
+    assert (progress.seconds, progress.compile_seconds) == (pytest.approx(0.02), pytest.approx(3.0))
+    assert progress.seconds_per_sample == 0.02
+    progress.took(0.01)
+    assert (progress.seconds, progress.compile_seconds) == (pytest.approx(0.02), pytest.approx(3.01))
+
+
 def test_the_first_target_ends_it():
     progress = Progress(Target(spp=5, time=1.0))
     for _ in range(5):

@@ -13,6 +13,8 @@ def test_the_last_ones_are_kept():
     assert made == ["a", "b"]
     ask("a"), ask("c"), ask("a"), ask("b")  # b was forgotten for c
     assert made == ["a", "b", "c", "b"]
+    assert "b" in recent
+    assert "c" not in recent
 
 
 def test_nothing_is_worth_keeping_too():
