@@ -94,7 +94,7 @@ def make_parser(parts: Sequence[str] = (), first: Sequence[str] = ()) -> Parser:
     kinds = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=Parser)
     known = commands.names()
     for name in [name for name in known if name in first] or known:
-        module = importlib.import_module(f"{commands.__name__}.{name}")
+        module = importlib.import_module(f"{commands.__name__}.{name.replace('-', '_')}")
         command = add_command(kinds, name, module.HELP, module.run)
         module.add_arguments(command)
         command.parts = parts

@@ -147,11 +147,9 @@ class FastPlan(Plan):
         if r.use_tiles is False:
             return None
         if self.tiles is None or self.tiles.is_of != (scene, r.active):
-            was_used = (scene, r.active, self.eye_rays, r.film.unseen.counter) in self._tiles
-            is_worth_it = (
-                was_used or r.use_tiles or is_worth_tiles(r.progress, r.seconds_before, self.seconds_of_others)
-            )
-            is_possible = is_worth_it and can_take_tiles(r, scene, r.active)
+            were_used = (scene, r.active, self.eye_rays, r.film.unseen.counter) in self._tiles
+            is_long = is_worth_tiles(r.progress, r.seconds_before, self.seconds_of_others)
+            is_possible = (were_used or r.use_tiles or is_long) and can_take_tiles(r, scene, r.active)
             if is_possible and isinstance(self.eye_rays, EyeRays):
                 self.choose_eye_rays(in_tiles=True)
             key = scene, r.active, self.eye_rays, r.film.unseen.counter

@@ -12,12 +12,14 @@ import os
 import stat
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from taichi.lang import impl
 
 VARIABLE = "TI_OFFLINE_CACHE_FILE_PATH"  # the environment variable in which Taichi looks for the folder
 LOCK = "ticache.lock"  # in the folder
+TURNS = "taichi_tracer.lock"  # in the folder: held by the process of the package that writes its kernels
 OLD = 60.0  # seconds: writing kernels takes less than one
 TRIED_BYTES = 4096  # the size of the file that is written to test whether the disk has space
 
@@ -55,6 +57,21 @@ def remove_old_lock(folder: Path) -> None:
     with contextlib.suppress(OSError):  # there is none, or another process has just removed it
         if time.time() - lock.stat().st_mtime > OLD:
             lock.unlink()
+
+
+@contextlib.contextmanager
+def only_writer(folder: Path) -> Iterator[None]:
+    """Wait until no other process of the package writes kernels into a folder, and let them wait meanwhile.
+
+    While another process writes, Taichi does not wait: it saves nothing. The lock ends with the process that holds it.
+    On Windows, nobody waits.
+    """
+    with contextlib.ExitStack() as held:
+        with contextlib.suppress(ImportError, OSError):  # Windows; a folder that is gone, or that has no locks
+            import fcntl
+
+            fcntl.flock(held.enter_context((folder / TURNS).open("w")), fcntl.LOCK_EX)
+        yield
 
 
 def why_not_writable(folder: Path) -> str | None:

@@ -21,7 +21,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system.cache import cache_folder, wanted_folder
+from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
@@ -209,7 +209,8 @@ def _finish() -> None:
     """
     program = impl.get_runtime().prog
     if program is not None and not is_forked():
-        program.finalize()
+        with only_writer(Path(ti.cfg.offline_cache_file_path)):
+            program.finalize()
 
 
 atexit.register(_finish)

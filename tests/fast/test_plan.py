@@ -154,9 +154,7 @@ def test_going_back_to_an_estimator_compiles_nothing():
 
 def test_going_back_to_tiles_compiles_nothing():
     needs_patch("counters")
-    start(
-        "f32", fast_math=False
-    )  # anew, so that no memory of earlier scenes is freed meanwhile: Taichi forgets kernels
+    start("f32", fast_math=False)  # anew: Taichi forgets kernels when memory of earlier scenes is freed
     renderer = tt.A2Renderer(tt.load_scene_data("torus_knot", environment="studio"), 32, 32)
     renderer.use_tiles = True
     pictures = {}
@@ -173,9 +171,7 @@ def test_going_back_to_tiles_compiles_nothing():
 def test_a_short_picture_compiles_one_form():
     """``render`` is asked for a few samples, again and again: packets would take longer to compile than they gain."""
     needs_patch("counters")
-    start(
-        "f32", fast_math=False
-    )  # anew, so that no memory of earlier scenes is freed meanwhile: Taichi forgets kernels
+    start("f32", fast_math=False)  # anew: Taichi forgets kernels when memory of earlier scenes is freed
     renderer = tt.A2Renderer(tt.load_scene_data("torus_knot", environment="studio"), 256, 256).use("brdf").render(1)
     begun = perf_counter()
     for _ in range(3):

@@ -55,6 +55,17 @@ def test_with_an_old_lock_kernels_are_kept(tmp_path):
     assert list(place.glob("*.tic"))
 
 
+def test_processes_write_one_after_the_other(tmp_path):
+    fcntl = pytest.importorskip("fcntl")
+    other = (tmp_path / cache.TURNS).open("w")  # a lock belongs to an open file, not to a process
+    with cache.only_writer(tmp_path), pytest.raises(BlockingIOError):
+        fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    other.close()
+    with cache.only_writer(tmp_path / "none"):
+        pass  # a folder that is gone keeps nobody from ending
+
+
 def test_the_folder_of_taichis_environment_variable_is_used(tmp_path):
     """Kernels are kept there, and nothing is printed about it."""
     place = tmp_path / "kernels"
