@@ -6,7 +6,7 @@ from typing import Any
 from taichi_tracer.fast.far_light import form_class
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
 from taichi_tracer.fast.primary_hits import PrimaryHits, is_small, pixels_in, why_not_kept
-from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles
+from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles, why_no_tiles
 from taichi_tracer.fast.view_tiles import ViewTiles, can_show
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.forms import EyeRays, Form, Plan, plain_rays
@@ -182,5 +182,14 @@ class FastPlan(Plan):
         return self.eye_rays.traces if isinstance(self.eye_rays, PrimaryHits) else passes
 
     def receipt(self) -> list[str]:
-        """One line per form."""
-        return [str(self.form), *([str(TILES)] if self.tiles is not None else [])]
+        """One line per form, with the numbers that decided."""
+        forms = [self.form]
+        if isinstance(self.eye_rays, PrimaryHits):
+            forms.append(self.eye_rays.search_form())
+        if self.tiles is not None:
+            forms.append(TILES)
+        elif self.renderer.use_tiles is None and can_take_tiles(
+            self.renderer, self.renderer.kernel_scene(), self.renderer.active
+        ):
+            forms.append(Form("samples", "pixel by pixel", why_no_tiles(self.renderer.progress)))
+        return [str(form) for form in forms]

@@ -13,6 +13,7 @@ from taichi_tracer.fast.packet_shapes import sphere_normals
 from taichi_tracer.fast.packets import SIDE, SIDE_BITS, TILE, TILE_BITS, Packets
 from taichi_tracer.fast.pixel_lanes import FIRST_DIMENSION, generate_rays, has_points, lanes_of, pairs_of
 from taichi_tracer.fast.wide_bvh import WideBVH
+from taichi_tracer.forms import Form
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.ray import no_hit
@@ -152,6 +153,21 @@ class PrimaryHits:
             is_short = self.pixels * max(self.traces, self.passes) < MANY_RAYS
         comes_again = self.traces > 0 or (self.jitter and self.passes > 1)
         return comes_again and not is_short
+
+    def search_form(self) -> Form:
+        """How the hits are found, for receipts."""
+        if self.packets is not None:
+            return Form("their search", "in packets", f"{self.traces:,} × {self.pixels:,} rays so far", True)
+        why = (
+            f"{self.traces:,} × {self.pixels:,} rays so far; packets are worth their compilation from {MANY_RAYS:,} on"
+        )
+        if not self.can_use_packets:
+            why = "camera, sampler or intersector has no packets"
+        elif is_crowded(self.scene_data, self.camera):
+            why = f"more than {CROWD} triangles for each pixel"
+        elif not is_small(self.ranges):
+            why += ", or from the second picture of a window on"
+        return Form("their search", "one by one", why)
 
     def to_image(self, name: str) -> np.ndarray:
         """(height, width) of "distance", "triangle_id", "u" or "v", top row first."""

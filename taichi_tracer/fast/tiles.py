@@ -10,6 +10,7 @@ Where the eye rays of sixteen neighbouring pixels hit nothing, nothing is shaded
 are computed together.
 """
 
+import math
 from typing import Any
 
 import taichi as ti
@@ -50,6 +51,13 @@ def is_worth_tiles(progress: Progress, seconds_before: float, seconds_of_others:
     has_taken_long = seconds_before >= SECONDS_BEFORE or seconds_before + seconds_of_others >= LONG
     is_continued = has_taken_long and (progress.target.spp or 0) >= MANY_SAMPLES
     return (progress.is_speed_known and progress.seconds_left >= LONG) or is_continued
+
+
+def why_no_tiles(progress: Progress) -> str:
+    """Why tiles are not worth their compilation, for receipts."""
+    left = progress.seconds_left if progress.samples > 0 else math.nan
+    told = "nobody knows yet how long it takes" if math.isnan(left) else f"{left:.1f} s of rendering are left"
+    return f"{told}; tiles are worth their compilation from {LONG:g} s on"
 
 
 def can_take_tiles(renderer, scene, integrator) -> bool:

@@ -168,6 +168,24 @@ def test_going_back_to_tiles_compiles_nothing():
     assert compiling.kernels(begun) == []
 
 
+def test_the_receipt_has_the_numbers_that_decided():
+    scene = tt.load_scene_data("torus_knot", environment="studio")
+    renderer = tt.A2Renderer(scene, 24, 16, jitter=False).use("brdf").render(3)
+    receipt = renderer.receipt()
+    assert (
+        "samples         pixel by pixel: 0.0 s of rendering are left; tiles are worth their compilation from 8 s on"
+        in receipt
+    )
+    assert "their search    one by one: more than 8 triangles for each pixel" in receipt
+    view = tt.A1Renderer(tt.scene_from_mesh(*SQUARE), 24, 16).render()
+    told = "their search    one by one: 1 × 384 rays so far; packets are worth their compilation from 33,554,432 on"
+    assert told in view.receipt()
+    view.eye_rays.use_packets = True
+    view.camera.version += 1
+    view.render()
+    assert "their search    in packets: 2 × 384 rays so far" in view.receipt()
+
+
 def test_a_short_picture_compiles_one_form():
     """``render`` is asked for a few samples, again and again: packets would take longer to compile than they gain."""
     needs_patch("counters")
