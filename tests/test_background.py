@@ -5,7 +5,6 @@ import pytest
 import taichi as ti
 from oracles import backgrounds as oracle
 from shapes import SQUARE
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.background import corner_background, load_background
@@ -13,9 +12,7 @@ from taichi_tracer.background import corner_background, load_background
 COLORS = [(0.0, 0.0, 0.25), (1.0, 0.5, 0.0), (0.25, 1.0, 0.125), (1.0, 0.0, 0.75)]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.kernel

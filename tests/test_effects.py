@@ -9,7 +9,7 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 from shapes import SQUARE, random_rays, soup, with_spheres
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.assignments import A2Renderer
@@ -27,10 +27,7 @@ from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system.seams import in_kernels
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.data_oriented

@@ -12,10 +12,7 @@ from taichi_tracer.environment import Environment, load_environment
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.kernel

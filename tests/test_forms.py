@@ -3,17 +3,13 @@
 import numpy as np
 import pytest
 from shapes import SQUARE
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer import forms
 from taichi_tracer.forms import NO_FAST_FORMS, EyeRays, Form, Plan
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture

@@ -2,14 +2,11 @@
 
 import fuzz
 import pytest
-from support import start
 
 EXAMPLES = 60
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.mark.parametrize("name", fuzz.targets())

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
@@ -222,9 +221,7 @@ WAYS = ("class", "object", "assignment")
 OUTPUTS = ("A1 64²", "A1 512², second frame", "A2", "intersect", "command line")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @contextlib.contextmanager

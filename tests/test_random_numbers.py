@@ -6,14 +6,10 @@ import numpy as np
 import pytest
 import taichi as ti
 from sequences import NIEDERREITER, SAMPLERS, TERM, points
-from support import start
 
 from taichi_tracer import sampler
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.kernel

@@ -5,17 +5,13 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from shapes import SQUARE
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.ray_hits import RayHit, RayHits
 from taichi_tracer.system import reuse
 from taichi_tracer.system.registry import PARTS
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import taichi as ti
 import taichi.math as tm
 from probe import put, vec3
 from shapes import SQUARE, soup, sphere
-from support import DEBUG, start
+from support import DEBUG
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -21,9 +21,7 @@ TESTS = ["watertight", "moller_trumbore"]
 MEMBERS = 20
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.kernel

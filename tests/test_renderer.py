@@ -8,7 +8,6 @@ import taichi as ti
 import taichi.math as tm
 from PIL import Image
 from shapes import SQUARE
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.fast.primary_hits import PrimaryHits
@@ -19,10 +18,7 @@ from taichi_tracer.picture.progress import Target
 from taichi_tracer.system import compiling
 from taichi_tracer.tones.display import Display
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ import sys
 
 import numpy as np
 import pytest
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.assignments import A2Renderer
@@ -33,9 +32,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture(scope="module")

@@ -17,10 +17,7 @@ from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.samplers.sobol import SobolSampler
 from taichi_tracer.system.registry import PARTS
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def test_a_sampler_of_a_camera_is_a_copy_with_its_size():

@@ -13,10 +13,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.scene_data import again, described
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from rt3_text import document
 from shapes import SQUARE, sphere
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.rt3.document import read_rt3
@@ -13,9 +13,7 @@ from taichi_tracer.scene_data_loader import OWN_VIEWS, find_scene, name_of
 QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 MESHES = [name for name in tt.scene_names() if not name.startswith("rt3/")]

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import taichi as ti
 from shapes import SQUARE, sphere, with_spheres
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.brdfs.diffuse import Diffuse
@@ -12,10 +11,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.scene_parts import FEW_LAMPS, blockers_of, brdfs_of, lamp_choice_of
 from taichi_tracer.system.registry import PARTS
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.data_oriented

@@ -3,14 +3,10 @@
 import json
 
 import pytest
-from support import start
 
 from taichi_tracer.apps.cli import main
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def test_a_pixel_as_text_json_and_page(tmp_path, capsys):

@@ -2,15 +2,11 @@
 
 import numpy as np
 import pytest
-from support import start
 
 from taichi_tracer.apps.cli import main
 from taichi_tracer.files.images import read_image, save_image
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def test_an_environment_gets_a_table_and_two_maps(tmp_path, capsys):

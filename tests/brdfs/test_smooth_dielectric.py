@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from shapes import sphere, with_spheres
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
@@ -13,9 +12,7 @@ GLASS = tt.Material("glass", Kd=(0.3, 0.3, 0.3), Ni=1.4, extra={"illum": (7.0,)}
 VIEW = {"eye": (0, 0, 4), "at": (0, 0, 0), "fov": 40.0}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import start
 
 import taichi_tracer as tt
 from contracts import brdfs
@@ -13,10 +12,7 @@ from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @every("BRDF")

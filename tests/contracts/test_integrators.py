@@ -3,7 +3,7 @@
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import DEBUG, start
+from support import DEBUG
 
 from contracts import integrators
 from contracts.registered import broken_parts, check_fails, every
@@ -11,10 +11,7 @@ from taichi_tracer.formulas.warps import uniform_hemisphere
 from taichi_tracer.integrators.direct_light import BrdfSampling, UniformHemisphere
 from taichi_tracer.integrators.rt3 import Flat
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def takes_samples_of_light(part):

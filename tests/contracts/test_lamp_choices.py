@@ -3,17 +3,13 @@
 import numpy as np
 import pytest
 import taichi as ti
-from support import start
 
 import taichi_tracer as tt
 from contracts import lamp_choices
 from contracts.registered import broken_parts, check_fails, every
 from taichi_tracer.lights.choose_by_weight import ByPower
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @every("lamp choice", alike=("area",))

@@ -5,17 +5,13 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 from shapes import SQUARE
-from support import start
 
 import taichi_tracer as tt
 from contracts import lights
 from contracts.registered import broken_parts, check_fails, every
 from contracts.statistics import SphereCells
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @every("light")

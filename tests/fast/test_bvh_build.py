@@ -7,10 +7,7 @@ from support import start
 
 from taichi_tracer.fast import bvh_build
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.mark.parametrize("name", BOXES)

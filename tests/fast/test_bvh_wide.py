@@ -5,15 +5,11 @@ import warnings
 import numpy as np
 import pytest
 from shapes import BOXES
-from support import start
 
 from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, leaf_reference, quantise
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def leaf_range(reference):

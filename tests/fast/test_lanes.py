@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import taichi as ti
 from probe import ask
-from support import start
 
 from taichi_tracer.fast.lanes import (
     LANES,
@@ -23,9 +22,7 @@ from taichi_tracer.system import runtime
 N = 8
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.kernel

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.environment import Environment
@@ -12,10 +11,7 @@ from taichi_tracer.fast.lanes import LANES, lanes
 from taichi_tracer.fast.look_ups import LookUps, can_wait_for
 from taichi_tracer.ray import no_hit
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def scene_light(environment, **options):

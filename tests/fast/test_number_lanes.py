@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import taichi as ti
-from support import long_except, start
+from support import long_except
 
 from taichi_tracer.fast.lanes import LANES
 from taichi_tracer.fast.pixel_lanes import KeptNumbers, NumberLanes, has_points
@@ -17,9 +17,7 @@ SAMPLERS = [SobolSampler, NiederreiterSampler, OneNiederreiterSampler, Independe
 WIDTH, HEIGHT = 20, 12
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.data_oriented

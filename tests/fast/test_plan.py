@@ -24,9 +24,7 @@ from taichi_tracer.system.registry import PARTS
 PAIRS = [(BVHRayIntersector, WideBVH), (BruteForceRayIntersector, FastBruteForce)]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.func

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import taichi as ti
 from shapes import SQUARE, lattice, random_spheres, soup, sphere, with_spheres
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.camera import Camera
@@ -25,9 +25,7 @@ from taichi_tracer.system.registry import PARTS
 FIELDS = ("distance", "triangle_id", "u", "v")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def fields_of(hits):

@@ -6,7 +6,6 @@ import taichi as ti
 import taichi.math as tm
 from shadows import Asking, check
 from shapes import SQUARE, random_spheres, soup, with_spheres
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.fast.shadow_lanes import ShadowLanes
@@ -14,10 +13,7 @@ from taichi_tracer.fast.shadow_streams import ShadowStreams, shadow_rays
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Mesh
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def few(rng):

@@ -4,16 +4,13 @@ import numpy as np
 import pytest
 from shadows import Asking, check
 from shapes import SQUARE, lattice, random_spheres, soup, sphere, with_spheres
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.fast.shadow_streams import ShadowStreams
 from taichi_tracer.geometry import Mesh
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 MESHES = {

@@ -5,7 +5,6 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 from shapes import SQUARE, with_spheres
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.fast.shadow_lanes import ShadowLanes
@@ -14,10 +13,7 @@ from taichi_tracer.integrators.direct_light import BrdfSampling, MultipleImporta
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.picture.progress import Progress, Target
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.fixture(scope="module")

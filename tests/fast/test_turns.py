@@ -3,14 +3,10 @@
 import numpy as np
 import pytest
 import taichi as ti
-from support import start
 
 from taichi_tracer.fast.lanes import Turns
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.kernel

@@ -4,16 +4,13 @@ import numpy as np
 import pytest
 from compare import assert_same_answers
 from shapes import SQUARE, random_rays, random_spheres, soup, sphere, with_spheres
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.geometry import Mesh
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def test_facts_are_those_of_the_tree():

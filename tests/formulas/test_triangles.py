@@ -19,9 +19,7 @@ COUNT = 4_000 if DEBUG else 100_000
 TESTS = ["watertight", "moller_trumbore"]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 # ── the formulas themselves ──

@@ -5,15 +5,11 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 from scipy import stats
-from support import start
 
 from taichi_tracer.formulas import warps
 from taichi_tracer.system import runtime
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.kernel

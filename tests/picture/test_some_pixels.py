@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import start
 
 from taichi_tracer.picture.some_pixels import NEVER, SomePixels
 
@@ -32,9 +31,7 @@ class Loop:
         self.order[ti.atomic_add(self.count[None], 1)] = x * HEIGHT + y
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.mark.parametrize("in_order", [False, True])

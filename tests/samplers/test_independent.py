@@ -5,12 +5,8 @@ import pytest
 import taichi as ti
 from oracles import numbers
 from sequences import INDEPENDENT
-from support import start
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.mark.parametrize("key", [(0, 0, 0, 0), (1, 2, 3, 4), (2**32 - 1, 77, 2**31, 5)])

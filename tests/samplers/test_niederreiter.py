@@ -5,12 +5,8 @@ import itertools
 import numpy as np
 import pytest
 from sequences import NIEDERREITER, SOBOL, TERM, points
-from support import start
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.mark.parametrize("other", [1, 1 | TERM, 1 | 7 * TERM])

@@ -5,12 +5,8 @@ import pytest
 import taichi as ti
 from scipy import stats
 from sequences import SAMPLERS, points
-from support import start
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.mark.parametrize("samples", SAMPLERS, ids=lambda s: s.name)

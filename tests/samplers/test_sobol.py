@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 from sequences import SOBOL, points
-from support import start
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.mark.parametrize("bits", [4, 6, 8])

@@ -17,9 +17,7 @@ from taichi_tracer.studies.hard.catalogue import LEVELS
 EPSILON = 2.0**-23
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def test_lamberts_formula_agrees_with_an_independent_one(rng):

@@ -17,10 +17,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.studies import samples
 from taichi_tracer.studies.samples import Counts, cell_of
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 def solid_angles(height, width):

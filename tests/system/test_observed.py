@@ -6,16 +6,12 @@ from types import SimpleNamespace
 
 import pytest
 import taichi as ti
-from support import start
 
 import taichi_tracer
 from taichi_tracer.system.observed import after, before, observed, observed_scene
 from taichi_tracer.system.seams import called, in_kernels
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.data_oriented

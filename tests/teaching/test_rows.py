@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import taichi as ti
-from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.teaching.rows import WHOLE, rows, samples
@@ -14,9 +13,7 @@ INPUTS = {"v": RNG.normal(size=(5, 3)).astype(np.float32), "x": np.array([0, 1, 
 INPUTS |= {"id": np.array([-1, 0, 1, 2**24 + 1, 2**31 - 1], np.int32), "pixel": np.arange(10).reshape(5, 2)}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.func

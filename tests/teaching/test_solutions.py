@@ -6,7 +6,7 @@ watertight test does, they agree up to rounding; random answers agree in their m
 
 import numpy as np
 import pytest
-from support import long_except, start
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
@@ -34,9 +34,7 @@ PARTS = [
 ]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @pytest.mark.parametrize(

@@ -5,15 +5,12 @@ import pkgutil
 
 import pytest
 import taichi as ti
-from support import needs_patch, start
+from support import needs_patch
 from wings import copy_without, printed
 
 import taichi_tracer
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _taichi():
-    start("f32")
+pytestmark = pytest.mark.usefixtures("f32")
 
 
 @ti.data_oriented
