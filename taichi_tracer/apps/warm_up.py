@@ -48,9 +48,9 @@ def pictures(args: Namespace) -> list[Picture]:
 
 
 def command(picture: Picture, output: Path) -> list[str]:
-    """The command line that renders a picture into a file."""
+    """The command line that renders a picture into a folder: a scene file may ask for several views."""
     scene, name, size = picture
-    words = [sys.executable, "-m", "taichi_tracer", "render", scene, "--view", name, "-o", str(output)]
+    words = [sys.executable, "-m", "taichi_tracer", "render", scene, "--view", name, "-o", f"{output}/"]
     words += ["--spp", str(SAMPLES)] if name not in A1Renderer.names() else []
     return words if size is None else [*words, "--size", f"{size[0]}x{size[1]}"]
 
@@ -60,7 +60,8 @@ def render_all(asked: Sequence[Picture], jobs: int) -> Iterator[tuple[Picture, s
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(jobs) as threads:
 
         def render(number: int) -> str:
-            words = command(asked[number], Path(folder) / f"{number}.png")
+            """What the process of a picture told last if it failed."""
+            words = command(asked[number], Path(folder) / str(number))
             done = subprocess.run(words, capture_output=True, text=True, stdin=subprocess.DEVNULL)
             told = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
             return told[-1] if done.returncode != 0 else ""

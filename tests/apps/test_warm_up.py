@@ -40,7 +40,7 @@ def test_a_scene_that_is_not_there_is_one_line(capsys, tmp_path):
 def test_a_second_time_nothing_is_new(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("TI_OFFLINE_CACHE_FILE_PATH", str(tmp_path / "cache"))
     monkeypatch.setattr(
-        warm_up, "pictures", lambda _: [("cube", "normal", (16, 16)), ("cube", "barycentric", (16, 16))]
+        warm_up, "pictures", lambda _: [("cube", "normal", (16, 16)), ("rt3/two_views", "brdf", (16, 16))]
     )
     for is_first in (True, False):
         assert main(["warm-up", "--jobs", "2"]) == 0
