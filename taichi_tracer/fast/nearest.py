@@ -109,8 +109,10 @@ class FastIntersector(RayIntersector):
         """``outward_normal`` of a hit on a sphere; 0 if the ray met a triangle or nothing."""
         outward = tm.vec3(0)
         if ti.static(self.geometry.effects.spheres):
-            if primitive_id >= 0 and self.is_sphere(primitive_id):
-                outward = self.outward_normal(ray, t, -1 - self.geometry.primitives[primitive_id])
+            if primitive_id >= 0:  # first: Taichi evaluates both sides of an "and"
+                index = self.geometry.primitives[primitive_id]
+                if index < 0:
+                    outward = self.outward_normal(ray, t, -1 - index)
         return outward
 
     @ti.func

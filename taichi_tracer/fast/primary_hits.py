@@ -292,10 +292,11 @@ class PrimaryHits:
         ids = self.packets.triangle_id[c, g]
         x, y, z, radius, spheres = lanes(0.0), lanes(0.0), lanes(0.0), lanes(1.0), 0
         for lane in range(LANES):
-            if ids[lane] >= 0 and self.scene_data.ray_intersector.is_sphere(ids[lane]):
-                centre, radius[lane] = self.scene_data.ray_intersector.sphere(ids[lane])
-                x[lane], y[lane], z[lane] = centre.x, centre.y, centre.z
-                spheres += 1
+            if ids[lane] >= 0:  # first: Taichi evaluates both sides of an "and"
+                if self.scene_data.ray_intersector.is_sphere(ids[lane]):
+                    centre, radius[lane] = self.scene_data.ray_intersector.sphere(ids[lane])
+                    x[lane], y[lane], z[lane] = centre.x, centre.y, centre.z
+                    spheres += 1
         if spheres > 0:
             ox, oy, oz = lanes(origin.x), lanes(origin.y), lanes(origin.z)
             if ti.static(not self.share_origin):

@@ -1,4 +1,7 @@
-"""A hash of 32-bit words, and the bit operations of Sobol' points. All work on numbers and on vectors of numbers."""
+"""A hash of 32-bit words, and the bit operations of Sobol' points. All work on numbers and on vectors of numbers.
+
+Sums and products are modulo 2^32, as those of unsigned words are.
+"""
 
 import taichi as ti
 
@@ -16,16 +19,34 @@ def pcg4d(a, b, c, d):
 
 @ti.func
 def _advance(word):
-    return word * ti.u32(1664525) + ti.u32(1013904223)
+    return plus(times(word, ti.u32(1664525)), ti.u32(1013904223))
 
 
 @ti.func
 def _mix(a, b, c, d):
-    a1 = a + b * d
-    b1 = b + c * a1
-    c1 = c + a1 * b1
-    d1 = d + b1 * c1
+    a1 = plus(a, times(b, d))
+    b1 = plus(b, times(c, a1))
+    c1 = plus(c, times(a1, b1))
+    d1 = plus(d, times(b1, c1))
     return a1, b1, c1, d1
+
+
+@ti.func
+def plus(a, b):
+    """a + b modulo 2^32. Debug mode reports every overflow, and therefore gets a sum of 64 bits."""
+    if ti.static(runtime.checks_overflow()):
+        return ti.cast(ti.cast(a, ti.u64) + ti.cast(b, ti.u64), ti.u32)
+    else:  # noqa: RET505 (without it, both would be compiled)
+        return a + b
+
+
+@ti.func
+def times(a, b):
+    """a b modulo 2^32, as ``plus``."""
+    if ti.static(runtime.checks_overflow()):
+        return ti.cast(ti.cast(a, ti.u64) * ti.cast(b, ti.u64), ti.u32)
+    else:  # noqa: RET505
+        return a * b
 
 
 @ti.func
@@ -40,7 +61,7 @@ def as_fraction(word):
 @ti.func
 def reverse_bits(word):
     """The 32 bits in reverse order."""
-    word = (word >> 16) | (word << 16)
+    word = (word >> 16) | ((word & ti.u32(0x0000FFFF)) << 16)
     word = ((word & ti.u32(0xFF00FF00)) >> 8) | ((word & ti.u32(0x00FF00FF)) << 8)
     word = ((word & ti.u32(0xF0F0F0F0)) >> 4) | ((word & ti.u32(0x0F0F0F0F)) << 4)
     word = ((word & ti.u32(0xCCCCCCCC)) >> 2) | ((word & ti.u32(0x33333333)) << 2)
@@ -54,11 +75,11 @@ def scramble_reversed(word, seed):
     This is the hash of Laine & Karras with the constants of Vegdahl, as in Burley, "Practical hash-based Owen
     scrambling", JCGT 9(4), 2020, section 3.2.
     """
-    word = word ^ (word * ti.u32(0x3D20ADEA))
-    word = word + seed
-    word = word * ((seed >> 16) | ti.u32(1))
-    word = word ^ (word * ti.u32(0x05526C56))
-    return word ^ (word * ti.u32(0x53A22864))
+    word = word ^ times(word, ti.u32(0x3D20ADEA))
+    word = plus(word, seed)
+    word = times(word, (seed >> 16) | ti.u32(1))
+    word = word ^ times(word, ti.u32(0x05526C56))
+    return word ^ times(word, ti.u32(0x53A22864))
 
 
 @ti.func

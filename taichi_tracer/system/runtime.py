@@ -26,12 +26,16 @@ from taichi_tracer.system.errors import InputError, one_of
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
+AUTO = ("cuda",)  # what "auto" tries before the CPU
 F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only in an extension, which Taichi does not use
 # Threads per CPU, if all CPUs are used. With two threads for two CPUs, Linux often starts both on the same CPU.
 WORKERS_PER_CPU = 2
 # Where Linux shows its GPUs: those of the kernel's own drivers, those of NVIDIA, and the GPU of Windows, for WSL.
 LINUX_GPUS = ("/dev/dri", "/dev/nvidiactl", "/dev/dxg")
 PROPERTIES_SIZE = 1024  # bytes; a VkPhysicalDeviceProperties has 824
+# Taichi's own optimisation passes take half of the compile time, and LLVM finds the same optimisations:
+# benchmarks/RESULTS.md. With vectors of 16 numbers, and in scenes with spheres, they end the process.
+COMPILATION = {"advanced_optimization": False, "cfg_optimization": False}
 
 
 @dataclass(frozen=True)
@@ -58,8 +62,8 @@ def init(
     """Start Taichi. This call is optional: the first scene starts Taichi with these defaults.
 
     Args:
-        arch: "cpu", "cuda", "metal", "vulkan", or "auto". "auto" takes the first GPU backend that has a device, or the
-            CPU if there is none.
+        arch: "cpu", "cuda", "metal", "vulkan", or "auto". "auto" takes CUDA if there is a device for it, otherwise the
+            CPU. By its name, Vulkan is also started where it is only software.
         precision: "f32" or "f64", for every coordinate and colour.
         fast_math: whether the compiler may ignore NaN, infinity and exact rounding. The default is False, because the
             watertight triangle test and the film's compensated sums need exact rounding. The accuracy study shows how
@@ -130,10 +134,7 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
             fast_math=settings.fast_math,
             debug=debug,
             log_level=ti.ERROR,
-            # Taichi's own optimisation passes take half of the compile time, and LLVM finds the same optimisations:
-            # benchmarks/RESULTS.md.
-            advanced_optimization=False,
-            cfg_optimization=False,
+            **COMPILATION,
             cpu_max_num_threads=workers(threads),
             **({} if cache == wanted else elsewhere),
         )
@@ -171,7 +172,25 @@ def ensure() -> Settings:
     check_not_forked()
     patches()  # here too, because other code may have started Taichi
     running = current()
-    return init() if running is None else running
+    if running is None:
+        return init()
+    _adopt()
+    return running
+
+
+def _adopt() -> None:
+    """Give a Taichi that other code has started what the package's kernels need, see ``COMPILATION``.
+
+    Kernels that were compiled before stay as they are. The program's own kernels that follow get the settings, too.
+    """
+    config = impl.get_runtime().prog.config()
+    for name, value in COMPILATION.items():
+        setattr(config, name, value)
+
+
+def checks_overflow() -> bool:
+    """Whether kernels report each overflow of whole numbers: Taichi does so in debug mode."""
+    return bool(impl.get_runtime().prog.config().debug)
 
 
 def check_not_forked() -> None:
@@ -257,13 +276,15 @@ def can_widen() -> bool:
 
 def _choose(arch: str, precision: str) -> tuple[str, str | None]:
     """The backend to start, and a message for the user, or None. ``ti.gpu`` would crash if there is no driver."""
-    wanted = [arch] if arch != "auto" else ["cuda", "metal", "vulkan"]
+    wanted = [arch] if arch != "auto" else AUTO
     wanted = [a for a in wanted if precision == "f32" or a in F64_ARCHS]
     for candidate in wanted:
         if candidate == "cpu" or has_device(candidate):
             return candidate, None
     if arch == "auto":
         return "cpu", f"running on the CPU; no GPU was found for {', '.join(wanted)}"
+    if arch == "vulkan" and any(d.is_software for d in vulkan_devices()):
+        return arch, "running on Vulkan in software, which is slower than arch 'cpu'"
     return "cpu", f"running on the CPU; arch {arch!r} was asked for, but there is no device for it"
 
 
