@@ -34,14 +34,15 @@ BENCHMARKS = {
 COUNTED = ("error", "samplers")
 # The files and folders of the package whose speed a benchmark measures.
 RAYS = ["fast", "ray_intersector.py", "geometry.py"]
-LIGHT = [*RAYS, "integrators", "lights", "brdfs", "sampler.py", "samplers", "environment.py", "renderer.py", "picture"]
+SAMPLES = ["integrators", "lights", "brdfs", "sampler.py", "samplers", "environment.py", "progressive.py", "picture"]
+LIGHT = [*RAYS, *SAMPLES]
 MEASURED = {
     "startup": [
         "system",
         "fast",
         "scene_data.py",
         "scene_data_loader.py",
-        "renderer.py",
+        "progressive.py",
         "apps/cli.py",
         "apps/commands",
         "apps/render.py",

@@ -59,10 +59,10 @@ _HOME_OF = {
     "load_scene_data": "scene_data_loader",
     "scene_names": "scene_data_loader",
     "Environment": "environment",
-    "A1Renderer": "assignments",
-    "A2Renderer": "assignments",
-    "A3Renderer": "assignments",
-    "A4Renderer": "assignments",
+    "A1Renderer": "renderer",
+    "A2Renderer": "renderer",
+    "A3Renderer": "renderer",
+    "A4Renderer": "renderer",
     "MapRenderer": "maps",
     "LampChoice": "lights.choice",
     "RT3Renderer": "rt3.renderer",
@@ -98,10 +98,6 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer import studies as studies
     from taichi_tracer import teaching as teaching
     from taichi_tracer.apps.widget import show as show
-    from taichi_tracer.assignments import A1Renderer as A1Renderer
-    from taichi_tracer.assignments import A2Renderer as A2Renderer
-    from taichi_tracer.assignments import A3Renderer as A3Renderer
-    from taichi_tracer.assignments import A4Renderer as A4Renderer
     from taichi_tracer.background import Background as Background
     from taichi_tracer.brdfs.base import Brdf as Brdf
     from taichi_tracer.camera import Camera as Camera
@@ -128,6 +124,10 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.ray import no_hit as no_hit
     from taichi_tracer.ray_intersector import BruteForceRayIntersector as BruteForceRayIntersector
     from taichi_tracer.ray_intersector import RayIntersector as RayIntersector
+    from taichi_tracer.renderer import A1Renderer as A1Renderer
+    from taichi_tracer.renderer import A2Renderer as A2Renderer
+    from taichi_tracer.renderer import A3Renderer as A3Renderer
+    from taichi_tracer.renderer import A4Renderer as A4Renderer
     from taichi_tracer.rt3.renderer import RT3Renderer as RT3Renderer
     from taichi_tracer.sampler import BRDF as BRDF
     from taichi_tracer.sampler import Sampler as Sampler

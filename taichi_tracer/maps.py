@@ -19,7 +19,7 @@ from taichi_tracer.integrators.work import WorkMap, counted
 from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
 from taichi_tracer.picture.heat import HEAT, Scale, round_up
 from taichi_tracer.picture.some_pixels import SomePixels
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import one_of

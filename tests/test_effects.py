@@ -12,7 +12,6 @@ from shapes import SQUARE, random_rays, soup, with_spheres
 from support import long_except
 
 import taichi_tracer as tt
-from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.background import Background
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.effects import Effects
@@ -23,8 +22,9 @@ from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import FarLights, SceneLights
 from taichi_tracer.materials import Material, MaterialLibrary
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.system.seams import in_kernels
 
 pytestmark = pytest.mark.usefixtures("f32")

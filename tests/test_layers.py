@@ -37,8 +37,8 @@ LAYERS = (
     "ray_intersector intersectors",
     "options",
     "picture forms scene_parts scene_in_kernels scene_data",
-    "explain integrators renderer",
-    "assignments maps rt3 scene_data_loader",
+    "explain integrators progressive",
+    "renderer maps rt3 scene_data_loader",
     "fast",
     "__init__",
     "studies",
@@ -52,7 +52,7 @@ ORDER = " ".join(LAYERS).split()
 # The map in docs/design.md: what stands together, for a reader. The root files of the first part are the handouts'.
 MAP = {
     "what a student opens: the formulas and the plain forms": (
-        "ray random_numbers sampler camera geometry materials environment ray_intersector renderer assignments "
+        "ray random_numbers sampler camera geometry materials environment ray_intersector progressive renderer "
         "scene_data scene_in_kernels scene_data_loader"
     ),
     "parts: one file for each, in the folder of their kind": (
@@ -270,7 +270,7 @@ TESTED_THROUGH = {
     "integrators.one_sample": "contracts/test_integrators",
     "lights.choice": "contracts/test_lamp_choices",
     "lights.choose_by_hierarchy": "contracts/test_lamp_choices",
-    "picture.rendered": "test_renderer",
+    "picture.rendered": "test_progressive",
     "scene_in_kernels": "lights/test_scene_lights",
     "studies.hard.case": "test_hard_cases",
     "studies.hard.view_cases": "test_hard_cases",

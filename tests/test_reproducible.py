@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.assignments import A2Renderer
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.system.registry import PARTS
 
 PROGRAM = """

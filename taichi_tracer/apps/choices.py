@@ -5,12 +5,12 @@ import copy
 from taichi_tracer.apps.names import renderers
 from taichi_tracer.apps.requests import OF_LIGHT
 from taichi_tracer.apps.words import LIGHT
-from taichi_tracer.assignments import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.maps import MapRenderer
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.system.registry import PARTS
 

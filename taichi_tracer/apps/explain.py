@@ -10,7 +10,7 @@ from taichi_tracer.apps.words import note
 from taichi_tracer.explain.explanation import Explanation
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import check_place, replace_file
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 
 STYLE = """

@@ -10,7 +10,7 @@ from PIL import Image
 
 from taichi_tracer.apps.screen import encode_srgb
 from taichi_tracer.files.images import to_bytes
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.tones.display import Display
 
 MOST_PIXELS = 1024 * 1024  # of a picture that moves: a larger one is sent smaller

@@ -8,12 +8,12 @@ import numpy as np
 import taichi_tracer
 from taichi_tracer.apps.requests import OF_LIGHT
 from taichi_tracer.apps.same_again import DISTANCE, position_of
-from taichi_tracer.assignments import A1Renderer, A4Renderer
 from taichi_tracer.integrators.one_sample import OneSampleMis
 from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.maps import USUAL, MapRenderer
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import load_scene_data, name_of
 from taichi_tracer.system import runtime

@@ -7,8 +7,8 @@ from dataclasses import replace
 import taichi as ti
 
 from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.assignments import A1Renderer, A2Renderer
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A2Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.registry import PARTS

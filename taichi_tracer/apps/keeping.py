@@ -14,7 +14,7 @@ from taichi_tracer.apps.words import note
 from taichi_tracer.files import checkpoint
 from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.progress import Progress, two_digits
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import stopwatch
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.stopwatch import part

@@ -10,7 +10,7 @@ from typing import Any
 import anywidget
 
 from taichi_tracer.apps.session import Session
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 
 FOLDER = Path(__file__).with_name("live")

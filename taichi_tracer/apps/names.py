@@ -10,7 +10,6 @@ import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from taichi_tracer.assignments import A2Renderer, A4Renderer
 from taichi_tracer.camera import ProjectiveCamera, make_camera
 from taichi_tracer.effects import MODES
 from taichi_tracer.environment import LOOKUPS, Environment
@@ -19,7 +18,8 @@ from taichi_tracer.formulas.camera_frame import UP_AXES
 from taichi_tracer.formulas.view import HANDEDNESS
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A2Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import scene_names
 from taichi_tracer.system import runtime

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import taichi as ti
 
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 
 SLOW_FRAME = 1 / 60  # seconds: a picture that takes longer does not move smoothly, with its frame to be sent as well
 ERROR_EVERY = 0.5  # seconds between two estimates of the error at least: each reads the whole film

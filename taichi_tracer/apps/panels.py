@@ -11,7 +11,7 @@ from taichi_tracer.apps.same_again import DISTANCE
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
 from taichi_tracer.maps import MapRenderer
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 

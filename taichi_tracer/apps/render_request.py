@@ -8,11 +8,11 @@ from pathlib import Path
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
 from taichi_tracer.apps.same_again import DISTANCE
 from taichi_tracer.apps.words import PICTURE_FOLDER, note, taken
-from taichi_tracer.assignments import A4Renderer
 from taichi_tracer.files.disk import make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, name_of
 from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
+from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
-from taichi_tracer.assignments import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.environment import Environment, load_environment
@@ -18,7 +17,8 @@ from taichi_tracer.formulas.camera_frame import up_of
 from taichi_tracer.formulas.view import without_angle
 from taichi_tracer.maps import MapRenderer, find_measured
 from taichi_tracer.picture.crop import crop_pixels
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_data, scene_of_document
 from taichi_tracer.system import runtime

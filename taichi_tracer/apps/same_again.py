@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from inspect import signature
 
 from taichi_tracer.apps.requests import options_of
-from taichi_tracer.assignments import A1Renderer, A4Renderer
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.integrators.one_sample import OneSampleMis
 from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
 from taichi_tracer.maps import MapRenderer
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
 from taichi_tracer.system.digits import digits

@@ -26,7 +26,7 @@ from taichi_tracer.apps.mailbox import Mailbox
 from taichi_tracer.apps.same_again import as_command, position_of
 from taichi_tracer.apps.split import Split, details_of, state_of
 from taichi_tracer.integrators.controls import BouncesControl, NameControl
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError, one_of
 
 MOVING = 0.15  # seconds after the last movement: until then the picture is sent as JPEG

@@ -30,7 +30,7 @@ from taichi_tracer.apps.session import Session
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.picture.progress import two_digits
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
 
 TITLE = "Interactive Renderer"

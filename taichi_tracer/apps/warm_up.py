@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from taichi_tracer.apps.names import VIEW
 from taichi_tracer.apps.words import note
-from taichi_tracer.assignments import A1Renderer, A2Renderer, A3Renderer, A4Renderer
+from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data_loader import find_scene, scene_names
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError

@@ -4,8 +4,8 @@ import asyncio
 from importlib.util import find_spec
 from typing import Any
 
-from taichi_tracer.assignments import A1Renderer, A3Renderer
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer, A3Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from taichi_tracer.cluster.sharing import Statistics
     from taichi_tracer.files.picture import Picture
     from taichi_tracer.picture.error_estimate import RelativeError
-    from taichi_tracer.renderer import ProgressiveRenderer
+    from taichi_tracer.progressive import ProgressiveRenderer
     from taichi_tracer.studies import Accuracy
     from taichi_tracer.teaching.marks import Mark
 

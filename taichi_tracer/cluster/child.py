@@ -24,7 +24,7 @@ from taichi_tracer.system.processes import Worker, serve
 if TYPE_CHECKING:
     from taichi_tracer.apps.requests import PictureRequest
     from taichi_tracer.picture.film import Film
-    from taichi_tracer.renderer import ProgressiveRenderer
+    from taichi_tracer.progressive import ProgressiveRenderer
     from taichi_tracer.scene_data import SceneData
     from taichi_tracer.studies.source import SceneFacts
     from taichi_tracer.studies.variants import Variant

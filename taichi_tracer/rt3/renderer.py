@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import taichi as ti
 
-from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.camera import make_camera
 from taichi_tracer.integrators.rt3 import DepthMap
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Shot
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams

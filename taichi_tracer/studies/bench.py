@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.assignments import A4Renderer
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.convergence import Trial
 from taichi_tracer.studies.machine import describe_machine

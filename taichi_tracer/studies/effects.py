@@ -13,7 +13,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.effects import Effects
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from taichi_tracer.files import page
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.sample_parts import Anatomy, SampleParts
 from taichi_tracer.system import compiling

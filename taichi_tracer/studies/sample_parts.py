@@ -22,8 +22,8 @@ from taichi.lang import impl
 
 from taichi_tracer.forms import EyeRays
 from taichi_tracer.picture.some_pixels import SomePixels
+from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.ray import HitData, no_hit
-from taichi_tracer.renderer import ProgressiveRenderer
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.observed import before, observed
 from taichi_tracer.system.seams import in_kernels

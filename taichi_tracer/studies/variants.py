@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
-from taichi_tracer.assignments import A2Renderer, A4Renderer
 from taichi_tracer.environment import LOOKUPS
 from taichi_tracer.integrators import path_settings
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A2Renderer, A4Renderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of

@@ -35,7 +35,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
     "light": (("lights",), True),
     "lamp choice": (("lights",), True),
     "integrator": (("integrators",), True),
-    "renderer": (("assignments", "maps", "rt3.renderer"), False),
+    "renderer": (("renderer", "maps", "rt3.renderer"), False),
     "tone curve": (("tones",), True),
 }
 

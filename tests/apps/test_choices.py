@@ -5,9 +5,9 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.choices import Choices, after
-from taichi_tracer.assignments import A1Renderer, A2Renderer, A3Renderer, A4Renderer
 from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.maps import MapRenderer
+from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer
 
 VERTICES = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 10.0
 FACES = [[0, 1, 2], [0, 2, 3]]

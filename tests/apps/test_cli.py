@@ -20,11 +20,11 @@ from taichi_tracer.apps import grammar, names, rescue
 from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.requests import SceneRequest, scene_and_pictures_of
 from taichi_tracer.apps.words import as_value
-from taichi_tracer.assignments import A1Renderer
 from taichi_tracer.files import images
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.picture import progress
-from taichi_tracer.renderer import ProgressiveRenderer
+from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.studies import effects as effects_study
 from taichi_tracer.system import stopwatch
 from taichi_tracer.system.registry import PARTS

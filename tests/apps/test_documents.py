@@ -12,8 +12,8 @@ import taichi_tracer as tt
 from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.names import find_views
 from taichi_tracer.apps.words import as_value
-from taichi_tracer.assignments import A1Renderer
 from taichi_tracer.picture.aovs import AOVS
+from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.scene_data_loader import find_scene, scene_names
 from taichi_tracer.system.registry import PARTS, load_parts
 

@@ -9,9 +9,9 @@ import pytest
 
 from taichi_tracer.apps import rescue
 from taichi_tracer.apps.cli import main
-from taichi_tracer.assignments import A1Renderer
 from taichi_tracer.files import disk, images
 from taichi_tracer.files.images import read_image
+from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system.errors import InputError
 
 WORDS = ["render", "cube", "--intersector", "brute_force", "--triangle-test", "moller_trumbore", "--size", "8x8"]

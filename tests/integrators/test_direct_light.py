@@ -12,7 +12,6 @@ from shapes import SQUARE, sphere, with_spheres
 from support import DEBUG, long_except
 
 import taichi_tracer as tt
-from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.direct_light import (
@@ -21,6 +20,7 @@ from taichi_tracer.integrators.direct_light import (
     MultipleImportanceSampling,
 )
 from taichi_tracer.materials import Material
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.sampler import UniformSampler
 
 LARGEST_Z = 4.5

@@ -10,12 +10,12 @@ from shapes import SQUARE
 from support import long_except
 
 import taichi_tracer as tt
-from taichi_tracer.assignments import A2Renderer
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
 from taichi_tracer.ray import Ray, no_hit
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.system.seams import in_kernels
 
 KD = np.array([0.8, 0.5, 0.2])

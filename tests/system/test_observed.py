@@ -168,4 +168,4 @@ def test_samples_begin_in_one_place():
         calls = [node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.Call)]
         if any(getattr(call.func, "attr", "") == "start" and len(call.args) == 4 for call in calls):
             found.add(path.relative_to(package).parts[0])
-    assert found == {"renderer.py", "fast", "teaching"}
+    assert found == {"progressive.py", "fast", "teaching"}

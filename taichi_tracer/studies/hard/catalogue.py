@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from taichi_tracer.assignments import A2Renderer
+from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_parts import brdfs_of
 from taichi_tracer.studies.hard import path_cases
 from taichi_tracer.studies.hard.case import Case, RendererCase

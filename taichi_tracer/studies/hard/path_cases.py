@@ -5,12 +5,12 @@ from dataclasses import asdict
 
 import numpy as np
 
-from taichi_tracer.assignments import A4Renderer
 from taichi_tracer.camera import Camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.path_settings import MOST_BOUNCES
 from taichi_tracer.materials import Material
+from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.case import RendererCase, Tally

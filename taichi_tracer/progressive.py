@@ -1,0 +1,350 @@
+"""Progressive rendering: every call adds samples to every pixel, and any change starts the picture again (A2-2).
+
+The central kernel is ``ProgressiveRenderer._take_sample``: pixel → ray → radiance → film. The renderers of the
+assignments define which integrators they offer, and have the methods of the handouts.
+"""
+
+import copy
+from collections.abc import Callable
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
+from taichi_tracer.forms import EyeRays, Form, Parts, Plan, plan_of
+from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.controls import Control
+from taichi_tracer.integrators.direct_light import UniformSphere
+from taichi_tracer.integrators.other_technique import OtherTechnique, missed_light
+from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
+from taichi_tracer.picture.adaptive import Shares
+from taichi_tracer.picture.error_curve import ErrorCurves
+from taichi_tracer.picture.film import Film
+from taichi_tracer.picture.heat import Scale
+from taichi_tracer.picture.progress import Progress, Target, render_until
+from taichi_tracer.picture.rendered import RenderedPicture
+from taichi_tracer.random_numbers import RandomNumbers
+from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, UniformSampler, sampler_of
+from taichi_tracer.scene_data import SceneData
+from taichi_tracer.scene_in_kernels import SceneInKernels
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
+from taichi_tracer.system.stopwatch import LIGHTS, part
+from taichi_tracer.tones.display import Display
+
+if TYPE_CHECKING:
+    from typing_extensions import Self, Unpack
+
+
+# The largest memory of a pixel: numbers in the running precision (on the film and in the kept hits), and other bytes.
+NUMBERS_PER_PIXEL, BYTES_PER_PIXEL = 36, 52
+COMPENSATED = Form("light samples", "of the light above the environment's mean", "samples of the BRDF find the rest")
+
+IntegratorChoice = str | Integrator | type[Integrator] | Enum
+
+
+def not_a_scene(renderer: str, given: object) -> InputError:
+    """The error for what was given to a renderer in place of a scene; a name or a path is no scene yet."""
+    if isinstance(given, str | Path):
+        return InputError(f"{renderer}: {str(given)!r} is no scene yet: give load_scene_data({str(given)!r})")
+    return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
+
+
+def whole(name: str, number: int) -> int:
+    """A whole number of 32 bits; an InputError for anything else."""
+    if int(number) != number or not 0 <= number < 2**32:
+        raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
+    return int(number)
+
+
+def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneData) -> ProjectiveCamera:
+    """The given camera object, or a new camera of the given kind that shows the scene; None takes the scene's kind."""
+    view = scene_data.view_for(width / height if min(width, height) > 0 else 1.0)  # the camera refuses a size of 0
+    if chosen is None:
+        return make_camera(width, height, **view)
+    found = PARTS.find("camera", chosen)
+    if isinstance(found, type):
+        return make_camera(width, height, **change_projection(view, found))
+    return found
+
+
+@ti.data_oriented
+@seams("shade_ray", "record")
+class ProgressiveRenderer(RenderedPicture):
+    """A camera, a film, and one of the integrators that the subclass offers.
+
+    Args:
+        scene_data: the scene. width, height: size of the picture in pixels. options: ``options.RendererOptions``.
+
+    Attributes:
+        use_tiles: whether samples are taken tile by tile, where that is possible: see ``forms``. None takes them so if
+            the picture will be rendered for so long that it is worth the compilation.
+    """
+
+    kind, name = "renderer", ""
+    what = "view"  # the kind of integrators that it offers; messages use this word too
+    jitters = False  # whether its pictures consist of random samples by default
+    has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
+    scale: Scale | None = None  # what the colours mean, if they stand for numbers
+
+    @with_options(RendererOptions, RENDERER_DEFAULTS)
+    def __init__(
+        self, scene_data: SceneData, width: int = 512, height: int = 512, **options: "Unpack[RendererOptions]"
+    ) -> None:
+        given = all_options(type(self).__name__, options, RENDERER_DEFAULTS)
+        if not isinstance(scene_data, SceneData):
+            raise not_a_scene(type(self).__name__, scene_data)
+        scene_data.check_alive()
+        self.scene_data = scene_data
+        self.seed, self.first_sample = whole("seed", given["seed"]), whole("first_sample", given["first_sample"])
+        self.camera = camera_of(given["camera"], width, height, scene_data)
+        self.width, self.height = self.camera.width, self.camera.height
+        bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
+        memory.ask_for(self.width * self.height * bytes_per_pixel, f"a picture of {self.width}x{self.height} pixels")
+        self.jitter = self.jitters if given["jitter"] is None else bool(given["jitter"])
+        self.is_random = self.jitter or self.jitters
+        self.adaptive = bool(given["adaptive"])
+        if self.adaptive and not self.is_random:
+            raise InputError("renderer: adaptive sampling needs random samples: give jitter=True, or an estimator")
+        self._integrators: dict[str, Integrator] = {}
+        chosen = PARTS.find("sampler", given["sampler"])
+        if isinstance(chosen, UniformSampler):
+            self._integrators["uniform"], chosen = UniformSphere(chosen), PARTS.find("sampler", DEFAULT_SAMPLER)
+        self.sampler: Sampler = sampler_of(chosen, self.camera)
+        self.shares = Shares(self.width, self.height, self.adaptive)
+        self.film = self._make_film(given["crop"])
+        self.fast = scene_data.fast if given["fast"] is None else bool(given["fast"])
+        self.replaced = replaced(self)
+        self.use_tiles: bool | None = None
+        self.plan = self.make_plan()
+        self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
+        self.progress = Progress(Target())
+        self.seconds_before, self.error_curves = 0.0, ErrorCurves()
+        self.explainer: Any = None
+        self.other: OtherTechnique | None = None
+        self.display = Display()
+        self.use(self.offers[0] if given["integrator"] is None else given["integrator"])
+
+    def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
+        """The film, with what the estimate of the error needs of this sampler."""
+        of = self.sampler
+        keeps_deviation = self.adaptive or not (of.replicated or of.doubles)
+        return Film(self.width, self.height, crop, of.replicated, keeps_deviation, self.is_random, of.doubles)
+
+    def make_plan(self) -> Plan:
+        """How samples are taken, see ``forms``."""
+        return plan_of(self)
+
+    @property
+    def eye_rays(self) -> Any:
+        """What gives the kernel its rays and hits."""
+        return self.plan.eye_rays
+
+    @classmethod
+    def offered(cls) -> tuple[Integrator, ...]:
+        """The registered integrators that this renderer can use."""
+        return tuple(part for part in PARTS.all("integrator") if part.what == cls.what)
+
+    @property
+    def offers(self) -> tuple[Integrator, ...]:
+        """The integrators of ``offered``, and those that were given to this renderer as objects."""
+        known = {part.name: part for part in self.offered()}
+        return tuple({**known, **self._integrators}.values())
+
+    @classmethod
+    def names(cls) -> list[str]:
+        """The names of the integrators in ``offered``."""
+        return [part.name for part in cls.offered()]
+
+    def use(self, integrator: IntegratorChoice) -> "Self":
+        """Choose what to render: the name of an integrator, or the integrator itself. Returns the renderer."""
+        chosen: Any = getattr(integrator, "value", integrator)  # the name that a SampleMode stands for
+        if isinstance(chosen, str):
+            known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
+            if chosen not in known:
+                raise one_of(self.what, chosen, [part.name for part in self.offers])
+            chosen = known[chosen]
+        else:
+            chosen = PARTS.find("integrator", chosen)
+            self._integrators[chosen.name] = chosen
+        self.active = self._own(chosen)
+        return self
+
+    def _own(self, integrator: Integrator) -> Integrator:
+        """This renderer's copy: an integrator may keep values of one picture, such as a range of depths."""
+        return self._integrators.setdefault(integrator.name, copy.copy(integrator))
+
+    @property
+    def needs_light(self) -> bool:
+        """Whether the integrator in use shows nothing in a scene without light."""
+        return self.active.needs_light
+
+    @property
+    def shows_light(self) -> bool:
+        """Whether the picture is of light, of which its samples may miss some: see ``picture.unseen_light``."""
+        return self.srgb
+
+    @property
+    def explained(self) -> Integrator:
+        """The integrator whose samples ``explain`` explains."""
+        return self.active
+
+    def controls(self) -> tuple[Control, ...]:
+        """The values that can be changed while the picture is shown, as far as they have an effect at present."""
+        return self.active.controls()
+
+    def change(self, name: str, value: Any) -> None:
+        """Change a value of ``controls``; see ``Integrator.change``."""
+        self.active.change(name, value)
+
+    @property
+    def srgb(self) -> bool:
+        """Whether the picture is radiance or colour; then it is written with the sRGB transfer function (C-14)."""
+        return self.active.srgb
+
+    # ── the central kernel ──
+
+    @ti.kernel
+    def _take_sample(self, of: ti.template(), seed: ti.u32, index: ti.u32):
+        for x, y in ti.ndrange(*of.film.ranges):
+            i, is_taken = of.shares.sample_of(x, y, index)
+            if is_taken:
+                rng = of.sampler.start(seed, x, y, i)
+                ray, hit = of.eye_rays.hit_of(x, y, rng)
+                self.keep(of.film, x, y, self.radiance(of.scene, of.integrator, ray, hit, rng), i)
+
+    @in_kernels
+    def keep(self, film, x, y, value, index):
+        """Give the value of a pixel to the film: by ``record``, unless somebody watches and takes it instead."""
+        if film is self.film:
+            self.record(x, y, value, index)
+        else:
+            film.record(x, y, value, index)
+
+    @ti.func
+    def record(self, x, y, value, index):
+        """Take the value of a pixel: as one sample, or as the final value if samples are not random."""
+        self.film.record(x, y, value, index)
+
+    def parts(self, scene: SceneInKernels, integrator: Integrator) -> Parts:
+        """What a sample of this picture is made of, for ``_take_sample``."""
+        parts = Parts(scene, integrator, self.eye_rays, self.sampler, self.shares, self.film)
+        return self.film.unseen.watched(parts)
+
+    def plain_parts(self, scene: SceneInKernels, integrator: Integrator) -> Parts:
+        """The parts of a sample for who looks at it in its plain form: nothing stands in, and nobody watches."""
+        eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
+        return Parts(scene, integrator, eyes, self.sampler, self.shares, self.film)
+
+    @in_kernels
+    def radiance(self, scene, integrator, ray, hit, rng):
+        """One sample of the radiance along the ray, from the integrator or from a replaced ``shade_ray``."""
+        if "shade_ray" in self.replaced:
+            rng.scene = scene
+            return called(self.shade_ray, ray)
+        return integrator.radiance(scene, ray, hit, rng)
+
+    @ti.func
+    def shade_ray(self, ray):
+        """One sample of the integrator in use, in the handout's form: this method traces the ray itself (A2-9)."""
+        hit = self.scene_data.ray_intersector.query_segment(ray, 0.0, tm.inf)
+        return self._shade_hit(ray, hit)
+
+    @in_kernels
+    def _shade_hit(self, ray, hit):
+        rng = RandomNumbers.of_this_kernel()
+        scene = getattr(rng, "scene", None)  # that of ``radiance``; a student's own kernel has none
+        return self.active.radiance(self.kernel_scene() if scene is None else scene, ray, hit, rng)
+
+    def kernel_scene(self) -> SceneInKernels:
+        """The part of the scene that kernels use."""
+        return self.scene_data.in_kernels(compensates=self.active.compensates)
+
+    def add_sample(self, index: int) -> None:
+        """Take one sample for every pixel."""
+        self.plan.take(index)
+
+    def render(
+        self,
+        spp: int | None = None,
+        time: float | None = None,
+        error: float | None = None,
+        watch: Callable[[Progress], object] | None = None,
+    ) -> "Self":
+        """Add samples to every pixel until the first of the targets is reached. Returns the renderer.
+
+        Args:
+            spp: samples per pixel to add; 1 if no target is given.
+            time: seconds of rendering. Compilation does not count; ``progress`` has the times of both.
+            error: the relative RMSE as a fraction: 0.02 is 2 %. It is reached when the upper end of the interval of
+                ``error()`` is not larger. If every sample is the picture itself, as in a view without jitter, one
+                sample reaches this target and the time.
+            watch: a function that is called with ``progress`` after each pass over all pixels.
+        """
+        self.scene_data.check_alive()
+        is_continued = self.samples > 0 and self.is_current()
+        target = Target(1 if spp is None and time is None and error is None else spp, time, error)
+        self.plan.expect(target, is_continued)
+        self.seconds_before = self.rendered_seconds if is_continued else 0.0
+        render_until(self, target, watch)
+        return self
+
+    # ── whether the samples belong to the present state ──
+
+    def state(self) -> tuple:
+        """Everything that the picture depends on. Samples of different states must not be added up."""
+        scene = self.scene_data
+        sky = 0 if scene.environment is None else scene.environment.version
+        values = sum(integrator.version for integrator in self._integrators.values())
+        lights = tuple(light.version for light in scene.lights)
+        return self.active, values, self.camera.version, scene.version, sky, *lights
+
+    def is_current(self) -> bool:
+        """Whether the samples on the film belong to the present ``state``."""
+        return self._shown == self.state()
+
+    def reset(self) -> None:
+        """Forget the samples, so that the next ``render`` starts the picture again."""
+        self.film.reset()
+        self.error_curves.begin(self.active.name, self.state()[1:])
+
+    def begin(self) -> None:
+        """Start the picture again, in the present ``state``."""
+        with part(LIGHTS, waits=True):
+            environment = self.scene_data.environment if self.shows_light else None
+            self.film.unseen.begin(environment, self.kernel_scene, self.width, self.height)
+        self.reset()
+        self.active.prepare(self.scene_data, self.camera)
+        self._shown = self.state()
+
+    def begin_anew(self) -> None:
+        """Let the next ``render`` start again after a change of the seed; adaptive sampling takes a new pilot."""
+        self.reset()
+        self._shown = None
+
+    def _missed_light(self) -> float:
+        """What only a technique finds that the integrator in use has not, see ``integrators.other_technique``."""
+        return missed_light(self)
+
+    def notes(self) -> list[str]:
+        """What the user should know about the picture; nothing if a replaced method decides what is shown."""
+        own = {"shade_ray", f"shade_{self.active.name}"} & set(self.replaced)
+        return [] if own else self.active.notes()
+
+    def receipt(self) -> list[str]:
+        """One line per effect and per form: what is simulated, which form runs, and why."""
+        lines = [*self.scene_data.receipt(), *self.plan.receipt()]
+        if self.active.compensates and self.kernel_scene().compensates:
+            lines.append(str(COMPENSATED))
+        if self.replaced:
+            lines.append(f"{'shading':<15} as it is written: {why_replaced(self)}")
+        return lines
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.active.name}, {self.width}×{self.height}, {self.samples} samples)"
