@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.varying import varying
 
 CORNERS = ("bl", "tl", "tr", "br")  # bottom left, top left, top right, bottom right: the order in the scene files
 
@@ -36,7 +37,7 @@ class Background:
         runtime.ensure()
         self.what, self.corners = what, corners
         self.pixels = _checked(texels, what)
-        self.rows, self.columns = self.pixels.shape[:2]
+        self.rows, self.columns = map(varying, self.pixels.shape[:2])
         self._memory = memory.Memory()
         self.texels = ti.Vector.field(3, float)
         self._memory.fields.dense(ti.ij, (self.rows, self.columns)).place(self.texels)

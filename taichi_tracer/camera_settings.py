@@ -15,6 +15,7 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.seams import runs_in_kernels
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.types import Numbers
+from taichi_tracer.system.varying import varying
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -36,7 +37,7 @@ class Setting(property):
 
 
 class Size:
-    """The width or the height of a picture, in pixels. Kernels are compiled for it, so that it is set only once."""
+    """The width or the height of a picture, in pixels: set only once, because films and samplers have the same."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
@@ -47,7 +48,7 @@ class Size:
     def __set__(self, camera: Any, size: int) -> None:
         if not isinstance(size, (int, float, np.number)) or not (size >= 1 and float(size).is_integer()):
             raise InputError(f"camera: {self.name} must be a whole number of at least 1, not {size!r}")
-        former = vars(camera).setdefault(self.name, int(size))
+        former = vars(camera).setdefault(self.name, varying(int(size)))
         if size != former:
             advice = f"make a renderer, or a camera, with {self.name}={int(size)}"
             raise InputError(f"camera: {self.name} is {former} and cannot be changed to {size}: {advice}")

@@ -16,6 +16,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.varying import varying
 
 LOOKUPS = ("nearest", "bilinear")
 
@@ -57,7 +58,7 @@ class Environment:
         runtime.ensure()
         self.name, self.lookup = name, lookup
         self.pixels = checked(image, name)
-        self.height, self.width = self.pixels.shape[:2]
+        self.height, self.width = map(varying, self.pixels.shape[:2])
         if self.width != 2 * self.height and (self.width, self.height) != (1, 1):
             warnings.warn(
                 f"{name}: {self.width}×{self.height} is not twice as wide as high, so it is stretched over the sphere",

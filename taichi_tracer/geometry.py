@@ -15,6 +15,7 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.memory import Memory
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.varying import varying
 
 # Triangles from which on a kernel computes the normals: for fewer, numpy is done before the kernel is translated.
 MANY_TRIANGLES = 20_000
@@ -259,9 +260,11 @@ class Geometry:
     """
 
     def __init__(self, mesh: Mesh, effects: Any, fields: ti.FieldsBuilder, completes_normals: bool = False) -> None:
-        self.n_triangles, self.n_spheres, self.n_primitives = len(mesh.faces), len(mesh.spheres), mesh.num_primitives
+        self.n_triangles, self.n_spheres = varying(len(mesh.faces)), varying(len(mesh.spheres))
+        self.n_primitives = varying(mesh.num_primitives)
         self.mesh, self.effects = mesh, effects
         self.low, self.high = self._bounds()
+        self.corners = varying((tuple(self.low.tolist()), tuple(self.high.tolist())))  # the same, for kernels
         self.n_vertex_normals = len(mesh.normals)
         self.has_normals = effects.interpolated_normals or completes_normals
         self.completes_normals = completes_normals

@@ -213,7 +213,7 @@ class RayIntersector:
     def ray_bounds(self, ray):
         """``ray`` prepared for ``box_interval``."""
         o, d = ray.origin, ray.direction
-        reach = ti.max(abs(tm.vec3(self.geometry.low) - o), abs(tm.vec3(self.geometry.high) - o)).max()
+        reach = ti.max(abs(tm.vec3(self.geometry.corners[0]) - o), abs(tm.vec3(self.geometry.corners[1]) - o)).max()
         pad = self.pad_factor * (reach + abs(o) / 4)  # abs(o) / 4 covers the rounding of o ± pad
         inverse = 1 / d
         towards = ti.select(inverse >= 0, pad, -pad)

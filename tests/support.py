@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from taichi_tracer.system import runtime
+from taichi_tracer.system import arrays, runtime
 from taichi_tracer.system.taichi_17 import patches
 
 DEBUG = os.environ.get("TAICHI_TRACER_DEBUG") == "1"
@@ -40,6 +40,21 @@ def needs_patch(name: str) -> None:
     reason = runtime.patches().get(name, "the folder taichi_17 is not there")
     if reason:
         pytest.skip(f"patch {name}: {reason}")
+
+
+def needs_arrays() -> None:
+    """Skip the test where fields are Taichi's own, and not in numpy's memory."""
+    needs_patch("arguments")
+    if not arrays.are_possible():
+        pytest.skip("fields are Taichi's own on a GPU and in debug mode")
+
+
+@contextlib.contextmanager
+def without_arrays() -> Iterator[None]:
+    """The fields of each ``Memory`` that is made within this context are Taichi's own."""
+    with pytest.MonkeyPatch.context() as undo:
+        undo.setattr(arrays, "are_possible", lambda: False)
+        yield
 
 
 @contextlib.contextmanager

@@ -10,6 +10,7 @@ from taichi.lang import impl
 from taichi_tracer.ray import real
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.varying import varying
 
 LANE_BITS = 4
 LANES = 1 << LANE_BITS  # rays or pixels that are computed side by side: sixteen numbers of 32 bits, as in AVX-512
@@ -133,7 +134,7 @@ class Turns:
     """
 
     def __init__(self, pieces: int) -> None:
-        self.pieces, self.places = pieces, min(pieces, ti.cfg.cpu_max_num_threads)
+        self.pieces, self.places = varying(pieces), min(pieces, ti.cfg.cpu_max_num_threads)
         self.iterations = self.places * CPU_BLOCK
         self._memory = memory.Memory()
         self.taken = ti.field(ti.i32)

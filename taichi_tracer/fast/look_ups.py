@@ -40,7 +40,7 @@ class LookUps:
     def __init__(self, light, places: int, most: int, most_groups: int, finds_pdf: bool = False) -> None:
         self.light, self.environment, self.finds_pdf = light, light.environment, finds_pdf
         self.first_group = -(-most // LANES)
-        self._memory = memory.Memory()
+        self._memory = memory.Memory(scratch="LookUps")
         self.x, self.y, self.z, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
         self.count, self.groups = ti.field(ti.i32), ti.field(ti.i32)
         place = self._memory.fields.dense(ti.i, places)  # only of vectors, see ``packets.Packets``
@@ -127,7 +127,7 @@ class LightLanes:
 
     def __init__(self, light, places: int) -> None:
         self.light = light
-        self._memory = memory.Memory()
+        self._memory = memory.Memory(scratch="LightLanes")
         self.x, self.y, self.z, self.pdf = (ti.Vector.field(LANES, float) for _ in range(4))
         self._memory.fields.dense(ti.i, places).place(self.x, self.y, self.z, self.pdf)
         self._memory.allocate()

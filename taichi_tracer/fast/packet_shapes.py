@@ -39,7 +39,7 @@ class SphereLanes:
         self.divides = not runtime.can_widen()  # as ``without_overflow`` does
         wide = ti.f64 if runtime.has_f64() else float
         self.rounding = float(ROUNDING * np.finfo(np.float64 if runtime.has_f64() else runtime.dtype()).eps)
-        self._memory = memory.Memory()
+        self._memory = memory.Memory(scratch="SphereLanes")
         self.f, self.d, self.size, self.a, self.b, self.c = (ti.Vector.field(LANES, wide) for _ in range(6))
         self.rest, self.root = (ti.Vector.field(LANES, wide) for _ in range(2))
         self.entry, self.exit = (ti.Vector.field(LANES, float) for _ in range(2))

@@ -118,7 +118,7 @@ class Packets:
 
     def __init__(self, places: int, share_origin: bool = False, has_spheres: bool = False) -> None:
         self.share_origin, self.has_spheres = share_origin, has_spheres
-        self._memory = memory.Memory()
+        self._memory = memory.Memory(scratch="Packets")
         self.d, self.i = (ti.Vector.field(LANES, float) for _ in range(2))
         self.shear_x, self.shear_y, self.t, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(5))
         self.x0, self.x1, self.x2, self.y0, self.y1, self.y2 = (ti.Vector.field(LANES, float) for _ in range(6))
@@ -217,7 +217,7 @@ class Packets:
     @ti.func
     def move_origins(self, c, common: ti.template(), intersector: ti.template()):
         """The moved origins of ``ray_bounds`` for each ray, and their extremes."""
-        low, high = tm.vec3(intersector.geometry.low), tm.vec3(intersector.geometry.high)
+        low, high = tm.vec3(intersector.geometry.corners[0]), tm.vec3(intersector.geometry.corners[1])
         signs = heading_signs(common.heading)
         first, last = tm.vec3(-tm.inf), tm.vec3(tm.inf)
         for g in range(self.groups[None]):

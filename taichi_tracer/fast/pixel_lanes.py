@@ -118,14 +118,15 @@ class NumberLanes:
         self.sampler, self.shares = sampler, shares
         first = FIRST_DIMENSION + 1
         dimensions = (first | 1 << TERM_BIT, first) if sampler.shares_terms else (first, first + 1)
-        self._memory = memory.Memory()
+        self._scratch, self._memory = memory.Memory(scratch="NumberLanes"), memory.Memory()
         self.first, self.second = (ti.Vector.field(LANES, float) for _ in range(2))
-        self._memory.fields.dense(ti.i, places).dense(ti.j, pairs).place(self.first, self.second)
         self.pairs, self.dimension = ti.field(ti.i32), ti.field(ti.u32)
-        self._memory.fields.place(self.pairs)
-        self._memory.fields.dense(ti.i, pairs).place(self.dimension)
-        self._memory.allocate()
-        self.pairs[None] = pairs
+        with self._scratch as fields:
+            fields.dense(ti.i, places).dense(ti.j, pairs).place(self.first, self.second)
+        with self._memory as fields:
+            fields.place(self.pairs)
+            fields.dense(ti.i, pairs).place(self.dimension)
+        self._memory.write(self.pairs, pairs)
         self._memory.write(self.dimension, np.array(dimensions[:pairs], np.uint32))
 
     @ti.func

@@ -20,6 +20,7 @@ from taichi_tracer.ray import no_hit
 from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, sampler_of
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.system.varying import varying
 
 PIECE = 16  # packets that a thread takes at a time: neighbours, which meet the same nodes
 LARGE_PICTURE = 256 * 256  # pixels; from this size on, packets gain much
@@ -28,6 +29,7 @@ LARGE_PICTURE = 256 * 256  # pixels; from this size on, packets gain much
 MANY_RAYS = 1 << 25
 # Tests of a ray and a primitive that take less time than it takes to translate the search of a tree.
 FEW_TESTS = 1 << 24
+FEWEST_PLACES = 1 << 14  # for tiles: those of a picture of 512 × 512 pixels
 CROWD = 8  # triangles per pixel; see ``is_crowded``
 
 
@@ -75,14 +77,16 @@ class PrimaryHits:
         self.packets = None
         self.traces, self.forms = 0, frozenset()  # how often rays were traced, and in which forms
         side = SIDE * TILE  # of a packet, in pixels
-        self.tiles_x, self.tiles_y = -(-self.width // side) * SIDE, -(-self.height // side) * SIDE
-        self.ranges = ((0, self.width), (0, self.height)) if ranges is None else ranges
+        self.tiles_x = varying(-(-self.width // side) * SIDE)
+        self.tiles_y = varying(-(-self.height // side) * SIDE)
+        self.ranges = varying(((0, self.width), (0, self.height)) if ranges is None else ranges)
         self.pixels = pixels_in(self.ranges)
         (x0, x1), (y0, y1) = self.ranges
         self.without_tree = self._search_without_tree()
-        self.first = x0 // side, y0 // side  # of the packets that are traced
-        self.across, self.upwards = -(-x1 // side) - x0 // side, -(-y1 // side) - y0 // side
+        self.first = varying((x0 // side, y0 // side))  # of the packets that are traced
+        self.across, self.upwards = varying((-(-x1 // side) - x0 // side, -(-y1 // side) - y0 // side))
         self._memory: memory.Memory | None = None
+        self._sample = 0, 0  # the seed and the index of the sample that was traced last
         self._traced = None  # the camera, and with jitter the sample, to which the hits belong
 
     def _search_without_tree(self) -> FastBruteForce | None:
@@ -98,9 +102,14 @@ class PrimaryHits:
         is_little = self.without_tree is not None and tests <= FEW_TESTS
         return self.without_tree if is_little else self.scene_data.ray_intersector
 
-    def _allocate(self) -> None:
-        """Make the fields, when they are needed for the first time: another form of the rays may be chosen before."""
-        self._memory = memory.Memory()
+    def _allocate(self, for_packets: bool) -> None:
+        """Make the fields, when they are needed for the first time: another form of the rays may be chosen before.
+
+        Packets write whole vectors, which is faster into Taichi's own fields. These have room for a power of two, so
+        that a picture of similar size finds the kept kernels.
+        """
+        self._memory = memory.Memory(scratch="PrimaryHits" if for_packets else "")
+        places = max(FEWEST_PLACES, 1 << (self.tiles_x * self.tiles_y - 1).bit_length())
         self.distance, self.u, self.v = (ti.Vector.field(LANES, float) for _ in range(3))
         self.triangle_id = ti.Vector.field(LANES, ti.i32)
         fields = [self.distance, self.triangle_id, self.u, self.v]
@@ -111,21 +120,23 @@ class PrimaryHits:
         self.normal = [ti.Vector.field(LANES, float) for _ in range(3)] if self.keeps_normals else []
         fields += self.normal
         for field in fields:
-            self._memory.fields.dense(ti.i, self.tiles_x * self.tiles_y).place(field)
+            self._memory.fields.dense(ti.i, places).place(field)
         self._memory.allocate()
 
     def bring_up_to_date(self, seed: int, index: int) -> None:
         """Trace, unless the hits belong to this sample. Without jitter, hits are valid until the camera moves."""
         wanted = (self.camera.version, *((seed, index, self.shares.version) if self.jitter else ()))
-        if self._traced != wanted:
+        if self._traced != wanted or self._memory is None or not self._memory.is_claimed():
             self.trace(seed, index)
             self._traced = wanted
 
     def trace(self, seed: int = 0, index: int = 0) -> None:
         """Send one eye ray through every pixel; with jitter, the ray of one sample."""
-        if self._memory is None:
-            self._allocate()
         use_packets = self.can_use_packets and self.is_much_work() if self.use_packets is None else self.use_packets
+        if self._memory is None or (use_packets and self._memory.has_arrays):
+            self._allocate(use_packets)
+        self._memory.claim()
+        self._sample = seed, index
         self.traces += 1
         self.forms |= {use_packets}
         if not use_packets:
@@ -175,7 +186,9 @@ class PrimaryHits:
 
     def image_of(self, field) -> np.ndarray:
         """(height, width) of one of the fields, top row first."""
-        tiles = field.to_numpy().reshape(self.tiles_x, self.tiles_y, TILE, TILE)
+        if self._memory is not None and not self._memory.is_claimed():
+            self.trace(*self._sample)
+        tiles = field.to_numpy()[: self.tiles_x * self.tiles_y].reshape(self.tiles_x, self.tiles_y, TILE, TILE)
         padded = tiles.transpose(1, 3, 0, 2).reshape(self.tiles_y * TILE, self.tiles_x * TILE)
         return padded[: self.height, : self.width][::-1]
 

@@ -37,7 +37,7 @@ class LeafLanes:
     """
 
     def __init__(self, places: int) -> None:
-        self._memory = memory.Memory()
+        self._memory = memory.Memory(scratch="LeafLanes")
         self.o, self.d, self.i, self.n, self.f = (ti.Vector.field(LANES, float) for _ in range(5))
         self.x0, self.x1, self.x2, self.y0, self.y1, self.y2 = (ti.Vector.field(LANES, float) for _ in range(6))
         self.shear_x, self.shear_y, self.reach, self.pad = (ti.Vector.field(LANES, float) for _ in range(4))
@@ -206,7 +206,7 @@ class ShadowLanes:
 
     def __init__(self, intersector, places: int, most: int) -> None:
         self.intersector = intersector
-        self._memory = memory.Memory()
+        self._memory = memory.Memory(scratch="ShadowLanes")
         self.o, self.d, self.reach = (ti.Vector.field(LANES, float) for _ in range(3))
         self.count = ti.field(ti.i32)
         group = self._memory.fields.dense(ti.i, places).dense(ti.j, -(-most // LANES))

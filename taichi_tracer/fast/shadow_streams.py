@@ -49,7 +49,7 @@ class ShadowStreams:
 
     def __init__(self, intersector, places: int, most: int) -> None:
         self.intersector = intersector
-        self._memory = memory.Memory()
+        self._memory = memory.Memory(scratch="ShadowStreams")
         self.ray_o, self.ray_d, self.near, self.inverse, self.far = (ti.Vector.field(3, float) for _ in range(5))
         self.axes, self.aimed = ti.Vector.field(3, ti.i32), ti.Vector.field(3, float)
         self.shear = ti.Vector.field(2, float)

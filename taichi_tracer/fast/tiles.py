@@ -10,6 +10,7 @@ Where the eye rays of sixteen neighbouring pixels hit nothing, nothing is shaded
 are computed together.
 """
 
+import functools
 import math
 from typing import Any
 
@@ -110,6 +111,12 @@ class Waiting:
         return self.tiles.wait_for_density(surface, xi)
 
 
+@functools.cache
+def waiting_class(form: type) -> type:
+    """The class of a form of an integrator, whose light waits; one for all objects, which then share their kernels."""
+    return type(f"Waiting{form.__name__}", (Waiting, form), {})
+
+
 @ti.data_oriented
 class Tiles:
     """Takes samples tile by tile.
@@ -135,7 +142,8 @@ class Tiles:
     def __init__(self, renderer, scene, integrator) -> None:
         self.renderer, self.scene, self.is_of = renderer, scene, (scene, integrator)
         form = form_class(scene, integrator)
-        self.integrator = type(f"Waiting{form.__name__}", (Waiting, form), {"tiles": self})(integrator)
+        self.integrator = waiting_class(form)(integrator)
+        self.integrator.tiles = self
         self.weights = issubclass(form, FarMis)
         self.counter = renderer.film.unseen.counter
         self.counts = self.counter is not None
@@ -154,7 +162,7 @@ class Tiles:
         if self.draws_light:
             self.light_lanes = LightLanes(scene.lights.far[0], places)
         self.look_ups = LookUps(scene.lights.far[0], places, most, GROUPS, finds_pdf=self.weights)
-        self._memory = memory.Memory()
+        self._memory = memory.Memory(scratch="Tiles")
         place = self._memory.fields.dense(ti.i, places)
         self.groups, self.behind, self.end = (ti.field(ti.i32) for _ in range(3))
         self.value, self.factor, self.origin, self.direction = (ti.Vector.field(3, float) for _ in range(4))

@@ -45,7 +45,7 @@ class ViewTiles:
         self.first = self.x0 // TILE, self.y0 // TILE
         self.across, self.upwards = -(-self.x1 // TILE) - self.first[0], -(-self.y1 // TILE) - self.first[1]
         self.turns = Turns(-(-self.across * self.upwards // PIECE))
-        self._memory = memory.Memory()
+        self._memory = memory.Memory(scratch="ViewTiles")
         self.o, self.d = (ti.Vector.field(LANES, float) for _ in range(2))
         self._memory.fields.dense(ti.ij, (self.turns.places, 3)).place(self.o, self.d)
         self._memory.allocate()

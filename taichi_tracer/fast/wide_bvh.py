@@ -24,8 +24,11 @@ from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.varying import varying
 
 NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
+# Stacks have a multiple of this length, and depths are rounded up, so that most trees have the same kernels.
+STACK_STEP, DEPTH_STEP = 64, 8
 UNBRANCHED = 2  # children that are put on the stack without a branch: few rays meet more, besides the one they enter
 
 
@@ -69,7 +72,8 @@ class WideBVH(FastIntersector):
             del tree
         references, places = in_blocks(np.append(wide.children, np.int32(min(wide.root, 0))), len(ids))
         children, root = references[:-1].reshape(-1, WIDTH), references[-1]
-        self.root, self.depth, self.stack_size = int(root), wide.depth, wide.stack_size
+        self.root, self.depth = varying(int(root)), -(-wide.depth // DEPTH_STEP) * DEPTH_STEP
+        self.stack_size = -(-wide.stack_size // STACK_STEP) * STACK_STEP
         self.is_one_leaf = self.root < 0  # of a scene with few primitives: kernels have no code for nodes
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
         self.num_places = BLOCK * -(-(int(places.max(initial=-1)) + 1) // BLOCK)

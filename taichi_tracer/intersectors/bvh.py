@@ -19,6 +19,7 @@ from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
 
 MOST_IN_A_LEAF = 4  # primitives; a node with more of them is always divided
+STACK_STEP = 64  # the stack has a multiple of this length, so that most meshes need no other kernel
 COST_OF_BOX = 1.0  # the cost of testing a box, in units of the cost of testing a triangle
 
 
@@ -39,7 +40,7 @@ class BVHRayIntersector(RayIntersector):
         super().bind(geometry, triangle_test)
         ids, boxes = geometry.hittable()
         nodes, order, depth = build(boxes)
-        self.num_nodes, self.stack_size = len(nodes), depth + 1
+        self.num_nodes, self.stack_size = len(nodes), -(-(depth + 1) // STACK_STEP) * STACK_STEP
         self._memory = memory.Memory()
         self.low, self.high = ti.Vector.field(3, float), ti.Vector.field(3, float)
         self.first, self.count, self.order = ti.field(ti.i32), ti.field(ti.i32), ti.field(ti.i32)

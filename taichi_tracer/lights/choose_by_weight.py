@@ -9,6 +9,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.varying import varying
 
 CELLS = 1 << 24  # a random number in f32 is a multiple of 1/CELLS
 
@@ -29,7 +30,7 @@ class ByWeight(LampChoice):
 
     def prepare(self, lamps: LampTable) -> None:
         """Build the cumulative distribution. If all weights are 0, all lamps are equally likely."""
-        self.count = len(lamps)
+        self.count = varying(len(lamps))
         cdf = np.concatenate([[0], np.cumsum(cells_of(self.weights(lamps)))]) / CELLS
         self._memory = memory.Memory()
         self.cdf = ti.field(float)

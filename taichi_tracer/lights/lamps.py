@@ -30,6 +30,7 @@ from taichi_tracer.ray import offset_origin
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import called, seams
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.system.varying import varying
 
 # A triangle is near if its middle is closer than this, in units of the radius of a ball around it. Then points are
 # uniform in solid angle, which takes more time for a sample, and makes samples equally bright.
@@ -62,7 +63,7 @@ class Lamps(Light):
     ) -> None:
         self.geometry, self.library, self.choice, self.two_sided = geometry, library, choice, bool(two_sided)
         self.table = lamp_table(geometry, library.materials, self.two_sided)
-        self.count = len(self.table)
+        self.count = varying(len(self.table))
         self._memory: memory.Memory | None = None
         size = np.ptp(geometry.mesh.vertices, axis=0).max() if len(geometry.mesh.vertices) > 0 else 0.0
         is_large = self.table.areas.max(initial=0) > SMALL * size * size

@@ -11,6 +11,7 @@ from taichi_tracer.random_numbers import given_or_drawn
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import called, seams
+from taichi_tracer.system.varying import varying
 
 
 @ti.data_oriented
@@ -36,7 +37,7 @@ class MeshLightSampler(LampChoice):
         """Compute the areas and their cumulative distribution."""
         if (lamps.primitives < 0).any():
             raise InputError(f"{type(self).__name__} samples triangles, but a sphere emits: use lamp_choice='power'")
-        self.n_emissive_triangles = len(lamps)
+        self.n_emissive_triangles = varying(len(lamps))
         self._memory = memory.Memory()
         self.emissive_triangle_ids, self.cdf, self.areas = ti.field(ti.i32), ti.field(float), ti.field(float)
         triangles = self._memory.fields.dense(ti.i, self.n_emissive_triangles)

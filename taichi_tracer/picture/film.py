@@ -15,8 +15,9 @@ from taichi_tracer.picture.non_finite import NonFiniteSamples
 from taichi_tracer.picture.pixel_groups import upright
 from taichi_tracer.picture.pixel_sums import PixelSums, is_finite, mean_of_channels
 from taichi_tracer.picture.unseen_light import UnseenLight
-from taichi_tracer.system import direct, memory
+from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.varying import varying
 
 # Pixels up to which numpy reads the film: it takes less than 2 ms for them, and a kernel 0.1 s to translate and load.
 FEW_PIXELS = 128 * 128
@@ -68,14 +69,14 @@ class Film(PixelSums):
         averages: bool = True,
         doubles: bool = False,
     ) -> None:
-        self.width, self.height = width, height
+        self.width, self.height = varying(width), varying(height)
         self.crop = (0, width, 0, height) if crop is None else tuple(int(c) for c in crop)
         x0, x1, y0, y1 = self.crop
         if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
             raise InputError(
                 f"film: crop {self.crop} does not lie within {width}x{height}: 0 <= x0 < x1 <= width, same for y"
             )
-        self.ranges = (x0, x1), (y0, y1)
+        self.ranges = varying(((x0, x1), (y0, y1)))
         self.halves = 2 if replicated or doubles else 1
         self.doubles = doubles
         self.keeps_deviation = self.halves == 1 if keeps_deviation is None else keeps_deviation
@@ -108,14 +109,14 @@ class Film(PixelSums):
         self.check_alive()
         if self.averages:
             self.clear()
-        elif self.samples > 0 or direct.is_possible():  # also if it is 0: so its place is found together with others
+        elif self.samples > 0:
             self.non_finites.clear()
         self.samples = 0
         self.unseen.reset()
 
     def clear(self) -> None:
         """Set all sums to those of no samples."""
-        if not direct.is_possible():
+        if not self.memory.has_arrays:
             self._clear()
             return
         for field in (self.count.lanes[0], self.half_count.lanes[0], self.residue):
@@ -217,7 +218,7 @@ class Film(PixelSums):
     def image(self) -> np.ndarray:
         """(height, width, 3) float32, linear, top row first."""
         self.check_alive()
-        if direct.is_possible() and not self.averages:
+        if self.memory.has_arrays and not self.averages:
             return upright(self.memory.array(self.canvas))
         if self.is_read_by_numpy:
             total, rest, count = self.total.read(self.memory), self.rest.read(self.memory), self.counts()
@@ -230,7 +231,7 @@ class Film(PixelSums):
     @property
     def is_read_by_numpy(self) -> bool:
         """Whether the picture is so small that numpy is done with it before a kernel is loaded."""
-        return direct.is_possible() and self.width * self.height <= FEW_PIXELS
+        return self.memory.has_arrays and self.width * self.height <= FEW_PIXELS
 
     @ti.kernel
     def _write_image(self, image: ti.types.ndarray(dtype=ti.f32, ndim=3)):

@@ -1,8 +1,6 @@
 """Taichi fields that are freed together with their owner, and errors instead of crashes when they are gone.
 
-On a CPU, numpy writes the fields (``direct``). For this, a kernel must tell where they are, and each such kernel takes
-0.03 s to translate. Therefore small arrays wait until a kernel or Python could read a field: then one kernel tells the
-places of all fields for which something waits. ``taichi_17`` sees to it that Taichi calls ``write_what_waits`` then.
+On a CPU, the fields are in numpy's memory (``arrays``), which Python frees. Elsewhere they are Taichi's own.
 """
 
 import weakref
@@ -16,7 +14,7 @@ from numpy.typing import ArrayLike
 from taichi.lang import impl
 from taichi.lang.util import to_numpy_type
 
-from taichi_tracer.system import direct
+from taichi_tracer.system import arrays
 from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import check_not_forked, ensure, is_forked
 
@@ -24,8 +22,6 @@ KEPT_FREE = 0.1  # the fraction of the free memory that is left for other uses
 # Owners that no longer exist, and bytes of theirs, that may wait to be freed. When Taichi frees memory, it forgets all
 # kernels, so that Python must read again every kernel that is still in use.
 MOST_WAITING, MOST_BYTES_WAITING = 32, 1 << 27
-LARGE = 1 << 22  # bytes: an array that is not copied, to be written later
-MOST_WRITES = 100  # that wait at the same time
 
 
 def ask_for(needed: int, what: str) -> None:
@@ -86,21 +82,29 @@ class Lifetime:
 class Memory:
     """The fields of one owner, which are freed together with the owner.
 
-    Taichi itself never frees fields, and has room for only 512 such groups. The memory of owners that no longer exist
-    is freed when some of it has come together, because kernels must be read again afterwards.
+    Taichi itself never frees its own fields, and has room for only 512 such groups. The memory of owners that no longer
+    exist is freed when some of it has come together, because kernels must be read again afterwards.
 
     First make this object, then make the fields, place them in ``fields``, and call ``allocate``. No kernel can run in
     between. If an error can occur in between, use ``with memory:``. It allocates the fields at the end. After an error,
     it forgets them: otherwise no kernel could run any more.
+
+    Args:
+        scratch: a name, if only kernels use the fields, and each kernel anew. The fields are Taichi's own then, also on
+            a CPU: LLVM makes faster code of them, and their shapes depend on the machine and not on the scene. All
+            owners that give the same name and place the same fields share them, and therefore also kernels; ``claim``
+            tells whether another one has used them.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, scratch: str = "") -> None:
         if len(_orphans) > MOST_WAITING or sum(size for _, _, size in _orphans) > MOST_BYTES_WAITING:
             _free_orphans()
         self._lifetime = Lifetime()
-        self.fields = ti.FieldsBuilder()
-        self._tree, self._bytes = None, 0
-        self._root: int | None = None  # the address of the memory, if it was asked for
+        self.scratch, self._shared, self._token = scratch, Shared(), object()
+        self.has_arrays = not scratch and arrays.are_possible()
+        self.fields: Any = arrays.Builder() if self.has_arrays or scratch else ti.FieldsBuilder()
+        self._tree: Any = None  # of Taichi's fields; or the list of those in numpy's memory
+        self._bytes = 0
 
     def is_over(self) -> bool:
         """Whether Taichi was started again since then, or the memory was freed."""
@@ -108,65 +112,63 @@ class Memory:
 
     def allocate(self) -> None:
         """Allocate the fields. After that, no more fields can be placed."""
-        tree: Any = self.fields.finalize()
-        self._tree = tree
-        self._bytes = impl.get_runtime().prog.get_snode_root(tree.id).cell_size_bytes
+        if self.scratch:
+            self._borrow()
+            return
+        self._tree = self.fields.finalize()
+        if not self.has_arrays:
+            self._bytes = impl.get_runtime().prog.get_snode_root(self._tree.id).cell_size_bytes
+
+    def _borrow(self) -> None:
+        """Use the fields that another owner has made, or make them."""
+        key = self.scratch, self.fields.form()
+        there, own = _scratch.get(key), list(self.fields.fields())
+        if there is not None and not there.lifetime.is_over():
+            self._shared = there
+            self.fields.forget()
+            for field, other in zip(own, there.fields, strict=True):
+                vars(field).update(vars(other))
+        else:
+            self._shared = _scratch[key] = Shared(self._lifetime, self.fields.in_tree(), own)
+        self._tree = self._shared.tree
+
+    def claim(self) -> None:
+        """Say that from now on these fields hold what this owner lets kernels write."""
+        self._shared.user = self._token
+
+    def is_claimed(self) -> bool:
+        """Whether no other owner that shares these fields has claimed them since this one did."""
+        return not self.scratch or self._shared.user is self._token
 
     def array(self, field: Any) -> np.ndarray:
-        """The memory of one of these fields as an array, see ``direct``; only where ``direct.is_possible``.
-
-        It must not be used any more when the memory was freed.
-        """
-        return direct.places.array_at(self._root_of(field), field)
-
-    def _root_of(self, field: Any) -> int:
+        """The memory of one of these fields as an array; only if this ``has_arrays``."""
         self.check("field")
-        if self._root is None:
-            write_what_waits((self, field))
-        assert self._root is not None
-        return self._root
+        return field.numbers()
 
     def write(self, field: Any, numbers: ArrayLike) -> None:
         """Set all numbers of one of these fields; ``numbers`` has the shape of ``field.to_numpy()``."""
-        if direct.is_possible():
-            self.put(field, ..., np.asarray(numbers))
+        if self.has_arrays:
+            self.array(field)[...] = numbers
         else:
             field.from_numpy(np.asarray(numbers, to_numpy_type(field.dtype), order="C"))
 
-    def put(self, field: Any, rows: Any, numbers: np.ndarray) -> None:
-        """Set some rows of one of these fields, now or before anything can read them; where ``direct.is_possible``.
-
-        Args:
-            rows: an index of ``array``. numbers: for ``array[rows]``.
-        """
-        if self._root is not None or numbers.nbytes > LARGE:
-            self.array(field)[rows] = numbers
-        else:
-            self._let_wait(Waiting(self, field, rows, numbers.copy()))
-
     def clear(self, field: Any) -> None:
-        """Set a field to 0, and all fields that were placed together with it; only where ``direct.is_possible``."""
-        if self._root is not None:
-            direct.places.clear(self._root_of(field), field)
-        else:
-            self._let_wait(Waiting(self, field))
-
-    def _let_wait(self, waiting: "Waiting") -> None:
+        """Set a field to 0, and all fields that were placed together with it; only if this ``has_arrays``."""
         self.check("field")
-        _waiting.append(waiting)
-        if len(_waiting) > MOST_WRITES:
-            write_what_waits()
+        field.block[...] = 0
 
     def read(self, field: Any) -> np.ndarray:
         """``field.to_numpy()`` of one of these fields."""
-        return self.array(field).copy() if direct.is_possible() else field.to_numpy()
+        return self.array(field).copy() if self.has_arrays else field.to_numpy()
 
-    def __enter__(self) -> ti.FieldsBuilder:
+    def __enter__(self) -> Any:
         return self.fields
 
     def __exit__(self, error, *_more) -> None:
         if error is None:
             self.allocate()
+        elif isinstance(self.fields, arrays.Builder):
+            self.fields.forget()
         else:
             impl.get_runtime().unfinalized_fields_builder.pop(self.fields, None)
 
@@ -179,73 +181,35 @@ class Memory:
     def free(self) -> None:
         """Free the memory now. The fields cannot be used afterwards."""
         tree, self._tree = self._tree, None
-        if tree is not None:
+        if self.has_arrays:
+            for field in tree or ():
+                field.free()
+        elif tree is not None and not self.scratch:
             _destroy(tree, self._lifetime)
 
     def __del__(self) -> None:
         # The fields are not freed here, because Python may call this method while Taichi compiles a kernel.
-        if getattr(self, "_tree", None) is not None and _orphans is not None:  # it is None when Python exits
+        is_own = getattr(self, "_tree", None) is not None and not self.has_arrays and not self.scratch
+        if is_own and _orphans is not None:
             _orphans.append((self._lifetime, self._tree, self._bytes))
 
 
 @dataclass
-class Waiting:
-    """Something that is to be written before anybody reads it.
+class Shared:
+    """Fields that several owners share.
 
     Attributes:
-        owner: the owner of the memory, which is not freed before.
-        field: one of its fields. rows: an index of the array that is its memory. numbers: for these rows; None sets the
-            field, and all that were placed together with it, to 0.
+        lifetime: the start of Taichi to which they belong. tree: Taichi's tree of them. fields: in the order of places.
+        user: the owner that has claimed them last.
     """
 
-    owner: Memory
-    field: Any
-    rows: Any = None
-    numbers: np.ndarray | None = None
-
-    def write(self) -> None:
-        """Write it, unless the memory was freed."""
-        if self.owner.is_over():
-            return
-        if self.numbers is None:
-            self.owner.clear(self.field)
-        else:
-            self.owner.put(self.field, self.rows, self.numbers)
+    lifetime: Any = None
+    tree: Any = None
+    fields: Any = ()
+    user: Any = None
 
 
-_waiting: list[Waiting] = []
-_is_asking = False  # whether the kernel runs that tells places
-
-
-def write_what_waits(*also: tuple[Memory, Any]) -> None:
-    """Write what waits: find the places of all fields for which something waits, and of some more, and write there.
-
-    Nothing happens if nothing waits, or if this was called by the kernel that tells places.
-
-    Args:
-        also: owners of memory whose place is to be found, each with one of its fields.
-    """
-    global _is_asking
-    if _is_asking or not (_waiting or also):
-        return
-    now, owners = list(_waiting), {id(one): (one, field) for one, field in also}
-    for waiting in now:
-        if not waiting.owner.is_over():
-            owners[id(waiting.owner)] = waiting.owner, waiting.field
-    unknown = [(one, field) for one, field in owners.values() if one._root is None]
-    if unknown:
-        _is_asking = True
-        try:
-            roots = direct.places.root_addresses([field for _, field in unknown])
-        finally:
-            _is_asking = False
-        for (one, _), root in zip(unknown, roots, strict=True):
-            one._root = root
-    del _waiting[: len(now)]  # not earlier: if the kernel is interrupted, they wait on
-    for waiting in now:
-        waiting.write()
-
-
+_scratch: dict[tuple[str, Any], Shared] = {}  # by the name and the form of the fields
 _orphans: list[tuple[Lifetime, Any, int]] = []
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.system import direct, runtime
+from taichi_tracer.system import runtime
 from taichi_tracer.system.memory import Memory
 
 # Cells from which on a kernel copies them in parallel: a parallel loop takes 10 ms longer to translate or load.
@@ -79,10 +79,10 @@ class Tables:
         Args:
             memory: of the fields, which were allocated.
         """
-        if direct.is_possible():
+        if memory.has_arrays:
             for table in self.tables:
                 rows = slice(len(table.array)) if table.field.shape else ...
-                memory.put(table.field, rows, table.array)
+                memory.array(table.field)[rows] = table.array
         else:
             self.load_by_kernel()
 

@@ -236,7 +236,7 @@ def test_facts_are_those_of_the_tree(f32):
     tree = tt.scene_from_mesh(*sphere(12, 7), intersector="bvh", fast=False).ray_intersector
     assert tree.facts() == {"nodes": f"{tree.num_nodes:,}", "stack": f"{tree.stack_size}"}
     assert tree.num_nodes > 20
-    assert 3 <= tree.stack_size <= 20
+    assert tree.stack_size == 64  # the tree is not deep
 
 
 @pytest.mark.long

@@ -1,12 +1,14 @@
 """Numbers of pixels in groups of sixteen: the same numbers by pixel, by group, and in numpy."""
 
+import contextlib
+
 import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
+from support import without_arrays
 
 from taichi_tracer.picture.pixel_groups import GROUP, PIXELS, PixelGroups, groups_along
-from taichi_tracer.system import direct
 from taichi_tracer.system.memory import Memory
 
 WIDTH, HEIGHT, HALVES = 7, 9, 2  # neither is a multiple of the side of a group
@@ -40,10 +42,9 @@ class Numbers:
 
 
 @pytest.fixture(params=["numpy", "kernels"])
-def numbers(f32, request, monkeypatch):
-    if request.param == "kernels":
-        monkeypatch.setattr(direct, "is_possible", lambda: False)
-    return Numbers()
+def numbers(f32, request):
+    with without_arrays() if request.param == "kernels" else contextlib.nullcontext():
+        return Numbers()
 
 
 def expected():

@@ -1,15 +1,17 @@
 """Fields live as long as their owner; using them afterwards is an error, and forgetting them frees the memory."""
 
+import contextlib
 import gc
 import time
+import weakref
 
 import numpy as np
 import pytest
 import taichi as ti
-from support import needs_patch, start
+from support import needs_arrays, start, without_arrays
 
 import taichi_tracer as tt
-from taichi_tracer.system import compiling, direct, memory
+from taichi_tracer.system import arrays, compiling, memory
 
 
 @pytest.fixture(autouse=True)
@@ -25,6 +27,20 @@ def afterwards():
     start("f32")
 
 
+@pytest.fixture
+def taichis():
+    """Fields are Taichi's own, and not in numpy's memory."""
+    with without_arrays():
+        yield
+
+
+@pytest.fixture(params=["numpy's memory", "Taichi's own"])
+def each_kind(request):
+    """First fields in numpy's memory, where there are any, and then Taichi's own."""
+    with without_arrays() if request.param == "Taichi's own" else contextlib.nullcontext():
+        yield
+
+
 def numbers(count=4):
     """(memory, a field in it)."""
     owner = memory.Memory()
@@ -32,6 +48,12 @@ def numbers(count=4):
     owner.fields.dense(ti.i, count).place(field)
     owner.allocate()
     return owner, field
+
+
+@ti.kernel
+def double(field: ti.template()):
+    for i in field:
+        field[i] *= 2
 
 
 @pytest.mark.parametrize("again", [lambda: ti.init(arch=ti.cpu, log_level=ti.ERROR), ti.reset])
@@ -45,7 +67,7 @@ def test_a_lifetime_ends_with_its_start_of_taichi(again):
         lifetime.check("scene")
 
 
-def test_fields_are_usable_until_they_are_freed():
+def test_fields_are_usable_until_they_are_freed(each_kind):
     owner, field = numbers()
     field[3] = 7
     assert field[3] == 7
@@ -57,7 +79,7 @@ def test_fields_are_usable_until_they_are_freed():
     owner.free()  # once more does nothing
 
 
-def test_freeing_what_a_new_start_has_freed_does_nothing():
+def test_freeing_what_a_new_start_has_freed_does_nothing(each_kind):
     owner, _ = numbers()
     tt.init("cpu", force=True)
     assert owner.is_over()
@@ -66,7 +88,7 @@ def test_freeing_what_a_new_start_has_freed_does_nothing():
     owner.free()
 
 
-def test_fields_without_an_owner_are_freed_when_others_are_made(monkeypatch):
+def test_fields_without_an_owner_are_freed_when_others_are_made(taichis, monkeypatch):
     """Taichi has room for 512 groups of fields: six hundred owners, one after the other, are none too many."""
     freed = []
     destroy = memory._destroy
@@ -81,14 +103,14 @@ def test_fields_without_an_owner_are_freed_when_others_are_made(monkeypatch):
 
 
 def abandoned(count=4):
-    """Leave fields behind whose owner no longer exists, and none of earlier tests."""
+    """Leave fields of Taichi's behind whose owner no longer exists, and none of earlier tests."""
     gc.collect()
     memory._free_orphans()
     numbers(count)
     gc.collect()
 
 
-def test_kernels_are_kept_while_little_waits_to_be_freed():
+def test_kernels_are_kept_while_little_waits_to_be_freed(taichis):
     """When Taichi frees fields, Python must read all kernels again: a few small fields are not worth that."""
     abandoned()
     owner, field = numbers()
@@ -108,7 +130,7 @@ def test_kernels_are_kept_while_little_waits_to_be_freed():
     assert field[0] == 2
 
 
-def test_much_memory_is_freed_when_others_are_made(monkeypatch):
+def test_much_memory_is_freed_when_others_are_made(taichis, monkeypatch):
     monkeypatch.setattr(memory, "MOST_BYTES_WAITING", 3999)
     abandoned(1000)
     assert len(memory._orphans) == 1
@@ -117,14 +139,14 @@ def test_much_memory_is_freed_when_others_are_made(monkeypatch):
     assert not other.is_over()
 
 
-def test_memory_that_waits_is_freed_before_more_is_refused(monkeypatch):
+def test_memory_that_waits_is_freed_before_more_is_refused(taichis, monkeypatch):
     abandoned()
     monkeypatch.setattr(memory, "free_bytes", lambda: 100 if memory._orphans else 1000)
     memory.ask_for(500, "the film")
     assert memory._orphans == []
 
 
-def test_a_field_that_no_kernel_used_can_be_freed():
+def test_a_field_that_no_kernel_used_can_be_freed(each_kind):
     owner, _ = numbers()
     other, field = numbers()
     owner.free()
@@ -133,7 +155,7 @@ def test_a_field_that_no_kernel_used_can_be_freed():
     other.free()
 
 
-def test_after_an_error_between_making_and_placing_kernels_still_run():
+def test_after_an_error_between_placing_and_allocating_kernels_still_run(each_kind):
     def fail_in_between():
         with memory.Memory() as fields:
             fields.dense(ti.i, 4).place(ti.field(ti.i32))
@@ -144,6 +166,8 @@ def test_after_an_error_between_making_and_placing_kernels_still_run():
     _, other = numbers()
     other[2] = 9
     assert other[2] == 9
+    double(other)
+    assert other[2] == 18
 
 
 def test_what_a_block_places_is_allocated_at_its_end():
@@ -174,85 +198,93 @@ def test_what_is_free_is_more_than_nothing_where_it_is_known():
     assert free is None or 2**20 < free < 2**50
 
 
-@ti.kernel
-def _double(field: ti.template()):
-    for i in field:
-        field[i] *= 2
-
-
-@pytest.fixture
-def asked(monkeypatch):
-    """How many places each kernel was asked for that tells places."""
-    needs_patch("memory")
-    counts, ask = [], direct.places.root_addresses
-    monkeypatch.setattr(direct.places, "root_addresses", lambda fields: counts.append(len(fields)) or ask(fields))
-    return counts
-
-
-def test_what_is_written_waits_for_a_reader_and_one_kernel_tells_all_places(asked):
-    (first, a), (second, b), (third, c) = numbers(), numbers(), numbers()
-    first.write(a, np.arange(len(a.to_numpy())))
-    for owner, field in ((second, b), (third, c)):
-        owner.write(field, np.full(field.shape, 3))
-    third.clear(c)
-    assert asked == []
-    _double(b)
-    assert asked == [3]
-    np.testing.assert_array_equal(a.to_numpy(), np.arange(a.shape[0]))
-    np.testing.assert_array_equal(b.to_numpy(), 6)
-    np.testing.assert_array_equal(c.to_numpy(), 0)  # cleared after it was written
-    second.write(b, np.full(b.shape, 5))  # its place is known
-    np.testing.assert_array_equal(second.read(b), 5)
-    assert asked == [3]
-
-
-def test_python_that_looks_at_a_cell_sees_what_was_written():
+def test_what_is_written_is_read_by_python_and_by_kernels(each_kind):
+    """Also where kernels copy."""
     owner, field = numbers()
-    owner.write(field, np.full(field.shape, 4))
-    assert field[1] == 4
-    other, second = numbers()
-    other.write(second, np.full(second.shape, 4))
-    second[1] = 9
-    assert (second[0], second[1]) == (4, 9)
+    assert owner.has_arrays == arrays.are_possible()
+    owner.write(field, np.arange(4))
+    double(field)
+    assert owner.read(field).tolist() == field.to_numpy().tolist() == [0, 2, 4, 6]
+    assert field[3] == 6
+    found = owner.read(field)
+    found[:] = 0  # it is a copy
+    assert field[3] == 6
 
 
-def test_nothing_is_written_for_owners_whose_memory_was_freed(asked):
-    (kept, field), (owner, other) = numbers(), numbers()
-    owner.write(other, np.ones(other.shape))
+def test_fields_of_an_owner_that_was_freed_tell_so():
+    needs_arrays()
+    owner, field = numbers()
+    field[1] = 5
     owner.free()
-    kept.write(field, np.full(field.shape, 2))
-    np.testing.assert_array_equal(kept.read(field), 2)
-    assert asked == [1]
+    uses = [
+        lambda: field[1],
+        lambda: field.__setitem__(1, 2),
+        lambda: field.shape,
+        lambda: field.to_numpy(),
+        lambda: field.from_numpy(np.zeros(4, np.int32)),
+        lambda: field.fill(1),
+    ]
+    for use in uses:
+        with pytest.raises(tt.StaleSceneError, match="this field was destroyed together with its owner"):
+            use()
+    for use in (lambda: owner.write(field, 1), lambda: owner.read(field), lambda: owner.clear(field)):
+        with pytest.raises(tt.StaleSceneError, match="this field was destroyed"):
+            use()
 
 
-def test_what_waits_is_written_although_nobody_refers_to_the_owner():
-    """A part of it may still be in use."""
+def test_fields_are_usable_while_somebody_has_them():
+    """Although nobody refers to their owner."""
+    needs_arrays()
     owner, field = numbers()
-    owner.write(field, np.full(field.shape, 7))
+    owner.write(field, 7)
     del owner
     gc.collect()
-    _double(field)
+    numbers()
+    double(field)
     np.testing.assert_array_equal(field.to_numpy(), 14)
 
 
-def test_large_arrays_and_many_do_not_wait(asked, monkeypatch):
-    owner, field = numbers(memory.LARGE)
-    owner.write(field, np.full(field.shape, 1, np.int32))
-    assert asked == [1]
-    monkeypatch.setattr(memory, "MOST_WRITES", 2)
-    owners = [numbers() for _ in range(3)]
-    for one, other in owners:
-        one.write(other, np.full(other.shape, 2))
-    assert asked == [1, 3]
+def memory_of(field):
+    """A weak reference to the memory that a field and all views of it share."""
+    array = field.numbers()
+    while array.base is not None:
+        array = array.base
+    return weakref.ref(array)
 
 
-def test_what_waits_is_kept_if_the_kernel_is_interrupted(monkeypatch):
-    needs_patch("memory")
+@pytest.mark.parametrize("is_used", [False, True])
+def test_memory_that_nobody_has_is_freed_at_once(is_used):
+    """Also if Python used it; nothing of it waits."""
+    needs_arrays()
+    waiting = len(memory._orphans)
     owner, field = numbers()
-    owner.write(field, np.full(field.shape, 6))
-    with monkeypatch.context() as patch:
-        patch.setattr(direct.places, "root_addresses", lambda fields: (_ for _ in ()).throw(KeyboardInterrupt))
-        with pytest.raises(KeyboardInterrupt):
-            _double(field)
-    _double(field)
-    np.testing.assert_array_equal(field.to_numpy(), 12)
+    if is_used:
+        field[1] = field[0]
+    found = memory_of(field)
+    assert found() is not None
+    del owner, field
+    gc.collect()
+    assert found() is None
+    assert len(memory._orphans) == waiting
+
+
+def test_freeing_gives_the_memory_back_although_somebody_has_the_field():
+    needs_arrays()
+    owner, field = numbers()
+    field[0] = 1
+    found = memory_of(field)
+    owner.free()
+    gc.collect()
+    assert found() is None
+
+
+def test_the_memory_of_a_picture_is_freed_with_its_renderer():
+    needs_arrays()
+    scene = tt.load_scene_data("cube", environment="studio")
+    renderer = tt.A2Renderer(scene, 8, 8).use("brdf").render(1)
+    owners = [scene._memory, renderer.film.memory]
+    blocks = [memory_of(field) for owner in owners for field in owner._tree]
+    assert len(blocks) > 5
+    del scene, renderer, owners
+    gc.collect()
+    assert [block for block in blocks if block() is not None] == []

@@ -1,4 +1,4 @@
-"""What happens around the reading and the translating of a kernel: it is counted, and what waits is written before.
+"""What happens around the reading and the translating of a kernel: it is counted.
 
 ``Program.create_kernel`` lets Python read a kernel. ``Program.compile_kernel`` translates it, or finds and loads what
 was translated before; Taichi asks it at each launch.
@@ -10,7 +10,7 @@ from collections.abc import Callable
 from time import perf_counter, thread_time
 from typing import Any
 
-from taichi_tracer.system import compiling, memory
+from taichi_tracer.system import compiling
 from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, part
 
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
@@ -57,14 +57,3 @@ def function_name(build: Any, name: str) -> str:
         return held["self"].cell_contents.func.__qualname__
     except (AttributeError, KeyError, TypeError, ValueError):
         return _NUMBERS.sub("", name)
-
-
-def writing_what_waits(usual: Callable) -> Callable:
-    """A method after which somebody may read fields: before it, what waits is written; see ``memory``."""
-
-    @functools.wraps(usual)
-    def after_writing(*words: Any) -> Any:
-        memory.write_what_waits()
-        return usual(*words)
-
-    return after_writing

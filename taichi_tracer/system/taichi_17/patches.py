@@ -25,16 +25,6 @@ VERSIONS = (1, 7)  # of Taichi: 1.7.3 and 1.7.4 were tried
 COMPILED = "compiled"  # instead of parameters: a function or a class of Taichi's C++ library
 MODULE = "module"  # instead of parameters: a module that another one of Taichi's has imported
 
-# What tells where a field is in memory.
-OF_A_PLACE = [
-    "cell_size_bytes",
-    "offset_bytes_in_parent_cell",
-    "get_physical_index_position",
-    "get_shape_along_axis",
-    "num_active_indices",
-    "parent",
-]
-
 
 @dataclass(frozen=True)
 class Patch:
@@ -115,26 +105,36 @@ PATCHES = (
         {"taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "blocks:in_blocks")},
         needs=("taichi._lib:core.ASTBuilder.expr_alloca", "taichi.lang.impl:begin_frontend_if"),
     ),
-    Patch(  # before "memory", whose own kernel is then not counted twice: also as a part of the one that waits for it
+    Patch(  # before "counters", which looks at what Taichi calls to build a kernel
+        "arguments",
+        "fields are arguments of kernels in numpy's memory: one kernel serves every mesh and every size of the picture",
+        {
+            "taichi._lib:core.Program.create_kernel": (COMPILED, "arguments:reading"),
+            "taichi._lib:core.Kernel.make_launch_context": (COMPILED, "arguments:setting"),
+            "taichi.lang.kernel_impl:Kernel.materialize": ("self key args arg_features", "shared:sharing"),
+            "taichi.lang.kernel_impl:Kernel.ensure_compiled": ("self args", "shared:choosing"),
+            "taichi.lang.impl:subscript": ("ast_builder value _indices skip_reordered", "arguments:subscripting"),
+            "taichi.lang.ast.ast_transformer:ASTTransformer.build_Attribute": ("ctx node", "arguments:loading"),
+            "taichi.lang.ast.ast_transformer:ASTTransformer.build_ndrange_for": ("ctx node", "loops:counting"),
+            "taichi.lang.ast.ast_transformer:ASTTransformer.build_struct_for": (
+                "ctx node is_grouped",
+                "loops:looping",
+            ),
+        },
+        needs=(
+            "taichi._lib:core.make_external_tensor_expr",
+            "taichi._lib:core.make_arg_load_expr",
+            "taichi._lib:core.KernelLaunchContext.set_arg_external_array_with_shape",
+        ),
+        then="arguments:use",
+    ),
+    Patch(
         "counters",
         "no time: it counts the kernels and their seconds, for messages, profiles and studies",
         {
             "taichi._lib:core.Program.create_kernel": (COMPILED, "kernels:counting_reading"),
             "taichi._lib:core.Program.compile_kernel": (COMPILED, "kernels:counting_translating"),
         },
-    ),
-    Patch(
-        "memory",
-        "0.07 s: numpy reads and writes fields, and one kernel tells all places",
-        {
-            "taichi._lib:core.Program.compile_kernel": (COMPILED, "kernels:writing_what_waits"),
-            "taichi.lang.field:Field._initialize_host_accessors": ("self", "kernels:writing_what_waits"),
-        },
-        needs=(
-            "taichi:get_addr",
-            *(f"taichi._lib:core.SNode.{name}" for name in OF_A_PLACE),
-        ),
-        then="field_memory:use",
     ),
     Patch(
         "objects",

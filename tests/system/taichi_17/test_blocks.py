@@ -3,6 +3,7 @@
 import importlib
 import os
 import pkgutil
+import re
 import subprocess
 import sys
 
@@ -104,7 +105,7 @@ def test_the_outer_blocks_of_a_sample_are_short(renderer, name):
     prints = {"TI_PRINT_PREPROCESSED_IR": "1", "TI_OFFLINE_CACHE": "0"}
     command = [sys.executable, "-c", PICTURE.format(renderer=renderer, name=name)]
     printed = subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ | prints).stdout
-    kernels = [part.split("\n}")[0].splitlines()[1:] for part in printed.split("\nkernel {")[1:]]
+    kernels = [kernel.splitlines() for kernel in re.findall(r"^kernel \{\n(.*?)^\}", printed, re.MULTILINE | re.DOTALL)]
     largest = max(kernels, key=len)
     assert len(largest) > 3000
     assert 0 < max(own_statements(largest)) < MOST

@@ -1,0 +1,320 @@
+"""Fields whose numbers are in numpy's memory: kernels get them as arguments, so that one kernel serves every length.
+
+The shape of a Taichi field is a part of each kernel that reads it: another mesh, or another size of the picture, would
+compile all kernels again. The fields of a ``memory.Memory`` are therefore placed here, on a CPU. They are written as
+everywhere in Taichi (``ti.field(float)``, ``builder.dense(ti.i, n).place(field)``, ``field[i]``), and numpy reads and
+writes the same memory without a kernel. ``taichi_17.arguments`` makes an argument of each field that a kernel uses.
+
+On a GPU, in debug mode, or without ``taichi_17``, they are Taichi's own fields, whose data kernels copy.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import taichi as ti
+from numpy.typing import ArrayLike
+from taichi.lang import impl
+from taichi.lang.field import Field, ScalarField
+from taichi.lang.matrix import MatrixField
+from taichi.lang.struct import StructField
+from taichi.lang.util import to_numpy_type
+
+from taichi_tracer.system.errors import InputError, StaleSceneError
+from taichi_tracer.system.runtime import ensure
+
+ALIGNMENT = 64  # bytes: the largest vector that a CPU reads at once
+MOST = (1 << 31) - 1  # numbers: kernels count in i32
+LETTERS = "ijkl"
+# Taichi's lists of axes, such as ``ti.ij``, whose elements do not tell which axes they are: id of the list → numbers.
+AXES = {
+    id(getattr(ti, "".join(letters))): [LETTERS.index(letter) for letter in letters]
+    for length in (1, 2, 3)
+    for letters in itertools.combinations(LETTERS, length)
+}
+are_arguments = False  # whether ``taichi_17.arguments`` is in use
+
+
+def use() -> None:
+    """Let the package make fields in this way, from now on."""
+    global are_arguments
+    are_arguments = True
+
+
+def are_possible() -> bool:
+    """Whether kernels can get numpy's memory as arguments; debug mode checks the bounds of Taichi's own fields only."""
+    return ensure().arch == "cpu" and are_arguments and not ti.cfg.debug
+
+
+class Block:
+    """A ``dense`` node of a tree of fields: cells, each of which holds one element of its fields and inner blocks.
+
+    Args:
+        axes: a list of Taichi's, such as ``ti.ij``. counts: how many cells there are along each, or one number for all.
+    """
+
+    def __init__(self, axes: Sequence[Any] = (), counts: Sequence[int] | int = ()) -> None:
+        counts = [counts] * len(axes) if isinstance(counts, (int, np.integer)) else counts
+        numbers = AXES[id(axes)] if axes else []
+        self.axes = axes
+        self.counts = {axis: int(count) for axis, count in zip(numbers, counts, strict=True)}
+        self.children: list[Any] = []  # blocks and fields
+
+    def dense(self, axes: Sequence[Any], counts: Sequence[int] | int) -> "Block":
+        """Another block in each cell of this one."""
+        self.children.append(Block(axes, counts))
+        return self.children[-1]
+
+    def place(self, *fields: Any) -> "Block":
+        """Give fields an element in each cell, in the order of the calls."""
+        for field in fields:
+            members = field._members if isinstance(field, StructField) else [field]
+            for member in members:
+                if type(member) not in (ScalarField, MatrixField) or member.vars[0].ptr.snode() is not None:
+                    raise InputError("only a field without a shape, which has not been placed yet, can be placed here")
+            self.children += members
+        return self
+
+    def fields(self) -> Iterator[Any]:
+        """All fields of this block, and of the blocks in it."""
+        for child in self.children:
+            if isinstance(child, Block):
+                yield from child.fields()
+            else:
+                yield child
+
+    def form(self) -> Any:
+        """The axes, the counts, the types and the order of everything in this block."""
+        found = [child.form() if isinstance(child, Block) else kind_of(child) for child in self.children]
+        return tuple(self.counts.items()), tuple(found)
+
+    def grow(self, node: Any) -> None:
+        """Make a node of Taichi's tree hold what this block holds."""
+        for child in self.children:
+            if isinstance(child, Block):
+                child.grow(node.dense(child.axes, list(child.counts.values())))
+            else:
+                node.place(child)
+
+    def cell(self) -> np.dtype:
+        """The numpy type of a cell: its children behind each other, each aligned as in C."""
+        kinds = [(f"_{k}", *child.element()) for k, child in enumerate(self.children)]
+        return np.dtype(kinds, align=True)
+
+    def element(self) -> tuple[np.dtype, tuple[int, ...]]:
+        """What this block is in a cell of the outer one: a numpy type, and a shape."""
+        return self.cell(), tuple(self.counts.values())
+
+    def has_fixed_cells(self) -> bool:
+        """Whether the size of a cell is the same for all data: inner blocks with one axis have counts of the code."""
+        inner = [child for child in self.children if isinstance(child, Block)]
+        return all(len(block.counts) == 1 and block.has_fixed_cells() for block in inner)
+
+    def share(self, cells: np.ndarray, outer: tuple[int, ...], variable: frozenset[int], block: np.ndarray) -> None:
+        """Let all fields of this block refer to their numbers.
+
+        Args:
+            cells: an array of this block's cells. outer: Taichi's numbers of the axes of the blocks around it.
+            variable: those of them whose strides depend on the data. block: the bytes of the outermost block.
+        """
+        own = tuple(self.counts)
+        if set(own) & set(outer):
+            raise InputError("an axis of a field cannot be divided into blocks here")
+        axes = (*outer, *own)
+        variable |= set(own[:-1] if self.has_fixed_cells() else own)
+        for k, child in enumerate(self.children):
+            part = cells[f"_{k}"]
+            if isinstance(child, Block):
+                child.share(part, axes, variable, block)
+            else:
+                order = np.argsort(axes, kind="stable").tolist()
+                child.array = part.transpose(*order, *range(len(axes), part.ndim))
+                child.block, child.axes = block, [axes[k] for k in order]
+                child.address = child.array.ctypes.data
+                child.offset = child.address - block.ctypes.data
+                child.variable_axes = variable
+
+
+class Builder(Block):
+    """The root of a tree of fields, in place of ``ti.FieldsBuilder``."""
+
+    def finalize(self) -> list["ArrayField"]:
+        """Allocate the memory of all fields, which is 0. Returns the fields."""
+        found = [converted(field) for field in self.fields()]
+        loose = Block()  # of the fields that have one element each
+        loose.children += [child for child in self.children if isinstance(child, ArrayField)]
+        blocks = [block for block in [loose, *self.children] if isinstance(block, Block) and block.children]
+        for block in blocks:
+            cell, counts = block.element()
+            if math.prod(counts) * cell.itemsize // 4 > MOST:
+                raise InputError(f"an array of {' x '.join(map(str, counts))} elements is too large for a kernel")
+            memory = aligned(math.prod(counts) * cell.itemsize)
+            block.share(memory.view(cell).reshape(counts), (), frozenset(), memory)
+        return found
+
+    def in_tree(self) -> Any:
+        """Allocate all fields as Taichi does. Returns the tree."""
+        builder = ti.FieldsBuilder()
+        self.grow(builder)
+        return builder.finalize()
+
+    def forget(self) -> None:
+        """Let Taichi forget the fields, which have no memory yet."""
+        for field in self.fields():
+            forget(field)
+
+
+def aligned(size: int) -> np.ndarray:
+    """So many bytes, all of them 0, which begin at a multiple of ``ALIGNMENT``."""
+    found = np.zeros(size + ALIGNMENT, np.uint8)
+    return found[-found.ctypes.data % ALIGNMENT :][:size]
+
+
+class ArrayField(Field):
+    """What fields in numpy's memory have in place of the nodes of Taichi's tree.
+
+    Attributes:
+        array: the numbers, with the shape of the field, and for vectors and matrices theirs behind it; None if the
+            memory was freed.
+        block: the bytes of all fields that share its cells.
+        address: where ``array`` begins in memory. offset: the same from the beginning of ``block``, in bytes.
+        axes: Taichi's numbers of the axes of ``shape``. variable_axes: those of them whose strides depend on the data.
+        kind: the type of its numbers. own: the shape of a vector or of a matrix, () of a number.
+    """
+
+    array: np.ndarray | None
+    block: np.ndarray | None
+    kind: Any
+    own: tuple[int, ...]
+    address: int
+    offset: int
+    axes: list[int]
+    variable_axes: frozenset[int]
+
+    def element(self) -> tuple[np.dtype, tuple[int, ...]]:
+        """A numpy type, and the shape of a vector or of a matrix."""
+        return np.dtype(to_numpy_type(self.kind)), self.own
+
+    def numbers(self) -> np.ndarray:
+        """``array``, or an error if the memory was freed."""
+        if self.array is None:
+            raise StaleSceneError("this field was destroyed together with its owner: make a new one")
+        return self.array
+
+    def free(self) -> None:
+        """Let go of the numbers."""
+        self.array = self.block = self.host_accessors = None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many elements there are along each axis."""
+        return self.numbers().shape[: len(self.axes)]
+
+    @property
+    def dtype(self) -> Any:
+        """Taichi's type of the numbers."""
+        return self.kind
+
+    @property
+    def _snode(self) -> Any:
+        return SimpleNamespace(shape=self.shape, _dtype=self.kind, _name="", ptr=self)
+
+    def _loop_range(self) -> Any:
+        return self
+
+    def parent(self, n: int = 1) -> Any:
+        """Nothing: there is no tree of Taichi's."""
+        raise InputError(f"a field in numpy's memory has no {n} nodes above it")
+
+    def _initialize_host_accessors(self) -> None:
+        if not self.host_accessors:
+            self.host_accessors = [Accessor(self.numbers(), place) for place in np.ndindex(*self.own)]
+
+    def to_numpy(self, keep_dims: bool = False, dtype: Any = None) -> np.ndarray:
+        """A copy of the numbers."""
+        array = self.numbers()
+        if keep_dims and len(self.own) == 1:
+            array = array[..., None]
+        return array.astype(array.dtype if dtype is None else dtype)
+
+    def from_numpy(self, numbers: ArrayLike) -> None:
+        """Set all numbers."""
+        numbers = np.asarray(numbers)
+        if numbers.shape != self.numbers().shape and numbers.size != self.numbers().size:
+            raise ValueError(f"ti.field shape {self.shape} does not match the numpy array shape {numbers.shape}")
+        self.numbers()[...] = numbers.reshape(self.numbers().shape)
+
+    def copy_from(self, other: Any) -> None:
+        """Copy all numbers from another field of the same shape."""
+        self.from_numpy(other.to_numpy())
+
+    def __str__(self) -> str:
+        return repr(self) if impl.inside_kernel() or self.array is None else str(self.array)
+
+
+class Accessor:
+    """Reads and writes one component of each element of a field, for Python.
+
+    Args:
+        array: the numbers of the field. place: the index of the component.
+    """
+
+    def __init__(self, array: np.ndarray, place: tuple[int, ...]) -> None:
+        self.array, self.place = array, place
+        self.axes = array.ndim - len(place)
+
+    def getter(self, *key: int) -> Any:
+        """The number at an index, which has zeros behind the axes of the field."""
+        return self.array[(*key[: self.axes], *self.place)].item()
+
+    def setter(self, value: Any, *key: int) -> None:
+        """Set the number at an index."""
+        self.array[(*key[: self.axes], *self.place)] = value
+
+
+class ScalarArray(ArrayField, ScalarField):
+    """A field of numbers in numpy's memory."""
+
+    def fill(self, value: Any) -> None:
+        """Set all numbers."""
+        if impl.inside_kernel():
+            ScalarField.fill(self, value)
+        else:
+            self.numbers()[...] = value
+
+
+class MatrixArray(ArrayField, MatrixField):
+    """A field of vectors or of matrices in numpy's memory."""
+
+    def fill(self, value: Any) -> None:
+        """Set all vectors or matrices, to one number or to one of their kind."""
+        if impl.inside_kernel():
+            MatrixField.fill(self, value)
+        else:
+            self.numbers()[...] = np.asarray(value.to_list() if isinstance(value, ti.Matrix) else value)
+
+
+def kind_of(field: Any) -> tuple[str, tuple[int, ...]]:
+    """The type of a field's numbers, and the shape of a vector or of a matrix, () of a number."""
+    own = (field.n, field.m)[: field.ndim] if isinstance(field, MatrixField) else ()
+    return field.vars[0].ptr.get_dt().to_string(), own
+
+
+def forget(field: Any) -> None:
+    """Let Taichi forget a field that has no memory; otherwise it would ask for it before the next kernel."""
+    runtime, own = impl.get_runtime(), {id(variable) for variable in field.vars}
+    runtime.global_vars = [variable for variable in runtime.global_vars if id(variable) not in own]
+    runtime.matrix_fields = [other for other in runtime.matrix_fields if other is not field]
+
+
+def converted(field: Any) -> ArrayField:
+    """Make a field of Taichi's that has no memory an ``ArrayField``, in place."""
+    forget(field)
+    name, field.own = kind_of(field)
+    field.kind = getattr(ti, name)
+    field.__class__ = MatrixArray if isinstance(field, MatrixField) else ScalarArray
+    field.array = field.block = None
+    return field

@@ -1,0 +1,280 @@
+"""Fields in numpy's memory: they lie where Taichi's own would, and Python uses them in the same way."""
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+from support import needs_arrays, without_arrays
+
+import taichi_tracer as tt
+from taichi_tracer.system import arrays, memory
+
+
+@ti.dataclass
+class Sample:
+    """A struct with a number and a vector."""
+
+    count: ti.i32
+    colour: tm.vec3
+
+
+@pytest.fixture(autouse=True)
+def in_f32(f32):
+    """Taichi with fields in numpy's memory."""
+    needs_arrays()
+
+
+class Store:
+    """Fields of all kinds that the package has, by name."""
+
+    def __init__(self):
+        self.memory = memory.Memory()
+        made = self.fields = {
+            "matrix": ti.Matrix.field(4, 4, float),
+            "number": ti.field(ti.i32),
+            "table": ti.field(float),
+            "vectors": ti.Vector.field(3, float),
+            "ids": ti.Vector.field(3, ti.i32),
+            "bytes": ti.Vector.field(8, ti.u8),
+            "children": ti.field(ti.i32),
+            "halves": ti.Vector.field(3, float),
+            "half_counts": ti.field(ti.i32),
+            "matrices": ti.Matrix.field(2, 3, float),
+            "flags": ti.field(ti.u8),
+            "doubles": ti.field(ti.f64),
+            "lanes": ti.Vector.field(16, float),
+        }
+        root = self.memory.fields
+        root.dense(ti.ij, (5, 4)).place(made["table"])
+        root.dense(ti.i, 7).place(made["ids"], made["vectors"])
+        node = root.dense(ti.i, 6)
+        node.dense(ti.j, 6).place(made["bytes"])
+        node.dense(ti.j, 8).place(made["children"])
+        root.dense(ti.k, 2).dense(ti.ij, (5, 3)).place(made["half_counts"], made["halves"])
+        root.dense(ti.i, 9).place(made["flags"]).place(made["doubles"], made["matrices"])
+        root.dense(ti.ij, 3).place(made["lanes"])
+        root.place(made["number"], made["matrix"])
+        self.memory.allocate()
+
+
+NAMES = [
+    *("matrix", "number", "table", "vectors", "ids", "bytes", "children", "halves", "half_counts"),
+    *("matrices", "flags", "doubles", "lanes"),
+]
+
+
+@pytest.fixture(scope="module")
+def store(f32):
+    """Fields in numpy's memory."""
+    needs_arrays()
+    return Store()
+
+
+@pytest.fixture(scope="module")
+def other_store(f32):
+    """The same fields, as Taichi's own."""
+    with without_arrays():
+        return Store()
+
+
+def values_for(field, rng):
+    """Random numbers in the shape of a field."""
+    array = field.to_numpy()
+    return rng.integers(0, 200, array.shape).astype(array.dtype)
+
+
+@ti.kernel
+def read(field: ti.template(), found: ti.types.ndarray(dtype=ti.f64, ndim=2)):
+    """All numbers, in the order of the indices and then of the components."""
+    ti.loop_config(serialize=True)
+    for i in ti.grouped(field):
+        k = 0
+        for axis in ti.static(range(len(field.shape))):
+            k = k * field.shape[axis] + i[axis]
+        if ti.static(hasattr(field, "m")):
+            for c in ti.static(range(field.n * field.m)):
+                if ti.static(field.m == 1):
+                    found[k, c] = field[i][c]
+                else:
+                    found[k, c] = field[i][c // field.m, c % field.m]
+        else:
+            found[k, 0] = field[i]
+
+
+def read_by_kernel(field):
+    """What kernels read, in the shape of ``to_numpy``."""
+    array = field.to_numpy()
+    cells = int(np.prod(field.shape))
+    found = np.zeros((cells, array.size // cells))
+    read(field, found)
+    return found.reshape(array.shape)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("matrix", "number")])
+def test_a_field_has_the_numbers_that_taichis_own_would_have(store, other_store, rng, name):
+    field, other = store.fields[name], other_store.fields[name]
+    values = values_for(field, rng)
+    for one in (field, other):
+        one.from_numpy(values)
+    assert field.shape == other.shape
+    assert field.dtype == other.dtype
+    assert field.to_numpy().dtype == other.to_numpy().dtype
+    np.testing.assert_array_equal(field.to_numpy(), other.to_numpy())
+    np.testing.assert_array_equal(read_by_kernel(field), values)
+    np.testing.assert_array_equal(read_by_kernel(other), values)
+
+
+@ti.kernel
+def tell_places(field: ti.template(), found: ti.types.ndarray(dtype=ti.u64, ndim=1)):
+    """The address of each cell of a field of Taichi's with two axes, or with one."""
+    for k in found:
+        if ti.static(len(field.shape) == 1):
+            found[k] = ti.get_addr(field, [k])
+        elif ti.static(len(field.shape) == 2):
+            found[k] = ti.get_addr(field, [k // field.shape[1], k % field.shape[1]])
+        else:
+            rest = k // field.shape[2]
+            found[k] = ti.get_addr(field, [rest // field.shape[1], rest % field.shape[1], k % field.shape[2]])
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("matrix", "number", "lanes")])
+def test_cells_lie_where_taichi_would_have_put_them(store, other_store, name):
+    """Taichi rounds the number of cells along an axis up to a power of two only if cells are not dense."""
+    field, other = store.fields[name], other_store.fields[name]
+    found = np.zeros(int(np.prod(field.shape)), np.uint64)
+    tell_places(other, found)
+    strides = field.array.strides[: len(field.shape)]
+    ours = sum(np.indices(field.shape)[k] * stride for k, stride in enumerate(strides)).ravel()
+    np.testing.assert_array_equal((found - found[0]).astype(np.int64), ours)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_both_sides_see_what_the_other_wrote(store, rng, name):
+    owner, field = store.memory, store.fields[name]
+    array = owner.array(field)
+    values = values_for(field, rng)
+    field.from_numpy(values)
+    np.testing.assert_array_equal(array, values)
+    array[...] = values + 1
+    np.testing.assert_array_equal(field.to_numpy(), values + 1)
+    np.testing.assert_array_equal(owner.read(field), values + 1)
+    increase(field)
+    np.testing.assert_array_equal(array, values + 2)
+
+
+@ti.kernel
+def increase(field: ti.template()):
+    if ti.static(len(field.shape) == 0):
+        field[None] += 1
+    else:
+        for i in ti.grouped(field):
+            field[i] += 1
+
+
+def test_a_whole_block_is_cleared_and_nothing_else(store):
+    owner, made = store.memory, store.fields
+    for field in made.values():
+        owner.write(field, np.ones_like(owner.read(field)))
+    owner.clear(made["ids"])
+    owner.clear(made["halves"])
+    cleared = {name for name, field in made.items() if not owner.read(field).any()}
+    assert cleared == {"ids", "vectors", "halves", "half_counts"}
+    assert all(owner.read(field).all() for name, field in made.items() if name not in cleared)
+
+
+def test_memory_begins_with_zeros_and_at_an_even_place():
+    made = Store().fields
+    assert not any(field.to_numpy().any() for field in made.values())
+    assert {field.block.ctypes.data % arrays.ALIGNMENT for field in made.values()} == {0}
+
+
+def test_an_axis_that_is_divided_is_refused():
+    owner, blocked = memory.Memory(), ti.field(float)
+    owner.fields.dense(ti.i, 4).dense(ti.i, 2).place(blocked)
+    with pytest.raises(tt.InputError, match="an axis of a field cannot be divided"):
+        owner.allocate()
+
+
+def test_a_field_can_be_placed_only_once():
+    for field in (ti.field(float, shape=3), Store().fields["table"]):
+        with pytest.raises(tt.InputError, match="only a field without a shape, which has not been placed yet"):
+            memory.Memory().fields.place(field)
+
+
+def test_more_numbers_than_kernels_can_count_are_refused():
+    owner, field = memory.Memory(), ti.field(float)
+    owner.fields.dense(ti.ij, (1 << 16, 1 << 16)).place(field)
+    with pytest.raises(tt.InputError, match="65536 x 65536 elements is too large for a kernel"):
+        owner.allocate()
+    owner.fields.forget()
+
+
+def test_python_reads_and_writes_single_numbers(store):
+    made = store.fields
+    made["number"][None] = 4
+    assert made["number"][None] == 4
+    made["children"][5, 7] = 9
+    assert (made["children"][5, 7], made["children"].to_numpy()[5, 7]) == (9, 9)
+    assert isinstance(made["children"][5, 7], int)
+    made["vectors"][6] = [1, 2, 3]
+    made["vectors"][6][1] = 5
+    assert (made["vectors"][6][1], made["vectors"][6].z) == (5, 3)
+    assert made["vectors"][6].to_list() == [1, 5, 3]
+    made["halves"][4, 2, 1] = tm.vec3(7, 8, 9)
+    assert made["halves"].to_numpy()[4, 2, 1].tolist() == [7, 8, 9]
+    made["matrix"][None] = np.arange(16).reshape(4, 4)
+    assert made["matrix"][None][2, 3] == 11
+    made["matrices"][8][1, 2] = 6
+    assert made["matrices"].to_numpy()[8, 1].tolist()[2] == 6
+
+
+def test_python_does_not_leave_a_field(store):
+    for use in (lambda: store.fields["table"][5, 0], lambda: store.fields["vectors"][7].to_list()):
+        with pytest.raises(IndexError):
+            use()
+
+
+def test_a_field_is_filled(store):
+    made = store.fields
+    for name, value in (("table", 2.5), ("vectors", 3), ("halves", tm.vec3(1, 2, 3)), ("number", 7)):
+        made[name].fill(value)
+        expected = value.to_list() if isinstance(value, ti.Matrix) else value
+        np.testing.assert_array_equal(made[name].to_numpy(), np.broadcast_to(expected, made[name].to_numpy().shape))
+
+
+def test_a_field_is_copied_from_another_of_any_kind(store, other_store, rng):
+    field = store.fields["halves"]
+    for source in (other_store.fields["halves"], Store().fields["halves"]):
+        values = values_for(source, rng)
+        source.from_numpy(values)
+        field.copy_from(source)
+        np.testing.assert_array_equal(field.to_numpy(), values)
+
+
+def test_what_numpy_gets_is_a_copy_and_what_does_not_fit_is_refused(store):
+    field = store.fields["table"]
+    field.fill(1)
+    field.to_numpy()[...] = 2
+    store.memory.read(field)[...] = 2
+    assert (field.to_numpy() == 1).all()
+    assert field.to_numpy(dtype=np.int64).dtype == np.int64
+    with pytest.raises(ValueError, match=r"shape \(5, 4\) does not match the numpy array shape \(3, 4\)"):
+        field.from_numpy(np.zeros((3, 4)))
+
+
+def test_a_field_of_structs_has_a_field_for_each_member(rng):
+    owner, samples = memory.Memory(), Sample.field()
+    owner.fields.dense(ti.ij, (4, 3)).place(samples)
+    owner.allocate()
+    values = {"count": rng.integers(0, 9, (4, 3)), "colour": rng.random((4, 3, 3)).astype(np.float32)}
+    samples.from_numpy(values)
+    assert samples.shape == (4, 3)
+    found = samples.to_numpy()
+    for name, array in values.items():
+        np.testing.assert_array_equal(found[name], array)
+    samples[3, 2].count = 11
+    samples[3, 1] = Sample(count=5, colour=tm.vec3(1, 2, 3))
+    assert (samples[3, 2].count, samples[3, 1].count, samples[3, 1].colour.y) == (11, 5, 2)
+    np.testing.assert_array_equal(samples.colour.to_numpy()[3, 2], values["colour"][3, 2])
+    samples.fill(0)
+    assert not samples.colour.to_numpy().any()
