@@ -220,7 +220,7 @@ class ArrayField(Field):
 
     @property
     def _snode(self) -> Any:
-        return SimpleNamespace(shape=self.shape, _dtype=self.kind, _name="", ptr=self)
+        return SimpleNamespace(shape=self.numbers().shape[: len(self.axes)], _dtype=self.kind, _name="", ptr=self)
 
     def _loop_range(self) -> Any:
         return self

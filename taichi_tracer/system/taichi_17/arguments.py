@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 import taichi as ti
 from taichi._lib import core
 from taichi.lang import impl, matrix
@@ -24,6 +25,7 @@ from taichi.lang.struct import StructField, _IntermediateStruct
 from taichi_tracer.system import arrays
 from taichi_tracer.system.errors import StaleSceneError
 from taichi_tracer.system.taichi_17 import shared
+from taichi_tracer.system.taichi_17.components import Components
 from taichi_tracer.system.varying import KINDS, VaryingInt
 
 FIELDS = (arrays.ScalarArray, arrays.MatrixArray)
@@ -278,58 +280,6 @@ def added_scalar(kind: Any, name: str) -> tuple[Any, Expr]:
     return number, Expr(core.make_arg_load_expr(number, kind, False, True, 0, core.DebugInfo("")))
 
 
-def part_of(k: int, vector: "Components") -> Expr:
-    """The k-th number of a vector, for its name."""
-    return vector.component(k)
-
-
-class Components(Expr):
-    """A vector or a matrix whose numbers are read one by one, because its cells are not multiples of its size."""
-
-    def __init__(self, argument: Argument, index: Any) -> None:
-        own = argument.of.own
-        self.argument, self.index = argument, index
-        self.places = range(own[0]) if len(own) == 1 else range(own[0] * own[1])
-        numbers = [self.component(k) for k in self.places]
-        if len(own) == 2:
-            made = Expr([numbers[r * own[1] : (r + 1) * own[1]] for r in range(own[0])])
-        else:
-            made = Expr(numbers)
-        self.ptr, self.dbg_info, self.ptr_type_checked = made.ptr, made.dbg_info, made.ptr_type_checked
-
-    def component(self, k: Any) -> Expr:
-        """The k-th number, which can be assigned to."""
-        return self.argument.at(self.index + k)
-
-    def part(self, *indices: Any) -> Expr:
-        """The number at an index of the vector or of the matrix."""
-        if len(indices) == 1:
-            return self.component(indices[0])
-        return self.component(indices[0] * self.argument.of.own[1] + indices[1])
-
-    x, y, z, w = (property(functools.partial(part_of, k)) for k in range(4))
-
-    def _assign(self, other: Any) -> "Components":
-        values = Expr(other) if isinstance(other, (list, tuple)) else other
-        for k in self.places:
-            self.component(k)._assign(self.of_value(values, k))
-        return self
-
-    def of_value(self, values: Any, k: int) -> Any:
-        """The k-th number of a value for this vector."""
-        own = self.argument.of.own
-        at = (k,) if len(own) == 1 else divmod(k, own[1])
-        if isinstance(values, matrix.Matrix):
-            return values.entries[k]
-        if isinstance(values, Expr) and values.is_tensor():
-            return impl.subscript(None, values, *at)
-        return values
-
-    def _augassign(self, other: Any, op: str) -> None:
-        for k in self.places:
-            self.component(k)._augassign(self.of_value(other, k), op)
-
-
 def subscripting(usual: Callable) -> Callable:
     """``impl.subscript``, which reads and writes elements of ``arrays.ArrayField``."""
 
@@ -397,7 +347,7 @@ def flat(usual: Callable, indices: tuple[Any, ...], count: int) -> list[Any]:
 def whole_number(index: Any) -> Any:
     """An index as i32."""
     if not isinstance(index, Expr):
-        if int(index) != index:
+        if not isinstance(index, (int, np.integer)):
             raise ti.TaichiTypeError(f"indices must be integers, however '{index}' is used as index")
         return int(index)
     kind = index.ptr.get_rvalue_type()

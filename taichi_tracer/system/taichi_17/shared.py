@@ -83,8 +83,10 @@ class Notes:
             return kind, kind(value)
         if isinstance(value, SimpleNamespace):
             return kind, self.described(vars(value))
+        if isinstance(value, StructField):
+            return kind, [self.described(one) for one in value._members]
         is_array = isinstance(value, arrays.ArrayField)
-        if not is_array and not isinstance(value, StructField) and not self._watch(kind):
+        if not self._watch(kind):
             return One(value)
         number = self.numbers.get(id(value))
         if number is None:
@@ -97,6 +99,8 @@ class Notes:
         number = self.numbers.get(id(of))
         is_known = (number, name) in self.asked or (number, name) in self.written
         if number is None or self._is_busy or is_known or name in ("__dict__", "__class__"):
+            return
+        if isinstance(of, arrays.ArrayField) and name != "shape":  # the rest is ``layout``, or comes at each launch
             return
         self._is_busy = True
         try:
@@ -228,7 +232,8 @@ def compare(value: Any, wanted: Any, found: dict[int, Any]) -> None:
     elif isinstance(value, Matrix):
         if value.to_list() != wanted[1]:
             raise OtherError
-    elif isinstance(value, (tuple, list)):
+    elif isinstance(value, (tuple, list, StructField)):
+        value = value._members if isinstance(value, StructField) else value
         if len(value) != len(wanted[1]):
             raise OtherError
         for one, other in zip(value, wanted[1], strict=True):
