@@ -274,6 +274,7 @@ TESTED_THROUGH = {
     "scene_in_kernels": "lights/test_scene_lights",
     "studies.hard.case": "test_hard_cases",
     "studies.hard.view_cases": "test_hard_cases",
+    "system.taichi_17.components": "system/taichi_17/test_arguments",
     "system.types": "test_typed",
     "teaching.boxes": "teaching/test_notebooks",
     "teaching.child": "teaching/test_sandbox",

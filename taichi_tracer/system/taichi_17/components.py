@@ -1,4 +1,4 @@
-"""Vectors in numpy's memory whose numbers are read and written one by one, as the elements of an ``arguments.Argument``.
+"""Vectors in numpy's memory whose numbers are read and written one by one: elements of an ``arguments.Argument``.
 
 Taichi reads a vector by one index only if each cell of its field is a multiple of its size.
 """
