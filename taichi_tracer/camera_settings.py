@@ -1,6 +1,6 @@
 """What a camera is besides its rays: a size, and a view that Python sets and that kernels read."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypedDict
 
@@ -8,11 +8,14 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 from taichi.lang import impl
+from taichi.lang.expr import Expr
 
 from taichi_tracer.formulas.view import DEFAULT_WINDOW, HANDEDNESS, View, words_of
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.annotations import AbstractAnnotation
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.seams import runs_in_kernels
+from taichi_tracer.system.held import HeldExpr, held
+from taichi_tracer.system.seams import replaced, runs_in_kernels
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.types import Numbers
 from taichi_tracer.system.varying import varying
@@ -30,7 +33,16 @@ class WindowOptions(TypedDict, total=False):
 
 
 class Setting(property):
-    """A property that is a part of the camera's view: an assignment gives the camera another view."""
+    """A property that is a part of the camera's view: an assignment gives the camera another view.
+
+    ``camera.eye[None]`` is the same as ``camera.eye``, also in an assignment, as for the fields of the course.
+    """
+
+    def __get__(self, camera: Any, owner: type | None = None) -> Any:
+        value = super().__get__(camera, owner)
+        if isinstance(value, (float, np.ndarray)):
+            return held(value, lambda changed: self.__set__(camera, changed))
+        return HeldExpr(value) if isinstance(value, Expr) else value
 
     def __set__(self, camera: Any, value: Any) -> None:
         camera._change({self.fget.__name__: value})  # type: ignore[union-attr]
@@ -55,7 +67,7 @@ class Size:
 
 
 @ti.data_oriented
-class CameraSettings(ABC):
+class CameraSettings(metaclass=AbstractAnnotation):
     """The size of the picture, and the view, whose numbers are in fields.
 
     Args:
@@ -73,6 +85,7 @@ class CameraSettings(ABC):
         view: the checked ``View``.
         version: counts changes, so that a renderer knows when its samples belong to an older picture.
         camera_to_world, half_size, centre: fields of ``compute_matrix``, ``compute_half_size``, ``compute_centre``.
+        x, y, z: fields of the camera's axes in world space, the first three columns of ``compute_matrix``.
 
     Raises:
         InputError: no camera exists for these parameters; the message has the name and the value (C-6).
@@ -100,8 +113,9 @@ class CameraSettings(ABC):
         self._memory = memory.Memory()
         self.camera_to_world = ti.Matrix.field(4, 4, float)
         self.half_size, self.centre = ti.Vector.field(2, float), ti.Vector.field(2, float)
+        self.x, self.y, self.z = (ti.Vector.field(3, float) for _ in range(3))
         self._numbers = ti.field(float)  # eye, at, up (3 each) and fov, for methods that read them in a kernel
-        self._memory.fields.place(self.camera_to_world, self.half_size, self.centre)
+        self._memory.fields.place(self.camera_to_world, self.half_size, self.centre, self.x, self.y, self.z)
         self._memory.fields.dense(ti.i, 10).place(self._numbers)
         self._memory.allocate()
         self._tables = Tables()
@@ -239,24 +253,42 @@ class CameraSettings(ABC):
         return f"{type(self).__name__}({', '.join([str(self.width), str(self.height), *words])})"
 
     def _load(self) -> None:
-        """Copy the view into the fields that kernels read."""
-        is_for_kernels = runs_in_kernels(self.compute_matrix)
-        matrix = None if is_for_kernels else self.compute_matrix()
-        if matrix is None:
-            matrix = self.view.frame()
-        matrix = np.asarray(matrix.to_numpy() if hasattr(matrix, "to_numpy") else matrix, np.float64)
-        if matrix.shape != (4, 4):
-            raise InputError(f"camera: compute_matrix must return a 4 x 4 matrix, not one of shape {matrix.shape}")
+        """Copy the view into the fields that kernels read, and then the matrix, which may be made of them."""
         angle = 0.0 if self.is_parallel else self.view.angle(self.width / self.height)
         tables, dtype = self._tables, runtime.dtype()
-        tables.put(self.camera_to_world, np.ascontiguousarray(matrix, dtype))
         tables.put(self.half_size, np.array(self.compute_half_size(), dtype))
         tables.put(self.centre, np.array(self.compute_centre(), dtype))
-        tables.put(self._numbers, np.array([*self.eye, *self.at, *self.up, angle], dtype))
-        tables.load(self._memory)
-        if is_for_kernels:
-            self._load_own_matrix()
+        tables.put(self._numbers, np.array([*self.view.eye, *self.view.at, *self.view.up, angle], dtype))
+        if "compute_matrix" in replaced(self):
+            self._load_replaced_matrix()
+        else:
+            self._put_matrix(self.compute_matrix())
+            tables.load(self._memory)
         self.version += 1
+
+    def _load_replaced_matrix(self) -> None:
+        """Let a student's ``compute_matrix`` return the matrix, or set the fields, as it does in the course."""
+        self._tables.load(self._memory)
+        if runs_in_kernels(self.compute_matrix):
+            self._load_own_matrix()
+            return
+        self._memory.write(self.camera_to_world, np.zeros((4, 4)))
+        matrix = self.compute_matrix()
+        if matrix is not None:
+            self._put_matrix(np.asarray(matrix.to_numpy() if hasattr(matrix, "to_numpy") else matrix, np.float64))
+            self._tables.load(self._memory)
+        elif not self._memory.read(self.camera_to_world).any():
+            name = f"{type(self).__name__}.compute_matrix"
+            raise InputError(
+                f"camera: {name} returns nothing, and sets no camera_to_world[None]: return a 4 x 4 matrix"
+            )
+
+    def _put_matrix(self, matrix: np.ndarray) -> None:
+        if matrix.shape != (4, 4):
+            raise InputError(f"camera: compute_matrix must return a 4 x 4 matrix, not one of shape {matrix.shape}")
+        self._tables.put(self.camera_to_world, np.ascontiguousarray(matrix, runtime.dtype()))
+        for axis, column in zip((self.x, self.y, self.z), matrix[:3].T, strict=False):
+            self._tables.put(axis, np.ascontiguousarray(column, runtime.dtype()))
 
     @ti.kernel
     def _load_own_matrix(self):

@@ -10,13 +10,14 @@ from taichi.lang.expr import Expr
 
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
+from taichi_tracer.system.annotations import Annotation
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
 
 
 @dataclass(frozen=True, repr=False)
-class Material:
+class Material(metaclass=Annotation):
     """One material, as a Python object. Colours are linear RGB; values that are not set are the defaults of MTL.
 
     Attributes:

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 import taichi as ti
+import taichi.math as tm
 from oracles import cameras as window_oracle
 from oracles import rays as oracle
 
@@ -287,3 +288,67 @@ def test_pixels_that_do_not_fit_are_one_line(f32, pixels):
     with pytest.raises(tt.InputError, match="rays takes two numbers, or two arrays that fit together, not") as error:
         tt.Camera(4, 4).rays(*pixels)
     assert "\n" not in str(error.value)
+
+
+# ── as in the course: fields without index, and a kernel for the matrix
+
+
+class CourseCamera(tt.Camera):
+    """A camera as students of the course write it."""
+
+    @ti.kernel
+    def compute_matrix(self):
+        z_c = tm.normalize(self.at[None] - self.eye[None])
+        x_c = tm.normalize(tm.cross(self.up[None], z_c))
+        y_c, e = tm.cross(z_c, x_c), self.eye[None]
+        self.x[None], self.y[None], self.z[None] = x_c, y_c, z_c
+        self.camera_to_world[None] = ti.Matrix(
+            [[x_c.x, y_c.x, z_c.x, e.x], [x_c.y, y_c.y, z_c.y, e.y], [x_c.z, y_c.z, z_c.z, e.z], [0, 0, 0, 1]]
+        )
+
+    @ti.func
+    def generate_camera_coords(self, ndc_coords: tm.vec2) -> tm.vec4:
+        half = ti.tan(self.fov[None] * tm.pi / 360)
+        return tm.vec4(ndc_coords.x * half * self.width / self.height, ndc_coords.y * half, 1, 0)
+
+    @ti.func
+    def generate_ray(self, pixel_x: int, pixel_y: int, jitter: bool = False) -> tt.Ray:
+        ray = tt.Ray()
+        c = self.generate_camera_coords(self.generate_ndc_coords(pixel_x, pixel_y, jitter))
+        ray.origin = self.eye[None]
+        ray.direction = tm.normalize((self.camera_to_world[None] @ c).xyz)
+        return ray
+
+
+def test_a_camera_of_the_course_gives_the_same_rays_after_every_move(f32):
+    own, course = (kind(8, 6, eye=(0, 1, 3), at=(0, 1, 0)) for kind in (tt.Camera, CourseCamera))
+    x, y = np.arange(8), np.arange(8) % 6
+    for view in ({}, {"eye": (1, 2, 3), "fov": 40.0}, {"at": tm.vec3(1, 0, 1)}):
+        for camera in (own, course):
+            camera.set_camera_parameters(**view)
+        for rays, expected in zip(course.rays(x, y), own.rays(x, y), strict=True):
+            np.testing.assert_allclose(rays, expected, atol=1e-6)
+    np.testing.assert_allclose(
+        [course.x[None], course.y[None], course.z[None]], own.compute_matrix()[:3, :3].T, atol=1e-6
+    )
+
+
+def test_an_assignment_to_a_field_of_the_course_moves_the_camera(f32):
+    camera = tt.Camera(4, 4)
+    version = camera.version
+    camera.eye[None] = tm.vec3(1, 2, 3)
+    assert camera.version > version
+    assert camera.eye.tolist() == camera.eye[None].to_list() == [1, 2, 3]
+    camera.fov[None] = 40.0
+    assert camera.fov == camera.fov[None] == 40.0
+
+
+def test_a_matrix_that_nobody_makes_is_told(f32):
+    class Empty(tt.Camera):
+        def compute_matrix(self):
+            pass
+
+    with pytest.raises(
+        tt.InputError, match=r"Empty.compute_matrix returns nothing, and sets no camera_to_world\[None\]"
+    ):
+        Empty()

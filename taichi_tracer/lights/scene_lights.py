@@ -224,5 +224,5 @@ def may_meet(effects: ti.template(), surface, w_i):
     """Whether a ray that leaves a surface can hit anything, see ``Effects.blockers``."""
     may = True
     if ti.static(effects.blockers == "backs"):
-        may = surface.hit.is_backfacing or tm.dot(surface.geometric_normal, w_i) <= 0
+        may = surface.hit.is_backfacing != 0 or tm.dot(surface.geometric_normal, w_i) <= 0
     return may
