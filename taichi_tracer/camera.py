@@ -14,13 +14,14 @@ import taichi.math as tm
 from numpy.typing import ArrayLike
 from taichi.lang import impl
 
-from taichi_tracer.camera_settings import CameraSettings, element
+from taichi_tracer.camera_settings import CameraSettings
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.formulas.view import check_angle, distance_of, without_angle
 from taichi_tracer.random_numbers import given_or_drawn
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.held import element
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, seams, takes, takes_whole_numbers
 from taichi_tracer.system.types import Numbers

@@ -14,7 +14,7 @@ from taichi_tracer.formulas.view import DEFAULT_WINDOW, HANDEDNESS, View, words_
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.annotations import AbstractAnnotation
 from taichi_tracer.system.errors import InputError, one_of
-from taichi_tracer.system.held import HeldExpr, held
+from taichi_tracer.system.held import HeldExpr, element, held
 from taichi_tracer.system.seams import replaced, runs_in_kernels
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.types import Numbers
@@ -301,8 +301,3 @@ def only_known(values: Mapping[str, Any]) -> dict[str, Any]:
         if name not in View.__dataclass_fields__:
             raise TypeError(f"a camera got an unexpected keyword argument {name!r}")
     return dict(values)
-
-
-def element(field: Any, index: Any) -> Any:
-    """An element of a field, inside a kernel; for properties that Python and kernels can read."""
-    return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), field, index)

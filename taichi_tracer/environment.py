@@ -9,11 +9,13 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 from numpy.typing import ArrayLike
+from taichi.lang import impl
 
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.held import HeldExpr, element, held
 from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
@@ -79,7 +81,7 @@ class Environment:
         tables = Tables()
         tables.put(self.texels, self.pixels)
         tables.load(self._memory)
-        self.intensity, self.rotation = 1.0, 0.0
+        self._intensity, self.rotation = 1.0, 0.0
         self.set_intensity(intensity)
         self.set_rotation(rotation)
 
@@ -92,8 +94,15 @@ class Environment:
         self._memory.check("environment")
         if not 0 <= float(intensity) < math.inf:
             raise InputError(f"environment: intensity must be a finite number of at least 0, not {intensity!r}")
-        self.intensity = float(intensity)
+        self._intensity = float(intensity)
         self._write()
+
+    @property
+    def intensity(self) -> float:
+        """The factor by which all radiance is multiplied; ``intensity[None]`` may be assigned, as in the course."""
+        if impl.inside_kernel():
+            return HeldExpr(element(self.settings, 0))
+        return held(self._intensity, self.set_intensity)
 
     def set_rotation(self, degrees: float) -> None:
         """Turn the environment about the axis that is up."""
@@ -104,7 +113,7 @@ class Environment:
         self._write()
 
     def _write(self) -> None:
-        self._memory.write(self.settings, (self.intensity, (self.rotation / 360) % 1.0))
+        self._memory.write(self.settings, (self._intensity, (self.rotation / 360) % 1.0))
         self.version += 1
 
     @ti.func

@@ -259,6 +259,8 @@ class Geometry:
             A corner that has none in the file gets the normal of its triangle's plane.
     """
 
+    scene: Any = None  # what owns the fields, where ``load_geometry`` has made them
+
     def __init__(self, mesh: Mesh, effects: Any, fields: ti.FieldsBuilder, completes_normals: bool = False) -> None:
         self.n_triangles, self.n_spheres = varying(len(mesh.faces)), varying(len(mesh.spheres))
         self.n_primitives = varying(mesh.num_primitives)

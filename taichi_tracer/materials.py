@@ -103,6 +103,8 @@ class MaterialLibrary:
             ``brdfs``.
     """
 
+    scene: Any = None  # what owns the fields, where ``load_materials`` has made them
+
     def __init__(self, materials: list[Material], brdfs: list, fields: ti.FieldsBuilder) -> None:
         self.materials, self.brdfs = Materials(materials), list(brdfs)
         self.materials.library = self

@@ -33,6 +33,7 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.held import held
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, part
@@ -164,7 +165,7 @@ class ProgressiveRenderer(RenderedPicture):
 
     def use(self, integrator: IntegratorChoice) -> "Self":
         """Choose what to render: the name of an integrator, or the integrator itself. Returns the renderer."""
-        chosen: Any = getattr(integrator, "value", integrator)  # the name that a SampleMode stands for
+        chosen: Any = getattr(integrator, "integrator", integrator)  # the name that a ``Mode`` stands for
         if isinstance(chosen, str):
             known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
             if chosen not in known:
@@ -265,6 +266,16 @@ class ProgressiveRenderer(RenderedPicture):
     def kernel_scene(self) -> SceneInKernels:
         """The part of the scene that kernels use."""
         return self.scene_data.in_kernels(compensates=self.active.compensates)
+
+    @property
+    def iter_counter(self) -> Any:
+        """How many samples each pixel has; as in the course, ``iter_counter[None] = 0`` starts the picture again."""
+        return held(self.samples, self._count_from)
+
+    def _count_from(self, samples: int) -> None:
+        if samples != 0:
+            raise InputError(f"renderer: iter_counter[None] can only be set to 0, not to {samples!r}: call render")
+        self.reset()
 
     def add_sample(self, index: int) -> None:
         """Take one sample for every pixel."""

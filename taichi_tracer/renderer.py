@@ -4,7 +4,7 @@ import copy
 import functools
 import warnings
 from collections.abc import Sequence
-from enum import Enum
+from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
@@ -12,14 +12,68 @@ from taichi.lang import impl
 
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.path_settings import Bounces, PathSettings, check_bounces, check_terms
+from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT
+from taichi_tracer.picture.postprocessed import Postprocessed
 from taichi_tracer.progressive import IntegratorChoice, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, seams
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+SAME_WEIGHT = 1e-6  # of weights from 0 to 1: a slider gives back in f32 what it got
+
+
+class Mode(IntEnum):
+    """A number of the course for what a renderer shows, with the name of the integrator: ``HIT = 1, "hit"``."""
+
+    integrator: str
+
+    def __new__(cls, number: int, integrator: str) -> "Mode":
+        """A member with this number."""
+        made = int.__new__(cls, number)
+        made._value_, made.integrator = number, integrator
+        return made
+
+
+class PostprocessedMixin:
+    """The methods of the course that show a picture of light with a power of 1/2.2; ``canvas`` stays linear."""
+
+    @functools.cached_property
+    def _postprocessed(self) -> Postprocessed:
+        return Postprocessed(self.width, self.height)  # type: ignore[attr-defined]
+
+    def postprocess(self) -> None:
+        """Write ``canvas_postprocessed``."""
+        self._postprocessed.copy_from(self.canvas)  # type: ignore[attr-defined]
+
+    @property
+    def canvas_postprocessed(self) -> Any:
+        """The Taichi field that ``postprocess`` writes, as ``canvas``."""
+        return self._postprocessed.canvas
+
+
+class ModeProperty:
+    """The mode of a renderer as the course has it: ``renderer.shade_mode[None]`` is a number of its enumeration.
+
+    Args:
+        modes: the name of the enumeration in the class of the renderer.
+    """
+
+    def __init__(self, modes: str) -> None:
+        self.modes = modes
+
+    def __get__(self, renderer: Any, owner: type | None = None) -> Any:
+        if renderer is None:
+            return self
+        modes = getattr(renderer, self.modes)
+        found = [mode for mode in modes if mode.integrator == renderer.active.name]
+        if not found:  # another form of one of them, such as "mis_one_sample"
+            found = [mode for mode in modes if renderer.active.name.startswith(mode.integrator)]
+        return held(int(found[0]) if found else 0, lambda number: renderer.use(modes(number)))
 
 
 @register
@@ -28,6 +82,19 @@ class A1Renderer(ProgressiveRenderer):
     """Assignment 1: what did the eye ray hit? Six views of the hit (A1-15)."""
 
     name, what = "A1Renderer", "view"
+    r, g, b = (factor / ID_COLOR_UNIT for factor in ID_COLOR)
+
+    class ShadeMode(Mode):
+        """The views, as the course numbers them."""
+
+        HIT = 1, "hit"
+        TRIANGLE_ID = 2, "triangle_id"
+        DISTANCE = 3, "distance"
+        BARYCENTRIC = 4, "barycentric"
+        NORMAL = 5, "normal"
+        MATERIAL_ID = 6, "material_id"
+
+    shade_mode = ModeProperty("ShadeMode")
 
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):
@@ -133,22 +200,25 @@ def warn_if_dark(scene_data: SceneData) -> None:
 
 @register
 @seams()
-class A2Renderer(ProgressiveRenderer):
+class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
     """Assignment 2: direct illumination by the environment, with Monte Carlo estimators (A2-3, A2-9)."""
 
     name, what, jitters = "A2Renderer", "estimator", True
 
-    class SampleMode(Enum):
-        """The estimators, as the handout names them."""
+    RAY_OFFSET = 1e-6  # of the course, for methods that read it; the package's own rays start as ``offset_origin`` says
 
-        UNIFORM = "uniform"
-        HEMISPHERE = "hemisphere"
-        BRDF = "brdf"
-        ENVIRONMENT = "environment"
-        MIS = "mis"
-        MIS_BALANCE = "mis_balance"
+    class SampleMode(Mode):
+        """The estimators; the first are those of the course, with its numbers."""
+
+        UNIFORM = 1, "uniform"
+        BRDF = 2, "brdf"
+        HEMISPHERE = 4, "hemisphere"
+        ENVIRONMENT = 5, "environment"
+        MIS = 6, "mis"
+        MIS_BALANCE = 7, "mis_balance"
 
     SamplingMode = SampleMode
+    sample_mode = ModeProperty("SampleMode")
 
     def begin(self) -> None:
         """Start the picture again; warn if nothing in the scene emits light."""
@@ -199,10 +269,26 @@ class A3Renderer(A2Renderer):
 
     name = "A3Renderer"
 
+    class SampleMode(Mode):
+        """The estimators; the first are those of the course, with its numbers."""
+
+        UNIFORM = 1, "uniform"
+        BRDF = 2, "brdf"
+        LIGHT = 3, "environment"
+        MIS = 4, "mis"
+        HEMISPHERE = 5, "hemisphere"
+        MIS_BALANCE = 6, "mis_balance"
+
+    SamplingMode = SampleMode
+
     @property
     def mis_plight(self) -> float:
-        """The weight with which ``mis_one_sample`` samples the lights (A3-4)."""
-        return self._one_sample().weights[0]
+        """The weight with which ``mis_one_sample`` samples the lights (A3-4).
+
+        In ``mis_plight[None]``, the two weights add up to 1, as in the course: an assignment changes both. If the
+        renderer uses "mis", which has no weights, it then uses "mis_one_sample".
+        """
+        return self._weight(0)
 
     @mis_plight.setter
     def mis_plight(self, weight: float) -> None:
@@ -210,8 +296,8 @@ class A3Renderer(A2Renderer):
 
     @property
     def mis_pbrdf(self) -> float:
-        """The weight with which ``mis_one_sample`` samples the BRDF (A3-4)."""
-        return self._one_sample().weights[1]
+        """The weight with which ``mis_one_sample`` samples the BRDF (A3-4), as ``mis_plight``."""
+        return self._weight(1)
 
     @mis_pbrdf.setter
     def mis_pbrdf(self, weight: float) -> None:
@@ -223,6 +309,27 @@ class A3Renderer(A2Renderer):
         light, brdf = light if mis_plight is None else mis_plight, brdf if mis_pbrdf is None else mis_pbrdf
         self._one_sample().set_weights(light, brdf)
         return self
+
+    def _weight(self, which: int) -> Any:
+        if impl.inside_kernel():
+            return HeldExpr(self._one_sample().weight_in_kernels(which))
+        return held(float(self._one_sample().weights[which]), functools.partial(self._assign_weight, which))
+
+    def _assign_weight(self, which: int, weight: float) -> None:
+        """Set one weight, and the other one to what is left of 1; choose the estimator that has weights."""
+        if not 0 <= weight <= 1:
+            raise InputError(f"{('mis_plight', 'mis_pbrdf')[which]}[None] must be a number from 0 to 1, not {weight!r}")
+        light = weight if which == 0 else 1 - weight
+        if abs(self._one_sample().weights[0] - light) > SAME_WEIGHT:
+            self.set_weights(light, 1 - light)
+            if self.active.name == "mis":
+                self.use("mis_one_sample")
+
+    def begin(self) -> None:
+        """Start the picture again; replaced methods may read the weights themselves."""
+        super().begin()
+        if self.replaced:
+            self._one_sample().prepare(self.scene_data, self.camera)
 
     def _one_sample(self) -> Any:
         """This renderer's copy of the integrator."""
@@ -236,13 +343,22 @@ class A3Renderer(A2Renderer):
 
 @register
 @seams()
-class A4Renderer(ProgressiveRenderer):
+class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
     """Assignment 4: paths, on which light bounces from surface to surface (A4-1 … A4-5).
 
     ``max_bounces`` and the other properties may be set at any time; the picture then starts again.
     """
 
     name, what, jitters = "A4Renderer", "path", True
+
+    class ShadingMode(Mode):
+        """How paths find light; the first two are those of the course, with its numbers."""
+
+        IMPLICIT = 1, "implicit"
+        EXPLICIT = 2, "explicit"
+        MIS = 3, "path"
+
+    shading_mode = ModeProperty("ShadingMode")
 
     @functools.cached_property
     def path_settings(self) -> PathSettings:
@@ -263,7 +379,7 @@ class A4Renderer(ProgressiveRenderer):
     @property
     def max_bounces(self) -> int:
         """How many surfaces may reflect, from 0 to 64: 0 shows only what emits, 1 is direct light (A4-2)."""
-        return self.path_settings["max_bounces"]
+        return self._path_setting("max_bounces")
 
     @max_bounces.setter
     def max_bounces(self, value: int) -> None:
@@ -272,7 +388,7 @@ class A4Renderer(ProgressiveRenderer):
     @property
     def rr_start_bounce(self) -> int:
         """After so many bounces, Russian roulette may end a path (A4-2)."""
-        return self.path_settings["rr_start_bounce"]
+        return self._path_setting("rr_start_bounce")
 
     @rr_start_bounce.setter
     def rr_start_bounce(self, value: int) -> None:
@@ -281,11 +397,18 @@ class A4Renderer(ProgressiveRenderer):
     @property
     def rr_termination_probability(self) -> float:
         """The probability with which roulette ends a path after each further bounce (A4-2)."""
-        return self.path_settings["rr_termination_probability"]
+        return self._path_setting("rr_termination_probability")
 
     @rr_termination_probability.setter
     def rr_termination_probability(self, value: float) -> None:
         self.path_settings.set(rr_termination_probability=value)
+
+    rr_termination_probabilty = rr_termination_probability  # the course's spelling
+
+    def _path_setting(self, name: str) -> Any:
+        if impl.inside_kernel():
+            return HeldExpr(self.path_settings.in_kernels(name))
+        return held(self.path_settings[name], functools.partial(setattr, self, name))
 
     @property
     def roulette(self) -> str:

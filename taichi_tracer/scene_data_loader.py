@@ -2,9 +2,11 @@
 
 import os
 from collections.abc import Sequence
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from taichi_tracer.environment import load_environment
@@ -12,7 +14,8 @@ from taichi_tracer.files import EXTENSIONS, read
 from taichi_tracer.files.arrays import dressed, mesh_from_arrays
 from taichi_tracer.files.meshes import from_trimesh
 from taichi_tracer.files.shipped import scene_data_dir
-from taichi_tracer.materials import Material
+from taichi_tracer.geometry import Geometry
+from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, check_options, with_options
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
@@ -71,18 +74,91 @@ def find_scene(name: str | Path) -> Path:
     raise MissingFileError(f"{path}: no such file")
 
 
+class SceneName(str, Enum):
+    """The scenes of the course. Most of their files are not shipped: see ``find_course_file``."""
+
+    CUBE = "cube"
+    SPHERE = "sphere"
+    TORUS = "torus"
+    MONKEY = "monkey"
+    CORNELL_BOX = "cornell_box"
+    BUNNY = "bunny"
+    VEACH = "veach_wall"
+    SPECULAR_SPHERES = "specular_spheres"
+    BREAKFAST_ROOM = "breakfast_room"
+    CORNELL_BOX_CAUSTIC_SPHERE = "cornell_box_caustic_sphere"
+
+
+class EnvironmentName(str, Enum):
+    """The environments of the course: files, and constants."""
+
+    SHANGHAI = "shanghai"
+    STUDIO = "studio"
+    FIELD = "field"
+    WHITE = "white"
+    BLACK = "black"
+    GREY = "grey"
+
+
+CONSTANTS = {EnvironmentName.WHITE: 1.0, EnvironmentName.BLACK: 0.0, EnvironmentName.GREY: 0.12}
+# Scenes and environments of this package that stand in for files of the course that are not there.
+STAND_INS = {
+    SceneName.VEACH: "veach_plates",
+    SceneName.CORNELL_BOX_CAUSTIC_SPHERE: "caustic_sphere",
+    EnvironmentName.STUDIO: "studio",
+}
+FOLDERS = "TAICHI_TRACER_SCENES"  # the environment variable with further folders of scenes
+
+
+def find_course_file(name: SceneName | EnvironmentName, extensions: Sequence[str]) -> str:
+    """A file of the course: in a folder that TAICHI_TRACER_SCENES names, or in the working directory's scene_data_dir.
+
+    Returns:
+        Its path; where it is not there, the name of the shipped scene or environment that stands in for it.
+
+    Raises:
+        MissingFileError: there is neither; the message says where to put the file.
+    """
+    named = [Path(one) for one in os.environ.get(FOLDERS, "").split(os.pathsep) if one]
+    folders = [*named, Path("scene_data_dir")]
+    files = [f"{name.value}{extension}" for extension in extensions]
+    for folder in folders:
+        for file in files:
+            found = next((path for path in (folder / file, *sorted(folder.glob(f"*/{file}"))) if path.is_file()), None)
+            if found is not None:
+                return str(found)
+    if name in STAND_INS or name.value in shipped_scenes():
+        return STAND_INS.get(name, name.value)
+    kind = f"{type(name).__name__}.{name.name}"
+    raise MissingFileError(
+        f"{kind}: {files[0]} is not shipped: put it into {Path('scene_data_dir').absolute()}, or let the environment "
+        f"variable {FOLDERS} name its folder"
+    )
+
+
 @with_options(SceneOptions, SCENE_DEFAULTS, environment=FILE, background=FILE)
-def load_scene_data(name_or_path: str | Path, **options: "Unpack[SceneOptions]") -> SceneData:
+def load_scene_data(
+    name_or_path: str | Path | SceneName, environment_name: Any = None, **options: "Unpack[SceneOptions]"
+) -> SceneData:
     """Read a scene.
 
     Args:
-        name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml).
+        name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml); or
+            a scene of the course.
+        environment_name: as in the course, the same as the option ``environment``. A scene of the course is black
+            without it, as there.
         options: see ``options.SceneOptions``.
 
     Raises:
         InputError: the file cannot be used; the message has its name and, if there is one, the line and the value.
     """
     check_options("load_scene_data", options, SCENE_DEFAULTS)
+    if environment_name is not None:
+        options["environment"] = environment_name
+    if isinstance(options.get("environment"), EnvironmentName):
+        options["environment"] = environment_of_course(options["environment"])
+    if isinstance(name_or_path, SceneName):
+        name_or_path = find_course_file(name_or_path, [".obj"])
     path = find_scene(name_or_path)
     if is_file(options.get("environment", FILE)):
         options.pop("environment", None)
@@ -96,6 +172,13 @@ def load_scene_data(name_or_path: str | Path, **options: "Unpack[SceneOptions]")
     if options.get("view") is None:
         options["view"] = own_view(path)
     return SceneData(mesh, **options)
+
+
+def environment_of_course(name: EnvironmentName) -> Any:
+    """What ``SceneOptions`` takes for an environment of the course."""
+    if name in CONSTANTS:
+        return np.full((1, 1, 3), CONSTANTS[name])
+    return find_course_file(name, [".hdr", ".exr"])
 
 
 @with_options(SceneOptions, SCENE_DEFAULTS)
@@ -128,6 +211,20 @@ def scene_from_mesh(
     check_options("scene_from_mesh", options, [*SCENE_DEFAULTS, "color", "material", "normals", "face_materials"])
     mesh = from_trimesh(vertices) if faces is None else mesh_from_arrays(vertices, faces)
     return SceneData(dressed(mesh, color, material, normals, face_materials), **options)
+
+
+def load_geometry(name_or_path: str | Path | SceneName) -> Geometry:
+    """The triangles of a scene, as ``load_scene_data`` reads them."""
+    scene = load_scene_data(name_or_path)
+    scene.geometry.scene = scene  # which frees the fields when nobody refers to it any more
+    return scene.geometry
+
+
+def load_materials(name_or_path: str | Path | SceneName) -> MaterialLibrary:
+    """The materials of a scene, as ``load_scene_data`` reads them."""
+    scene = load_scene_data(name_or_path)
+    scene.material_library.scene = scene
+    return scene.material_library
 
 
 def own_view(path: Path) -> dict[str, Any] | None:

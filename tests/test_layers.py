@@ -38,7 +38,7 @@ LAYERS = (
     "options",
     "picture forms scene_parts scene_in_kernels scene_data",
     "explain integrators progressive",
-    "renderer maps rt3 scene_data_loader",
+    "renderer maps rt3 scene_data_loader camera_controller",
     "fast",
     "__init__",
     "studies",
@@ -53,7 +53,7 @@ ORDER = " ".join(LAYERS).split()
 MAP = {
     "what a student opens: the formulas and the plain forms": (
         "ray random_numbers sampler camera geometry materials environment ray_intersector progressive renderer "
-        "scene_data scene_in_kernels scene_data_loader"
+        "scene_data scene_in_kernels scene_data_loader camera_controller"
     ),
     "parts: one file for each, in the folder of their kind": (
         "formulas cameras samplers brdfs lights integrators intersectors tones"

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from taichi_tracer.apps.camera_controller import KEYS
+from taichi_tracer.camera_controller import KEYS
 from taichi_tracer.system.errors import InputError, one_of
 
 MOST_TEXT = 200  # characters of a name

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.apps import camera_controller, pace
-from taichi_tracer.apps.camera_controller import Pose
+from taichi_tracer import camera_controller
+from taichi_tracer.apps import pace
 from taichi_tracer.apps.choices import Choices
 from taichi_tracer.apps.events import OF_HOSTS
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
@@ -25,6 +25,7 @@ from taichi_tracer.apps.in_python import as_python
 from taichi_tracer.apps.mailbox import Mailbox
 from taichi_tracer.apps.same_again import as_command, position_of
 from taichi_tracer.apps.split import Split, details_of, state_of
+from taichi_tracer.camera_controller import Pose
 from taichi_tracer.integrators.controls import BouncesControl, NameControl
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError, one_of

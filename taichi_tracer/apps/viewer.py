@@ -16,8 +16,8 @@ from pathlib import Path
 
 import taichi as ti
 
-from taichi_tracer.apps import camera_controller, clipboard, pace
-from taichi_tracer.apps.camera_controller import Pose
+from taichi_tracer import camera_controller
+from taichi_tracer.apps import clipboard, pace
 from taichi_tracer.apps.choices import Choices
 from taichi_tracer.apps.display import can_open_window, screen_size
 from taichi_tracer.apps.panels import PLOT_HEIGHT, Panels, wrap
@@ -28,6 +28,7 @@ from taichi_tracer.apps.screen import PANEL_WIDTH, Screen, first_size
 from taichi_tracer.apps.server import serve
 from taichi_tracer.apps.session import Session
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
+from taichi_tracer.camera_controller import Pose
 from taichi_tracer.files.images import check_writable
 from taichi_tracer.picture.progress import two_digits
 from taichi_tracer.progressive import ProgressiveRenderer

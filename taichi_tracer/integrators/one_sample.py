@@ -40,6 +40,11 @@ class OneSampleMis(DirectLight):
         """The probability of a sample of the lights."""
         return self.weights[0] / (self.weights[0] + self.weights[1])
 
+    def weight_in_kernels(self, which: int) -> Any:
+        """``weights[which]``, scaled, in a kernel."""
+        p_light = self._numbers.get(0)  # type: ignore[union-attr]
+        return p_light if which == 0 else 1 - p_light
+
     @property
     def version(self) -> int:  # type: ignore[override]
         """Counts the changes of ``weights``."""

@@ -91,6 +91,11 @@ class PathSettings:
     def __getitem__(self, name: str) -> Any:
         return self._values[name]
 
+    def in_kernels(self, name: str) -> Any:
+        """A number, in a kernel; whole numbers are of i32."""
+        value = self._numbers.get(list(DEFAULTS).index(name))
+        return ti.cast(value, ti.i32) if isinstance(DEFAULTS[name], int) else value
+
     def _as_numbers(self) -> tuple[float, ...]:
         of = self._values
         first, last = (0, None) if of["bounces"] is None else of["bounces"]

@@ -13,7 +13,7 @@ class Annotation(type):
     """The class of a class that is an annotation: to ``isinstance``, which Taichi asks, it is a ``ti.template``."""
 
     @property
-    def __class__(cls) -> Any:
+    def __class__(cls) -> Any:  # type: ignore[misc]
         return ti.template
 
 

@@ -192,6 +192,7 @@ class ArrayField(Field):
     address: int
     offset: int
     axes: list[int]
+    host_accessors: Any
     variable_axes: frozenset[int]
 
     def element(self) -> tuple[np.dtype, tuple[int, ...]]:
@@ -268,11 +269,15 @@ class Accessor:
 
     def getter(self, *key: int) -> Any:
         """The number at an index, which has zeros behind the axes of the field."""
-        return self.array[(*key[: self.axes], *self.place)].item()
+        return self.array[self.index(key)].item()
 
     def setter(self, value: Any, *key: int) -> None:
         """Set the number at an index."""
-        self.array[(*key[: self.axes], *self.place)] = value
+        self.array[self.index(key)] = value
+
+    def index(self, key: tuple[int, ...]) -> tuple[int, ...]:
+        """Numpy's index of the component."""
+        return (*key[: self.axes], *self.place)
 
 
 class ScalarArray(ArrayField, ScalarField):

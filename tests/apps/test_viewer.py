@@ -11,7 +11,8 @@ from fake_panel import FakePanel
 from PIL import Image
 
 import taichi_tracer as tt
-from taichi_tracer.apps import camera_controller, panels, viewer
+from taichi_tracer import camera_controller
+from taichi_tracer.apps import panels, viewer
 from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.display import Verdict
 from taichi_tracer.apps.requests import scene_and_pictures_of

@@ -66,7 +66,8 @@ def count_over(context: Any, node: Any, targets: list[str], counts: list, lows: 
         total = Expr(functools.reduce(lambda a, b: a * b, counts))
         place = core.DebugInfo(impl.get_runtime().get_current_src_info())
         builder.begin_frontend_range_for(number.ptr, Expr(0).ptr, total.ptr, place)
-        rest, indices = impl.expr_init(number), []
+        rest: Any = impl.expr_init(number)
+        indices: list[Any] = []
         for count in counts[:0:-1]:
             above = impl.expr_init(ti.raw_div(rest, count))
             indices.insert(0, rest - above * count)

@@ -135,7 +135,7 @@ class Notes:
             assign(of, name, value)
 
         try:
-            kind.__getattribute__, kind.__setattr__ = asked, assigned  # type: ignore[method-assign, assignment]
+            kind.__getattribute__, kind.__setattr__ = asked, assigned  # type: ignore[method-assign]
         except TypeError:  # a class of Python itself
             return False
         self._watched[kind] = former
@@ -177,6 +177,7 @@ class One:
     """Wants the same object."""
 
     def __init__(self, value: Any) -> None:
+        self.value: Callable[[], Any]
         try:
             self.value = weakref.ref(value)
         except TypeError:
@@ -255,9 +256,8 @@ def is_constant(matrix: Matrix) -> bool:
 
 def is_aside(wanted: Any) -> bool:
     """Whether a description contains a value in the kernel."""
-    return wanted is None or (
-        isinstance(wanted, tuple) and wanted[1:] and isinstance(wanted[1], list) and any(map(is_aside, wanted[1]))
-    )
+    has_elements = isinstance(wanted, tuple) and len(wanted) > 1 and isinstance(wanted[1], list)
+    return wanted is None or (has_elements and any(map(is_aside, wanted[1])))
 
 
 def layout(field: Any) -> Any:

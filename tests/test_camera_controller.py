@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from taichi_tracer.apps.camera_controller import (
+from taichi_tracer.camera_controller import (
     KEYS,
     ORBIT_ANGLE,
     SPEED,

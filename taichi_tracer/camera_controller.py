@@ -1,7 +1,9 @@
-"""How keys and the mouse move a camera: plain functions from one pose to the next, without a window."""
+"""How keys and the mouse move a camera: plain functions from one pose to the next, and the controller of the course."""
 
 import math
+import time
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +28,31 @@ ARROWS = {"Right": (0, 1), "Left": (0, -1), "Up": (1, 1), "Down": (1, -1)}
 ZOOM_KEYS = {"i": -1, "o": 1}
 WINDOW_KEYS = {"e": -1, "q": 1}  # of an orthographic camera, whose picture no step along its gaze would change
 KEYS = (*WORLD_KEYS, *SIDE_KEYS, *ARROWS, *ZOOM_KEYS)
+
+
+class CameraController:
+    """Moves a camera by the keys that are held down in a window of ``ti.ui`` (A1-16).
+
+    Args:
+        camera: it is moved by ``set_camera_parameters``. window: has ``is_pressed(key)``.
+        sensitivity: units per second.
+    """
+
+    def __init__(self, camera: ProjectiveCamera, window: Any, sensitivity: float = SPEED) -> None:
+        self.camera, self.window, self.sensitivity = camera, window, sensitivity
+        self.last_time = time.perf_counter()
+
+    def update(self) -> bool:
+        """Move the camera by the time since the last call. Returns whether it moved; the picture then starts again."""
+        now = time.perf_counter()
+        seconds, self.last_time = now - self.last_time, now
+        keys = {key for key in KEYS if self.window.is_pressed(key)}
+        pose = Pose.of(self.camera)
+        moved = step(pose, keys, seconds, speed=self.sensitivity)
+        if not keys or moved is pose:
+            return False
+        self.camera.set_camera_parameters(**moved.parameters())
+        return True
 
 
 @dataclass(frozen=True)

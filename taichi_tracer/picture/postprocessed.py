@@ -1,0 +1,35 @@
+"""The picture as the course shows it in a window: a power of 1/2.2, and values from 0 to 1."""
+
+from typing import Any
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.system import memory
+
+GAMMA = 2.2
+
+
+@ti.data_oriented
+class Postprocessed:
+    """A copy of a canvas, of the same size.
+
+    Attributes:
+        canvas: the field [x, y] of RGB vectors.
+    """
+
+    def __init__(self, width: int, height: int) -> None:
+        self._memory = memory.Memory()
+        self.canvas = ti.Vector.field(3, float)
+        self._memory.fields.dense(ti.ij, (width, height)).place(self.canvas)
+        self._memory.allocate()
+
+    def copy_from(self, canvas: Any) -> None:
+        """Show another canvas."""
+        self._memory.check("canvas")
+        self._copy_from(canvas)
+
+    @ti.kernel
+    def _copy_from(self, canvas: ti.template()):
+        for x, y in self.canvas:
+            self.canvas[x, y] = tm.clamp(canvas[x, y], 0, 1) ** (1 / GAMMA)
