@@ -116,6 +116,26 @@ class Environment:
         self._memory.write(self.settings, (self._intensity, (self.rotation / 360) % 1.0))
         self.version += 1
 
+    # ── names of the course ──
+
+    @property
+    def x_resolution(self) -> int:
+        """The width of the image in texels."""
+        return self.width
+
+    @property
+    def y_resolution(self) -> int:
+        """The height of the image in texels."""
+        return self.height
+
+    @property
+    def image(self) -> Any:
+        """The radiance of the texel [x, y], with y up: (w, h, 3); also in kernels."""
+        return TexelsFromBelow(self) if impl.inside_kernel() else self.pixels[::-1].transpose(1, 0, 2)
+
+    def precompute_envmap(self) -> None:
+        """Nothing is left to do: the tables that samples of the environment need are made where they are first used."""
+
     @ti.func
     def coords(self, direction):
         """(u, v) in [0, 1] of a unit direction: u around +y, v from the bottom (C-1)."""
@@ -171,6 +191,17 @@ class Environment:
     def query_ray(self, ray):
         """The radiance that arrives along a ray that hits nothing (A2-5)."""
         return self.radiance(ray.direction.normalized())
+
+
+class TexelsFromBelow:
+    """The texels of an environment in a kernel, by x from the left and y from below."""
+
+    def __init__(self, environment: Environment) -> None:
+        self.environment = environment
+
+    def __getitem__(self, place: tuple[Any, Any]) -> Any:
+        x, y = place
+        return element(self.environment.texels, self.environment.height - 1 - y, x)
 
 
 def checked(image, name: str) -> np.ndarray:

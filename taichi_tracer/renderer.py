@@ -4,76 +4,28 @@ import copy
 import functools
 import warnings
 from collections.abc import Sequence
-from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
 from taichi.lang import impl
 
+from taichi_tracer import modes
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.integrators.path_settings import Bounces, PathSettings, check_bounces, check_terms
 from taichi_tracer.integrators.surface_views import ID_COLOR, ID_COLOR_UNIT
-from taichi_tracer.picture.postprocessed import Postprocessed
+from taichi_tracer.picture.postprocessed import PostprocessedMixin
 from taichi_tracer.progressive import IntegratorChoice, ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, seams
+from taichi_tracer.system.wings import wing
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
 SAME_WEIGHT = 1e-6  # of weights from 0 to 1: a slider gives back in f32 what it got
-
-
-class Mode(IntEnum):
-    """A number of the course for what a renderer shows, with the name of the integrator: ``HIT = 1, "hit"``."""
-
-    integrator: str
-
-    def __new__(cls, number: int, integrator: str) -> "Mode":
-        """A member with this number."""
-        made = int.__new__(cls, number)
-        made._value_, made.integrator = number, integrator
-        return made
-
-
-class PostprocessedMixin:
-    """The methods of the course that show a picture of light with a power of 1/2.2; ``canvas`` stays linear."""
-
-    @functools.cached_property
-    def _postprocessed(self) -> Postprocessed:
-        return Postprocessed(self.width, self.height)  # type: ignore[attr-defined]
-
-    def postprocess(self) -> None:
-        """Write ``canvas_postprocessed``."""
-        self._postprocessed.copy_from(self.canvas)  # type: ignore[attr-defined]
-
-    @property
-    def canvas_postprocessed(self) -> Any:
-        """The Taichi field that ``postprocess`` writes, as ``canvas``."""
-        return self._postprocessed.canvas
-
-
-class ModeProperty:
-    """The mode of a renderer as the course has it: ``renderer.shade_mode[None]`` is a number of its enumeration.
-
-    Args:
-        modes: the name of the enumeration in the class of the renderer.
-    """
-
-    def __init__(self, modes: str) -> None:
-        self.modes = modes
-
-    def __get__(self, renderer: Any, owner: type | None = None) -> Any:
-        if renderer is None:
-            return self
-        modes = getattr(renderer, self.modes)
-        found = [mode for mode in modes if mode.integrator == renderer.active.name]
-        if not found:  # another form of one of them, such as "mis_one_sample"
-            found = [mode for mode in modes if renderer.active.name.startswith(mode.integrator)]
-        return held(int(found[0]) if found else 0, lambda number: renderer.use(modes(number)))
 
 
 @register
@@ -84,17 +36,9 @@ class A1Renderer(ProgressiveRenderer):
     name, what = "A1Renderer", "view"
     r, g, b = (factor / ID_COLOR_UNIT for factor in ID_COLOR)
 
-    class ShadeMode(Mode):
-        """The views, as the course numbers them."""
+    ShadeMode = modes.ShadeMode
 
-        HIT = 1, "hit"
-        TRIANGLE_ID = 2, "triangle_id"
-        DISTANCE = 3, "distance"
-        BARYCENTRIC = 4, "barycentric"
-        NORMAL = 5, "normal"
-        MATERIAL_ID = 6, "material_id"
-
-    shade_mode = ModeProperty("ShadeMode")
+    shade_mode = modes.ModeProperty("ShadeMode")
 
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):
@@ -207,18 +151,10 @@ class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
 
     RAY_OFFSET = 1e-6  # of the course, for methods that read it; the package's own rays start as ``offset_origin`` says
 
-    class SampleMode(Mode):
-        """The estimators; the first are those of the course, with its numbers."""
-
-        UNIFORM = 1, "uniform"
-        BRDF = 2, "brdf"
-        HEMISPHERE = 4, "hemisphere"
-        ENVIRONMENT = 5, "environment"
-        MIS = 6, "mis"
-        MIS_BALANCE = 7, "mis_balance"
+    SampleMode = modes.SampleMode
 
     SamplingMode = SampleMode
-    sample_mode = ModeProperty("SampleMode")
+    sample_mode = modes.ModeProperty("SampleMode")
 
     def begin(self) -> None:
         """Start the picture again; warn if nothing in the scene emits light."""
@@ -269,15 +205,7 @@ class A3Renderer(A2Renderer):
 
     name = "A3Renderer"
 
-    class SampleMode(Mode):
-        """The estimators; the first are those of the course, with its numbers."""
-
-        UNIFORM = 1, "uniform"
-        BRDF = 2, "brdf"
-        LIGHT = 3, "environment"
-        MIS = 4, "mis"
-        HEMISPHERE = 5, "hemisphere"
-        MIS_BALANCE = 6, "mis_balance"
+    SampleMode = modes.LampSampleMode
 
     SamplingMode = SampleMode
 
@@ -351,14 +279,9 @@ class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
 
     name, what, jitters = "A4Renderer", "path", True
 
-    class ShadingMode(Mode):
-        """How paths find light; the first two are those of the course, with its numbers."""
+    ShadingMode = modes.ShadingMode
 
-        IMPLICIT = 1, "implicit"
-        EXPLICIT = 2, "explicit"
-        MIS = 3, "path"
-
-    shading_mode = ModeProperty("ShadingMode")
+    shading_mode = modes.ModeProperty("ShadingMode")
 
     @functools.cached_property
     def path_settings(self) -> PathSettings:
@@ -484,3 +407,10 @@ class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
     def set_shading_mis(self) -> "Self":
         """Combine both by the power heuristic: ``path`` (A3-4, A4-1)."""
         return self.use("path")
+
+
+def __getattr__(name: str) -> Any:
+    """``EnvISRenderer``, which only the course has."""
+    if name == "EnvISRenderer":
+        return wing("course.environment_sampling", name).EnvISRenderer
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -15,6 +15,7 @@ import taichi.math as tm
 from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.phong import Phong
+from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLightSampler  # as the handout names it
 from taichi_tracer.random_numbers import RandomNumbers, given_or_drawn
@@ -176,3 +177,16 @@ class BRDF(Brdf):
 
 
 DIFFUSE, PHONG = Diffuse(), Phong()
+
+
+@ti.func
+def ortho_frames(axis):
+    """The 3 × 3 matrix whose columns are a right-handed frame; the last one is ``axis``, a unit vector."""
+    x, y = frame_about(axis)
+    return tm.mat3([[x[k], y[k], axis[k]] for k in ti.static(range(3))])
+
+
+@ti.func
+def reflect(w_o, normal):
+    """ω_r = 2 (n·ω_o) n − ω_o (A2-4)."""
+    return mirrored(w_o, normal)

@@ -37,10 +37,11 @@ LAYERS = (
     "ray_intersector intersectors",
     "options",
     "picture forms scene_parts scene_in_kernels scene_data",
-    "explain integrators progressive",
+    "explain integrators progressive modes",
     "renderer maps rt3 scene_data_loader camera_controller",
     "fast",
     "__init__",
+    "course",
     "studies",
     "teaching",
     "apps",
@@ -52,7 +53,7 @@ ORDER = " ".join(LAYERS).split()
 # The map in docs/design.md: what stands together, for a reader. The root files of the first part are the handouts'.
 MAP = {
     "what a student opens: the formulas and the plain forms": (
-        "ray random_numbers sampler camera geometry materials environment ray_intersector progressive renderer "
+        "ray random_numbers sampler camera geometry materials environment ray_intersector progressive modes renderer "
         "scene_data scene_in_kernels scene_data_loader camera_controller"
     ),
     "parts: one file for each, in the folder of their kind": (
@@ -62,7 +63,7 @@ MAP = {
     "the picture, the scene's effects and options, what is underneath": (
         "picture effects background options camera_settings scene_parts ray_hits maps system"
     ),
-    "outside; each folder but files can be taken off": "files rt3 studies teaching explain apps cluster",
+    "outside; each folder but files can be taken off": "files rt3 course studies teaching explain apps cluster",
 }
 WIDTH, INDENT = 132, 26
 
@@ -265,11 +266,14 @@ TESTED_THROUGH = {
     "apps.merge": "apps/test_cli",
     "apps.render": "apps/test_cli",
     "apps.same_again": "apps/test_viewer",
+    "course.environment_sampling": "course/test_scripts",
     "files.fonts": "apps/test_contact_sheet",
     "integrators.next_event": "integrators/test_direct_light",
     "integrators.one_sample": "contracts/test_integrators",
     "lights.choice": "contracts/test_lamp_choices",
     "lights.choose_by_hierarchy": "contracts/test_lamp_choices",
+    "modes": "course/test_scripts",
+    "picture.postprocessed": "course/test_scripts",
     "picture.rendered": "test_progressive",
     "scene_in_kernels": "lights/test_scene_lights",
     "studies.hard.case": "test_hard_cases",

@@ -8,6 +8,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.system import runtime
 from taichi_tracer.system.memory import Memory
 
 GROUP_BITS = 2
@@ -20,43 +21,53 @@ class PixelGroups:
     """One number, or the three numbers of a colour, for every pixel and each half of its samples.
 
     Args:
-        place: the ``place`` method of a Taichi field structure with the shape (groups across, groups upwards, halves).
+        node: the Taichi field structure with the shape (groups across, groups upwards, halves) in which it is placed.
         width, height: of the picture, in pixels.
         channels: 1 for numbers, 3 for colours. dtype: the type of a number; None for that of kernels.
 
     Attributes:
-        lanes: for each channel a field of vectors of sixteen; pixel (x, y) is in lane 4 (x mod 4) + y mod 4.
+        lanes: for each channel a field of vectors of sixteen; pixel (x, y) is in lane 4 (x mod 4) + y mod 4. Vulkan and
+            Metal know no lane whose number is computed: there, it is a fourth index of a field of numbers.
     """
 
-    def __init__(self, place, width: int, height: int, channels: int = 1, dtype=None) -> None:
+    def __init__(self, node, width: int, height: int, channels: int = 1, dtype=None) -> None:
         self.width, self.height, self.channels = width, height, channels
-        self.lanes = [ti.Vector.field(PIXELS, float if dtype is None else dtype) for _ in range(channels)]
-        place(*self.lanes)
+        self.has_vectors, kind = runtime.can("dynamic lanes"), float if dtype is None else dtype
+        if self.has_vectors:
+            self.lanes = [ti.Vector.field(PIXELS, kind) for _ in range(channels)]
+            node.place(*self.lanes)
+        else:
+            self.lanes = [ti.field(kind) for _ in range(channels)]
+            node.dense(ti.l, PIXELS).place(*self.lanes)
 
     @ti.func
-    def number(self, x, y, half):
-        """The number of a pixel."""
-        return self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half][lane_of(x, y)]
+    def number(self, x, y, half, channel: ti.template() = 0):
+        """The number of a pixel, or of one channel of its colour."""
+        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
+        if ti.static(self.has_vectors):
+            return self.lanes[channel][i, k, half][lane]
+        else:  # noqa: RET505 (without it, both would be compiled)
+            return self.lanes[channel][i, k, half, lane]
 
     @ti.func
-    def set_number(self, x, y, half, number):
-        """Set the number of a pixel."""
-        self.lanes[0][x >> GROUP_BITS, y >> GROUP_BITS, half][lane_of(x, y)] = number
+    def set_number(self, x, y, half, number, channel: ti.template() = 0):
+        """Set the number of a pixel, or of one channel of its colour."""
+        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
+        if ti.static(self.has_vectors):
+            self.lanes[channel][i, k, half][lane] = number
+        else:
+            self.lanes[channel][i, k, half, lane] = number
 
     @ti.func
     def colour(self, x, y, half):
         """The colour of a pixel."""
-        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
-        return tm.vec3(
-            self.lanes[0][i, k, half][lane], self.lanes[1][i, k, half][lane], self.lanes[2][i, k, half][lane]
-        )
+        return tm.vec3(self.number(x, y, half, 0), self.number(x, y, half, 1), self.number(x, y, half, 2))
 
     @ti.func
     def set_colour(self, x, y, half, colour):
         """Set the colour of a pixel."""
-        i, k, lane = x >> GROUP_BITS, y >> GROUP_BITS, lane_of(x, y)
         for channel in ti.static(range(3)):
-            self.lanes[channel][i, k, half][lane] = colour[channel]
+            self.set_number(x, y, half, colour[channel], channel)
 
     def read(self, memory: Memory) -> np.ndarray:
         """[x, y, half] the numbers, or [x, y, half, channel] the colours; ``memory`` is that of the fields."""
@@ -66,7 +77,9 @@ class PixelGroups:
     def write(self, memory: Memory, numbers: np.ndarray) -> None:
         """Set all pixels; ``numbers`` as from ``read``."""
         for channel, field in enumerate(self.lanes):
-            memory.write(field, self._by_group(numbers[..., channel] if self.channels > 1 else numbers, field.shape))
+            memory.write(
+                field, self._by_group(numbers[..., channel] if self.channels > 1 else numbers, field.shape[:3])
+            )
 
     def _by_pixel(self, groups: np.ndarray) -> np.ndarray:
         across, upwards, halves, _ = groups.shape

@@ -23,14 +23,14 @@ class PixelSums:
         """Make the fields, in ``memory``."""
         shape, groups = (self.width, self.height), (groups_along(self.width), groups_along(self.height))
         pixel = self.memory.fields.dense(ti.k, 1).dense(ti.ij, groups)
-        self.count = PixelGroups(pixel.place, *shape, 1, ti.i32)
+        self.count = PixelGroups(pixel, *shape, 1, ti.i32)
         if self.halves == 2:
-            self.largest = PixelGroups(pixel.place, *shape)
+            self.largest = PixelGroups(pixel, *shape)
         # In memory, the two halves of the picture lie apart. A pass over all pixels writes to only one half; then the
         # memory of the other half need not be written back.
         half = self.memory.fields.dense(ti.k, self.halves).dense(ti.ij, groups)
-        self.half_count = PixelGroups(half.place, *shape, 1, ti.i32)
-        self.total, self.rest = (PixelGroups(half.place, *shape, 3) for _ in range(2))
+        self.half_count = PixelGroups(half, *shape, 1, ti.i32)
+        self.total, self.rest = (PixelGroups(half, *shape, 3) for _ in range(2))
         self.residue = ti.Vector.field(3, float)  # apart, because it is seldom read
         self.memory.fields.dense(ti.k, self.halves).dense(ti.ij, shape).place(self.residue)
 

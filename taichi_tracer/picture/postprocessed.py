@@ -1,5 +1,6 @@
 """The picture as the course shows it in a window: a power of 1/2.2, and values from 0 to 1."""
 
+import functools
 from typing import Any
 
 import taichi as ti
@@ -33,3 +34,20 @@ class Postprocessed:
     def _copy_from(self, canvas: ti.template()):
         for x, y in self.canvas:
             self.canvas[x, y] = tm.clamp(canvas[x, y], 0, 1) ** (1 / GAMMA)
+
+
+class PostprocessedMixin:
+    """The methods of the course that show a picture of light with a power of 1/2.2; ``canvas`` stays linear."""
+
+    @functools.cached_property
+    def _postprocessed(self) -> Postprocessed:
+        return Postprocessed(self.width, self.height)  # type: ignore[attr-defined]
+
+    def postprocess(self) -> None:
+        """Write ``canvas_postprocessed``."""
+        self._postprocessed.copy_from(self.canvas)  # type: ignore[attr-defined]
+
+    @property
+    def canvas_postprocessed(self) -> Any:
+        """The Taichi field that ``postprocess`` writes, as ``canvas``."""
+        return self._postprocessed.canvas

@@ -80,6 +80,6 @@ def held(value: Any, assign: Callable[[Any], None]) -> Any:
     return made
 
 
-def element(field: Any, index: Any) -> Any:
+def element(field: Any, *indices: Any) -> Any:
     """An element of a field, inside a kernel; for properties that Python and kernels can read."""
-    return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), field, index)
+    return impl.subscript(impl.get_runtime().compiling_callable.ast_builder(), field, *indices)

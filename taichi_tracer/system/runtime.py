@@ -28,6 +28,13 @@ ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
 AUTO = ("cuda",)  # what "auto" tries before the CPU
 F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only in an extension, which Taichi does not use
+# What kernels of the package need here and there, and only some backends can: what it is → where.
+ABILITIES = {
+    "f64": F64_ARCHS,
+    "dynamic lanes": ("cpu", "cuda"),  # a component of a vector in a field, by an index that the kernel computes
+    "fast forms": ("cpu", "cuda"),  # numbers of 8 bits in vectors, and the kernels that build their trees
+    "lanes": ("cpu",),  # vectors of sixteen numbers, which LLVM computes at once
+}
 # Threads per CPU, if all CPUs are used. With two threads for two CPUs, Linux often starts both on the same CPU.
 WORKERS_PER_CPU = 2
 # Where Linux shows its GPUs: those of the kernel's own drivers, those of NVIDIA, and the GPU of Windows, for WSL.
@@ -264,9 +271,14 @@ def smallest() -> float:
     return float(np.finfo(dtype()).tiny)
 
 
+def can(ability: str) -> bool:
+    """Whether the running backend has one of the ``ABILITIES``."""
+    return ensure().arch in ABILITIES[ability]
+
+
 def has_f64() -> bool:
     """Whether kernels can compute in f64 on this backend, also if the default precision is f32."""
-    return ensure().arch in F64_ARCHS
+    return can("f64")
 
 
 def can_widen() -> bool:

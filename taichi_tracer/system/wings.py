@@ -15,6 +15,7 @@ PACKAGE = Path(__file__).parents[1]
 WINGS = {
     "apps": "has the command line, the windows and the pages",
     "cluster": "renders and grades on several machines",
+    "course": "runs files that were written for the Taichi course",
     "explain": "explains pixels",
     "fast": "has the fast forms",
     "rt3": "reads and renders scene files of RT3",

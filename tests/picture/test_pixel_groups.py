@@ -20,9 +20,9 @@ class Numbers:
 
     def __init__(self):
         self.memory = Memory()
-        place = self.memory.fields.dense(ti.k, HALVES).dense(ti.ij, (groups_along(WIDTH), groups_along(HEIGHT))).place
-        self.counts = PixelGroups(place, WIDTH, HEIGHT, 1, ti.i32)
-        self.colours = PixelGroups(place, WIDTH, HEIGHT, 3)
+        node = self.memory.fields.dense(ti.k, HALVES).dense(ti.ij, (groups_along(WIDTH), groups_along(HEIGHT)))
+        self.counts = PixelGroups(node, WIDTH, HEIGHT, 1, ti.i32)
+        self.colours = PixelGroups(node, WIDTH, HEIGHT, 3)
         self.memory.allocate()
 
     @ti.kernel

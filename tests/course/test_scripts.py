@@ -1,0 +1,208 @@
+"""Scripts of the course: the names that they import, what they read and write, and their loops, without a window."""
+
+import importlib
+
+import numpy as np
+import pytest
+import taichi as ti
+import taichi.math as tm
+
+import taichi_tracer as tt
+from taichi_tracer.camera_controller import CameraController
+from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer, EnvISRenderer
+from taichi_tracer.sampler import ortho_frames, reflect
+from taichi_tracer.scene_data_loader import EnvironmentName, SceneName, load_scene_data
+
+NAMES = {
+    "renderer": "A1Renderer A2Renderer A3Renderer A4Renderer EnvISRenderer",
+    "camera_controller": "CameraController",
+    "scene_data_loader": "load_scene_data SceneName EnvironmentName load_geometry load_materials load_environment",
+    "camera": "Camera",
+    "ray": "Ray HitData",
+    "geometry": "Geometry",
+    "materials": "Material MaterialLibrary",
+    "environment": "Environment",
+    "ray_intersector": "RayIntersector BruteForceRayIntersector",
+    "scene_data": "SceneData",
+    "sampler": "UniformSampler BRDF MeshLightSampler ortho_frames reflect",
+}
+VIEW = {"eye": tm.vec3([0.0, 1.0, 3.0]), "at": tm.vec3([0.0, 1.0, 0.0]), "up": tm.vec3([0.0, 1.0, 0.0]), "fov": 60.0}
+
+
+class Window:
+    """What scripts ask of ``ti.ui.Window``: the keys that are held down."""
+
+    def __init__(self, *keys):
+        self.keys = keys
+
+    def is_pressed(self, *keys):
+        return any(key in self.keys for key in keys)
+
+
+@pytest.mark.parametrize(("file", "name"), [(file, name) for file, names in NAMES.items() for name in names.split()])
+def test_every_name_of_the_course_is_in_its_file(file, name):
+    assert hasattr(importlib.import_module(f"taichi_tracer.{file}"), name)
+
+
+def test_the_views_of_the_first_assignment(f32):
+    renderer = A1Renderer(width=32, height=24, scene_data=load_scene_data(SceneName.CORNELL_BOX))
+    renderer.camera.set_camera_parameters(**VIEW)
+    seen = []
+    for set_mode, mode in (
+        (renderer.set_shade_hit, A1Renderer.ShadeMode.HIT),
+        (renderer.set_shade_triangle_ID, A1Renderer.ShadeMode.TRIANGLE_ID),
+        (renderer.set_shade_distance, A1Renderer.ShadeMode.DISTANCE),
+        (renderer.set_shade_barycentrics, A1Renderer.ShadeMode.BARYCENTRIC),
+        (renderer.set_shade_normal, A1Renderer.ShadeMode.NORMAL),
+        (renderer.set_shade_material_ID, A1Renderer.ShadeMode.MATERIAL_ID),
+    ):
+        set_mode()
+        renderer.render()
+        assert renderer.shade_mode[None] == mode == len(seen) + 1
+        seen.append(renderer.canvas.to_numpy())
+    assert renderer.canvas.shape == (32, 24)
+    assert all(not np.array_equal(a, b) for k, a in enumerate(seen) for b in seen[:k])
+    renderer.shade_mode[None] = A1Renderer.ShadeMode.NORMAL
+    renderer.render()
+    assert np.array_equal(renderer.canvas.to_numpy(), seen[4])
+    assert (renderer.r, renderer.g, renderer.b) == (3.14159265, 6.62607015, 2.71828182)
+
+
+def test_a_camera_that_moves_starts_the_picture_again(f32):
+    scene = load_scene_data(SceneName.SPECULAR_SPHERES, EnvironmentName.STUDIO)
+    renderer = A2Renderer(width=16, height=16, scene_data=scene)
+    renderer.camera.set_camera_parameters(**VIEW)
+    still, walking = (CameraController(renderer.camera, Window(*keys)) for keys in ("", "w"))
+    for _ in range(3):
+        assert not still.update()
+        renderer.render()
+    assert renderer.iter_counter[None] == 3
+    assert walking.update()
+    renderer.render()
+    assert renderer.iter_counter[None] == 1
+    assert renderer.camera.eye[None].y > 1
+
+
+def test_modes_counters_and_intensity_of_the_second_assignment(f32):
+    scene = load_scene_data(SceneName.SPECULAR_SPHERES, EnvironmentName.GREY)
+    renderer = A2Renderer(width=16, height=16, scene_data=scene)
+    renderer.set_sample_uniform()
+    assert renderer.sample_mode[None] == A2Renderer.SampleMode.UNIFORM == 1
+    renderer.sample_mode[None] = A2Renderer.SampleMode.BRDF.value
+    for _ in range(2):
+        renderer.render()
+    dark = renderer.canvas.to_numpy().mean()
+    scene.environment.intensity[None] = 2.0
+    renderer.render()
+    assert (renderer.sample_mode[None], renderer.iter_counter[None], scene.environment.intensity) == (2, 1, 2.0)
+    assert renderer.canvas.to_numpy().mean() == pytest.approx(2 * dark, rel=0.1)
+    renderer.iter_counter[None] = 0
+    assert renderer.samples == 0
+
+
+def test_the_weights_of_the_third_assignment_are_live(f32):
+    renderer = A3Renderer(width=24, height=12, scene_data=load_scene_data(SceneName.VEACH))
+    renderer.set_sample_mis()
+    assert renderer.sample_mode[None] == A3Renderer.SampleMode.MIS == 4
+    renderer.render()
+    renderer.mis_plight[None], renderer.mis_pbrdf[None] = 0.5, 0.5  # as a slider that nobody moves
+    renderer.render()
+    assert renderer.iter_counter[None] == 2
+    renderer.mis_plight[None] = 0.3
+    renderer.render()
+    assert (renderer.sample_mode[None], renderer.iter_counter[None]) == (4, 1)
+    assert (renderer.mis_plight[None], renderer.mis_pbrdf[None]) == (0.3, 0.7)
+    renderer.postprocess()
+    canvas, shown = renderer.canvas.to_numpy(), renderer.canvas_postprocessed.to_numpy()
+    np.testing.assert_allclose(shown, np.clip(canvas, 0, 1) ** (1 / 2.2), atol=1e-6)
+    with pytest.raises(tt.InputError, match=r"mis_plight\[None\] must be a number from 0 to 1"):
+        renderer.mis_plight[None] = 1.5
+
+
+def test_paths_of_the_fourth_assignment(f32):
+    renderer = A4Renderer(width=16, height=16, scene_data=load_scene_data(SceneName.CORNELL_BOX))
+    renderer.set_shading_implicit()
+    assert renderer.shading_mode[None] == A4Renderer.ShadingMode.IMPLICIT == 1
+    renderer.shading_mode[None] = A4Renderer.ShadingMode.EXPLICIT
+    renderer.max_bounces[None], renderer.rr_termination_probabilty[None] = 3, 0.1
+    renderer.render()
+    assert renderer.active.name == "explicit"
+    assert (renderer.max_bounces, renderer.rr_termination_probability) == (3, 0.1)
+    renderer.max_bounces[None] = 4
+    renderer.render()
+    assert renderer.iter_counter[None] == 1
+
+
+@ti.kernel
+def read_in_a_kernel(a3: ti.template(), a4: ti.template(), x: int, y: int) -> tm.vec4:
+    bounces = 0
+    for _ in range(a4.max_bounces[None]):
+        bounces += 1
+    environment = a3.scene_data.environment
+    red = environment.image[x, y].x * environment.intensity[None]
+    return tm.vec4(a3.mis_plight[None] + 2 * a3.mis_pbrdf[None], bounces, a4.rr_termination_probabilty[None], red)
+
+
+def test_kernels_read_live_values(f32):
+    image = np.zeros((2, 4, 3))
+    image[1, 3] = 5
+    scene = tt.load_scene_data("cube", environment=image)
+    a3, a4 = (kind(width=4, height=4, scene_data=scene) for kind in (A3Renderer, A4Renderer))
+    a3._one_sample().prepare(scene, a3.camera)
+    for light, bounces, q, intensity in ((0.5, 5, 0.0, 1.0), (0.25, 2, 0.5, 2.0)):
+        a3.mis_plight[None], a4.max_bounces[None], a4.rr_termination_probabilty[None] = light, bounces, q
+        scene.environment.intensity[None] = intensity
+        expected = [light + 2 * (1 - light), bounces, q, 5 * intensity]
+        np.testing.assert_allclose(read_in_a_kernel(a3, a4, 3, 0).to_list(), expected, rtol=1e-6)
+    assert scene.environment.image[3, 0].tolist() == [5, 5, 5]
+
+
+def test_environment_samples_are_counted_where_light_is(f32):
+    image = np.ones((8, 16, 3))
+    image[2, 5] = 1000
+    scene = tt.load_scene_data("cube", environment=image)
+    scene.environment.precompute_envmap()
+    renderer = EnvISRenderer(width=16, height=8, scene_data=scene)
+    renderer.render_background()
+    assert renderer.background.to_numpy()[5, 5].tolist() == [1000, 1000, 1000]
+    renderer.sample_env(samples=12800)
+    counts = renderer.count_map.to_numpy()
+    assert counts.sum() == 12800
+    assert counts.std() < 3 * np.sqrt(100)
+    renderer.set_sample_envmap()
+    renderer.sample_env(samples=12800)
+    share = renderer.count_map.to_numpy() / 12800
+    edges = np.cos(np.pi * np.arange(9) / 8)
+    weight = (image[..., 0] * (edges[:-1] - edges[1:])[:, None])[::-1].T
+    expected = weight / weight.sum()
+    assert share[5, 5] == pytest.approx(expected[5, 5], abs=4 * np.sqrt(0.25 / 12800))  # within 4 standard deviations
+
+
+@ti.kernel
+def frame_and_mirror(n: tm.vec3, w_o: tm.vec3) -> tm.mat4:
+    frame = ortho_frames(n)
+    product, w_r = frame.transpose() @ frame, reflect(w_o, n)
+    off = abs(product - ti.Matrix.identity(float, 3)).max()
+    z = frame @ tm.vec3(0, 0, 1)
+    return tm.mat4([[off, frame.determinant(), 0, 0], [z.x, z.y, z.z, 0], [w_r.x, w_r.y, w_r.z, 0], [0, 0, 0, 0]])
+
+
+def test_frames_and_mirrored_directions(f32):
+    n, w_o = np.array([0.6, 0.0, -0.8]), np.array([0.0, 0.6, 0.8])
+    found = frame_and_mirror(tm.vec3(*n), tm.vec3(*w_o)).to_numpy()
+    np.testing.assert_allclose(found[0, :2], [0, 1], atol=1e-6)
+    np.testing.assert_allclose(found[1, :3], n, atol=1e-6)
+    np.testing.assert_allclose(found[2, :3], 2 * (n @ w_o) * n - w_o, atol=1e-6)
+
+
+@pytest.mark.parametrize("variable", ["", "TAICHI_TRACER_SCENES"])
+def test_a_file_of_the_course_is_found(variable, f32, tmp_path, monkeypatch):
+    folder = tmp_path / ("elsewhere" if variable else "scene_data_dir")
+    folder.mkdir()
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(tt.InputError, match=r"SceneName.BUNNY: bunny.obj is not shipped: put it into .*scene_data_dir"):
+        load_scene_data(SceneName.BUNNY)
+    (folder / "bunny.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    if variable:
+        monkeypatch.setenv(variable, str(folder))
+    assert load_scene_data(SceneName.BUNNY).num_triangles == 1
