@@ -88,7 +88,7 @@ def is_legal(pose: Pose) -> bool:
     """Whether a camera exists there, in f32 as kernels have it: numbers finite, eye ≠ at, up not along the gaze."""
     with np.errstate(over="ignore"):
         eye, at = pose.eye.astype(np.float32), pose.at.astype(np.float32)
-        window = np.float32([-1, 1, -1, 1] if pose.window is None else pose.window)
+        window = np.array([-1, 1, -1, 1] if pose.window is None else pose.window, np.float32)
     if not (np.isfinite(eye).all() and np.isfinite(at).all() and np.isfinite(window).all()):
         return False
     if not (window[0] < window[1] and window[2] < window[3]):
@@ -201,6 +201,6 @@ def shift(pose: Pose, drag_right: float, drag_up: float, camera: ProjectiveCamer
 
 def zoom_window(pose: Pose, factor: float) -> Pose:
     """Multiply the window of an orthographic camera about its middle."""
-    l, r, b, t = pose.window
+    l, r, b, t = pose.window or (-1.0, 1.0, -1.0, 1.0)
     x, y, half_width, half_height = (l + r) / 2, (b + t) / 2, factor * (r - l) / 2, factor * (t - b) / 2
     return replace(pose, window=(x - half_width, x + half_width, y - half_height, y + half_height))

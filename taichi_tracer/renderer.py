@@ -151,9 +151,9 @@ class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
 
     RAY_OFFSET = 1e-6  # of the course, for methods that read it; the package's own rays start as ``offset_origin`` says
 
-    SampleMode = modes.SampleMode
+    SampleMode: type[modes.Mode] = modes.SampleMode
 
-    SamplingMode = SampleMode
+    SamplingMode: type[modes.Mode] = SampleMode
     sample_mode = modes.ModeProperty("SampleMode")
 
     def begin(self) -> None:
@@ -207,7 +207,7 @@ class A3Renderer(A2Renderer):
 
     SampleMode = modes.LampSampleMode
 
-    SamplingMode = SampleMode
+    SamplingMode: type[modes.Mode] = SampleMode
 
     @property
     def mis_plight(self) -> float:

@@ -155,8 +155,9 @@ def load_scene_data(
     check_options("load_scene_data", options, SCENE_DEFAULTS)
     if environment_name is not None:
         options["environment"] = environment_name
-    if isinstance(options.get("environment"), EnvironmentName):
-        options["environment"] = environment_of_course(options["environment"])
+    environment = options.get("environment")
+    if isinstance(environment, EnvironmentName):
+        options["environment"] = environment_of_course(environment)
     if isinstance(name_or_path, SceneName):
         name_or_path = find_course_file(name_or_path, [".obj"])
     path = find_scene(name_or_path)

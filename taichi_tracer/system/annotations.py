@@ -4,7 +4,7 @@ Taichi takes only types of its own there. An argument with such a class as its a
 """
 
 from abc import ABCMeta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import taichi as ti
 
@@ -12,9 +12,11 @@ import taichi as ti
 class Annotation(type):
     """The class of a class that is an annotation: to ``isinstance``, which Taichi asks, it is a ``ti.template``."""
 
-    @property
-    def __class__(cls) -> Any:  # type: ignore[misc]
-        return ti.template
+    if not TYPE_CHECKING:
+
+        @property
+        def __class__(cls) -> Any:
+            return ti.template
 
 
 class AbstractAnnotation(Annotation, ABCMeta):
