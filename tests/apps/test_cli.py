@@ -26,7 +26,7 @@ from taichi_tracer.picture import progress
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.studies import effects as effects_study
-from taichi_tracer.system import stopwatch
+from taichi_tracer.system import runtime, stopwatch
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.display import Display
 
