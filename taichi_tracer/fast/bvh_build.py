@@ -14,6 +14,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.fast.lanes import larger, smaller
+from taichi_tracer.system import runtime
 from taichi_tracer.system.seams import in_kernels
 
 BLOCK_BITS = 2
@@ -77,9 +78,14 @@ def build(box: np.ndarray, at_once: int = BLOCK) -> BinaryTree:
     return nodes.tree(order)
 
 
-def build_small(box: np.ndarray) -> BinaryTree:
-    """The tree over a few boxes; every plane between two neighbouring centres is a candidate for a split."""
-    n, most = len(box), 1 if len(box) <= TINY else BLOCK
+def build_small(box: np.ndarray, most: int | None = None) -> BinaryTree:
+    """The tree over a few boxes; every plane between two neighbouring centres is a candidate for a split.
+
+    Args:
+        most: all nodes with more items are split; None splits those for which that is cheaper.
+    """
+    n, is_cheap = len(box), most is None
+    most = (1 if n <= TINY else BLOCK) if most is None else most
     order, nodes, stack = np.arange(n, dtype=np.int32), Nodes(2 * n, box.dtype), [(0, 0, n)]
     with np.errstate(over="ignore", invalid="ignore"):
         while stack:
@@ -89,7 +95,7 @@ def build_small(box: np.ndarray) -> BinaryTree:
             nodes.links[node, 1:] = begin, end
             if end - begin <= most:
                 continue
-            split, count = split_small(own.astype(np.float64))
+            split, count = split_small(own.astype(np.float64), MAX_LEAF if is_cheap else most)
             if count > 0:
                 order[begin:end] = order[begin:end][split]
                 left = 2 * (begin + count)
@@ -98,8 +104,12 @@ def build_small(box: np.ndarray) -> BinaryTree:
     return nodes.tree(order)
 
 
-def split_small(box: np.ndarray) -> tuple[np.ndarray, int]:
-    """The order of (k, 6) boxes, k ≥ 2, in which the first ``count`` go to the left, and ``count``; 0 in a leaf."""
+def split_small(box: np.ndarray, most: int) -> tuple[np.ndarray, int]:
+    """The order of (k, 6) boxes, k ≥ 2, in which the first ``count`` go to the left, and ``count``; 0 in a leaf.
+
+    Args:
+        most: how many items a leaf may have.
+    """
     k = len(box)
     orders = np.argsort(box[:, :3] / 2 + box[:, 3:] / 2, axis=0, kind="stable").T  # one for each axis
     area = np.zeros((2, 3, k - 1))  # [left or right of a plane, axis, plane]
@@ -113,7 +123,7 @@ def split_small(box: np.ndarray) -> tuple[np.ndarray, int]:
     cost = area[0] * left + area[1, :, ::-1] * (k - left)
     cost[np.isnan(cost)] = np.inf  # a flat box that is too large: 0 · ∞
     axis, best = divmod(int(np.argmin(cost)), k - 1)
-    if k <= MAX_LEAF and not cost[axis, best] + COST_OF_BOX * whole < k * whole:
+    if k <= most and not cost[axis, best] + COST_OF_BOX * whole < k * whole:
         return orders[axis], 0
     # If all costs are alike, because the areas overflow or because all boxes are the same, both halves are equal.
     count = best + 1 if cost.min() < cost.max() else k // 2
@@ -145,11 +155,24 @@ class Nodes:
     def split(
         self, ranges: np.ndarray, box: np.ndarray, order: np.ndarray, at_once: int, most: int, base: int = 0
     ) -> None:
-        """Let ``_build_ranges`` build a tree for each of the (k, 2) ranges of ``order``."""
+        """Build a tree for each of the (k, 2) ranges of ``order``: by ``_build_ranges``, or else by numpy."""
+        if not runtime.can("parallel building"):
+            for begin, end in ranges:
+                self._split_by_numpy(begin, end, box, order, most, base)
+            return
         scratch = [np.empty((len(ranges), *shape), box.dtype) for shape in ((3 * NUM_BINS, 2, 3), (3 * NUM_BINS,))]
         scratch += [np.empty((len(ranges), NUM_BINS), box.dtype), np.empty((len(ranges), STACK_SIZE), np.int32)]
         boxes, node_box = (np.ascontiguousarray(own).reshape(-1, 2, 3) for own in (box, self.box))
         _build_ranges(ranges, base, at_once, most, boxes, order, node_box, self.links, *scratch)
+
+    def _split_by_numpy(self, begin: int, end: int, box: np.ndarray, order: np.ndarray, most: int, base: int) -> None:
+        """The same for one range."""
+        tree, own = build_small(box[order[begin:end]], most), slice(2 * begin, 2 * end)
+        self.box[own] = tree.box
+        self.links[own, 0] = np.where(tree.child >= 0, base + 2 * begin + tree.child, -1)
+        self.links[own, 1] = np.where(tree.begin >= 0, begin + tree.begin, -1)
+        self.links[own, 2] = np.where(tree.end >= 0, begin + tree.end, -1)
+        order[begin:end] = order[begin:end][tree.order]
 
     def tree(self, order: np.ndarray) -> BinaryTree:
         """The tree of these nodes over the items of ``order``."""

@@ -370,7 +370,7 @@ def have_packets(scene_data, camera: ProjectiveCamera, sampler: Sampler) -> bool
     """Whether camera, sampler and intersector have a form for packets."""
     has_form = lanes_of(camera) is not None and has_points(sampler)
     has_search = getattr(scene_data.ray_intersector, "solve_packet", None) is not None
-    return runtime.ensure().arch == "cpu" and has_form and has_search
+    return runtime.can("lanes") and has_form and has_search
 
 
 def why_not_kept(scene_data, camera: ProjectiveCamera, sampler: Sampler, ranges, passes: float = math.inf) -> str:
@@ -387,6 +387,6 @@ def why_not_kept(scene_data, camera: ProjectiveCamera, sampler: Sampler, ranges,
         return "new rays in each pass, and too few for packets"
     if is_crowded(scene_data, camera):
         return f"new rays in each pass, and more than {CROWD} triangles for each pixel"
-    if runtime.ensure().arch == "cpu" and not have_packets(scene_data, camera, sampler):
+    if runtime.can("lanes") and not have_packets(scene_data, camera, sampler):
         return "new rays in each pass, and they have no packets"
     return ""

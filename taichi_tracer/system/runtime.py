@@ -32,7 +32,7 @@ F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only in an extens
 ABILITIES = {
     "f64": F64_ARCHS,
     "dynamic lanes": ("cpu", "cuda"),  # a component of a vector in a field, by an index that the kernel computes
-    "fast forms": ("cpu", "cuda"),  # numbers of 8 bits in vectors, and the kernels that build their trees
+    "parallel building": ("cpu", "cuda"),  # vectors as elements of arrays that a kernel changes: trees are built so
     "lanes": ("cpu",),  # vectors of sixteen numbers, which LLVM computes at once
 }
 # Threads per CPU, if all CPUs are used. With two threads for two CPUs, Linux often starts both on the same CPU.

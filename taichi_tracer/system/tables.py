@@ -15,6 +15,7 @@ from taichi_tracer.system.memory import Memory
 
 # Cells from which on a kernel copies them in parallel: a parallel loop takes 10 ms longer to translate or load.
 MANY_CELLS = 1 << 18
+MANY_CELLS_OF_A_GPU = 1 << 12  # one of its threads is slow; and Vulkan in software ends every loop after 65,535 turns
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Table:
     @property
     def is_large(self) -> bool:
         """Whether a kernel copies the cells in parallel."""
-        return self.cells >= MANY_CELLS
+        return self.cells >= (MANY_CELLS if runtime.ensure().arch == "cpu" else MANY_CELLS_OF_A_GPU)
 
 
 @ti.data_oriented

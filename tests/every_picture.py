@@ -1,0 +1,107 @@
+"""All pictures and answers of the package on small scenes: run it with the start of Taichi, and with a file for them.
+
+    python every_picture.py vulkan found.npz            (also: cpu, cuda, metal)
+    python every_picture.py cpu found.npz debug         (Taichi's debug mode: bounds and overflows are told)
+
+What fails is told, and the exit code is 1.
+"""
+
+import sys
+import time
+import warnings
+
+import numpy as np
+import taichi as ti
+
+SIZE = 32, 24
+SPP = 4
+
+
+def pictures(tt):
+    """(name, a function that returns an array) of each."""
+    from taichi_tracer.maps import MapRenderer
+    from taichi_tracer.rt3.renderer import RT3Renderer
+    from taichi_tracer.system.registry import PARTS
+
+    scenes = {}
+
+    def scene(name, **options):
+        key = name, str(options)
+        if key not in scenes:
+            scenes[key] = tt.load_scene_data(name, **options)
+        return scenes[key]
+
+    def picture(kind, view, spp, name, options=None, **scene_options):
+        return lambda: kind(scene(name, **scene_options), *SIZE, **(options or {})).use(view).render(spp).image()
+
+    for name in ("cornell_box", "torus_knot", "rt3/three_spheres", "rt3/transforms"):
+        for view in tt.A1Renderer.names():
+            yield f"{view} of {name}", picture(tt.A1Renderer, view, 1, name)
+    for intersector in PARTS.names("intersector"):
+        for test in PARTS.names("triangle test"):
+            options = {"intersector": intersector, "triangle_test": test}
+            yield f"{intersector}, {test}", picture(tt.A1Renderer, "barycentric", 1, "cube", **options)
+    for name in ("cornell_box", "specular_spheres", "veach_plates"):
+        for estimator in tt.A3Renderer.names():
+            yield f"{estimator} of {name}", picture(tt.A3Renderer, estimator, SPP, name, environment="studio")
+    for name in ("cornell_box", "caustic_sphere"):
+        for estimator in tt.A4Renderer.names():
+            yield f"{estimator} of {name}", picture(tt.A4Renderer, estimator, SPP, name, environment="white")
+    for sampler in PARTS.names("sampler"):
+        options = {"sampler": sampler}
+        yield f"sampler {sampler}", picture(tt.A2Renderer, "mis", SPP, "specular_spheres", options, environment="sunny")
+    for name, options in (("adaptive", {"adaptive": True}), ("crop", {"crop": (3, 20, 5, 20)})):
+        yield name, picture(tt.A2Renderer, "mis", 16, "specular_spheres", options, environment="studio")
+    for name in ("rt3/two_views", "rt3/four_corners"):
+        for view in RT3Renderer.names():
+            yield f"{view} of {name}", picture(RT3Renderer, view, 1, name)
+    for view in MapRenderer.names():
+        yield f"map {view}", picture(MapRenderer, view, 1, "torus_knot")
+    yield "many lamps", picture(tt.A3Renderer, "mis", SPP, "many_lights", {}, environment=None)
+
+    rng = np.random.default_rng(1)
+    rays = rng.normal(size=(2, 5000, 3))
+    for name in ("cornell_box", "torus_knot", "rt3/three_spheres"):
+        yield f"hits of {name}", lambda name=name: scene(name).intersect(*rays).triangle_id
+        yield f"distances of {name}", lambda name=name: np.nan_to_num(scene(name).intersect(*rays).distance, posinf=0)
+        yield f"occlusion of {name}", lambda name=name: scene(name).occluded(*rays)
+
+    def error():
+        light = tt.A2Renderer(scene("specular_spheres", environment="studio"), *SIZE).use("mis").render(16)
+        return float(light.error())
+
+    def tone():
+        light = tt.A2Renderer(scene("specular_spheres", environment="studio"), *SIZE).use("brdf").render(2)
+        light.postprocess()
+        return light.canvas_postprocessed.to_numpy()
+
+    def explained():
+        paths = tt.A4Renderer(scene("cornell_box"), *SIZE).use("path").render(1)
+        return len(str(paths.explain(10, 10))) > 0
+
+    yield "error", error
+    yield "canvas", tone
+    yield "explanation", explained
+
+
+def main(arch: str, file: str, *mode: str) -> int:
+    """Make all of them, and save them by their names."""
+    ti.init(arch=getattr(ti, arch), default_fp=ti.f32, debug="debug" in mode, log_level=ti.ERROR)
+    import taichi_tracer as tt
+
+    warnings.simplefilter("ignore")
+    found, failed = {}, 0
+    for name, make in pictures(tt):
+        start = time.perf_counter()
+        try:
+            found[name] = np.asarray(make(), np.float64)
+        except Exception as problem:  # told, and the others are made
+            failed += 1
+            print(f"{name}: {type(problem).__name__}: {str(problem).strip()[:600]}", flush=True)
+        found[f"seconds of {name}"] = np.array(time.perf_counter() - start)
+    np.savez(file, **found)
+    return 1 if failed > 0 else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(*sys.argv[1:]))
