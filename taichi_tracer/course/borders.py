@@ -1,0 +1,215 @@
+"""Classes of this package that run what a student of the course has written, each with a border to its conventions.
+
+A camera, an environment, a sampler and a BRDF take over the student's methods. An intersector, a renderer and a sampler
+of lights hold an object of the student's own class, for which triangles are counted from 1 (``course.geometry``).
+"""
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import taichi as ti
+
+import taichi_tracer as tt
+from taichi_tracer.course.geometry import CourseGeometry, CourseScene, FromOne, from_course, total_area_of
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.seams import called, in_kernels
+
+# The handout's methods of each class: where one of them is judged alone, the others are the package's.
+HANDOUT = {
+    "Camera": ("generate_ray", "generate_ndc_coords", "generate_camera_coords", "compute_matrix"),
+    "Environment": ("query_ray",),
+    "UniformSampler": ("sample_direction", "evaluate_probability"),
+    "BRDF": ("sample_direction", "evaluate_probability", "evaluate_brdf", "evaluate_brdf_factor"),
+    "RayIntersector": ("intersect_triangle", "query_ray"),
+    "MeshLightSampler": (
+        *("compute_triangle_area", "compute_cdf", "sample_emissive_triangle"),
+        *("evaluate_probability", "sample_mesh_lights"),
+    ),
+}
+OF_BRDF = ("material", "w_o", "w_i", "normal")  # the parameters of the handout, in their order
+NOT_TAKEN = ("__init__", "set_camera_parameters", "set_intensity")  # what the package's objects do themselves
+
+
+def borders_of(classes: dict[str, type]) -> dict[str, type]:
+    """The package's classes for a student's classes, by the names of the handout; names that it lacks are left out."""
+    made: dict[str, type] = {}
+    for name, base in (("Camera", tt.Camera), ("Environment", tt.Environment), ("UniformSampler", tt.UniformSampler)):
+        if name in classes:
+            made[name] = taken(classes[name], base, name)
+    if "BRDF" in classes:
+        made["BRDF"] = taken(classes["BRDF"], tt.BRDF, "BRDF", fitted)
+    intersector = classes.get("BruteForceRayIntersector", classes.get("RayIntersector"))
+    if intersector is not None:
+        made["RayIntersector"] = intersector_of(intersector)
+    if "MeshLightSampler" in classes:
+        made["MeshLightSampler"] = light_sampler_of(classes["MeshLightSampler"])
+    for name, base in (("A2Renderer", tt.A2Renderer), ("A3Renderer", tt.A3Renderer), ("A4Renderer", tt.A4Renderer)):
+        if name in classes:
+            made[name] = renderer_of(classes[name], base)
+    return made
+
+
+def own_members(student: type) -> dict[str, Any]:
+    """What a student's class and its own bases define: methods, functions and constants."""
+    found: dict[str, Any] = {}
+    for base in reversed(student.__mro__):
+        if base.__module__ == student.__module__ or base.__module__.startswith("course_files_"):
+            found |= {k: v for k, v in vars(base).items() if not k.startswith("__") and not k.startswith("_abc")}
+    return {name: value for name, value in found.items() if name not in NOT_TAKEN}
+
+
+def taken(student: type, base: type, name: str, fit: Callable | None = None, alone: str = "") -> type:
+    """A class of the package's kind with the student's methods.
+
+    Args:
+        fit: changes a method, so that it can be called with the package's arguments.
+        alone: if it is given, only this one of the handout's methods is the student's.
+    """
+    members = own_members(student)
+    if alone:
+        members = {k: v for k, v in members.items() if k == alone or k not in HANDOUT[name]}
+    if fit is not None:
+        members = {k: fit(v) if k in HANDOUT[name] else v for k, v in members.items()}
+    members |= {"__module__": student.__module__, "__doc__": student.__doc__}
+    made = type(name, (base,), members)
+    made.alone = staticmethod(lambda method: taken(student, base, name, fit, method))  # type: ignore[attr-defined]
+    return made
+
+
+def fitted(method: Any) -> Any:
+    """A function of a BRDF that may lack some of the handout's parameters, such as ``w_o``."""
+    function = method.__func__ if isinstance(method, staticmethod) else method
+    names = [name for name in inspect.signature(function).parameters if name != "self"]
+    missing = [name for name in OF_BRDF if name not in names]
+    if not set(names) < set(OF_BRDF) or missing == ["w_i"]:  # it has all of them, or others' names in their order
+        return method
+
+    @in_kernels
+    def call(material, w_o, *directions):
+        given = dict(zip(OF_BRDF if len(directions) == 2 else ("material", "w_o", "normal"), (material, w_o, *directions), strict=True))
+        return function(*(given[name] for name in names))
+
+    return staticmethod(call)
+
+
+# ── objects of the student's own class ──
+
+
+def object_of(student: type, *arguments: Any, **attributes: Any) -> Any:
+    """An object of a student's class with attributes; if its constructor cannot be used, it is left out."""
+    made = None
+    if arguments:
+        try:
+            made = student(*arguments)
+        except Exception:  # of base code that expects more than a geometry
+            made = None
+    made = student.__new__(student) if made is None else made
+    vars(made).update(attributes)
+    return made
+
+
+def intersector_of(student: type, alone: str = "") -> type:
+    """An intersector that asks an object of the student's class."""
+
+    def bind(self: Any, geometry: Any, triangle_test: Any = "watertight") -> None:
+        tt.RayIntersector.bind(self, geometry, triangle_test)
+        of_course = CourseGeometry(geometry)
+        self.theirs = object_of(student, of_course, geometry=of_course)
+
+    def begin(self: Any, geometry: Any = None, triangle_test: Any = "watertight") -> None:
+        tt.RayIntersector.__init__(self, geometry, triangle_test)
+
+    members: dict[str, Any] = {"bind": bind, "__init__": begin, "__module__": student.__module__, "name": "student's"}
+    theirs = own_members(student)
+    for method, of_border in (("intersect_triangle", intersect_triangle), ("query_ray", query_ray)):
+        is_written = method in theirs and not getattr(theirs[method], "__isabstractmethod__", False)
+        if is_written and alone in ("", method):
+            members[method] = of_border
+    made = type("RayIntersector", (tt.RayIntersector,), members)
+    made.alone = staticmethod(lambda method: intersector_of(student, method))  # type: ignore[attr-defined]
+    return made
+
+
+@ti.func
+def intersect_triangle(self, ray, triangle_id):
+    """The student's answer for one triangle."""
+    return from_course(self.theirs.intersect_triangle(ray, triangle_id + 1))
+
+
+@ti.func
+def query_ray(self, ray):
+    """The student's nearest hit."""
+    return from_course(self.theirs.query_ray(ray))
+
+
+def renderer_of(student: type, base: type) -> type:
+    """A renderer whose ``shade_ray`` is the student's; A4's may be two methods, for implicit and explicit paths."""
+    members = own_members(student)
+    ways = [name for name in ("shade_implicit", "shade_explicit") if name in members]
+    own = type(student.__name__, (student,), {"__getattr__": lambda self, name: getattr(vars(self)["renderer"], name)})
+
+    def theirs_of(self: Any) -> Any:
+        if "_theirs" not in vars(self):
+            vars(self)["_theirs"] = object_of(own, renderer=self, scene_data=CourseScene(self.scene_data))
+        return vars(self)["_theirs"]
+
+    def prepare(self: Any) -> None:
+        theirs_of(self)  # it has fields, which cannot be made while a kernel is compiled
+        base.begin(self)  # type: ignore[attr-defined]
+
+    @in_kernels
+    def shade_ray(self: Any, ray: Any) -> Any:
+        way = f"shade_{self.active.name}"
+        name = "shade_ray" if not ways else way
+        if name not in members:
+            raise InputError(f"{student.__name__} has no {name}, which the mode {self.active.name!r} needs")
+        return called(getattr(theirs_of(self), name), ray)
+
+    made: dict[str, Any] = {"begin": prepare, "__module__": student.__module__}
+    if ways or "shade_ray" in members:
+        made["shade_ray"] = shade_ray
+    cls = type(base.__name__, (base,), made)
+    cls.alone = staticmethod(lambda method: cls)  # type: ignore[attr-defined]
+    cls.prepare_students = theirs_of  # type: ignore[attr-defined]
+    return cls
+
+
+def light_sampler_of(student: type, alone: str = "") -> type:
+    """A sampler of lamps that asks an object of the student's class."""
+
+    def theirs_of(self: Any) -> Any:
+        if "_theirs" not in vars(self):
+            geometry, ids = CourseGeometry(self.geometry), FromOne(self.emissive_triangle_ids)
+            area = total_area_of(self)
+            attributes = {"geometry": geometry, "emissive_triangle_ids": ids, "cdf": self.cdf}
+            attributes |= {"total_emissive_area": area, "n_emissive_triangles": int(self.n_emissive_triangles)}
+            attributes |= {"has_emissive_triangles": True, "material_library": getattr(self, "library", None)}
+            package = self
+            kind = type(student.__name__, (student,), {"__getattr__": lambda own, name: getattr(package, name)})
+            vars(self)["_theirs"] = object_of(kind, **attributes)
+        return vars(self)["_theirs"]
+
+    def asked(name: str) -> Callable:
+        @in_kernels
+        def method(self: Any, *arguments: Any) -> Any:
+            return called(getattr(theirs_of(self), name), *arguments)
+
+        return method
+
+    @in_kernels
+    def sample_mesh_lights(self: Any, hit_point: Any) -> Any:
+        w_i, triangle_id = called(theirs_of(self).sample_mesh_lights, hit_point)
+        return w_i, triangle_id - 1
+
+    def compute_cdf(self: Any) -> None:
+        theirs_of(self).compute_cdf()
+
+    written = own_members(student)
+    members: dict[str, Any] = {"compute_cdf": compute_cdf, "sample_mesh_lights": sample_mesh_lights}
+    members |= {n: asked(n) for n in ("compute_triangle_area", "sample_emissive_triangle", "evaluate_probability")}
+    members = {name: method for name, method in members.items() if name in written and alone in ("", name)}
+    made = type("MeshLightSampler", (tt.MeshLightSampler,), {**members, "__module__": student.__module__})
+    made.alone = staticmethod(lambda method: light_sampler_of(student, method))  # type: ignore[attr-defined]
+    made.prepare_students = theirs_of  # type: ignore[attr-defined]
+    return made

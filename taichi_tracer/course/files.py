@@ -1,0 +1,138 @@
+"""Files that students of the course write, loaded as the modules of a package of their own.
+
+Their relative imports, and those from ``taichi_tracer``, find the other files of the same folder. Files that only hold
+data (``ray``, ``geometry``, …), and files that are not there, are those of this package.
+"""
+
+import ast
+import importlib
+import importlib.machinery
+import importlib.util
+import itertools
+import sys
+import types
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from taichi_tracer.system.errors import InputError
+
+PACKAGE = "taichi_tracer"
+STUDENTS = ("camera", "ray_intersector", "environment", "sampler", "renderer")  # files whose classes are used
+OF_PACKAGE = ("ray", "geometry", "materials", "scene_data", "scene_data_loader", "camera_controller")
+_numbers = itertools.count(1)
+
+
+@dataclass
+class CourseFiles:
+    """The classes of a student's files.
+
+    Attributes:
+        folder: where the files are. classes: name → class, as it is written.
+        errors: name of a file that cannot be used → what it raised.
+    """
+
+    folder: Path
+    classes: dict[str, type] = field(default_factory=dict)
+    errors: dict[str, BaseException] = field(default_factory=dict)
+
+
+class _File(importlib.machinery.SourceFileLoader):
+    """Runs a file, whose imports from the package are relative ones; no bytecode is kept beside it."""
+
+    def get_code(self, fullname: str) -> types.CodeType:
+        """The code of the file; what a text editor adds, as a byte order mark, is understood as Python does."""
+        path = self.get_filename(fullname)
+        tree = ast.parse(self.get_data(path), path)
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.level == 0 and (node.module or "").startswith(f"{PACKAGE}."):
+                node.module, node.level = (node.module or "").removeprefix(f"{PACKAGE}."), 1
+        return compile(tree, path, "exec")
+
+
+class _Alias(importlib.machinery.SourceFileLoader):
+    """Gives a module the names of one of this package's."""
+
+    def __init__(self, fullname: str) -> None:
+        self.fullname, self.name = fullname, fullname.rpartition(".")[2]
+
+    def create_module(self, spec: Any) -> None:
+        """The usual one."""
+
+    def exec_module(self, module: types.ModuleType) -> None:
+        """Copy the names."""
+        of_package = vars(importlib.import_module(f"{PACKAGE}.{self.name}"))
+        vars(module).update({k: v for k, v in of_package.items() if not k.startswith("__") or k == "__getattr__"})
+
+
+class _Finder:
+    """Finds the modules of one student."""
+
+    def __init__(self, package: str, folder: Path) -> None:
+        self.package, self.folder = package, folder
+
+    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:
+        """A file of the folder, or else the package's module of this name."""
+        package, _, name = fullname.rpartition(".")
+        if package != self.package:
+            return None
+        file = self.folder / f"{name}.py"
+        if name not in OF_PACKAGE and file.is_file():
+            return importlib.util.spec_from_file_location(fullname, file, loader=_File(fullname, str(file)))
+        if importlib.util.find_spec(f"{PACKAGE}.{name}") is None:
+            return None
+        return importlib.machinery.ModuleSpec(fullname, _Alias(fullname))
+
+
+def find_folder(folder: str | Path) -> Path:
+    """The folder with a student's files: itself, or ``taichi_tracer`` in it, or one folder deeper.
+
+    Raises:
+        InputError: there are none.
+    """
+    top = Path(folder).expanduser()
+    places = [top, top / PACKAGE, *sorted(top.glob(f"*/{PACKAGE}")), *sorted(p for p in top.glob("*") if p.is_dir())]
+    for place in places:
+        if any((place / f"{name}.py").is_file() for name in STUDENTS):
+            return place.resolve()
+    raise InputError(f"{folder}: none of {', '.join(f'{name}.py' for name in STUDENTS)} is there")
+
+
+def load(folder: str | Path, names: Sequence[str] = STUDENTS) -> CourseFiles:
+    """The classes that a student's files define. A file that cannot be run is told in ``errors``.
+
+    Args:
+        names: of the files, without ``.py``.
+    """
+    found = CourseFiles(find_folder(folder))
+    package = types.ModuleType(f"course_files_{next(_numbers)}")
+    package.__path__ = []
+    sys.modules[package.__name__] = package
+    sys.meta_path.insert(0, _Finder(package.__name__, found.folder))  # stays: functions may import later
+    for name in names:
+        if not (found.folder / f"{name}.py").is_file():
+            continue
+        try:
+            module = importlib.import_module(f"{package.__name__}.{name}")
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001 (a student's file may raise anything, SystemExit too)
+            found.errors[f"{name}.py"] = error
+            continue
+        own = {k: v for k, v in vars(module).items() if isinstance(v, type) and v.__module__ == module.__name__}
+        found.classes |= own
+    return found
+
+
+def is_of_course(source: str | bytes, names: Sequence[str] = ()) -> bool:
+    """Whether a file is written for the course: its classes do not derive from the package's, as ``tt.Camera``."""
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError):
+        return False
+    nodes = list(ast.walk(tree))
+    is_relative = any(isinstance(node, ast.ImportFrom) and node.level > 0 for node in nodes)
+    bases = [base for node in nodes if isinstance(node, ast.ClassDef) for base in node.bases]
+    derives = any(isinstance(base, ast.Attribute) for base in bases)  # tt.Camera
+    return is_relative or (not derives and any(isinstance(node, ast.ClassDef) for node in nodes))

@@ -1,0 +1,107 @@
+"""A scene as students' files of the course see it: triangles are counted from 1, and so are the ids that are stored."""
+
+from typing import Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.environment import Environment
+from taichi_tracer.system import memory
+from taichi_tracer.system.held import held
+
+
+@ti.func
+def from_course(hit):
+    """The package's HitData of a student's: triangles from 0, −1 is none."""
+    found = hit
+    found.triangle_id = hit.triangle_id - 1
+    return found
+
+
+@ti.func
+def to_course(hit):
+    """A HitData with triangles from 1; 0 is none."""
+    found = hit
+    found.triangle_id = hit.triangle_id + 1
+    return found
+
+
+class CourseGeometry:
+    """The package's geometry with ids that count from 1; other attributes are the package's.
+
+    Attributes:
+        triangle_vertex_ids, triangle_normal_ids: fields of three ids for each triangle, counted from 1.
+    """
+
+    def __init__(self, geometry: Any) -> None:
+        self.package = geometry
+        count = max(1, int(geometry.n_triangles))
+        self._memory = memory.Memory()
+        self.triangle_vertex_ids, self.triangle_normal_ids = (ti.Vector.field(3, ti.i32) for _ in range(2))
+        self._memory.fields.dense(ti.i, count).place(self.triangle_vertex_ids, self.triangle_normal_ids)
+        self._memory.allocate()
+        for own, name in ((self.triangle_vertex_ids, "triangle_vertex_ids"), (self.triangle_normal_ids, "triangle_normal_ids")):
+            if hasattr(geometry, name):
+                self._memory.write(own, getattr(geometry, name).to_numpy()[:count] + 1)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(vars(self)["package"], name)
+
+
+@ti.data_oriented
+class CourseRays:
+    """The intersector of a scene, with triangles from 1."""
+
+    def __init__(self, intersector: Any) -> None:
+        self.package = intersector
+
+    @ti.func
+    def query_ray(self, ray):
+        """The nearest hit."""
+        return to_course(self.package.query_segment(ray, 0.0, tm.inf))
+
+    @ti.func
+    def intersect_triangle(self, ray, triangle_id):
+        """The hit on one triangle."""
+        return to_course(self.package.intersect_triangle(ray, triangle_id - 1))
+
+
+class FromOne:
+    """A field of ids, counted from 1; also in kernels."""
+
+    def __init__(self, ids: Any) -> None:
+        self.ids = ids
+
+    def __getitem__(self, index: Any) -> Any:
+        return read_from_one(self.ids, index) if ti.lang.impl.inside_kernel() else self.ids[index] + 1
+
+
+@ti.func
+def read_from_one(ids: ti.template(), i):
+    """An element of a field of ids, plus 1."""
+    return ids[i] + 1
+
+
+class CourseScene:
+    """The package's scene: see the classes above. A scene without an environment has a black one."""
+
+    def __init__(self, scene: Any) -> None:
+        self.package, self.ray_intersector = scene, CourseRays(scene.ray_intersector)
+        self.geometry = CourseGeometry(scene.geometry)
+        self.environment = scene.environment
+        if self.environment is None:
+            self.environment = Environment(np.zeros((1, 1, 3)), name="black")
+
+    @property
+    def mesh_light_sampler(self) -> Any:
+        """What samples the lamps of the scene."""
+        return self.package.lamps.choice
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(vars(self)["package"], name)
+
+
+def total_area_of(sampler: Any) -> Any:
+    """The area of all emissive triangles, as ``total_emissive_area[None]``."""
+    return held(float(sampler.total_area), lambda _area: None)
