@@ -41,8 +41,9 @@ def pictures(tt):
         for test in PARTS.names("triangle test"):
             options = {"intersector": intersector, "triangle_test": test}
             yield f"{intersector}, {test}", picture(tt.A1Renderer, "barycentric", 1, "cube", **options)
-    for name in ("cornell_box", "specular_spheres", "veach_plates"):
-        for estimator in tt.A3Renderer.names():
+    some = {"specular_spheres": ("uniform", "brdf", "mis"), "veach_plates": ("environment", "mis_one_sample")}
+    for name, estimators in {"cornell_box": tt.A3Renderer.names(), **some}.items():
+        for estimator in estimators:
             yield f"{estimator} of {name}", picture(tt.A3Renderer, estimator, SPP, name, environment="studio")
     for name in ("cornell_box", "caustic_sphere"):
         for estimator in tt.A4Renderer.names():
@@ -76,8 +77,8 @@ def pictures(tt):
         return light.canvas_postprocessed.to_numpy()
 
     def explained():
-        paths = tt.A4Renderer(scene("cornell_box"), *SIZE).use("path").render(1)
-        return len(str(paths.explain(10, 10))) > 0
+        light = tt.A2Renderer(scene("specular_spheres", environment="studio"), *SIZE).use("brdf").render(1)
+        return len(str(light.explain(10, 10))) > 0
 
     yield "error", error
     yield "canvas", tone

@@ -47,7 +47,7 @@ def test_a_backend_agrees_with_the_cpu(arch, of_the_cpu, tmp_path):
     assert found.keys() == of_the_cpu.keys()
     views = {*tt.A1Renderer.names(), "hits", "distances", "occlusion", "bvh,", "brute_force,"}
     for name, expected in of_the_cpu.items():
-        if name.startswith("seconds"):
+        if name.startswith(("seconds", "map")):  # a map counts the nodes of a tree, which is another one
             continue
         if name.split(" ")[0] in views:
             differs = ~np.isclose(found[name], expected, rtol=RELATIVE, atol=RELATIVE)

@@ -5,7 +5,7 @@ of lights hold an object of the student's own class, for which triangles are cou
 """
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import taichi as ti
@@ -59,22 +59,30 @@ def own_members(student: type) -> dict[str, Any]:
     return {name: value for name, value in found.items() if name not in NOT_TAKEN}
 
 
-def taken(student: type, base: type, name: str, fit: Callable | None = None, alone: str = "") -> type:
+def taken(student: type, base: type, name: str, fit: Callable | None = None, methods: Sequence[str] = ()) -> type:
     """A class of the package's kind with the student's methods.
 
     Args:
         fit: changes a method, so that it can be called with the package's arguments.
-        alone: if it is given, only this one of the handout's methods is the student's.
+        methods: those of the handout's that are the student's; () is all.
     """
-    members = own_members(student)
-    if alone:
-        members = {k: v for k, v in members.items() if k == alone or k not in HANDOUT[name]}
+    methods = methods or HANDOUT[name]
+    members = {k: v for k, v in own_members(student).items() if k in methods or k not in HANDOUT[name]}
     if fit is not None:
         members = {k: fit(v) if k in HANDOUT[name] else v for k, v in members.items()}
     members |= {"__module__": student.__module__, "__doc__": student.__doc__}
-    made = type(name, (base,), members)
-    made.alone = staticmethod(lambda method: taken(student, base, name, fit, method))  # type: ignore[attr-defined]
-    return made
+    return with_some(type(name, (base,), members), name, lambda some: taken(student, base, name, fit, some))
+
+
+def with_some(cls: Any, name: str, make: Callable[[Sequence[str]], type]) -> type:
+    """Give a class ``alone(method)``, with only one of the handout's methods, and ``without(method)``, with the others.
+
+    Args:
+        name: of the handout. make: a class with some of the methods.
+    """
+    cls.alone = staticmethod(lambda method: make([method]))
+    cls.without = staticmethod(lambda method: make([other for other in HANDOUT[name] if other != method]))
+    return cls
 
 
 def fitted(method: Any) -> Any:
@@ -87,7 +95,8 @@ def fitted(method: Any) -> Any:
 
     @in_kernels
     def call(material, w_o, *directions):
-        given = dict(zip(OF_BRDF if len(directions) == 2 else ("material", "w_o", "normal"), (material, w_o, *directions), strict=True))
+        taken_here = OF_BRDF if len(directions) == 2 else ("material", "w_o", "normal")
+        given = dict(zip(taken_here, (material, w_o, *directions), strict=True))
         return function(*(given[name] for name in names))
 
     return staticmethod(call)
@@ -109,8 +118,11 @@ def object_of(student: type, *arguments: Any, **attributes: Any) -> Any:
     return made
 
 
-def intersector_of(student: type, alone: str = "") -> type:
-    """An intersector that asks an object of the student's class."""
+def intersector_of(student: type, methods: Sequence[str] = HANDOUT["RayIntersector"]) -> type:
+    """An intersector that asks an object of the student's class.
+
+    Without the student's test of a triangle, the search is the package's, too.
+    """
 
     def bind(self: Any, geometry: Any, triangle_test: Any = "watertight") -> None:
         tt.RayIntersector.bind(self, geometry, triangle_test)
@@ -124,11 +136,13 @@ def intersector_of(student: type, alone: str = "") -> type:
     theirs = own_members(student)
     for method, of_border in (("intersect_triangle", intersect_triangle), ("query_ray", query_ray)):
         is_written = method in theirs and not getattr(theirs[method], "__isabstractmethod__", False)
-        if is_written and alone in ("", method):
+        if is_written and method in methods and methods != ["query_ray"]:
             members[method] = of_border
-    made = type("RayIntersector", (tt.RayIntersector,), members)
-    made.alone = staticmethod(lambda method: intersector_of(student, method))  # type: ignore[attr-defined]
-    return made
+    return with_some(
+        type("RayIntersector", (tt.RayIntersector,), members),
+        "RayIntersector",
+        lambda some: intersector_of(student, some),
+    )
 
 
 @ti.func
@@ -154,9 +168,11 @@ def renderer_of(student: type, base: type) -> type:
             vars(self)["_theirs"] = object_of(own, renderer=self, scene_data=CourseScene(self.scene_data))
         return vars(self)["_theirs"]
 
-    def prepare(self: Any) -> None:
+    def begin(self: Any, *arguments: Any, **options: Any) -> None:
+        base.__init__(self, *arguments, **options)  # type: ignore[misc]
         theirs_of(self)  # it has fields, which cannot be made while a kernel is compiled
-        base.begin(self)  # type: ignore[attr-defined]
+        if hasattr(self, "_one_sample"):
+            self._one_sample().prepare(self.scene_data, self.camera)  # the weights, which kernels read
 
     @in_kernels
     def shade_ray(self: Any, ray: Any) -> Any:
@@ -166,29 +182,36 @@ def renderer_of(student: type, base: type) -> type:
             raise InputError(f"{student.__name__} has no {name}, which the mode {self.active.name!r} needs")
         return called(getattr(theirs_of(self), name), ray)
 
-    made: dict[str, Any] = {"begin": prepare, "__module__": student.__module__}
+    made: dict[str, Any] = {"__init__": begin, "__module__": student.__module__}
     if ways or "shade_ray" in members:
         made["shade_ray"] = shade_ray
-    cls = type(base.__name__, (base,), made)
-    cls.alone = staticmethod(lambda method: cls)  # type: ignore[attr-defined]
-    cls.prepare_students = theirs_of  # type: ignore[attr-defined]
+    cls: Any = type(base.__name__, (base,), made)
+    cls.alone, cls.without = staticmethod(lambda _method: cls), staticmethod(lambda _method: base)
     return cls
 
 
-def light_sampler_of(student: type, alone: str = "") -> type:
+def light_sampler_of(student: type, methods: Sequence[str] = HANDOUT["MeshLightSampler"]) -> type:
     """A sampler of lamps that asks an object of the student's class."""
+
+    def attribute(of: Any, name: str) -> Any:
+        """What the student's object lacks, it has from the package's."""
+        package = vars(of)["package"]
+        if name == "emissive_triangle_ids":
+            return FromOne(package.emissive_triangle_ids)
+        return total_area_of(package) if name == "total_emissive_area" else getattr(package, name)
+
+    kind = type(student.__name__, (student,), {"__getattr__": attribute, "has_emissive_triangles": True})
 
     def theirs_of(self: Any) -> Any:
         if "_theirs" not in vars(self):
-            geometry, ids = CourseGeometry(self.geometry), FromOne(self.emissive_triangle_ids)
-            area = total_area_of(self)
-            attributes = {"geometry": geometry, "emissive_triangle_ids": ids, "cdf": self.cdf}
-            attributes |= {"total_emissive_area": area, "n_emissive_triangles": int(self.n_emissive_triangles)}
-            attributes |= {"has_emissive_triangles": True, "material_library": getattr(self, "library", None)}
-            package = self
-            kind = type(student.__name__, (student,), {"__getattr__": lambda own, name: getattr(package, name)})
-            vars(self)["_theirs"] = object_of(kind, **attributes)
+            vars(self)["_theirs"] = object_of(kind, package=self)
         return vars(self)["_theirs"]
+
+    def set_geometry(self: Any, geometry: Any) -> None:
+        vars(self)["_geometry"] = geometry
+        vars(theirs_of(self))["geometry"] = CourseGeometry(geometry)  # it has fields
+
+    geometry = property(lambda self: vars(self)["_geometry"], set_geometry)
 
     def asked(name: str) -> Callable:
         @in_kernels
@@ -208,8 +231,7 @@ def light_sampler_of(student: type, alone: str = "") -> type:
     written = own_members(student)
     members: dict[str, Any] = {"compute_cdf": compute_cdf, "sample_mesh_lights": sample_mesh_lights}
     members |= {n: asked(n) for n in ("compute_triangle_area", "sample_emissive_triangle", "evaluate_probability")}
-    members = {name: method for name, method in members.items() if name in written and alone in ("", name)}
-    made = type("MeshLightSampler", (tt.MeshLightSampler,), {**members, "__module__": student.__module__})
-    made.alone = staticmethod(lambda method: light_sampler_of(student, method))  # type: ignore[attr-defined]
-    made.prepare_students = theirs_of  # type: ignore[attr-defined]
-    return made
+    members = {name: method for name, method in members.items() if name in written and name in methods}
+    members |= {"geometry": geometry, "__module__": student.__module__}
+    made = type("MeshLightSampler", (tt.MeshLightSampler,), members)
+    return with_some(made, "MeshLightSampler", lambda some: light_sampler_of(student, some))

@@ -7,8 +7,10 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.environment import Environment
+from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.system import memory
 from taichi_tracer.system.held import held
+from taichi_tracer.system.seams import called
 
 
 @ti.func
@@ -41,9 +43,9 @@ class CourseGeometry:
         self.triangle_vertex_ids, self.triangle_normal_ids = (ti.Vector.field(3, ti.i32) for _ in range(2))
         self._memory.fields.dense(ti.i, count).place(self.triangle_vertex_ids, self.triangle_normal_ids)
         self._memory.allocate()
-        for own, name in ((self.triangle_vertex_ids, "triangle_vertex_ids"), (self.triangle_normal_ids, "triangle_normal_ids")):
+        for name in ("triangle_vertex_ids", "triangle_normal_ids"):
             if hasattr(geometry, name):
-                self._memory.write(own, getattr(geometry, name).to_numpy()[:count] + 1)
+                self._memory.write(vars(self)[name], getattr(geometry, name).to_numpy()[:count] + 1)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(vars(self)["package"], name)
@@ -83,6 +85,41 @@ def read_from_one(ids: ti.template(), i):
     return ids[i] + 1
 
 
+@ti.data_oriented
+class CourseLights:
+    """A sampler of lamps, with triangles from 1; other attributes are the package's."""
+
+    def __init__(self, sampler: Any) -> None:
+        self.package, self.has_emissive_triangles = sampler, True
+        self.emissive_triangle_ids = FromOne(sampler.emissive_triangle_ids)
+        self.total_emissive_area = total_area_of(sampler)
+
+    @ti.func
+    def sample_mesh_lights(self, hit_point):
+        """(w_i, the triangle)."""
+        w_i, triangle_id = called(self.package.sample_mesh_lights, hit_point)
+        return w_i, triangle_id + 1
+
+    @ti.func
+    def sample_emissive_triangle(self):
+        """Which of the emissive triangles, from 0."""
+        return called(self.package.sample_emissive_triangle)
+
+    @ti.func
+    def evaluate_probability(self):
+        """The density of the point, per area."""
+        return called(self.package.evaluate_probability)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(vars(self)["package"], name)
+
+
+class NoLights:
+    """What a scene without emissive triangles has."""
+
+    has_emissive_triangles = False
+
+
 class CourseScene:
     """The package's scene: see the classes above. A scene without an environment has a black one."""
 
@@ -92,11 +129,10 @@ class CourseScene:
         self.environment = scene.environment
         if self.environment is None:
             self.environment = Environment(np.zeros((1, 1, 3)), name="black")
-
-    @property
-    def mesh_light_sampler(self) -> Any:
-        """What samples the lamps of the scene."""
-        return self.package.lamps.choice
+        self.mesh_light_sampler: Any = NoLights()
+        if scene.lamps.count > 0 and isinstance(scene.lamps.choice, MeshLightSampler):
+            scene.lamps.prepare()
+            self.mesh_light_sampler = CourseLights(scene.lamps.choice)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(vars(self)["package"], name)

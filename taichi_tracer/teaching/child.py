@@ -58,7 +58,7 @@ class Work:
         self.solution = self.student = running.solution_of(self.assignment)
         if message.get("folder"):
             folder, files = Path(message["folder"]).resolve(), message.get("files")
-            if files:
+            if files and not running.load_submission(folder, self.assignment).is_of_course:
                 self.student = running.load_classes(folder, files, self.assignment.solution_folder)
             else:
                 self.student = running.load_submission(folder, self.assignment)
@@ -69,9 +69,12 @@ class Work:
         from taichi_tracer.teaching import running
 
         part, files = self.assignment.part(message["part"]), dict(self.assignment.classes)
+        if not running.is_asked(part, self.student, self.assignment):
+            return {"status": running.NOT_ASKED}, {}
         student = self.mended(message["mended"]) if message.get("mended") else self.student
         found = running.answer(part, student, self.solution, arrays, files)
         facts = {"status": found.status, "message": found.message, "line": found.line, "file": found.file}
+        facts["only_means"] = running.has_own_distribution(part, self.student)
         return facts, found.arrays
 
     def mended(self, names: list[str]) -> Any:
@@ -79,7 +82,9 @@ class Work:
         classes = dict(self.student.together or self.student.classes)
         for part in (self.assignment.part(name) for name in names):
             cls, solution = classes.get(part.replaces), self.solution.classes[part.replaces]
-            if cls is not None:
+            if cls is not None and self.student.is_of_course:
+                classes[part.replaces] = cls.without(part.method)
+            elif cls is not None:
                 method = {part.method: vars(solution)[part.method], "__module__": cls.__module__}
                 classes[part.replaces] = type(cls.__name__, (cls,), method)
         return replace(self.student, together=classes)

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from taichi_tracer.system.wings import is_there, wing
 from taichi_tracer.teaching import kept, submissions, temporary
 from taichi_tracer.teaching.base import (
     CRASHED,
@@ -31,9 +32,10 @@ from taichi_tracer.teaching.base import (
     Part,
     Verdict,
 )
+from taichi_tracer.teaching.judges import Samples
 from taichi_tracer.teaching.marks import Mark, PartMark, Rules, deductions, mark_of, plain
 from taichi_tracer.teaching.reference import Reference, fingerprint
-from taichi_tracer.teaching.running import LONGEST_MESSAGE, OK
+from taichi_tracer.teaching.running import LONGEST_MESSAGE, NOT_ASKED, NOT_ASKED_TEXT, OK
 from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, Child, ChildEnded, Level
 from taichi_tracer.teaching.submissions import RefusedError, Submission
 from taichi_tracer.teaching.walls import Limits
@@ -130,7 +132,8 @@ def grade_class(
 def with_rules(mark: Mark, submitted: Submission, rules: Rules, assignment: Assignment) -> Mark:
     """The mark with the points and the deductions of a course, which are not kept with it."""
     points = rules.points_of(assignment)
-    parts = tuple(replace(part, points=points[part.name]) for part in mark.parts)
+    # A part that the course's own handout does not ask for has no points, whatever the rules say.
+    parts = tuple(part if part.points == 0 else replace(part, points=points[part.name]) for part in mark.parts)
     imports = tuple(text for text in mark.imports if not any(text.endswith(f"imports {m!r}") for m in rules.imports))
     return replace(mark, parts=parts, imports=imports, deductions=deductions(rules, submitted, imports))
 
@@ -160,6 +163,8 @@ def grade(
     pictures: dict[str, np.ndarray] = {}
     try:
         unpacked = submissions.unpack(submitted, work / "files", assignment.files)
+        if is_there("course"):
+            wing("course.files").correct_notes(unpacked, assignment.name, assignment.files)
         methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
         imports = submissions.check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
         with Runner(reference, unpacked.folder, settings, Stop() if stop is None else stop) as runner:
@@ -209,10 +214,14 @@ class Runner:
             return replace(blank, status=status, message=clean(error.reason), seconds=time.perf_counter() - start)
         seconds = time.perf_counter() - start
         status = reply.get("status")
+        if status == NOT_ASKED:
+            return replace(blank, points=0.0, status=MISSING, message=NOT_ASKED_TEXT)
         if status != OK:
             status = status if status in (NOT_WRITTEN, MISSING) else CRASHED
             message = clean(reply.get("message") or "the process did not say what went wrong")
             return replace(blank, status=status, message=message, seconds=seconds)
+        if reply.get("only_means") and isinstance(part.judge, Samples):
+            part = replace(part, judge=replace(part.judge, only_means=True))
         verdict = judged(part, self.reference.inputs[part.name], answers, expected)
         for name, picture in verdict.pictures.items():
             pictures[f"{part.name}/{name}"] = np.clip(np.nan_to_num(picture), 0, 1).astype(KEPT_SHAPE)

@@ -77,6 +77,7 @@ class Numbers(JudgeOfRows):
 
 # The largest |z| of a test that passes. With 400 tests in a submission, the false-alarm rate is below 1e-6 for normal
 # means; means of 10⁴ and more bounded samples are close enough to normal that it stays below 1e-4.
+MOST_NOISE = 4.0  # standard errors of a submission, in units of those of the solution
 LARGEST_Z = 6.0
 ROUNDING = 1e-5  # the error of a mean in f32, relative to its size, or to 1
 
@@ -108,11 +109,15 @@ class Samples(JudgeOfRows):
         exact: the names of the answers that are not random: one row of numbers for each input, as for ``Numbers``.
         called: what one input is called in messages.
         largest_z: the largest |z| that passes.
+        only_means: whether samples may be distributed in another way than the solution's, with the same mean: as with
+            another way to choose between light and BRDF. Their standard errors are then at most ``MOST_NOISE`` times
+            the solution's, so that nothing passes because it is noise.
     """
 
     exact: tuple[str, ...] = ()
     called: str = "inputs"
     largest_z: float = LARGEST_Z
+    only_means: bool = False
 
     def scores(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name → (inputs, k) z-scores; infinite where an answer is not finite or has another shape."""
@@ -124,7 +129,13 @@ class Samples(JudgeOfRows):
             elif np.shape(answers.get(name)) != np.shape(right):
                 found[name] = np.full((len(right), 1), np.inf)
             else:
-                found[name] = z_scores(np.asarray(answers[name], np.float64), np.asarray(right, np.float64))
+                yours, own = np.asarray(answers[name], np.float64), np.asarray(right, np.float64)
+                if self.only_means:
+                    yours, own = (one[:, :, : dimensions(right.shape[2])] for one in (yours, own))
+                found[name] = z_scores(yours, own)
+                if self.only_means:
+                    most = MOST_NOISE**2 * own[:, 1] + (ROUNDING * np.maximum(1, abs(own[:, 0]))) ** 2
+                    found[name][yours[:, 1] > most] = np.inf
         return found
 
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:

@@ -21,11 +21,14 @@ import taichi as ti
 from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.wings import is_there, wing
 from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part
 from taichi_tracer.teaching.stubs import is_stub, line_of_mark, plain
 
 OK = "ok"
+NOT_ASKED = "not asked"  # by the course's own handout: see ``is_asked``
+NOT_ASKED_TEXT = "the course's own handout does not ask for it: it is not judged"
 LONGEST_MESSAGE = 300  # characters of an error, or of what a submission's process says, that a report shows
 
 
@@ -56,12 +59,14 @@ class Loaded:
         classes: name → class. together: the same, if they had to be run again for this; see ``load_submission``.
         errors: name of a file that could not be run → why.
         folder: where they come from; None for classes of a notebook.
+        is_of_course: whether they were written for the course, whose handouts do not ask for all parts.
     """
 
     classes: dict[str, type]
     errors: dict[str, Answer] = field(default_factory=dict)
     folder: Path | None = None
     together: dict[str, type] = field(default_factory=dict)
+    is_of_course: bool = False
 
     def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
         """All classes, for a picture; those that are missing come from ``reference``."""
@@ -79,6 +84,8 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
     So a renderer that imports a wrong sampler is tested with the right one. For pictures, ``together`` has the classes
     of files that import each other as they are.
     """
+    if is_there("course") and wing("course.files").is_of_course(Path(folder), assignment.files):
+        return load_of_course(Path(folder), assignment)
     together = load_classes(folder, assignment.files)
     alone = Loaded({}, dict(together.errors), together.folder, together.classes)
     for file in assignment.files:
@@ -92,6 +99,22 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
         else:  # it imports something from another file that only the student's own version has
             alone.classes |= {name: together.classes[name] for name in names if name in together.classes}
     return alone
+
+
+def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
+    """The classes of files that were written for the course, behind their borders."""
+    files, borders = wing("course.files"), wing("course.borders")
+    found, asked = files.load(folder), files.ASKED.get(assignment.name, {})
+    folder = found.folder
+    loaded = Loaded({}, {}, folder, is_of_course=True)
+    for file in dict.fromkeys(asked.values()):
+        if file in found.errors:
+            loaded.errors[file] = crash(found.errors[file], folder)
+        elif not (folder / file).is_file():
+            loaded.errors[file] = Answer(MISSING, message=f"the file {file} is missing", file=file)
+    classes = borders.borders_of(found.classes)
+    loaded.classes = {name: cls for name, cls in classes.items() if name in asked}
+    return loaded
 
 
 def load_classes(folder: str | Path, files: Sequence[str], others: Path | None = None) -> Loaded:
@@ -156,6 +179,8 @@ def module_of(file: Path) -> types.ModuleType:
 
 def class_under_test(student: type, solution: type | None, method: str) -> type:
     """A class with one method of the student, and the solution's other methods, if there is a solution."""
+    if hasattr(student, "alone"):  # of the course: the other methods are the package's
+        return student.alone(method)
     if solution is None:
         return student
     others = {name: value for name, value in vars(solution).items() if is_method(name, value) and name != method}
@@ -175,6 +200,16 @@ def own_method(cls: type, name: str) -> object | None:
         if name in vars(base):
             return vars(base)[name]
     return None
+
+
+def is_asked(part: Part, student: Loaded, assignment: Assignment) -> bool:
+    """Whether a part is judged: the handouts of the course do not ask for all of them."""
+    return not student.is_of_course or wing("course.files").asks_for(assignment.name, part.name)
+
+
+def has_own_distribution(part: Part, student: Loaded) -> bool:
+    """Whether the samples of a part may be distributed in another way than the solution's, with the same mean."""
+    return student.is_of_course and part.method == "shade_ray"
 
 
 def answer(

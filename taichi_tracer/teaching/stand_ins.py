@@ -296,6 +296,8 @@ def quads(count: int) -> np.ndarray:
 def lamp_room(rng: np.random.Generator) -> Arrays:
     """A floor, half diffuse and half glossy, and a wall; a lamp above, and one at the wall that the floor mirrors.
 
+    The lamps do not reflect: then it makes no difference whether a path goes on where it has met one.
+
     Rays lead to the surfaces, and one to a lamp.
     """
     down = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], np.float64)
@@ -312,15 +314,16 @@ def lamp_room(rng: np.random.Generator) -> Arrays:
         "vertices": np.concatenate(corners),
         "faces": quads(4),
         "materials": np.array([0, 1, 0, 0, 2, 2, 3, 3], np.int32),
-        "Kd": np.concatenate([rng.uniform(0.3, 0.9, (2, 3)), np.full((2, 3), 0.2)]),
+        "Kd": np.concatenate([rng.uniform(0.2, 0.5, (2, 3)), np.zeros((2, 3))]),
         "Ns": np.array([1.0, rng.uniform(20, 40), 1, 1]),
         "Ke": np.concatenate([np.zeros((2, 3)), rng.uniform(2, 6, (2, 3))]),
     }
 
 
 def closed_room(rng: np.random.Generator) -> Arrays:
-    """A cube that is seen from within; all six sides emit and reflect, and two of them are glossy."""
+    """A cube that is seen from within: one of two opposite sides emits, the others reflect, and two are glossy."""
     count = 9
+    is_lamp = np.arange(6)[:, None] == rng.integers(0, 2)
     vertices = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
     sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     faces = [triangle for a, b, c, d in sides for triangle in ((a, b, c), (a, c, d))]
@@ -334,9 +337,9 @@ def closed_room(rng: np.random.Generator) -> Arrays:
         "vertices": vertices,
         "faces": order.astype(np.int32),
         "materials": np.repeat(np.arange(6), 2).astype(np.int32),
-        "Kd": rng.uniform(0.5, 0.9, (6, 3)),
+        "Kd": np.where(is_lamp, 0, rng.uniform(0.5, 0.9, (6, 3))),
         "Ns": np.array([1.0, 1, 1, 1, 8, 12]),
-        "Ke": rng.uniform(0.5, 1.5, (6, 3)),
+        "Ke": np.where(is_lamp, rng.uniform(0.5, 1.5, (6, 3)), 0),
     }
 
 

@@ -12,7 +12,7 @@ from taichi_tracer.teaching.rows import rows, samples
 
 PATHS, ROULETTE, EVENTS = "paths", "Russian roulette", "next-event estimation"
 # With so many samples, the nearest known mistakes are 97 and 9 standard errors from the solution, and 6 pass.
-SAMPLES, PATH_SAMPLES = 8192, 2048
+SAMPLES, PATH_SAMPLES = 8192, 8192
 BOUNCES = 2
 
 
