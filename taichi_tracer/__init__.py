@@ -72,7 +72,7 @@ _HOME_OF = {
     "show": "apps.widget",
 }
 
-_PACKAGES = ("cluster", "studies", "teaching")
+_PACKAGES = ("cluster", "course", "studies", "teaching")
 
 
 if not TYPE_CHECKING:
@@ -95,6 +95,7 @@ if not TYPE_CHECKING:
 
 else:  # Editors and type checkers do not run __getattr__: they read these lines, which never run.
     from taichi_tracer import cluster as cluster
+    from taichi_tracer import course as course
     from taichi_tracer import studies as studies
     from taichi_tracer import teaching as teaching
     from taichi_tracer.apps.widget import show as show

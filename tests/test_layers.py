@@ -71,6 +71,7 @@ WIDTH, INDENT = 132, 26
 BY_NAME = ("import_module", "import_quickly", "resolve_name")
 IMPORT_BY_NAME = {
     "__init__": "the public names, when they are first used",
+    "course.files": "the files of a student, and the package's modules that they import",
     "system.registry": "the homes of the parts, when a part is first asked for; and the files of --parts",
     "system.wings": "modules of folders that may have been taken off",
     "system.taichi_17.patches": "names of Taichi, and what replaces them",
@@ -82,7 +83,7 @@ IMPORT_BY_NAME = {
 
 # Who names a part above it in an import that never runs, which only editors read.
 FOR_EDITORS = {
-    "__init__": {"cluster", "studies", "teaching", "apps"},
+    "__init__": {"cluster", "course", "studies", "teaching", "apps"},
     "options": {"integrators"},
     "scene_in_kernels": {"scene_data"},
 }
@@ -267,6 +268,7 @@ TESTED_THROUGH = {
     "apps.render": "apps/test_cli",
     "apps.same_again": "apps/test_viewer",
     "course.environment_sampling": "course/test_scripts",
+    "course.geometry": "course/test_hand_ins",
     "files.fonts": "apps/test_contact_sheet",
     "integrators.next_event": "integrators/test_direct_light",
     "integrators.one_sample": "contracts/test_integrators",

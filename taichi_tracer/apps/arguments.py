@@ -41,6 +41,14 @@ def add_parts_option(parser: ArgumentParser) -> None:
         help="run a Python file that registers parts of your own by @tt.register: their names can then be given as "
         "those of the package; may be given several times",
     )
+    parser.add_argument(
+        "--course",
+        action="append",
+        dest="parts",
+        metavar="FOLDER",
+        help="use a student's files of the course in the place of the package's: camera.py, ray_intersector.py, "
+        "environment.py, sampler.py, renderer.py",
+    )
 
 
 def add_scene_options(parser: ArgumentParser) -> None:

@@ -18,7 +18,7 @@ from taichi_tracer.apps.requests import PictureRequest, SceneRequest
 from taichi_tracer.apps.rescue import written_bytes, written_picture
 from taichi_tracer.apps.words import USER_ERROR, note
 from taichi_tracer.files.disk import check_place
-from taichi_tracer.files.images import to_bytes
+from taichi_tracer.files.images import encode_png, to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
 from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.error_estimate import percent
@@ -27,10 +27,12 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import compiling, stopwatch
 from taichi_tracer.system.errors import IncompleteError, InputError
 from taichi_tracer.system.stopwatch import READ, part
+from taichi_tracer.system.wings import wing
 
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
 SUM = "sum"  # the caption of the last picture of a contact sheet
 PROFILE = ".profile.html"  # the ending of the page that tells where the time of a picture went
+VISIBLE = 1 / 255
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -89,6 +91,8 @@ def run_watched(args: Namespace, elsewhere: "Elsewhere | None", watch: stopwatch
                 if watch is not None:
                     is_in_place &= write_profile(renderer, request, path, watch)
                     continue
+                if args.against is not None:
+                    is_in_place &= write_against(renderer, picture, request, path)
                 shown.append(renderer.film.own_pixels(renderer.image()))
             if places.sheet is not None:
                 is_in_place &= write_sheet(shown, request.bounces, places.sheet, picture)
@@ -130,6 +134,30 @@ def write_profile(
     place = written_bytes(profile_path(path), as_page(found).encode())
     print(f"{place}: where the time went", flush=True)
     return place == profile_path(path)
+
+
+def write_against(renderer: ProgressiveRenderer, picture: PictureRequest, request: RenderRequest, path: Path) -> bool:
+    """Write how a picture of a student's files differs from the package's own; False if it went elsewhere."""
+    course = wing("course.use", "--against").in_use()
+    if course is None:
+        raise InputError("--against reference compares with the files of --course FOLDER: give this, too")
+    with course.reference():
+        own = picture.make_renderer(type(renderer), request.scene.load()).use(renderer.active.name)
+        expected = np.asarray(own.render(renderer.samples).image())
+    difference = np.abs(np.asarray(renderer.image()) - expected)
+    differs = (difference > VISIBLE).any(axis=-1)
+    place = written_bytes(against_path(path), encode_png(difference, srgb=False))
+    print(
+        f"{place}: the difference from the reference is at most {difference.max():.3g}, {difference.mean():.3g} in the "
+        f"mean; {differs.sum():,} of {differs.size:,} pixels differ by more than 1/255",
+        flush=True,
+    )
+    return place == against_path(path)
+
+
+def against_path(picture: Path) -> Path:
+    """The picture of the difference that belongs to a picture."""
+    return picture.with_name(f"{picture.stem}_against_reference.png")
 
 
 def write_sheet(images: list[np.ndarray], bounces: Sequence[Bounces], path: Path, picture: PictureRequest) -> bool:

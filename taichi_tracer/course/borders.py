@@ -27,7 +27,9 @@ HANDOUT = {
         *("evaluate_probability", "sample_mesh_lights"),
     ),
 }
+WRITTEN = {"shade_ray", *(method for methods in HANDOUT.values() for method in methods)}
 OF_BRDF = ("material", "w_o", "w_i", "normal")  # the parameters of the handout, in their order
+BIND, BEGIN = tt.RayIntersector.bind, tt.RayIntersector.__init__  # kept, because ``course.use`` assigns others
 NOT_TAKEN = ("__init__", "set_camera_parameters", "set_intensity")  # what the package's objects do themselves
 
 
@@ -125,12 +127,12 @@ def intersector_of(student: type, methods: Sequence[str] = HANDOUT["RayIntersect
     """
 
     def bind(self: Any, geometry: Any, triangle_test: Any = "watertight") -> None:
-        tt.RayIntersector.bind(self, geometry, triangle_test)
+        BIND(self, geometry, triangle_test)
         of_course = CourseGeometry(geometry)
         self.theirs = object_of(student, of_course, geometry=of_course)
 
     def begin(self: Any, geometry: Any = None, triangle_test: Any = "watertight") -> None:
-        tt.RayIntersector.__init__(self, geometry, triangle_test)
+        BEGIN(self, geometry, triangle_test)
 
     members: dict[str, Any] = {"bind": bind, "__init__": begin, "__module__": student.__module__, "name": "student's"}
     theirs = own_members(student)
@@ -163,13 +165,15 @@ def renderer_of(student: type, base: type) -> type:
     ways = [name for name in ("shade_implicit", "shade_explicit") if name in members]
     own = type(student.__name__, (student,), {"__getattr__": lambda self, name: getattr(vars(self)["renderer"], name)})
 
+    initialise = base.__init__  # type: ignore[misc]
+
     def theirs_of(self: Any) -> Any:
         if "_theirs" not in vars(self):
             vars(self)["_theirs"] = object_of(own, renderer=self, scene_data=CourseScene(self.scene_data))
         return vars(self)["_theirs"]
 
     def begin(self: Any, *arguments: Any, **options: Any) -> None:
-        base.__init__(self, *arguments, **options)  # type: ignore[misc]
+        initialise(self, *arguments, **options)
         theirs_of(self)  # it has fields, which cannot be made while a kernel is compiled
         if hasattr(self, "_one_sample"):
             self._one_sample().prepare(self.scene_data, self.camera)  # the weights, which kernels read

@@ -17,13 +17,14 @@ import pkgutil
 import runpy
 import sys
 import traceback
+import warnings
 from pathlib import Path
 from typing import TypeVar
 
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import import_quickly
 from taichi_tracer.system.seams import assigned
-from taichi_tracer.system.wings import is_there
+from taichi_tracer.system.wings import is_there, wing
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
 HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
@@ -173,12 +174,19 @@ def register(part: Part) -> Part:
 def load_parts(path: str) -> list:
     """Run a Python file that registers parts or assigns methods to the package's classes. Returns the new parts.
 
-    The file may import modules from its own folder.
+    The file may import modules from its own folder. A folder has files of the course, see ``course.use``.
 
     Raises:
         InputError: the file is missing, or an error occurred in it; the message has the error and its line.
     """
     file = Path(path).expanduser().resolve()
+    if file.is_dir():
+        used = wing("course.use", path).use(path)
+        for text in used.errors.values():
+            warnings.warn(f"{text}; the package's own is used", stacklevel=2)
+        for text in used.uses:
+            print(f"--course {path}: {text}", file=sys.stderr)
+        return []
     if not file.is_file():
         what = "this is a folder, a pipe or a device, not a file" if file.exists() else "no such file"
         raise InputError(f"--parts {path}: {what}")

@@ -24,10 +24,13 @@ def seams(*names: str) -> Callable[[Class], Class]:
     """A class decorator that remembers the original methods of the class that a student may replace."""
 
     def remember(cls: Class) -> Class:
-        inherited: dict[str, None] = {}
+        inherited: dict[str, object] = {}
         for base in reversed(cls.__mro__[1:]):
-            inherited |= dict.fromkeys(_SHIPPED.get(base, {}))
-        _SHIPPED[cls] = {name: written(cls, name) for name in [*inherited, *names]}
+            inherited |= _SHIPPED.get(base, {})
+            if base not in _SHIPPED:
+                inherited |= {name: written(base, name) for name in inherited if name in vars(base)}
+        own = {name: written(cls, name) for name in [*inherited, *names] if name in vars(cls) or name not in inherited}
+        _SHIPPED[cls] = inherited | own  # what a base had when it was defined: somebody may have replaced it since
         return cls
 
     return remember

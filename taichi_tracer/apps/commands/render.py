@@ -40,6 +40,12 @@ def add_arguments(parser: Parser) -> None:
         help="raw arrays that an .exr file has beside the picture, such as the distance: names with commas",
     )
     parser.add_argument(
+        "--against",
+        choices=("reference",),
+        help="with --course: render every picture with the package's own methods, too, and write the difference: "
+        "FILE_against_reference.png",
+    )
+    parser.add_argument(
         "--profile",
         action="store_true",
         help="tell where the time goes, from the start of Python to the file, in a table and in FILE.profile.html",

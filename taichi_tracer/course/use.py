@@ -1,0 +1,145 @@
+"""``tt.course(folder)`` and ``--course``: a student's files of the course run in all pictures of this process.
+
+Their methods are assigned to the package's classes, as by any student of this package: fast forms step aside, and
+receipts name what is replaced.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from taichi.lang import kernel_impl
+
+import taichi_tracer as tt
+from taichi_tracer.course import borders, files
+from taichi_tracer.system import runtime
+from taichi_tracer.system.errors import InputError
+
+ABSENT = object()
+# The class of this package whose methods a border of the same name has.
+CLASSES: dict[str, Any] = {
+    "Camera": tt.Camera,
+    "Environment": tt.Environment,
+    "UniformSampler": tt.UniformSampler,
+    "BRDF": tt.BRDF,
+    "RayIntersector": tt.RayIntersector,
+    "MeshLightSampler": tt.MeshLightSampler,
+    "A2Renderer": tt.A2Renderer,
+    "A3Renderer": tt.A3Renderer,
+    "A4Renderer": tt.A4Renderer,
+}
+OF_PYTHON = ("__module__", "__doc__", "__dict__", "__weakref__", "__abstractmethods__", "_abc_impl")
+OF_TAICHI = ("_data_oriented", "__getattribute__")
+LEFT = (*OF_PYTHON, *OF_TAICHI, "alone", "without", "name")  # of a border, what is not assigned to the package's class
+
+
+class Course:
+    """The files of a student, in use until ``undo``; scenes and renderers that exist already stay as they are.
+
+    Attributes:
+        folder: where the files are. errors: name of a file that cannot be used → why, with the line.
+        uses: lines such as "camera.py: Camera.generate_ray, Camera.compute_matrix".
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        runtime.ensure()
+        found = files.load(folder)
+        self.folder = found.folder
+        self.errors = {name: told(error, found.folder / name) for name, error in found.errors.items()}
+        self._members = {name: members_of(cls) for name, cls in borders.borders_of(found.classes).items()}
+        self._former: list[tuple[Any, str, Any]] = []
+        home = {name: f"{cls.__module__.rpartition('.')[2]}.py" for name, cls in found.classes.items()}
+        self.uses = []
+        for name, members in self._members.items():
+            methods = [f"{name}.{member}" for member in members if member in borders.WRITTEN]
+            self.uses.append(f"{home.get(name, 'ray_intersector.py')}: {', '.join(methods)}")
+        if not self._members:
+            reasons = "; ".join(self.errors.values()) or f"it has none of {', '.join(CLASSES)}"
+            raise InputError(f"{folder}: nothing there can be used: {reasons}")
+        self.apply()
+
+    def apply(self) -> None:
+        """Use the files."""
+        for name, members in self._members.items():
+            for member, value in members.items():
+                cls = CLASSES[name]
+                self._former.append((cls, member, vars(cls).get(member, ABSENT)))
+                setattr(cls, member, value)
+
+    def undo(self) -> None:
+        """Use the package's own methods again, for scenes and renderers that are made from now on."""
+        for cls, member, value in reversed(self._former):
+            if value is ABSENT:
+                delattr(cls, member)
+            else:
+                setattr(cls, member, value)
+        self._former.clear()
+
+    @contextlib.contextmanager
+    def reference(self) -> Iterator[None]:
+        """The package's own methods within a ``with``, for a comparison."""
+        self.undo()
+        try:
+            yield
+        finally:
+            self.apply()
+
+    def __enter__(self) -> "Course":
+        return self
+
+    def __exit__(self, *_error: Any) -> None:
+        self.undo()
+
+    def __repr__(self) -> str:
+        lines = [f"files of the course in {self.folder}", *self.uses]
+        return "\n".join([*lines, *(f"not used: {text}" for text in self.errors.values())])
+
+
+class BoundKernel:
+    """A kernel that is assigned to a class: an object that is asked for it gets the kernel with this object."""
+
+    def __init__(self, kernel: Any) -> None:
+        kernel._is_staticmethod = False  # as Taichi notes at each access
+        self.bound_kernel = kernel
+
+    def __get__(self, owner: Any, cls: type | None = None) -> Any:
+        if owner is None:
+            return self.bound_kernel
+        bound = kernel_impl._BoundedDifferentiableMethod(owner, self.bound_kernel)
+        bound.__name__ = self.bound_kernel.__name__
+        return bound
+
+
+def members_of(border: type) -> dict[str, Any]:
+    """What a border defines."""
+    members = {name: value for name, value in vars(border).items() if name not in LEFT}
+    return {n: BoundKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for n, v in members.items()}
+
+
+def told(error: BaseException, file: Path) -> str:
+    """What is wrong with a file, in one line that begins with the file and the line."""
+    line = error.lineno if isinstance(error, SyntaxError) else None
+    trace = error.__traceback__
+    while trace is not None:
+        if Path(trace.tb_frame.f_code.co_filename) == file:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    where = f"{file.name}:{line}" if line else file.name
+    return f"{where}: {type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"
+
+
+_IN_USE: list[Course] = []
+
+
+def use(folder: str | Path) -> Course:
+    """Use a student's files in this process; those of an earlier call are no longer used."""
+    while _IN_USE:
+        _IN_USE.pop().undo()
+    _IN_USE.append(Course(folder))
+    return _IN_USE[-1]
+
+
+def in_use() -> Course | None:
+    """The files that are in use."""
+    return _IN_USE[-1] if _IN_USE else None

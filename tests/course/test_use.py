@@ -1,0 +1,97 @@
+"""``tt.course(folder)`` and ``--course``: a student's files in all pictures, and the comparison with the reference."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import taichi_tracer as tt
+from taichi_tracer.apps.cli import main
+from taichi_tracer.course.use import in_use
+from taichi_tracer.system.seams import assigned
+from taichi_tracer.system.wings import is_there
+
+HAND_IN = Path(__file__).parent / "handin"
+WRONG = ("w * n0 + u * n1 + v * n2", "u * n0 + v * n1 + w * n2")  # a real mistake
+SIZE = 24
+
+
+@pytest.fixture(autouse=True)
+def in_f32(f32):
+    """Taichi in f32; afterwards nobody's files are in use."""
+    yield
+    if in_use() is not None:
+        in_use().undo()
+    assert assigned() == []
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A student's folder, as it is on a student's machine."""
+    return Path(shutil.copytree(HAND_IN, tmp_path / "A1_codebase" / "taichi_tracer")).parent
+
+
+def change(folder, file, old, new):
+    path = folder / "taichi_tracer" / file
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
+def normals(name="sphere"):
+    return np.asarray(
+        tt.A1Renderer(tt.load_scene_data(name, intersector="brute_force"), SIZE, SIZE).use("normal").image()
+    )
+
+
+def test_files_are_used_in_every_picture_and_answer_until_the_end(folder):
+    expected = normals("cube")
+    change(folder, "ray_intersector.py", "hit_data.distance = t", "hit_data.distance = 2 * t")
+    with tt.course(folder) as files:
+        scene = tt.load_scene_data("cube")
+        far = scene.intersect([0, 0.5, 5], [0, 0, -1]).distance
+        assert "RayIntersector.intersect_triangle" in str(files)
+        assert {"Camera.generate_ray", "RayIntersector.query_ray"} <= set(assigned())
+        np.testing.assert_allclose(normals("cube"), expected, atol=1e-5)
+        assert any("replaces" in line for line in scene.receipt())
+    near = tt.load_scene_data("cube").intersect([0, 0.5, 5], [0, 0, -1]).distance
+    np.testing.assert_allclose(far, 2 * near, rtol=1e-6)
+
+
+def test_a_mistake_is_seen_beside_the_reference(folder):
+    change(folder, "ray_intersector.py", *WRONG)
+    with tt.course(folder) as files:
+        theirs = normals()
+        with files.reference():
+            own = normals()
+        assert np.array_equal(normals(), theirs)
+    assert np.abs(theirs - own).max() > 0.01
+
+
+def test_a_file_that_cannot_be_used_is_told_and_the_others_are_used(folder):
+    change(folder, "camera.py", "from .ray import Ray", "from .ray import Raay")
+    with tt.course(folder) as files:
+        assert files.errors["camera.py"].startswith("camera.py:5: ImportError: cannot import name 'Raay'")
+        assert "Camera.generate_ray" not in assigned()
+        assert "RayIntersector.intersect_triangle" in assigned()
+
+
+def test_the_command_line_writes_the_difference(folder, tmp_path, capsys):
+    change(folder, "ray_intersector.py", *WRONG)
+    out = tmp_path / "sphere.png"
+    words = ["render", "torus_knot", "--intersector", "bvh", "--view", "normal", "--size", "16x16", "-o", str(out)]
+    assert main([*words, "--course", str(folder), "--against", "reference"]) == 0
+    told = capsys.readouterr()
+    assert "the difference from the reference is at most 0." in told.out
+    assert "ray_intersector.py: RayIntersector.intersect_triangle" in told.err
+    assert tt.read_image(tmp_path / "sphere_against_reference.png").max() > 0.01
+
+
+def test_wrong_words_are_told(tmp_path, capsys):
+    assert main(["render", "cube", "--course", str(tmp_path)]) == 2
+    assert "none of camera.py, ray_intersector.py" in capsys.readouterr().err
+    out = str(tmp_path / "cube.png")
+    assert main(["render", "cube", "--size", "8x8", "--against", "reference", "-o", out]) == 2
+    assert "give this, too" in capsys.readouterr().err
+    assert is_there("course.use")
