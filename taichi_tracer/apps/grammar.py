@@ -4,9 +4,11 @@ Nothing here imports Taichi: a command loads what it needs when it runs.
 """
 
 import argparse
+import os
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 
+from taichi_tracer.apps.words import note
 from taichi_tracer.system.errors import InputError
 
 Command = Callable[[Namespace], int]  # takes the parsed arguments; returns the exit code
@@ -75,3 +77,6 @@ def load_parts(paths: Sequence[str]) -> None:
 
         for path in paths:
             registry.load_parts(path)
+            if os.path.isdir(path):
+                for text in load("taichi_tracer.course.use:in_use")().uses:
+                    note(f"--course {path}: {text}")

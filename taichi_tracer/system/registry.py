@@ -184,8 +184,6 @@ def load_parts(path: str) -> list:
         used = wing("course.use", path).use(path)
         for text in used.errors.values():
             warnings.warn(f"{text}; the package's own is used", stacklevel=2)
-        for text in used.uses:
-            print(f"--course {path}: {text}", file=sys.stderr)
         return []
     if not file.is_file():
         what = "this is a folder, a pipe or a device, not a file" if file.exists() else "no such file"
