@@ -166,6 +166,15 @@ def is_of_course(folder: Path, files: Sequence[str]) -> bool:
     return False
 
 
+def folder_of_course(folder: str | Path, files: Sequence[str]) -> Path | None:
+    """The folder with files that are written for the course, see ``find_folder``; None if there are none."""
+    try:
+        found = find_folder(folder)
+    except InputError:
+        return None
+    return found if is_of_course(found, [*files, *(f"{name}.py" for name in STUDENTS)]) else None
+
+
 def correct_notes(unpacked: Any, assignment: str, files: Sequence[str]) -> None:
     """Let the notes on a hand-in of the course say which of the files are missing that its handout asks for.
 

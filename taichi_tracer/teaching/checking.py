@@ -14,7 +14,16 @@ from taichi_tracer.teaching import boxes, catalogue
 from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, Verdict
 from taichi_tracer.teaching.handing_out import RECORD
 from taichi_tracer.teaching.mistakes import Finding, find, kept_expected
-from taichi_tracer.teaching.running import OK, Answer, Loaded, answer, load_submission, solution_of
+from taichi_tracer.teaching.running import (
+    OK,
+    Answer,
+    Loaded,
+    answer,
+    has_own_distribution,
+    is_asked,
+    load_submission,
+    solution_of,
+)
 
 SECONDS_OF_A_PART = 3.5  # after these, a check looks for no further mistakes; about one more goes by before the part
 LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took
@@ -109,34 +118,41 @@ class Report:
 
 
 def check_folder(
-    folder: str | Path, names: Sequence[str] = (), seed: int | None = None, watch: Watch | None = None
+    folder: str | Path,
+    names: Sequence[str] = (),
+    seed: int | None = None,
+    watch: Watch | None = None,
+    name: str | None = None,
 ) -> Report:
     """Check a student's folder.
 
     Args:
-        folder: a folder that ``taichi-tracer assignment new`` wrote.
+        folder: a folder that ``taichi-tracer assignment new`` wrote; or files of the course, with ``name``.
         names: only parts whose name, or class, is one of these; all parts if there is none.
         seed: decides the inputs; None takes the seed of the folder.
         watch: a function that is called with the lines of each result, as soon as they are known.
+        name: of the assignment, where the folder does not say it.
 
     Raises:
         InputError: the folder belongs to no assignment, or a name is unknown.
     """
     folder = Path(folder).expanduser()
-    assignment, own_seed = assignment_of(folder)
+    assignment, own_seed = assignment_of(folder, name)
     runtime.ensure()
     student = load_submission(folder, assignment)
-    parts = chosen(assignment, names)
+    parts = [part for part in chosen(assignment, names) if is_asked(part, student, assignment)]
     return check(assignment, student, parts, own_seed if seed is None else seed, watch)
 
 
-def assignment_of(folder: Path) -> tuple[Assignment, int]:
-    """The assignment and the seed of a student's folder."""
+def assignment_of(folder: Path, name: str | None = None) -> tuple[Assignment, int]:
+    """The assignment and the seed of a student's folder; the name is that of files of the course."""
     path = folder / RECORD
+    if name is not None:
+        return catalogue.load(name), 0
     if not path.is_file():
         raise InputError(
-            f"{folder}: {RECORD} is missing: give a folder that 'taichi-tracer assignment new' wrote, "
-            f"or name one of the assignments {', '.join(catalogue.names())} by it"
+            f"{folder}: {RECORD} is missing: give a folder that 'taichi-tracer assignment new' wrote; "
+            f"for files of the course, add --assignment with one of {', '.join(catalogue.names())}"
         )
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
@@ -207,6 +223,8 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
         watch(result.lines())
         return result
     right = kept_expected(assignment, part, inputs)
+    if has_own_distribution(part, student):
+        part = replace(part, judge=replace(part.judge, only_means=True))
     result = Result(part, part.judge(inputs, found.arrays, right), (), found.seconds)
     watch(result.lines_of_verdict())
     if result.verdict.status == RIGHT or not part.replaces:

@@ -84,8 +84,10 @@ def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
     So a renderer that imports a wrong sampler is tested with the right one. For pictures, ``together`` has the classes
     of files that import each other as they are.
     """
-    if is_there("course") and wing("course.files").is_of_course(Path(folder), assignment.files):
-        return load_of_course(Path(folder), assignment)
+    course = wing("course.files") if is_there("course") else None
+    of_course = None if course is None else course.folder_of_course(folder, assignment.files)
+    if of_course is not None:
+        return load_of_course(of_course, assignment)
     together = load_classes(folder, assignment.files)
     alone = Loaded({}, dict(together.errors), together.folder, together.classes)
     for file in assignment.files:

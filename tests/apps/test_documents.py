@@ -44,9 +44,9 @@ def test_there_are_commands():
 
 @pytest.mark.parametrize(("line", "python"), commands(), ids=lambda value: value if "\n" not in value else "")
 def test_commands_parse_and_name_what_exists(line, python, tmp_path):
-    """A file of parts is the Python that stands before the command."""
+    """A file of parts is the Python that stands before the command; a folder has files of the course."""
     args = make_parser().parse_args([as_value(word) for word in shlex.split(line)[1:]])
-    files = [tmp_path / path for path in args.parts]
+    files = [tmp_path / path for path in args.parts if path.endswith(".py")]
     for file in files:
         file.write_text(python, encoding="utf-8")
         load_parts(str(file))

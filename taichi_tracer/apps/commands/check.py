@@ -17,6 +17,7 @@ def add_arguments(parser: Parser) -> None:
         "folder", metavar="DIR", nargs="?", default=".", help="that assignment new wrote (default: here)"
     )
     parser.add_argument("names", metavar="PART", nargs="*", help="only these: a method, a class or a picture")
+    parser.add_argument("--assignment", metavar="NAME", help="of files of the course: a1, a2, a3 or a4")
     parser.add_argument("--seed", type=whole, metavar="N", help="of the inputs (default: that of the folder)")
     parser.add_argument("--report", metavar="FILE", help="page to write (default: DIR/check.html)")
 
@@ -28,12 +29,14 @@ def run(args: Namespace) -> int:
 
     folder = Path(args.folder).expanduser()
     target = Path(args.report) if args.report else folder / PAGE
-    assignment, _ = assignment_of(folder)
+    assignment, _ = assignment_of(folder, args.assignment)
     check_place(target)
     print(assignment.title)
-    report = check_folder(
-        folder, args.names, args.seed, lambda lines: print(*lines, sep="\n", end="\n" * bool(lines), flush=True)
-    )
+
+    def tell(lines: list[str]) -> None:
+        print(*lines, sep="\n", end="\n" * bool(lines), flush=True)
+
+    report = check_folder(folder, args.names, args.seed, tell, args.assignment)
     replace_file(target, report.page().encode())
     print(f"{report.summary()}\n{target}")
     return 0 if report.is_right else NOT_RIGHT
