@@ -52,6 +52,11 @@ class Material(metaclass=Annotation):
         told = [f"{name}={value!r}" for name, value in values.items() if value != usual[name]]
         return f"Material({', '.join(told)})"
 
+    @property
+    def is_rough(self) -> bool:
+        """Whether it is a microfacet surface, whatever its Ns."""
+        return self.alpha_x > 0 and self.alpha_y > 0
+
     def value(self, name: str, default: float | tuple[float, ...]) -> float | tuple[float, ...]:
         """A parameter of a BRDF, from the file, or the default: one number or three numbers, like the default.
 

@@ -175,7 +175,15 @@ class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
 
     def set_sample_brdf(self) -> "Self":
         """Sample directions from the density of the BRDF."""
-        return self.use("brdf")
+        return self._use_mode("BRDF")
+
+    def set_sample_microfacet(self) -> "Self":
+        """The same: a material with ``alpha_x``, ``alpha_y`` and ``F0`` has the BRDF of microfacets (A2-12)."""
+        return self._use_mode("MICROFACET")
+
+    def _use_mode(self, name: str) -> "Self":
+        self.sample_mode = self.SampleMode[name]
+        return self
 
     def set_sample_environment(self) -> "Self":
         """Sample directions in proportion to the light of the environment."""

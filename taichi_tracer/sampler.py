@@ -14,6 +14,7 @@ import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
 from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.brdfs.microfacet import MicrofacetBRDF as MicrofacetBRDF  # as the handout names it
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.formulas.warps import uniform_sphere

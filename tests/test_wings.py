@@ -52,13 +52,16 @@ QUICK = ("A1Renderer: normal", "A4Renderer: path")
 NEED = {
     "apps": ("tt.show", "this installation has no taichi_tracer/apps, which has"),
     "cluster": ("tt.cluster", "this installation has no taichi_tracer/cluster, which renders"),
+    "course": ("tt.course('.')", "this installation has no taichi_tracer/course, which runs files"),
     "explain": ("tt.A1Renderer(scene, 8, 8).explain(1, 1)", "this installation has no taichi_tracer/explain, which"),
     "fast": ("scene.receipt()", "this installation has no fast forms"),
     "rt3": ("tt.load_scene_data('rt3/two_views')", ".xml: this installation has no taichi_tracer/rt3, which reads"),
     "studies": ("tt.studies.accuracy('cube')", "this installation has no taichi_tracer/studies, which measures"),
     "teaching": ("tt.teaching", "this installation has no taichi_tracer/teaching, which hands out"),
 }
-NAMES = {"apps": {"show"}, "rt3": {"RT3Renderer"}} | {name: {name} for name in ("cluster", "studies", "teaching")}
+NAMES = {"apps": {"show"}, "rt3": {"RT3Renderer"}} | {
+    name: {name} for name in ("cluster", "course", "studies", "teaching")
+}
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ class Mirror(Brdf):
 
     def describes(self, material: Any, dtype: type) -> bool:
         """Ns so large that the lobe is narrower than the rounding error of a direction in f32."""
-        return material.Ns >= MIRROR_FROM
+        return material.Ns >= MIRROR_FROM and not material.is_rough
 
     @ti.func
     def eval(self, material, w_o, w_i, n):

@@ -34,7 +34,7 @@ class Phong(Brdf):
 
     def describes(self, material: Any, dtype: type) -> bool:
         """Ns > 1, and a lobe that is wider than the rounding error of a direction in f32."""
-        return 1 < material.Ns < MIRROR_FROM
+        return 1 < material.Ns < MIRROR_FROM and not material.is_rough
 
     def may_be_narrow(self, material: Any) -> bool:
         """Whether the lobe has less than about 1/200 of all directions, (1/4π) · 2π/(Ns+1)."""

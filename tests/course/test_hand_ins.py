@@ -167,7 +167,8 @@ def test_views_by_a_students_camera_and_intersector_are_the_packages(view, stude
 
 
 def test_light_by_a_students_environment_brdf_sampler_and_renderer_has_the_same_mean(student):
-    own = tt.load_scene_data("sphere", environment="studio")
+    sky = np.linspace(0.5, 1.5, 8)[:, None, None] * np.linspace(0.8, 1.2, 16)[:, None] * np.ones(3)
+    own = tt.load_scene_data("sphere", environment=sky)
     theirs = tt.load_scene_data(
         "sphere", environment=student["Environment"](own.environment.pixels), brdfs=[student["BRDF"]()]
     )
@@ -177,8 +178,8 @@ def test_light_by_a_students_environment_brdf_sampler_and_renderer_has_the_same_
         found = tt.A2Renderer(theirs, SIZE, SIZE, **options).use(name).render(64).image().mean()
         renderer = student["A2Renderer"](own, SIZE, SIZE)
         renderer.sample_mode[None] = mode
-        assert found == pytest.approx(expected, rel=0.04)  # 5 standard errors of 64 samples in 576 pixels
-        assert renderer.render(64).image().mean() == pytest.approx(expected, rel=0.04)
+        assert found == pytest.approx(expected, rel=0.06)  # 5 standard errors: ti.random differs in every run
+        assert renderer.render(64).image().mean() == pytest.approx(expected, rel=0.06)
 
 
 def test_what_is_no_file_of_the_course_is_not_taken_for_one(tmp_path):

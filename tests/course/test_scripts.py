@@ -24,7 +24,7 @@ NAMES = {
     "environment": "Environment",
     "ray_intersector": "RayIntersector BruteForceRayIntersector",
     "scene_data": "SceneData",
-    "sampler": "UniformSampler BRDF MeshLightSampler ortho_frames reflect",
+    "sampler": "UniformSampler BRDF MicrofacetBRDF MeshLightSampler ortho_frames reflect",
 }
 VIEW = {"eye": tm.vec3([0.0, 1.0, 3.0]), "at": tm.vec3([0.0, 1.0, 0.0]), "up": tm.vec3([0.0, 1.0, 0.0]), "fov": 60.0}
 
@@ -98,6 +98,10 @@ def test_modes_counters_and_intensity_of_the_second_assignment(f32):
     assert renderer.canvas.to_numpy().mean() == pytest.approx(2 * dark, rel=0.1)
     renderer.iter_counter[None] = 0
     assert renderer.samples == 0
+    renderer.set_sample_microfacet()
+    assert renderer.sample_mode[None] == A2Renderer.SampleMode.MICROFACET == 3
+    renderer.set_sample_brdf()
+    assert renderer.sample_mode[None] == A2Renderer.SampleMode.BRDF
 
 
 def test_the_weights_of_the_third_assignment_are_live(f32):
