@@ -141,18 +141,30 @@ def write_against(renderer: ProgressiveRenderer, picture: PictureRequest, reques
     course = wing("course.use", "--against").in_use()
     if course is None:
         raise InputError("--against reference compares with the files of --course FOLDER: give this, too")
+
+    def rendered() -> np.ndarray:
+        made = picture.make_renderer(type(renderer), request.scene.load()).use(renderer.active.name)
+        return np.asarray(made.render(renderer.samples).image())
+
     with course.reference():
-        own = picture.make_renderer(type(renderer), request.scene.load()).use(renderer.active.name)
-        expected = np.asarray(own.render(renderer.samples).image())
+        expected = rendered()
     difference = np.abs(np.asarray(renderer.image()) - expected)
-    differs = (difference > VISIBLE).any(axis=-1)
     place = written_bytes(against_path(path), encode_png(difference, srgb=False))
-    print(
-        f"{place}: the difference from the reference is at most {difference.max():.3g}, {difference.mean():.3g} in the "
-        f"mean; {differs.sum():,} of {differs.size:,} pixels differ by more than 1/255",
-        flush=True,
-    )
+    print(f"{place}: {described_difference(difference)}", flush=True)
+    if difference.max() > VISIBLE:
+        for file in course.files:
+            with course.only(file):
+                print(f"  {file} alone: {described_difference(np.abs(rendered() - expected))}", flush=True)
     return place == against_path(path)
+
+
+def described_difference(difference: np.ndarray) -> str:
+    """How much a picture differs from the reference."""
+    differs = (difference > VISIBLE).any(axis=-1)
+    of = f"{differs.sum():,} of {differs.size:,} pixels differ by more than 1/255"
+    return (
+        f"the difference from the reference is at most {difference.max():.3g}, {difference.mean():.3g} on average; {of}"
+    )
 
 
 def against_path(picture: Path) -> Path:

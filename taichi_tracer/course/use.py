@@ -49,20 +49,21 @@ class Course:
         self.errors = {name: told(error, found.folder / name) for name, error in found.errors.items()}
         self._members = {name: members_of(cls) for name, cls in borders.borders_of(found.classes).items()}
         self._former: list[tuple[Any, str, Any]] = []
-        home = {name: f"{cls.__module__.rpartition('.')[2]}.py" for name, cls in found.classes.items()}
+        files_of = {name: f"{cls.__module__.rpartition('.')[2]}.py" for name, cls in found.classes.items()}
+        self._home = {name: files_of.get(name, "ray_intersector.py") for name in self._members}
         self.uses = []
         for name, members in self._members.items():
             methods = [f"{name}.{member}" for member in members if member in borders.WRITTEN]
-            self.uses.append(f"{home.get(name, 'ray_intersector.py')}: {', '.join(methods)}")
+            self.uses.append(f"{self._home[name]}: {', '.join(methods)}")
         if not self._members:
             reasons = "; ".join(self.errors.values()) or f"it has none of {', '.join(CLASSES)}"
             raise InputError(f"{folder}: nothing there can be used: {reasons}")
         self.apply()
 
-    def apply(self) -> None:
-        """Use the files."""
+    def apply(self, file: str | None = None) -> None:
+        """Use the files, or only one of them."""
         for name, members in self._members.items():
-            for member, value in members.items():
+            for member, value in members.items() if file in (None, self._home[name]) else ():
                 cls = CLASSES[name]
                 self._former.append((cls, member, vars(cls).get(member, ABSENT)))
                 setattr(cls, member, value)
@@ -84,6 +85,22 @@ class Course:
             yield
         finally:
             self.apply()
+
+    @contextlib.contextmanager
+    def only(self, file: str) -> Iterator[None]:
+        """Only this one of the files within a ``with``, to see what it changes."""
+        self.undo()
+        try:
+            self.apply(file)
+            yield
+        finally:
+            self.undo()
+            self.apply()
+
+    @property
+    def files(self) -> list[str]:
+        """The files that are in use, such as "camera.py"."""
+        return list(dict.fromkeys(self._home.values()))
 
     def __enter__(self) -> "Course":
         return self

@@ -190,6 +190,12 @@ def _adopt() -> None:
 
     Kernels that were compiled before stay as they are. The program's own kernels that follow get the settings, too.
     """
+    running = running_settings()
+    if running.precision == "f64" and running.arch not in F64_ARCHS:
+        raise InputError(
+            f"Taichi runs on {running.arch}, which has no f64: start it by ti.init(arch=ti.{running.arch}, "
+            "default_fp=ti.f32), or on ti.cpu"
+        )
     config = impl.get_runtime().prog.config()
     for name, value in COMPILATION.items():
         setattr(config, name, value)
