@@ -150,7 +150,7 @@ def write_against(renderer: ProgressiveRenderer, picture: PictureRequest, reques
         expected = rendered()
     difference = np.abs(np.asarray(renderer.image()) - expected)
     place = written_bytes(against_path(path), encode_png(difference, srgb=False))
-    print(f"{place}: {described_difference(difference)}", flush=True)
+    print(f"{place}: the difference from the reference is {described_difference(difference)}", flush=True)
     if difference.max() > VISIBLE:
         for file in course.files:
             with course.only(file):
@@ -162,9 +162,7 @@ def described_difference(difference: np.ndarray) -> str:
     """How much a picture differs from the reference."""
     differs = (difference > VISIBLE).any(axis=-1)
     of = f"{differs.sum():,} of {differs.size:,} pixels differ by more than 1/255"
-    return (
-        f"the difference from the reference is at most {difference.max():.3g}, {difference.mean():.3g} on average; {of}"
-    )
+    return f"at most {difference.max():.3g}, {difference.mean():.3g} on average; {of}"
 
 
 def against_path(picture: Path) -> Path:

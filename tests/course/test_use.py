@@ -84,6 +84,8 @@ def test_the_command_line_writes_the_difference(folder, tmp_path, capsys):
     assert main([*words, "--course", str(folder), "--against", "reference"]) == 0
     told = capsys.readouterr()
     assert "the difference from the reference is at most 0." in told.out
+    alone = dict(line.split(" alone: at most ") for line in told.out.splitlines() if " alone: " in line)
+    assert float(alone["  ray_intersector.py"].split(",")[0]) > 0.01 > float(alone["  camera.py"].split(",")[0])
     assert "ray_intersector.py: RayIntersector.intersect_triangle" in told.err
     assert tt.read_image(tmp_path / "sphere_against_reference.png").max() > 0.01
 
