@@ -4,10 +4,14 @@ A camera, an environment, a sampler and a BRDF take over the student's methods. 
 of lights hold an object of the student's own class, for which triangles are counted from 1 (``course.geometry``).
 """
 
+import ast
+import contextlib
 import inspect
+import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
 import taichi as ti
 
 import taichi_tracer as tt
@@ -73,7 +77,46 @@ def taken(student: type, base: type, name: str, fit: Callable | None = None, met
     if fit is not None:
         members = {k: fit(v) if k in HANDOUT[name] else v for k, v in members.items()}
     members |= {"__module__": student.__module__, "__doc__": student.__doc__}
+    if name in CONSTRUCTED and (own := names_read(student) - set(members) - set(dir(base))):
+        members["__init__"] = with_attributes(base.__init__, student, own, CONSTRUCTED[name])  # type: ignore[misc]
     return with_some(type(name, (base,), members), name, lambda some: taken(student, base, name, fit, some))
+
+
+# What the constructor of a student's class gets, from the package's object.
+CONSTRUCTED: dict[str, Callable[[Any], dict[str, Any]]] = {
+    "Camera": lambda camera: {"width": int(camera.width), "height": int(camera.height)},
+    "Environment": lambda environment: {"image": np.ascontiguousarray(environment.image)},
+}
+
+
+def names_read(student: type) -> set[str]:
+    """The attributes of ``self`` that the methods of a class read."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(student)))
+    except (OSError, TypeError, SyntaxError):
+        return set()
+    of_self = (node for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load))
+    return {node.attr for node in of_self if isinstance(node.value, ast.Name) and node.value.id == "self"}
+
+
+def constructed(student: type, given: dict[str, Any]) -> dict[str, Any]:
+    """The attributes that the constructor of a student's class sets, as far as it comes."""
+    made = student.__new__(student)
+    with contextlib.suppress(Exception):  # it may ask for more than what is given
+        student.__init__(made, **given)  # type: ignore[misc]
+    return dict(vars(made))
+
+
+def with_attributes(usual: Callable, student: type, own: set[str], given: Callable[[Any], dict[str, Any]]) -> Callable:
+    """A constructor of a package's class that also sets what only the student's sets, such as a ratio or a table."""
+
+    def begin(self: Any, *arguments: Any, **options: Any) -> None:
+        usual(self, *arguments, **options)
+        lacking = {name for name in own if not hasattr(self, name)}
+        if lacking:
+            vars(self).update({k: v for k, v in constructed(student, given(self)).items() if k in lacking})
+
+    return begin
 
 
 def with_some(cls: Any, name: str, make: Callable[[Sequence[str]], type]) -> type:
@@ -169,7 +212,13 @@ def renderer_of(student: type, base: type) -> type:
 
     def theirs_of(self: Any) -> Any:
         if "_theirs" not in vars(self):
-            vars(self)["_theirs"] = object_of(own, renderer=self, scene_data=CourseScene(self.scene_data))
+            theirs = object_of(own, renderer=self, scene_data=CourseScene(self.scene_data))
+            lacking = {name for name in names_read(student) if not hasattr(theirs, name)}
+            if lacking:
+                given = {"width": int(self.width), "height": int(self.height), "scene_data": theirs.scene_data}
+                made = constructed(student, given)
+                vars(theirs).update({name: value for name, value in made.items() if name in lacking})
+            vars(self)["_theirs"] = theirs
         return vars(self)["_theirs"]
 
     def begin(self: Any, *arguments: Any, **options: Any) -> None:

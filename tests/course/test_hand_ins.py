@@ -35,6 +35,16 @@ STYLES: dict[str, dict[str, list[tuple[str, str]]]] = {
             ("if 0 <= u <= 1 and v >= 0 and u + v <= 1", "if u >= 0 and v >= 0 and (1 - u - v) >= 0")
         ],
     },
+    "attributes of the constructor": {
+        "camera.py": [
+            ("        self.height = height\n", "        self.height = height\n        self.ratio = width / height\n"),
+            ("(self.width / self.height)", "self.ratio"),
+        ],
+        "renderer.py": [
+            ("        self.RAY_OFFSET = 1e-6\n", "        self.RAY_OFFSET = 1e-6\n        self.brdf = BRDF()\n"),
+            ("w_i = BRDF.sample_direction(material, w_o, n)", "w_i = self.brdf.sample_direction(material, w_o, n)"),
+        ],
+    },
     "helpers, and imports from the package": {
         "camera.py": [
             ("from .ray import Ray", "from taichi_tracer.ray import Ray"),
@@ -115,6 +125,12 @@ def test_a_hand_in_is_found_wherever_the_zip_has_it(around, tmp_path):
 @pytest.mark.parametrize("style", list(STYLES)[1:])
 def test_right_ones_in_other_styles_get_all_points(style, tmp_path):
     found = marks(hand_in(tmp_path, STYLES[style]), "a1")
+    assert {name: part.message for name, part in found.items() if part.status != RIGHT} == {}
+
+
+@pytest.mark.long
+def test_a_renderer_may_use_what_its_constructor_makes(tmp_path):
+    found = marks(hand_in(tmp_path, STYLES["attributes of the constructor"]), "a2")
     assert {name: part.message for name, part in found.items() if part.status != RIGHT} == {}
 
 
