@@ -19,6 +19,7 @@ from taichi_tracer.system.registry import PARTS, load_parts
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 README = DOCUMENTS[0].read_text(encoding="utf-8")
 
 
@@ -65,6 +66,27 @@ def test_links_lead_somewhere(document):
     targets = re.findall(r"\]\(([^)#]+)", document.read_text(encoding="utf-8"))
     missing = [t for t in targets if not t.startswith("https://") and not (document.parent / t).exists()]
     assert missing == []
+
+
+EXAMPLES = ("my_parts.py", "solution/shapes.py", "sphere/", "DIR/index.html", "pixel.html", "difference.html")
+NAME_OF_A_FILE = re.compile(r"(?<![\w./-])((?:[\w-]+/)*[\w-]+\.(?:py|js|css|html))(?!\w)")
+
+
+@pytest.mark.parametrize("document", [*DOCUMENTS, ROOT / "benchmarks" / "RESULTS.md"], ids=lambda p: p.name)
+def test_every_file_that_is_named_exists(document):
+    """Somewhere in the project; a folder may be left out."""
+    there = [p.relative_to(ROOT).as_posix() for p in ROOT.rglob("*") if p.is_file() and ".venv" not in p.parts]
+    named = {name for name in NAME_OF_A_FILE.findall(document.read_text("utf-8")) if not name.startswith(EXAMPLES)}
+    assert [name for name in sorted(named) if not any(f"/{path}".endswith(f"/{name}") for path in there)] == []
+
+
+def test_code_that_a_document_quotes_is_in_the_file_that_it_names():
+    """A block of Python after a sentence that ends with a file in brackets: each of its lines is one of this file."""
+    quoted = re.findall(r"\(`((?:[\w-]+/)*[\w-]+\.py)`\)[^\n]*:\n\n```python\n(.*?)```", DESIGN, re.DOTALL)
+    assert len(quoted) >= 2
+    for file, block in quoted:
+        lines = {line.strip() for line in (ROOT / "taichi_tracer" / file).read_text("utf-8").splitlines()}
+        assert [line for line in block.splitlines() if line.strip() not in lines] == [], file
 
 
 def test_the_readme_shows_every_view_and_names_every_scene():
