@@ -10,7 +10,10 @@ from collections.abc import Callable
 from time import perf_counter, thread_time
 from typing import Any
 
+import taichi as ti
+
 from taichi_tracer.system import compiling
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, part
 
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
@@ -31,7 +34,10 @@ def counting_reading(create: Callable) -> Callable:
 
 
 def counting_translating(compile_it: Callable) -> Callable:
-    """``Program.compile_kernel``, which tells ``compiling`` of each kernel."""
+    """``Program.compile_kernel``, which tells ``compiling`` of each kernel.
+
+    What a GPU's backend cannot compile is told in one line, with what works instead.
+    """
 
     @functools.wraps(compile_it)
     def compiled(*words: Any) -> Any:
@@ -39,6 +45,13 @@ def counting_translating(compile_it: Callable) -> Callable:
         try:
             with part(KERNELS_MADE):
                 return compile_it(*words)
+        except RuntimeError as error:
+            arch = getattr(words[0], "arch", None)
+            if arch in (None, ti.x64, ti.arm64):
+                raise
+            lines = str(error).strip().splitlines() or [type(error).__name__]
+            text = f"{arch.name} cannot compile a kernel ({lines[0]}): use the CPU, by --arch cpu or tt.init('cpu')"
+            raise InputError(text) from error
         finally:
             compiling.note_translating(words[-1], perf_counter() - start, thread_time() - processor)
 

@@ -3,8 +3,10 @@
 from types import SimpleNamespace
 
 import pytest
+import taichi as ti
 
 from taichi_tracer.system import compiling
+from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.taichi_17 import kernels
 
 
@@ -41,3 +43,15 @@ def test_each_kernel_has_a_name_and_its_seconds(monkeypatch):
     assert [kernel.reading for kernel in compiling.kernels()] == pytest.approx([0.5, 0.1])
     assert [kernel.translating for kernel in compiling.kernels()] == pytest.approx([0.01, 1.0])
     assert [kernel.name for kernel in compiling.kernels(since=2.5)] == ["_clear"]
+
+
+def test_what_a_gpu_cannot_compile_is_one_line():
+    def fails(*_words):
+        raise RuntimeError("[lower_matrix_ptr.cpp:visit@535] not dynamic indexable.\nFile ...")
+
+    translate = kernels.counting_translating(fails)
+    kernel = SimpleNamespace()
+    with pytest.raises(InputError, match=r"^vulkan cannot compile a kernel \(.*not dynamic indexable.\): use the CPU"):
+        translate(SimpleNamespace(arch=ti.vulkan), None, kernel)
+    with pytest.raises(RuntimeError, match="lower_matrix_ptr"):
+        translate(SimpleNamespace(arch=ti.x64), None, kernel)
