@@ -32,7 +32,7 @@ from taichi_tracer.system.wings import wing
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
 SUM = "sum"  # the caption of the last picture of a contact sheet
 PROFILE = ".profile.html"  # the ending of the page that tells where the time of a picture went
-VISIBLE = 1 / 255
+VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -149,8 +149,10 @@ def write_against(renderer: ProgressiveRenderer, picture: PictureRequest, reques
     with course.reference():
         expected = rendered()
     difference = np.abs(np.asarray(renderer.image()) - expected)
-    place = written_bytes(against_path(path), encode_png(difference, srgb=False))
-    print(f"{place}: the difference from the reference is {described_difference(difference)}", flush=True)
+    factor = 1 / max(float(difference.max()), LEAST_SHOWN)
+    place = written_bytes(against_path(path), encode_png(difference * factor, srgb=False))
+    told = f"the difference from the reference is {described_difference(difference)}"
+    print(f"{place}: {told}; it is shown {factor:.3g} times as bright", flush=True)
     if difference.max() > VISIBLE:
         for file in course.files:
             with course.only(file):

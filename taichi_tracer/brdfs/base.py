@@ -95,6 +95,24 @@ class Brdf:
         return value
 
 
+@ti.data_oriented
+@seams()
+class DeltaBrdf(Brdf):
+    """A BRDF that reflects into single directions. A subclass defines ``sample`` and ``weight``."""
+
+    is_delta = reaches_all = True
+
+    @ti.func
+    def eval(self, material, w_o, w_i, n):
+        """0, because a direction from any other source than ``sample`` is never exactly that of a sample."""
+        return tm.vec3(0)
+
+    @ti.func
+    def pdf(self, material, w_o, w_i, n):
+        """0, for the same reason as ``eval``."""
+        return 0.0
+
+
 @ti.func
 def eval_over_pdf(brdf: ti.template(), material, w_o, w_i, n):
     """f_r max(n·ω_i, 0) / pdf as a quotient; 0 where the pdf is 0, as on the horizon, which ξ = 0 can give."""

@@ -19,7 +19,7 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.brdfs.base import Brdf, DeltaBrdf
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.random_numbers import given_or_drawn
@@ -99,26 +99,15 @@ class Microfacet(Brdf):
 @register
 @ti.data_oriented
 @seams()
-class SmoothConductor(Brdf):
+class SmoothConductor(DeltaBrdf):
     """The limit of ``Microfacet`` for α → 0: f_r = F δ(ω_i − ω_r) / cos θ_i."""
 
     name = "smooth_metal"
-    is_delta = reaches_all = True
     needs = f"a material with alpha_x and alpha_y > 0 that are below {SMOOTH_BELOW:.0e}"
 
     def describes(self, material: Any, dtype: type) -> bool:
         """A roughness that is below what the precision resolves."""
         return material.is_rough and max(material.alpha_x, material.alpha_y) < SMOOTH_BELOW
-
-    @ti.func
-    def eval(self, material, w_o, w_i, n):
-        """0, because a direction from any other source than ``sample`` is never exactly ω_r."""
-        return tm.vec3(0)
-
-    @ti.func
-    def pdf(self, material, w_o, w_i, n):
-        """0, for the same reason as ``eval``."""
-        return 0.0
 
     @ti.func
     def sample(self, material, w_o, n, xi):

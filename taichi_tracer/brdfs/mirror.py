@@ -5,7 +5,7 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.brdfs.base import DeltaBrdf
 from taichi_tracer.brdfs.phong import MIRROR_FROM
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.system.registry import register
@@ -15,26 +15,15 @@ from taichi_tracer.system.seams import seams
 @register
 @ti.data_oriented
 @seams()
-class Mirror(Brdf):
+class Mirror(DeltaBrdf):
     """f_r = Kd δ(ω_i − ω_r)."""
 
     name = "mirror"
-    is_delta = reaches_all = True
     needs = f"a material with an Ns of {MIRROR_FROM:.0e} or more"
 
     def describes(self, material: Any, dtype: type) -> bool:
         """Ns so large that the lobe is narrower than the rounding error of a direction in f32."""
         return material.Ns >= MIRROR_FROM and not material.is_rough
-
-    @ti.func
-    def eval(self, material, w_o, w_i, n):
-        """0, because a direction from any other source than ``sample`` is never exactly ω_r."""
-        return tm.vec3(0)
-
-    @ti.func
-    def pdf(self, material, w_o, w_i, n):
-        """0, for the same reason as ``eval``."""
-        return 0.0
 
     @ti.func
     def sample(self, material, w_o, n, xi):

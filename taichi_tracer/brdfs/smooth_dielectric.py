@@ -7,7 +7,7 @@ this folder counts.
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.brdfs.base import Brdf
+from taichi_tracer.brdfs.base import DeltaBrdf
 from taichi_tracer.formulas.frames import mirrored
 from taichi_tracer.formulas.fresnel import fresnel_dielectric, refracted
 from taichi_tracer.system.registry import register
@@ -19,7 +19,7 @@ GLASS = 7  # the ``illum`` of MTL files for "transparency: refraction on, reflec
 @register
 @ti.data_oriented
 @seams()
-class Dielectric(Brdf):
+class Dielectric(DeltaBrdf):
     """Two directions: ω_r with the probability F of Fresnel's equations, the refracted one with 1 − F.
 
     The weight of both is 1, because F and 1 − F cancel. Radiance also changes by the factor η² where light enters a
@@ -28,22 +28,12 @@ class Dielectric(Brdf):
     """
 
     name = "dielectric"
-    is_delta, transmits, reaches_all = True, True, True
+    transmits = True
     needs = "a material with illum 7, or with d < 1 and Ni"
 
     def describes(self, material, dtype: type) -> bool:
         """illum 7, or d < 1 with an index of refraction Ni other than 1."""
         return material.value("illum", 0.0) == GLASS or (material.d < 1 and material.Ni != 1)
-
-    @ti.func
-    def eval(self, material, w_o, w_i, n):
-        """0, because a direction from any other source than ``sample`` is never exactly one of the two."""
-        return tm.vec3(0)
-
-    @ti.func
-    def pdf(self, material, w_o, w_i, n):
-        """0, for the same reason as ``eval``."""
-        return 0.0
 
     @ti.func
     def sample(self, material, w_o, n, xi):
