@@ -7,13 +7,14 @@ import taichi as ti
 import taichi_tracer as tt
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.brdfs.microfacet import Microfacet
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import BUILT_IN, Material, MaterialLibrary
 from taichi_tracer.system import memory, runtime
 
-SHIPPED = (Diffuse(), Phong(), Mirror())
+SHIPPED = (Diffuse(), Phong(), Mirror(), Microfacet())
 
 
 def library_of(materials, brdfs=SHIPPED):
