@@ -118,7 +118,8 @@ class CameraSettings(metaclass=AbstractAnnotation):
         self._memory.fields.place(self.camera_to_world, self.half_size, self.centre, self.x, self.y, self.z)
         self._memory.fields.dense(ti.i, 10).place(self._numbers)
         self._memory.allocate()
-        self._tables = Tables()
+        # Of the numbers alone, and with the matrix: a kernel that loads tables is read for a fixed list of them.
+        self._numbers_alone, self._tables = Tables(), Tables()
         self._load()
 
     def set_camera_parameters(
@@ -255,20 +256,21 @@ class CameraSettings(metaclass=AbstractAnnotation):
     def _load(self) -> None:
         """Copy the view into the fields that kernels read, and then the matrix, which may be made of them."""
         angle = 0.0 if self.is_parallel else self.view.angle(self.width / self.height)
-        tables, dtype = self._tables, runtime.dtype()
-        tables.put(self.half_size, np.array(self.compute_half_size(), dtype))
-        tables.put(self.centre, np.array(self.compute_centre(), dtype))
-        tables.put(self._numbers, np.array([*self.view.eye, *self.view.at, *self.view.up, angle], dtype))
-        if "compute_matrix" in replaced(self):
+        is_replaced, dtype = "compute_matrix" in replaced(self), runtime.dtype()
+        for tables in (self._numbers_alone, self._tables) if is_replaced else (self._tables,):
+            tables.put(self.half_size, np.array(self.compute_half_size(), dtype))
+            tables.put(self.centre, np.array(self.compute_centre(), dtype))
+            tables.put(self._numbers, np.array([*self.view.eye, *self.view.at, *self.view.up, angle], dtype))
+        if is_replaced:
             self._load_replaced_matrix()
         else:
             self._put_matrix(self.compute_matrix())
-            tables.load(self._memory)
+            self._tables.load(self._memory)
         self.version += 1
 
     def _load_replaced_matrix(self) -> None:
         """Let a student's ``compute_matrix`` return the matrix, or set the fields, as it does in the course."""
-        self._tables.load(self._memory)
+        self._numbers_alone.load(self._memory)
         if runs_in_kernels(self.compute_matrix):
             self._load_own_matrix()
             return

@@ -1,4 +1,7 @@
-"""How tests start Taichi and find real meshes; TAICHI_TRACER_DEBUG=1 checks the bounds of every read (slow)."""
+"""How tests start Taichi and find real meshes.
+
+TAICHI_TRACER_DEBUG=1 checks the bounds of every read (slow); TAICHI_TRACER_TESTS_ARCH=vulkan takes another backend.
+"""
 
 import contextlib
 import os
@@ -10,15 +13,18 @@ import pytest
 from taichi_tracer.system import arrays, runtime
 from taichi_tracer.system.taichi_17 import patches
 
+ARCH = os.environ.get("TAICHI_TRACER_TESTS_ARCH", "cpu")  # of contract tests and of the course's scripts
 DEBUG = os.environ.get("TAICHI_TRACER_DEBUG") == "1"
 DATA = Path(__file__).parent.parent.parent / "shared" / "data"
 
 
 def start(precision: str = "f32", **options) -> None:
-    """Taichi on the CPU in a precision, whatever ran before."""
-    wanted = runtime.Settings("cpu", precision, options.get("fast_math", False))
+    """Taichi on the CPU, or on ``ARCH``, in a precision, whatever ran before."""
+    if precision == "f64" and ARCH not in runtime.F64_ARCHS:
+        pytest.skip(f"{ARCH} has no f64")
+    wanted = runtime.Settings(ARCH, precision, options.get("fast_math", False))
     if runtime.current() != wanted or options:
-        runtime.init("cpu", precision, force=True, debug=DEBUG, **options)
+        runtime.init(ARCH, precision, force=True, debug=DEBUG, **options)
 
 
 def long_except(values, *quick) -> list:
