@@ -59,7 +59,7 @@ def name_of(source: str | Path) -> str:
     return names.get(Path(source), str(source))
 
 
-def find_scene(name: str | Path) -> Path:
+def find_scene(name: str | Path | None) -> Path:
     """The file that belongs to the name of a shipped scene or to a path."""
     if not isinstance(name, str | os.PathLike):
         raise InputError(f"scene: give the name of a shipped scene or the path of a file, not {name!r}")
@@ -138,7 +138,11 @@ def find_course_file(name: SceneName | EnvironmentName, extensions: Sequence[str
 
 @with_options(SceneOptions, SCENE_DEFAULTS, environment=FILE, background=FILE)
 def load_scene_data(
-    name_or_path: str | Path | SceneName, environment_name: Any = None, **options: "Unpack[SceneOptions]"
+    name_or_path: str | Path | SceneName | None = None,
+    environment_name: Any = None,
+    *,
+    scene_name: SceneName | None = None,
+    **options: "Unpack[SceneOptions]",
 ) -> SceneData:
     """Read a scene.
 
@@ -146,13 +150,16 @@ def load_scene_data(
         name_or_path: a name in ``scene_data_dir`` ("cornell_box"), or a path (.obj .ply .stl .glb .gltf .off .xml); or
             a scene of the course.
         environment_name: as in the course, the same as the option ``environment``. A scene of the course is black
-            without it, as there.
+            without it, as there. scene_name: the course's name of the first argument.
         options: see ``options.SceneOptions``.
 
     Raises:
         InputError: the file cannot be used; the message has its name and, if there is one, the line and the value.
     """
     check_options("load_scene_data", options, SCENE_DEFAULTS)
+    name_or_path = scene_name if name_or_path is None else name_or_path
+    if environment_name is None and isinstance(name_or_path, SceneName) and "environment" not in options:
+        environment_name = EnvironmentName.BLACK
     if environment_name is not None:
         options["environment"] = environment_name
     environment = options.get("environment")

@@ -182,6 +182,17 @@ def test_environment_samples_are_counted_where_light_is(f32):
     assert share[5, 5] == pytest.approx(expected[5, 5], abs=4 * np.sqrt(0.25 / 12800))  # within 4 standard deviations
 
 
+def test_the_arguments_of_the_course_have_their_names(f32):
+    scene = load_scene_data(scene_name=SceneName.CUBE, environment_name=EnvironmentName.GREY)
+    assert scene.environment.constant == pytest.approx((0.12, 0.12, 0.12))
+    black = load_scene_data(SceneName.CUBE)
+    assert black.environment.is_black
+    black.environment.set_intensity(2.0)
+    assert black.environment.intensity[None] == 2
+    with pytest.raises(tt.InputError, match="give the name of a shipped scene"):
+        load_scene_data()
+
+
 @ti.kernel
 def frame_and_mirror(n: tm.vec3, w_o: tm.vec3) -> tm.mat4:
     frame = ortho_frames(n)
