@@ -47,7 +47,7 @@ def test_frames_are_sent_while_they_are_shown(scene):
         picture.send = lambda content, buffers: sent.append((content, bytes(buffers[0])))
         picture._handle_custom_msg({"type": "ack", "id": 0}, [])
         await until(lambda: sent and sent[-1][0]["kind"] == "png")
-        assert (sent[-1][0]["width"], sent[-1][0]["view"]) == (24, "normal")
+        assert (sent[0][0]["width"], sent[-1][0]["view"]) == (24, "normal")  # the size comes with the first frame alone
         assert sent[-1][1].startswith(b"\x89PNG")
 
         unshown = len(sent)  # nothing was acknowledged since
