@@ -31,12 +31,18 @@ class HeldInt(_Held, int):
     def __getitem__(self, index: None) -> int:
         return int(self)
 
+    def __reduce__(self) -> Any:
+        return int, (int(self),)  # a copy belongs to no object
+
 
 class HeldFloat(_Held, float):
     """A real number."""
 
     def __getitem__(self, index: None) -> float:
         return float(self)
+
+    def __reduce__(self) -> Any:
+        return float, (float(self),)
 
 
 class HeldArray(_Held, np.ndarray):

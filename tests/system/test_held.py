@@ -1,5 +1,8 @@
 """Values that are read and written with ``[None]``, as the fields of the course."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 import taichi as ti
@@ -42,6 +45,15 @@ def test_a_part_of_a_vector_is_a_copy():
     vector = Owner().get("vector")
     vector[0] = 9
     assert vector.tolist() == [9, 2, 3]
+
+
+def test_a_copy_of_a_number_is_a_plain_number():
+    """A pickled one, too: what it belongs to is not copied with it."""
+    owner = Owner()
+    for name in ("number", "count"):
+        for made in (copy.deepcopy(owner.get(name)), pickle.loads(pickle.dumps(owner.get(name)))):
+            assert (type(made), made) == (type(owner.values[name]), owner.values[name])
+    assert pickle.loads(pickle.dumps(owner.get("vector"))).tolist() == [1, 2, 3]
 
 
 def test_numbers_have_no_other_index():
