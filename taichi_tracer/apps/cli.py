@@ -19,8 +19,10 @@ from taichi_tracer.apps.grammar import Parser, add_command, load, load_parts
 from taichi_tracer.apps.interruption import EXIT_CODE
 from taichi_tracer.apps.words import USER_ERROR, as_value, let_every_character_print, note, told, values_of
 from taichi_tracer.system import clock, leftovers
-from taichi_tracer.system.errors import InputError, StaleSceneError
+from taichi_tracer.system.errors import CannotCompileError, InputError, StaleSceneError
 from taichi_tracer.system.wings import missing_wing
+
+RUNTIME = "taichi_tracer.system.runtime"  # imports Taichi
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -51,6 +53,8 @@ def main(argv: list[str] | None = None) -> int:
         return EXIT_CODE + signal.SIGINT
     except Exception as error:
         leftovers.remove()
+        if isinstance(error, CannotCompileError) and importlib.import_module(RUNTIME).go_on_with_the_cpu(error.args[0]):
+            return main(argv)
         text = text_of(error, words, parts)
         if text is None or "--debug" in words:
             raise

@@ -4,7 +4,6 @@ import importlib.metadata
 import importlib.util
 import os
 import platform
-import subprocess
 import sys
 import tempfile
 import time
@@ -19,7 +18,7 @@ import taichi as ti
 import taichi_tracer
 from taichi_tracer.apps import display
 from taichi_tracer.files.images import ENCODERS, save_image
-from taichi_tracer.system import runtime
+from taichi_tracer.system import runtime, trial
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.errors import InputError
 
@@ -108,45 +107,16 @@ def backend_lines() -> Iterator[Line]:
     yield Line("backend chosen", f"{settings.arch}; a first kernel took {time.perf_counter() - start:.2f} s")
 
 
-PICTURE = """
-import sys, warnings
-import numpy as np
-import taichi_tracer as tt
-warnings.simplefilter("ignore")
-chosen = tt.init(sys.argv[1])
-scene = tt.load_scene_data("specular_spheres", environment="studio")
-print(chosen.arch, float(np.asarray(tt.A2Renderer(scene, 16, 16).use("brdf").render(1).image()).mean()))
-"""
-SAME_PICTURE = 1e-3  # of the mean
-SECONDS_OF_A_PICTURE = 120
-
-
 def picture_lines() -> Iterator[Line]:
     """A small picture of light on each backend that this machine has, beside the CPU's; Vulkan may be software."""
     archs = [arch for arch in ("cuda", "metal") if runtime.has_device(arch)]
     archs += ["vulkan"] if runtime.vulkan_devices() else []
-    right, told = picture_on("cpu")
-    yield Line("picture on cpu", told, right is not None)
-    for arch in archs:
-        mean, told = picture_on(arch)
-        is_right = None not in (mean, right) and abs(mean - right) <= SAME_PICTURE * abs(right)  # type: ignore
-        found = told if is_right or mean is None else f"another one: {told}"
-        yield Line(f"picture on {arch}", found, is_right, USE_CPU)
-
-
-def picture_on(arch: str) -> tuple[float | None, str]:
-    """(mean, what is told) of a picture that a process of its own renders: a driver may end it."""
-    start = time.perf_counter()
-    command = [sys.executable, "-c", PICTURE, arch]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS_OF_A_PICTURE)
-    except subprocess.TimeoutExpired:
-        return None, f"not ready after {SECONDS_OF_A_PICTURE} s"
-    words = done.stdout.split()
-    if done.returncode != 0 or words[-2:-1] != [arch]:
-        lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
-        return None, lines[-1][:FOUND_WIDTH]
-    return float(words[-1]), f"in {time.perf_counter() - start:.1f} s with the start of Python"
+    right, told = trial.picture_on("cpu")
+    yield Line("picture on cpu", told[:FOUND_WIDTH], right is not None)
+    for arch in archs if right is not None else []:
+        mean, told = trial.picture_on(arch)
+        problem = trial.difference(mean, told, right)
+        yield Line(f"picture on {arch}", (problem or told)[:FOUND_WIDTH], problem is None, USE_CPU)
 
 
 def patches_line(told: dict[str, str]) -> Line:

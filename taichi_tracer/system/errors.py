@@ -8,6 +8,13 @@ class InputError(ValueError):
     """The input cannot be used. The command line prints only the message and exits with code 2."""
 
 
+class CannotCompileError(InputError):
+    """The backend of a graphics card cannot compile a kernel. The argument says which backend, and why."""
+
+    def __str__(self) -> str:
+        return f"{self.args[0]}: use the CPU, by --arch cpu or tt.init('cpu')"
+
+
 class MissingFileError(InputError, FileNotFoundError):
     """A named file does not exist or cannot be opened."""
 

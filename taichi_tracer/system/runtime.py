@@ -12,6 +12,7 @@ import functools
 import importlib
 import io
 import os
+import platform
 import struct
 import sys
 from dataclasses import dataclass
@@ -21,12 +22,14 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
+from taichi_tracer.system import trial
 from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 
 ARCHS = ("auto", "cpu", "cuda", "metal", "vulkan")
 PRECISIONS = ("f32", "f64")
-AUTO = ("cuda",)  # what "auto" tries before the CPU
+AUTO = ("cuda", "metal", "vulkan")  # what "auto" tries before the CPU
+TRIED = ("metal", "vulkan")  # "auto" takes them only if a picture on them is right: their drivers differ, see ``trial``
 F64_ARCHS = ("cpu", "cuda")  # Metal has no f64; Vulkan has it only in an extension, which Taichi does not use
 # What kernels of the package need here and there, and only some backends can: what it is → where.
 ABILITIES = {
@@ -69,8 +72,9 @@ def init(
     """Start Taichi. This call is optional: the first scene starts Taichi with these defaults.
 
     Args:
-        arch: "cpu", "cuda", "metal", "vulkan", or "auto". "auto" takes CUDA if there is a device for it, otherwise the
-            CPU. By its name, Vulkan is also started where it is only software.
+        arch: "cpu", "cuda", "metal", "vulkan", or "auto". "auto" takes the first of CUDA, Metal and Vulkan that has a
+            device, otherwise the CPU. It takes Metal and Vulkan only if a small picture on them is the CPU's: this is
+            tried once for each driver. By its name, Vulkan is also started where it is only software.
         precision: "f32" or "f64", for every coordinate and colour.
         fast_math: whether the compiler may ignore NaN, infinity and exact rounding. The default is False, because the
             watertight triangle test and the film's compensated sums need exact rounding. The accuracy study shows how
@@ -85,7 +89,7 @@ def init(
         InputError: a name is unknown, or the backend has no f64.
         RuntimeError: Taichi runs with other settings and ``force`` is False.
     """
-    global _fell_back_from
+    global _fell_back_from, _was_free
     check_not_forked()
     _check_settings(arch, precision, threads)
     running = current()
@@ -102,7 +106,7 @@ def init(
         )
 
     chosen, message = _choose(arch, precision)
-    _fell_back_from = arch if chosen != arch else None
+    _fell_back_from, _was_free = (arch if chosen != arch else None), arch == "auto"
     note = _start(Settings(chosen, precision, bool(fast_math)), debug, threads)
     _tell(message, note)
     return running_settings()
@@ -140,7 +144,9 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
             default_fp=getattr(ti, settings.precision),
             fast_math=settings.fast_math,
             debug=debug,
-            log_level=ti.ERROR,
+            log_level=ti.ERROR
+            if settings.arch == "cpu"
+            else ti.CRITICAL,  # what a GPU cannot compile is told by an error
             **COMPILATION,
             cpu_max_num_threads=workers(threads),
             **({} if cache == wanted else elsewhere),
@@ -172,6 +178,24 @@ def workers(threads: int | None) -> int:
 
 
 _fell_back_from: str | None = None  # the requested arch, if the running Taichi was started with another one
+_was_free = False  # whether the running Taichi was started with arch "auto"
+
+
+def go_on_with_the_cpu(reason: str) -> bool:
+    """Start Taichi again on the CPU, if it runs on a GPU that "auto" has chosen. Whoever calls begins from the start.
+
+    Args:
+        reason: why the GPU cannot be used; the user is told.
+
+    Returns:
+        whether it was started again.
+    """
+    running = current()
+    if running is None or running.arch == "cpu" or not _was_free:
+        return False
+    _tell(f"{reason}; going on with the CPU")
+    init("cpu", running.precision, running.fast_math, force=True)
+    return True
 
 
 def ensure() -> Settings:
@@ -296,14 +320,25 @@ def _choose(arch: str, precision: str) -> tuple[str, str | None]:
     """The backend to start, and a message for the user, or None. ``ti.gpu`` would crash if there is no driver."""
     wanted = [arch] if arch != "auto" else AUTO
     wanted = [a for a in wanted if precision == "f32" or a in F64_ARCHS]
+    problems = []
     for candidate in wanted:
-        if candidate == "cpu" or has_device(candidate):
+        if candidate != "cpu" and not has_device(candidate):
+            continue
+        problem = _problem_of(candidate) if arch == "auto" and candidate in TRIED else None
+        if problem is None:
             return candidate, None
+        problems.append(f"; {candidate} does not render as the CPU does ({problem})")
     if arch == "auto":
-        return "cpu", f"running on the CPU; no GPU was found for {', '.join(wanted)}"
+        return "cpu", "running on the CPU" + ("".join(problems) or f"; no GPU was found for {', '.join(wanted)}")
     if arch == "vulkan" and any(d.is_software for d in vulkan_devices()):
         return arch, "running on Vulkan in software, which is slower than arch 'cpu'"
     return "cpu", f"running on the CPU; arch {arch!r} was asked for, but there is no device for it"
+
+
+def _problem_of(arch: str) -> str | None:
+    """Why "auto" cannot take a backend that has a device; see ``trial``."""
+    names = [device.name for device in vulkan_devices()] if arch == "vulkan" else [platform.platform()]
+    return trial.problem_of(arch, ", ".join(names))
 
 
 def has_device(arch: str) -> bool:

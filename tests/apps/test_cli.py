@@ -858,3 +858,27 @@ def test_a_profile_of_several_pictures_or_machines_is_refused(words, why, tmp_pa
     (line,) = [line for line in capsys.readouterr().err.splitlines() if "error" in line]
     assert why in line
     assert list(tmp_path.iterdir()) == []
+
+
+ON_VULKAN = """
+import sys
+from taichi_tracer.system import runtime
+runtime.has_device = lambda arch: arch == "vulkan"
+runtime.trial.problem_of = lambda arch, driver: None
+runtime.ABILITIES["dynamic lanes"] += ("vulkan",)  # which is not true: pictures of light do not compile there
+from taichi_tracer.apps.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.skipif(not runtime.vulkan_devices(), reason="no Vulkan here")
+@pytest.mark.parametrize("arch", ["auto", "vulkan"])
+def test_auto_goes_on_with_the_cpu_where_a_gpu_cannot_compile_a_kernel(arch, tmp_path):
+    words = ["render", "cornell_box", "--estimator", "light", "--spp", "1", "--size", "8x8", "-o", "a.png"]
+    words += ["--arch", arch]
+    environment = os.environ | {"PYTHONPATH": str(PACKAGE)}
+    options = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True, "timeout": 120}
+    done = subprocess.run([sys.executable, "-c", ON_VULKAN, *words], **options)
+    assert "vulkan cannot compile a kernel" in done.stderr
+    assert ("going on with the CPU" in done.stderr) is (arch == "auto")
+    assert (done.returncode, (tmp_path / "a.png").exists()) == ((0, True) if arch == "auto" else (2, False))

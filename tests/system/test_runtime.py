@@ -43,6 +43,7 @@ def devices(monkeypatch):
     """The backends that have a device, to be chosen by the test."""
     there = set()
     monkeypatch.setattr(runtime, "has_device", there.__contains__)
+    monkeypatch.setattr(runtime.trial, "problem_of", lambda arch, driver: None)  # each of them renders well
     return there
 
 
@@ -267,6 +268,8 @@ def test_a_new_scene_works_after_a_new_start():
     ("arch", "precision", "there", "chosen"),
     [
         ("auto", "f32", "cuda metal vulkan", "cuda"),
+        ("auto", "f32", "vulkan", "vulkan"),
+        ("auto", "f32", "metal", "metal"),
         ("metal", "f32", "metal vulkan", "metal"),
         ("auto", "f64", "cuda vulkan", "cuda"),
         ("vulkan", "f32", "cuda vulkan", "vulkan"),
@@ -283,7 +286,7 @@ def test_the_backend_is_what_was_asked_for_or_the_first_there(arch, precision, t
 @pytest.mark.parametrize(
     ("arch", "precision", "there", "message"),
     [
-        ("auto", "f32", "metal vulkan", "running on the CPU; no GPU was found for cuda"),
+        ("auto", "f32", "", "running on the CPU; no GPU was found for cuda, metal, vulkan"),
         ("auto", "f64", "metal vulkan", "running on the CPU; no GPU was found for cuda"),
         ("cuda", "f32", "vulkan", "running on the CPU; arch 'cuda' was asked for, but there is no device for it"),
         ("metal", "f32", "", "running on the CPU; arch 'metal' was asked for, but there is no device for it"),
@@ -293,6 +296,14 @@ def test_where_no_device_is_the_cpu_is_used_and_that_is_said(arch, precision, th
     devices.update(there.split())
     assert tt.init(arch, precision, force=True) == Settings("cpu", precision, False)
     assert capsys.readouterr() == ("", f"taichi_tracer: {message}\n")
+
+
+def test_auto_leaves_out_a_gpu_that_renders_another_picture(devices, monkeypatch):
+    devices.add("vulkan")
+    monkeypatch.setattr(runtime.trial, "problem_of", lambda arch, driver: "exit code -11")
+    told = "running on the CPU; vulkan does not render as the CPU does (exit code -11)"
+    assert runtime._choose("auto", "f32") == ("cpu", told)
+    assert runtime._choose("vulkan", "f32") == ("vulkan", None)
 
 
 def test_asking_for_devices_harms_nothing():

@@ -13,7 +13,7 @@ from typing import Any
 import taichi as ti
 
 from taichi_tracer.system import compiling
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import CannotCompileError
 from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, part
 
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
@@ -46,12 +46,11 @@ def counting_translating(compile_it: Callable) -> Callable:
             with part(KERNELS_MADE):
                 return compile_it(*words)
         except RuntimeError as error:
-            arch = getattr(words[0], "arch", None)
+            arch = getattr(words[-3], "arch", None)  # of the configuration, behind the program
             if arch in (None, ti.x64, ti.arm64):
                 raise
             lines = str(error).strip().splitlines() or [type(error).__name__]
-            text = f"{arch.name} cannot compile a kernel ({lines[0]}): use the CPU, by --arch cpu or tt.init('cpu')"
-            raise InputError(text) from error
+            raise CannotCompileError(f"{arch.name} cannot compile a kernel ({lines[0]})") from error
         finally:
             compiling.note_translating(words[-1], perf_counter() - start, thread_time() - processor)
 
