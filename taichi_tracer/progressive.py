@@ -35,7 +35,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.held import held
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.seams import called, in_kernels, replaced, seams, why_replaced
+from taichi_tracer.system.seams import called, fit, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, part
 from taichi_tracer.tones.display import Display
 
@@ -128,6 +128,7 @@ class ProgressiveRenderer(RenderedPicture):
         self.progress = Progress(Target())
         self.seconds_before, self.error_curves = 0.0, ErrorCurves()
         self.explainer: Any = None
+        self._of_sample: Any = None  # while a replaced ``shade_ray`` is compiled: the scene and the random numbers
         self.other: OtherTechnique | None = None
         self.display = Display()
         self.use(self.offers[0] if given["integrator"] is None else given["integrator"])
@@ -247,8 +248,11 @@ class ProgressiveRenderer(RenderedPicture):
     def radiance(self, scene, integrator, ray, hit, rng):
         """One sample of the radiance along the ray, from the integrator or from a replaced ``shade_ray``."""
         if "shade_ray" in self.replaced:
-            rng.scene = scene
-            return called(self.shade_ray, ray)
+            self._of_sample = scene, rng
+            try:
+                return called(self.shade_ray, ray)
+            finally:
+                self._of_sample = None
         return integrator.radiance(scene, ray, hit, rng)
 
     @ti.func
@@ -259,9 +263,9 @@ class ProgressiveRenderer(RenderedPicture):
 
     @in_kernels
     def _shade_hit(self, ray, hit):
-        rng = RandomNumbers.of_this_kernel()
-        scene = getattr(rng, "scene", None)  # that of ``radiance``; a student's own kernel has none
-        return self.active.radiance(self.kernel_scene() if scene is None else scene, ray, hit, rng)
+        in_a_kernel_of_your_own = self.kernel_scene(), RandomNumbers.of_this_kernel()
+        scene, rng = self._of_sample or in_a_kernel_of_your_own
+        return self.active.radiance(scene, ray, hit, rng)
 
     def kernel_scene(self) -> SceneInKernels:
         """The part of the scene that kernels use."""
@@ -331,6 +335,7 @@ class ProgressiveRenderer(RenderedPicture):
             environment = self.scene_data.environment if self.shows_light else None
             self.film.unseen.begin(environment, self.kernel_scene, self.width, self.height)
         self.reset()
+        fit(type(self.active))
         self.active.prepare(self.scene_data, self.camera)
         self._shown = self.state()
 

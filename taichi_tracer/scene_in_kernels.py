@@ -9,8 +9,8 @@ from taichi_tracer.brdfs.surface import Surface, surface_at
 from taichi_tracer.effects import Effects
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
-from taichi_tracer.lights.scene_lights import SceneLights, is_blocked, may_meet
-from taichi_tracer.ray import no_hit
+from taichi_tracer.lights.scene_lights import SceneLights
+from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.system.seams import in_kernels
 
 if TYPE_CHECKING:
@@ -74,13 +74,54 @@ class SceneInKernels:
 
         The caller multiplies the result by ``factor``. If ``factor`` is 0, no light is looked up and no ray is sent.
         """
-        light, _ = self.lights.visible(self, surface, w_i, factor)
+        light, _ = self.visible(surface, w_i, factor)
         return light
 
     @ti.func
+    def visible(self, surface, w_i, factor):
+        """(radiance, HitData): ``visible_radiance``, and what the ray along w_i hits.
+
+        In a scene without lamps, it is enough to know whether the ray hits anything: nothing else of the hit is found.
+        """
+        light, hit = tm.vec3(0), no_hit()
+        if factor.max() > 0 and surface.lets_pass(w_i):
+            ray = surface.ray_along(w_i)
+            if ti.static(self.lights.has_lamps):
+                hit = self.met(surface, ray)
+                light = self.lights.arriving(ray, hit)
+            else:
+                light = self.lights.from_far.radiance(ray, hit)
+                if light.max() > 0:
+                    hit.is_hit = self.is_blocked(surface, w_i, tm.inf)
+                    if hit.is_hit:
+                        light = tm.vec3(0)
+        return light, hit
+
+    @ti.func
+    def reflected_single(self, surface, rng):
+        """Light of the ``single`` lights that a surface reflects to the viewer: one sample of each light."""
+        total = tm.vec3(0)
+        for k in range(ti.static(len(self.lights.single))):
+            xi = rng.next_2d_of_term()
+            w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
+            for i in ti.static(range(len(self.lights.single))):
+                if k == i:
+                    w_i, distance, light, pdf = self.lights.single[i].sample(surface.origin, xi)
+            f_cos = surface.eval(w_i) * ti.max(0.0, tm.dot(surface.normal, w_i))
+            light = f_cos * light / pdf
+            if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
+                if not self.is_blocked(surface, w_i, distance):
+                    total += light
+        return total
+
+    @ti.func
     def is_blocked(self, surface, w_i, distance):
-        """Whether anything lies between a surface and a light in the direction w_i."""
-        return is_blocked(self.effects, self.ray_intersector, surface, w_i, distance)
+        """Whether anything lies between a surface and a light in the direction w_i; if nothing can, no ray is sent."""
+        blocked = False
+        if ti.static(self.effects.blockers != "none"):
+            if may_meet(self.effects, surface, w_i):
+                blocked = self.ray_intersector.is_occluded(Ray(origin=surface.origin, direction=w_i), distance)
+        return blocked
 
     @ti.func
     def met(self, surface, ray):
@@ -90,3 +131,12 @@ class SceneInKernels:
             if may_meet(self.effects, surface, ray.direction):
                 hit = self.ray_intersector.query_segment(ray, 0.0, tm.inf)
         return hit
+
+
+@ti.func
+def may_meet(effects: ti.template(), surface, w_i):
+    """Whether a ray that leaves a surface can hit anything, see ``Effects.blockers``."""
+    may = True
+    if ti.static(effects.blockers == "backs"):
+        may = surface.hit.is_backfacing != 0 or tm.dot(surface.geometric_normal, w_i) <= 0
+    return may

@@ -20,11 +20,12 @@ from taichi_tracer.forms import Parts
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
-from taichi_tracer.lights.scene_lights import FarLights, SceneLights
+from taichi_tracer.lights.scene_lights import FarLights
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system.seams import in_kernels
 
 pytestmark = pytest.mark.usefixtures("f32")
@@ -226,8 +227,8 @@ CODE = {
         lambda: (scene_of(Material(Ke=(1, 1, 1)), environment="black"), scene_of(environment="white")),
     ),
     "environment, none": (EnvironmentLight, "sample", lambda: (scene_of(lights=[Lamp()]), None)),
-    "far lights": (SceneLights, "visible", lambda: (scene_of(lights=[Lamp()]), scene_of(**LIT))),
-    "single lights": (SceneLights, "reflected_single", lambda: (scene_of(**LIT), scene_of(lights=[Lamp()]))),
+    "far lights": (SceneInKernels, "visible", lambda: (scene_of(lights=[Lamp()]), scene_of(**LIT))),
+    "single lights": (SceneInKernels, "reflected_single", lambda: (scene_of(**LIT), scene_of(lights=[Lamp()]))),
     "emitters": (MaterialLibrary, "get", lambda: (scene_of(background=(1, 1, 1)), scene_of(Material(Ke=(1, 1, 1))))),
     "spheres": (RayIntersector, "describe_sphere", lambda: (scene_of(**LIT), scene_of(mesh=BALL, **LIT))),
     "spheres, plain": (

@@ -48,6 +48,8 @@ INTERSECTOR = {
 }
 SCENE = {
     "emitted": Form(gave=("L_e",)),
+    "visible": Form("light from a direction", ("w_i",), ("L_i",), is_group=True),
+    "reflected_single": Form("lights that are sampled one by one", gave=("L",), is_group=True),
     "is_blocked": Form("shadow ray", ("w_i", "distance"), ("is_blocked",), is_group=True),
     "met": Form("the ray that leaves the surface", ("ray",), (), is_group=True),
 }
@@ -55,8 +57,6 @@ LIGHTS = {
     "sample": Form("a sample of the lights", ("xi",), ("w_i", "distance", "L_i", "pdf"), is_group=True),
     "pdf": Form("the lights' density", ("w_i",), ("pdf",)),
     "arriving": Form("light that arrives", gave=("L_i",)),
-    "visible": Form("light from a direction", ("w_i",), ("L_i",), is_group=True),
-    "reflected_single": Form("lights that are sampled one by one", gave=("L",), is_group=True),
 }
 SURFACE = {
     "sample": Form("a direction from the BRDF", ("xi",), ("w_i",)),

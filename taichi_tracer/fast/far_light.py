@@ -49,7 +49,7 @@ class FarLight(Integrator):
                 w_i, f_cos_over_pdf = self.direction(scene, surface, technique, xi_brdf, xi_light)
                 L += f_cos_over_pdf * self.visible_radiance(scene, surface, w_i, f_cos_over_pdf)
             if ti.static(len(scene.lights.single) > 0):
-                L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+                L += scene.reflected_single(surface, rng)
         return L
 
     @ti.func

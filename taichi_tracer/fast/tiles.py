@@ -27,9 +27,9 @@ from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.forms import Form
 from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.lights.near_misses import EYE
-from taichi_tracer.lights.scene_lights import may_meet
 from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS, lane_of
 from taichi_tracer.picture.progress import Progress
+from taichi_tracer.scene_in_kernels import may_meet
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import in_kernels
 

@@ -8,16 +8,18 @@ sample, a vec3. The film computes the mean of the samples (A2-9).
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.integrators.controls import Control
-from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels, seams
+
+if TYPE_CHECKING:
+    from taichi_tracer.scene_data import SceneData
 
 
 @ti.data_oriented
@@ -46,7 +48,7 @@ class Integrator:
     what, srgb, needs_light, samples_lights, samples_brdf = "estimator", True, True, True, True
     compensates, version = False, 0
 
-    def prepare(self, scene_data: SceneData, camera: ProjectiveCamera) -> None:
+    def prepare(self, scene_data: "SceneData", camera: ProjectiveCamera) -> None:
         """Bring values that depend on the scene or the camera up to date; it is called whenever a picture begins."""
 
     def facts(self) -> dict:

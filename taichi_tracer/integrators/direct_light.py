@@ -38,15 +38,15 @@ class DirectLight(Integrator):
                 if ti.static(scene.lights.can_be_met):
                     L += self.reflected(scene, surface, rng)
                 if ti.static(len(scene.lights.single) > 0):
-                    L += scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+                    L += scene.reflected_single(surface, rng)
         return L
 
     @ti.func
     def reflected(self, scene, surface, rng):
         """One sample of the light that a surface reflects: from the direction of ``sample``, or from a mirror's own."""
-        xi, xi_light = rng.next_2d_of_term(), rng.next_2d()
-        # A ``sample`` of your own may take ``xi``, or both pairs by the names ``xi_brdf`` and ``xi_light``.
-        w_i, f_cos_over_pdf = called(self.sample, scene, surface, xi=xi, technique=0, xi_brdf=xi, xi_light=xi_light)
+        xi = rng.next_2d_of_term()
+        rng.skip_2d()  # the pair for a sample of the lights, which only other estimators take
+        w_i, f_cos_over_pdf = self.sample(scene, surface, xi)
         if surface.is_delta():
             w_i = surface.sample(xi)
             f_cos_over_pdf = surface.weight(w_i)

@@ -34,7 +34,7 @@ def light_along(scene: ti.template(), surface, w_i, factor):
 
     The caller multiplies L by ``factor``. If ``factor`` is 0, no ray is sent, and L is 0.
     """
-    light, hit = scene.lights.visible(scene, surface, w_i, factor)
+    light, hit = scene.visible(surface, w_i, factor)
     pdf = 0.0
     if ti.static(scene.effects.samples_lights):
         pdf = scene.lights.pdf(surface.origin, surface.normal, w_i, hit)

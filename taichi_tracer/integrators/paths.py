@@ -74,7 +74,7 @@ class Paths(Integrator):
                 if ti.static(self.samples_lights):
                     L += throughput * self.light_sample(scene, surface, rng) * self.settings.counts(depth)
                 if ti.static(len(scene.lights.single) > 0):
-                    single = scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+                    single = scene.reflected_single(surface, rng)
                     L += throughput * single * self.settings.counts(depth)
 
                 w_i, n, pdf, is_delta = surface.sample(rng.next_2d()), surface.normal, 0.0, surface.is_delta()

@@ -180,11 +180,11 @@ class NearMissCounter:
 
     def _watch(self, scene: Any, sampler: Any, integrator: Any) -> tuple[Any, Any]:
         observers = {
-            "scene": {"surface_at": after(lambda part, surface, *_: self.reach(surface))},
-            "lights": {
-                "arriving": after(lambda part, light, ray, hit: self.look_along(ray, hit, light)),
-                "visible": after(lambda part, found, *given: self.look_at(part.has_lamps, found[0], *given)),
+            "scene": {
+                "surface_at": after(lambda part, surface, *_: self.reach(surface)),
+                "visible": after(lambda part, found, *given: self.look_at(part.lights.has_lamps, found[0], *given)),
             },
+            "lights": {"arriving": after(lambda part, light, ray, hit: self.look_along(ray, hit, light))},
         }
         start = before(lambda part, seed, x, y, index: self.begin(x, y, integrator))
         return observed_scene(scene, observers), observed(sampler, {"start": start})
@@ -213,7 +213,7 @@ class NearMissCounter:
             self.look_up(ray.direction, light, tm.vec3(1))
 
     @ti.func
-    def look_at(self, has_lamps: ti.template(), light, scene: ti.template(), surface, w_i, factor):
+    def look_at(self, has_lamps: ti.template(), light, surface, w_i, factor):
         """Count the light that is visible from a surface; where there are lamps, ``look_along`` counts it."""
         if ti.static(not has_lamps):
             if light.max() > 0:

@@ -139,27 +139,6 @@ class SceneLights:
         return light
 
     @ti.func
-    def visible(self, scene: ti.template(), surface, w_i, factor):
-        """(radiance, HitData): what arrives at a surface from the direction w_i, and what the ray along w_i hits.
-
-        The caller multiplies the radiance by ``factor``. If ``factor`` is 0, no ray is sent, and the radiance is 0. In
-        a scene without lamps, it is enough to know whether the ray hits anything: nothing else of the hit is found.
-        """
-        light, hit = tm.vec3(0), no_hit()
-        if factor.max() > 0 and surface.lets_pass(w_i):
-            ray = surface.ray_along(w_i)
-            if ti.static(self.has_lamps):
-                hit = scene.met(surface, ray)
-                light = self.arriving(ray, hit)
-            else:
-                light = self.from_far.radiance(ray, hit)
-                if light.max() > 0:
-                    hit.is_hit = scene.is_blocked(surface, w_i, tm.inf)
-                    if hit.is_hit:
-                        light = tm.vec3(0)
-        return light, hit
-
-    @ti.func
     def sample(self, x, n, xi):
         """(w_i, distance, radiance, pdf) of a direction from x to a lamp or to a far light; n is the normal at x.
 
@@ -190,39 +169,3 @@ class SceneLights:
             if ti.static(len(self.far) > 0):
                 pdf = self.far_share * self.from_far.pdf(x, w_i, hit)
         return pdf
-
-    @ti.func
-    def reflected_single(self, intersector: ti.template(), surface, rng):
-        """Light of the ``single`` lights that a surface reflects to the viewer: one sample of each light."""
-        total = tm.vec3(0)
-        for k in range(ti.static(len(self.single))):
-            xi = rng.next_2d_of_term()
-            w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
-            for i in ti.static(range(len(self.single))):
-                if k == i:
-                    w_i, distance, light, pdf = self.single[i].sample(surface.origin, xi)
-            f_cos = surface.eval(w_i) * ti.max(0.0, tm.dot(surface.normal, w_i))
-            light = f_cos * light / pdf
-            if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
-                if not is_blocked(self.effects, intersector, surface, w_i, distance):
-                    total += light
-        return total
-
-
-@ti.func
-def is_blocked(effects: ti.template(), intersector: ti.template(), surface, w_i, distance):
-    """Whether anything lies between a surface and a light in the direction w_i; if nothing can, no ray is sent."""
-    blocked = False
-    if ti.static(effects.blockers != "none"):
-        if may_meet(effects, surface, w_i):
-            blocked = intersector.is_occluded(Ray(origin=surface.origin, direction=w_i), distance)
-    return blocked
-
-
-@ti.func
-def may_meet(effects: ti.template(), surface, w_i):
-    """Whether a ray that leaves a surface can hit anything, see ``Effects.blockers``."""
-    may = True
-    if ti.static(effects.blockers == "backs"):
-        may = surface.hit.is_backfacing != 0 or tm.dot(surface.geometric_normal, w_i) <= 0
-    return may

@@ -8,8 +8,8 @@ part.
 
 import inspect
 from collections.abc import Callable
-from types import SimpleNamespace
-from typing import TypeVar
+from types import MethodType, SimpleNamespace
+from typing import Any, TypeVar
 
 import taichi as ti
 
@@ -54,7 +54,7 @@ def replaced(part) -> tuple[str, ...]:
 def written(cls: type, name: str) -> object:
     """A method as its class defines it; a kernel, also if ``taichi_17.objects`` has put it into what binds it."""
     found = inspect.getattr_static(cls, name)
-    return getattr(found, "bound_kernel", found)
+    return getattr(found, "bound_kernel", getattr(found, "written", found))
 
 
 def is_as_written(part, module: str) -> bool:
@@ -72,6 +72,39 @@ def why_replaced(part) -> str:
     names = replaced(part)
     cls = part if isinstance(part, type) else type(part)
     return f"{cls.__name__} replaces {', '.join(names)}" if names else ""
+
+
+def fit(cls: type) -> None:
+    """Let the package call methods of a class that a student has written with fewer parameters than the package's.
+
+    For example, ``sample(self, scene, surface)`` draws its random numbers itself, and is called without ``xi``.
+    """
+    home = next((base for base in cls.__mro__ if base in _SHIPPED), cls)
+    for name in replaced(cls):
+        owner = next(base for base in cls.__mro__ if name in vars(base))
+        function: Any = written(owner, name)
+        if len(parameters(function)) < len(parameters(_SHIPPED[home][name])):
+            setattr(owner, name, Fitted(function))
+
+
+class Fitted:
+    """A method with few parameters: it is called with the first of the arguments.
+
+    Args:
+        function: what the student wrote.
+    """
+
+    def __init__(self, function: Callable) -> None:
+        self.written = function
+        self.call = in_kernels(lambda of, *arguments: function(of, *arguments[: len(parameters(function))]))
+
+    def __get__(self, owner: object, cls: type | None = None) -> object:
+        return self.written if owner is None else MethodType(self.call, owner)
+
+
+def parameters(function) -> list[str]:
+    """The names of the parameters of a function or method, without ``self``."""
+    return [name for name in inspect.signature(function).parameters if name != "self"]
 
 
 def takes(function, name: str) -> bool:

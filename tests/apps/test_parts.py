@@ -118,8 +118,8 @@ class Twice(tt.DirectLight):
     name, label = "twice", "Twice the light"
 
     @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        w_i = surface.sample(xi_brdf)
+    def sample(self, scene, surface, xi):
+        w_i = surface.sample(xi)
         return w_i, 2 * surface.weight(w_i)
 
 

@@ -44,8 +44,8 @@ class ThreePercentOff(UniformHemisphere):
     name = "broken: 3 % too bright"
 
     @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        w_i = uniform_hemisphere(surface.normal, xi_brdf)
+    def sample(self, scene, surface, xi):
+        w_i = uniform_hemisphere(surface.normal, xi)
         return w_i, surface.eval_cosine(w_i) * (2.06 * tm.pi)
 
 
@@ -56,8 +56,8 @@ class ForgetsTheCosine(UniformHemisphere):
     name = "broken: no cosine"
 
     @ti.func
-    def sample(self, scene, surface, technique, xi_brdf, xi_light):
-        w_i = uniform_hemisphere(surface.normal, xi_brdf)
+    def sample(self, scene, surface, xi):
+        w_i = uniform_hemisphere(surface.normal, xi)
         return w_i, surface.eval(w_i) * tm.pi
 
 

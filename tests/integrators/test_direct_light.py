@@ -15,6 +15,7 @@ import taichi_tracer as tt
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.integrators.direct_light import (
+    BrdfSampling,
     DirectLight,
     EnvironmentSampling,
     MultipleImportanceSampling,
@@ -371,3 +372,23 @@ def test_only_light_that_is_there_takes_random_numbers():
     np.testing.assert_array_equal(image, np.tile(np.float32([3, 2, 1]), (8, 8, 1)))
     lit = A2Renderer(tt.SceneData(mesh, view=view, environment="white"), 8, 8).use("brdf").render().image()
     np.testing.assert_allclose(lit, np.tile(np.array([3, 2, 1]) + KD, (8, 8, 1)), rtol=1e-5)
+
+
+@ti.data_oriented
+class WithoutNumbers(BrdfSampling):
+    """Draws its random numbers itself, as the handout does."""
+
+    name = "without_numbers"
+
+    @ti.func
+    def sample(self, scene, surface):
+        w_i = surface.sample(tm.vec2(ti.random(), ti.random()))
+        return w_i, surface.weight(w_i)
+
+
+def test_an_estimator_of_your_own_need_not_take_random_numbers():
+    scene = tt.load_scene_data("sphere", environment="studio")
+    found, expected = (
+        tt.A2Renderer(scene, 16, 16).use(one).render(64).image().mean() for one in (WithoutNumbers(), "brdf")
+    )
+    assert found == pytest.approx(expected, rel=0.05)  # 5 standard errors

@@ -256,13 +256,13 @@ def _behind(scene: ti.template(), out: ti.types.ndarray(ndim=2)):
 @pytest.mark.long
 def test_only_lights_that_exist_are_compiled(monkeypatch):
     """A scene with one point light looks at nothing of the far ones."""
-    from taichi_tracer.lights.scene_lights import SceneLights
+    from taichi_tracer.scene_in_kernels import SceneInKernels
 
     @in_kernels
     def refuse(*_):
         raise AssertionError("a scene without far lights asked for one")
 
-    monkeypatch.setattr(SceneLights, "visible", refuse)
+    monkeypatch.setattr(SceneInKernels, "visible", refuse)
     assert centre(lit_square(lights=[Point((0, 0, 1), (1, 1, 1))])).any()
     with pytest.raises(Exception, match="a scene without far lights asked for one"):
         centre(lit_square(environment="white", lights=[Point((0, 0, 1), (1, 1, 1))]))

@@ -38,4 +38,4 @@ class TwoBounce(tt.Integrator):
         w_i = surface.sample(rng.next_2d())
         f_cos_over_pdf = surface.weight(w_i)
         L = f_cos_over_pdf * scene.visible_radiance(surface, w_i, f_cos_over_pdf)
-        return L + scene.lights.reflected_single(scene.ray_intersector, surface, rng)
+        return L + scene.reflected_single(surface, rng)

@@ -13,6 +13,7 @@ from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import (
     assigned,
     called,
+    fit,
     in_kernels,
     replaced,
     runs_in_kernels,
@@ -167,6 +168,36 @@ def test_a_function_without_self_is_called_without_it(monkeypatch):
     assert called(Plain().first, 7, xi=3) == (7, 3)
     monkeypatch.setattr(Plain, "first", lambda: "nothing")
     assert called(Plain().first, xi=3) == "nothing"
+
+
+def test_a_method_with_fewer_parameters_gets_the_first_arguments():
+    @seams("sample")
+    class Shipped:
+        def sample(self, scene, surface, xi):
+            return scene, surface, xi
+
+    class Fewer(Shipped):
+        def sample(self, scene, surface):
+            return scene, surface
+
+    class Renamed(Shipped):
+        def sample(self, scene, surface, pair):
+            return pair
+
+    class Untouched(Shipped):
+        pass
+
+    own = vars(Fewer)["sample"]
+    for cls in (Fewer, Renamed, Untouched, Fewer):
+        fit(cls)
+    assert Fewer().sample(1, 2, 3) == (1, 2)
+    assert Renamed().sample(1, 2, 3) == 3
+    assert Untouched().sample(1, 2, 3) == (1, 2, 3)
+    assert (Fewer.sample, replaced(Fewer())) == (own, ("sample",))
+    assert "sample" not in vars(Untouched)
+    Fewer.sample = lambda self, scene: scene  # in a notebook, later
+    fit(Fewer)
+    assert Fewer().sample(1, 2, 3) == 1
 
 
 # ── Python that kernels call while they are compiled ──
