@@ -9,7 +9,7 @@ which order the primitives are tried, and which primitives need not be tried at 
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.formulas.boxes import RayBounds, box_interval
+from taichi_tracer.formulas.boxes import RayBounds, box_interval, triangle_interval, within_box
 from taichi_tracer.formulas.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
 from taichi_tracer.formulas.triangles import TriangleTest, plane_distance, stable_normal
 from taichi_tracer.geometry import Geometry
@@ -71,7 +71,7 @@ class RayIntersector:
     @ti.func
     def query_ray(self, ray):
         """HitData of the nearest hit in front of the origin (A1-14)."""
-        return self.query_segment(ray, 0.0, tm.inf)
+        return self.completed(ray, self.search(ray, 0.0, tm.inf, False), 0.0, tm.inf)
 
     @ti.func
     def is_occluded(self, ray, t_max):
@@ -112,8 +112,6 @@ class RayIntersector:
                 hit = no_hit()
         else:
             hit = self.search(ray, t_min, t_max, False)
-            if not hit.is_hit:
-                hit = no_hit()
         return self.completed(ray, hit, t_min, t_max)
 
     @ti.func
@@ -134,26 +132,18 @@ class RayIntersector:
     @ti.func
     def intersect_primitive(self, ray, primitive_id, t_min):
         """HitData of one primitive. Only here does the plain form distinguish triangles from spheres."""
-        hit = no_hit()
-        if ti.static(not self.geometry.effects.spheres):
-            hit = self.try_triangle(ray, primitive_id, t_min)
-        else:
+        hit, index = no_hit(), primitive_id
+        if ti.static(self.geometry.effects.spheres):
             index = self.geometry.primitives[primitive_id]
-            if index >= 0:
-                hit = self.try_triangle(ray, index, t_min)
-            else:
+            if index < 0:
                 hit = self.sphere_hit(ray, -1 - index, t_min)
+        if index >= 0:
+            if ti.static("intersect_triangle" in self.replaced):
+                hit = self.intersect_triangle(ray, index)
+            else:
+                hit = self.triangle_hit(ray, index, t_min)
+        if ti.static(self.geometry.effects.spheres):
             hit.triangle_id = ti.select(hit.is_hit, primitive_id, -1)
-        return hit
-
-    @ti.func
-    def try_triangle(self, ray, triangle_id, t_min):
-        """A replaced ``intersect_triangle``; otherwise ``triangle_hit`` with the given t_min."""
-        hit = no_hit()
-        if ti.static("intersect_triangle" in self.replaced):
-            hit = self.intersect_triangle(ray, triangle_id)
-        else:
-            hit = self.triangle_hit(ray, triangle_id, t_min)
         return hit
 
     @ti.func
@@ -176,7 +166,13 @@ class RayIntersector:
                     reach = abs(ray.origin) + abs(hit.distance * ray.direction)
                     hit.position_error = self.pad_factor * (reach + reach.max())
             else:
-                hit.distance = self.exact_distance(ray, hit, t_min, t_max)
+                index = hit.triangle_id
+                if ti.static(self.geometry.effects.spheres):
+                    index = self.geometry.primitives[hit.triangle_id]
+                if index >= 0:  # the t of a sphere is exact already
+                    hit.distance = self.exact_distance(ray, hit.distance, self.geometry.triangle(index), t_min, t_max)
+        else:
+            hit = no_hit()
         return hit
 
     # ── one triangle, one sphere ──
@@ -185,13 +181,15 @@ class RayIntersector:
     def triangle_hit(self, ray, triangle_id, t_min):
         """HitData of one triangle beyond t_min."""
         v0, v1, v2 = self.geometry.triangle(triangle_id)
-        t, u, v = self.candidate(ray, self.ray_bounds(ray), v0, v1, v2)
-        if ti.static(self.geometry.effects.culling):
-            if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
-                t = -tm.inf
+        is_inside, t, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
         hit = no_hit()
-        if self.is_legal(ray) and t_min < t:
-            hit = self.describe_triangle(ray, t, triangle_id, u, v)
+        if self.is_legal(ray) and is_inside and det != 0:
+            t = within_box(self.ray_bounds(ray), t, v0, v1, v2)
+            if ti.static(self.geometry.effects.culling):
+                if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
+                    t = -tm.inf
+            if t_min < t:
+                hit = self.describe_triangle(ray, t, triangle_id, u, v, (v0, v1, v2))
         return hit
 
     @ti.func
@@ -200,7 +198,7 @@ class RayIntersector:
         t = self.sphere_candidate(ray, self.ray_bounds(ray), sphere_id, t_min)
         hit = no_hit()
         if self.is_legal(ray) and t_min < t:
-            hit = self.describe_sphere(ray, t, sphere_id)
+            hit = self.describe_sphere(ray, t, sphere_id, self.outward_normal(ray, t, sphere_id))
         return hit
 
     @ti.func
@@ -220,26 +218,10 @@ class RayIntersector:
         return RayBounds(inverse=inverse, near_origin=o + towards, far_origin=o - towards)
 
     @ti.func
-    def candidate(self, ray, bounds, v0, v1, v2):
-        """(t, u, v) of the ray on one triangle; t is −∞ if the ray misses it.
-
-        t is clamped to the box of the triangle: if the plane is almost parallel to the ray, the quotient t is only
-        rounding noise. The hierarchies use the same boxes and the same arithmetic. Therefore they never skip a hit.
-        """
-        is_inside, t, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
-        distance = -tm.inf
-        if is_inside and det != 0:
-            low, high = ti.min(v0, v1, v2), ti.max(v0, v1, v2)
-            t_near, t_far = box_interval(bounds, low, high, -tm.inf, tm.inf)
-            if t_near <= t_far:
-                distance = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
-        return distance, u, v
-
-    @ti.func
     def sphere_candidate(self, ray, bounds, sphere_id, t_min):
         """t where the ray enters a sphere; where it leaves it, if the entry is not beyond t_min; −∞ if it misses it.
 
-        t is clamped to the box of the sphere, for the reason that ``candidate`` gives.
+        t is clamped to the box of the sphere, for the reason that ``within_box`` gives.
         """
         centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         t = -tm.inf
@@ -254,13 +236,8 @@ class RayIntersector:
         return t
 
     @ti.func
-    def describe_triangle(self, ray, t, triangle_id, u, v):
+    def describe_triangle(self, ray, t, triangle_id, u, v, corners):
         """HitData from t and barycentric coordinates. Both normals face the origin of the ray (A1-13, C-17)."""
-        return self.describe_corners(ray, t, triangle_id, u, v, self.geometry.triangle(triangle_id))
-
-    @ti.func
-    def describe_corners(self, ray, t, triangle_id, u, v, corners):
-        """``describe_triangle`` with the three vertices of the triangle."""
         geometric_normal = self.geometry.unit_normals[triangle_id]
         normal = self.geometry.shading_normal(triangle_id, u, v, geometric_normal)
         position, position_error = self.geometry.position_on(triangle_id, u, v, *corners)
@@ -280,23 +257,18 @@ class RayIntersector:
         )
 
     @ti.func
-    def describe_sphere(self, ray, t, sphere_id):
-        """HitData of a sphere; its (u, v) are longitude and latitude, each from 0 to 1.
-
-        The position is c + r n. This point lies on the sphere at any distance from the origin of the ray. Its rounding
-        error is a few ε of |c| + r.
-        """
-        return self.describe_outward(ray, t, sphere_id, self.outward_normal(ray, t, sphere_id))
-
-    @ti.func
     def outward_normal(self, ray, t, sphere_id):
         """The unit normal, away from the centre, where a ray meets a sphere."""
         centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         return sphere_normal(widened(ray.origin), widened(ray.direction), widened(centre), widened(radius), t)
 
     @ti.func
-    def describe_outward(self, ray, t, sphere_id, outward):
-        """``describe_sphere`` with the ``outward_normal``."""
+    def describe_sphere(self, ray, t, sphere_id, outward):
+        """HitData of a sphere with this ``outward_normal``; its (u, v) are longitude and latitude, each from 0 to 1.
+
+        The position is c + r n. This point lies on the sphere at any distance from the origin of the ray. Its rounding
+        error is a few ε of |c| + r.
+        """
         centre, radius = self.geometry.spheres[sphere_id].xyz, self.geometry.spheres[sphere_id].w
         is_backfacing = tm.dot(ray.direction, outward) > 0
         normal = ti.select(is_backfacing, -outward, outward)
@@ -314,29 +286,15 @@ class RayIntersector:
         )
 
     @ti.func
-    def exact_distance(self, ray, hit, t_min, t_max):
-        """t of a hit on a triangle, computed again in f64 if the backend has f64; the t of a sphere is exact already.
+    def exact_distance(self, ray, distance, corners, t_min, t_max):
+        """t of a hit on the triangle with these corners, computed again in f64 if the backend has f64.
 
         The new t must lie between t_min and t_max, otherwise the old one is kept. Without this rule, a loop that
         searches from each hit to the next could find the same hit for ever.
         """
-        distance = hit.distance
         if ti.static(runtime.can_widen()):
-            index = hit.triangle_id
-            if ti.static(self.geometry.effects.spheres):
-                index = self.geometry.primitives[hit.triangle_id]
-            if index >= 0:
-                v0, v1, v2 = self.geometry.triangle(index)
-                distance = self.exact_distance_of(ray, distance, v0, v1, v2, t_min, t_max)
-        return distance
-
-    @ti.func
-    def exact_distance_of(self, ray, distance, v0, v1, v2, t_min, t_max):
-        """``exact_distance`` of a hit on the triangle with these vertices, which has the given t."""
-        if ti.static(runtime.can_widen()):
-            low, high = ti.min(v0, v1, v2), ti.max(v0, v1, v2)
-            t_near, t_far = box_interval(self.ray_bounds(ray), low, high, -tm.inf, tm.inf)
-            exact = plane_distance(ray.origin, ray.direction, v0, v1, v2)
+            t_near, t_far = triangle_interval(self.ray_bounds(ray), *corners)
+            exact = plane_distance(ray.origin, ray.direction, *corners)
             if t_near <= exact and exact <= t_far and t_min < exact and exact < t_max:
                 distance = exact
         return distance

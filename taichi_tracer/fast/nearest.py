@@ -3,6 +3,7 @@
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.formulas.boxes import within_box
 from taichi_tracer.formulas.triangles import stable_normal
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
@@ -23,6 +24,11 @@ class FastIntersector(RayIntersector):
         """As in the base class."""
         super().bind(geometry, triangle_test)
         self.is_plain_geometry = not (geometry.effects.spheres or geometry.effects.culling)
+
+    @ti.func
+    def query_ray(self, ray):
+        """HitData of the nearest hit in front of the origin."""
+        return self.query_segment(ray, 0.0, tm.inf)
 
     @ti.func
     def query_segment(self, ray, t_min, t_max):
@@ -49,8 +55,11 @@ class FastIntersector(RayIntersector):
 
     @ti.func
     def try_corners(self, ray, bounds, triangle_id, v0, v1, v2):
-        """``candidate``; but a ray that comes from the back misses a triangle with backface culling."""
-        t, u, v = self.candidate(ray, bounds, v0, v1, v2)
+        """(t, u, v) of the ray on one triangle; t is −∞ if the ray misses it, or comes from a back that it passes."""
+        is_inside, distance, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
+        t = -tm.inf
+        if is_inside and det != 0:
+            t = within_box(bounds, distance, v0, v1, v2)
         if ti.static(self.geometry.effects.culling):
             if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
                 t = -tm.inf
@@ -93,15 +102,21 @@ class FastIntersector(RayIntersector):
         """``describe`` with ``outward_of`` the hit."""
         hit = no_hit()
         if ti.static(not self.geometry.effects.spheres):
-            hit = self.describe_triangle(ray, t, primitive_id, u, v)
+            hit = self.describe_corners(ray, t, primitive_id, u, v, self.geometry.triangle(primitive_id), t_min, t_max)
         else:
             index = self.geometry.primitives[primitive_id]
             if index >= 0:
-                hit = self.describe_triangle(ray, t, index, u, v)
+                hit = self.describe_corners(ray, t, index, u, v, self.geometry.triangle(index), t_min, t_max)
             else:
-                hit = self.describe_outward(ray, t, -1 - index, outward)
+                hit = self.describe_sphere(ray, t, -1 - index, outward)
             hit.triangle_id = primitive_id
-        hit.distance = self.exact_distance(ray, hit, t_min, t_max)
+        return hit
+
+    @ti.func
+    def describe_corners(self, ray, t, triangle_id, u, v, corners, t_min, t_max):
+        """HitData of the triangle with these corners, with its exact t."""
+        hit = self.describe_triangle(ray, t, triangle_id, u, v, corners)
+        hit.distance = self.exact_distance(ray, t, corners, t_min, t_max)
         return hit
 
     @ti.func
@@ -120,8 +135,7 @@ class FastIntersector(RayIntersector):
         """``describe`` for a search that has the vertices of the triangle at hand; of a sphere, they are not used."""
         hit = no_hit()
         if ti.static(not self.geometry.effects.spheres):
-            hit = self.describe_corners(ray, t, primitive_id, u, v, (v0, v1, v2))
-            hit.distance = self.exact_distance_of(ray, t, v0, v1, v2, t_min, t_max)
+            hit = self.describe_corners(ray, t, primitive_id, u, v, (v0, v1, v2), t_min, t_max)
         else:
             hit = self.describe(ray, t, primitive_id, u, v, t_min, t_max)
         return hit

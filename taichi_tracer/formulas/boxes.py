@@ -32,3 +32,23 @@ def box_interval(bounds, low, high, t_near, t_far):
         t_near = ti.select(near > t_near, near, t_near)
         t_far = ti.select(far < t_far, far, t_far)
     return t_near, t_far
+
+
+@ti.func
+def triangle_interval(bounds, v0, v1, v2):
+    """(t_near, t_far) of the ray in the box of a triangle; t_near is larger if the ray misses the box."""
+    return box_interval(bounds, ti.min(v0, v1, v2), ti.max(v0, v1, v2), -tm.inf, tm.inf)
+
+
+@ti.func
+def within_box(bounds, t, v0, v1, v2):
+    """The t of a ray on a triangle, clamped to the triangle's box; −∞ if the ray misses this box.
+
+    If the triangle's plane is almost parallel to the ray, the quotient t is only rounding noise. The hierarchies use
+    the same boxes and the same arithmetic. Therefore they never skip a hit.
+    """
+    t_near, t_far = triangle_interval(bounds, v0, v1, v2)
+    distance = -tm.inf
+    if t_near <= t_far:
+        distance = ti.select(t < t_near, t_near, ti.select(t > t_far, t_far, t))
+    return distance

@@ -121,7 +121,7 @@ class ForgetsSpheres(tt.RayIntersector):
     def search(self, ray, t_min, t_max, any_hit: ti.template()):
         nearest, best = no_hit(), t_max
         for i in range(self.geometry.n_triangles):
-            hit = self.try_triangle(ray, i, t_min)
+            hit = self.triangle_hit(ray, i, t_min)
             if hit.is_hit and t_min < hit.distance and hit.distance < best:
                 nearest, best = hit, hit.distance
         return nearest
