@@ -47,8 +47,6 @@ class EyeRays:
         traces: whether the ray is traced here. It is False if a replaced ``shade_ray`` traces the ray itself.
     """
 
-    can_use_packets, use_packets = False, False  # only kept hits have packets
-
     def __init__(self, scene_data: Any, camera: ProjectiveCamera, jitter: bool, traces: bool = True) -> None:
         self.camera, self.intersector = camera, scene_data.ray_intersector
         self.jitter, self.traces = jitter, traces
@@ -83,7 +81,10 @@ class Plan:
 
     Attributes:
         eye_rays: the object that gives the kernel its rays and hits.
+        in_tiles: whether samples are taken tile by tile.
     """
+
+    in_tiles = False
 
     def __init__(self, renderer: Any, why: str = NO_FAST_FORMS) -> None:
         self.renderer: Any = renderer
@@ -118,7 +119,7 @@ class Plan:
         """Take one sample for every pixel."""
         scene = self.prepared_scene()
         with part(EYE_RAYS, waits=True):
-            pass  # the kernel traces them
+            self.trace_eye_rays(index)
         with part(SAMPLES, waits=True):
             self.take_each(scene, index)
 
@@ -127,8 +128,18 @@ class Plan:
         r = self.renderer
         r._take_sample(r.parts(scene, self.integrator(scene)), r.seed, index)
 
-    def share_eye_rays(self, other: "Plan") -> None:
-        """Use the kept hits of a renderer with the same samples, if they are the same: nothing more is compiled."""
+    def follow(self, other: "Plan") -> None:
+        """Take over the choices of another renderer's plan, and its eye rays if they are the same."""
+
+    def begin_soon(self) -> None:
+        """Leave out the forms that take long to compile, because somebody waits for the first picture."""
+
+    def may_become_faster(self) -> bool:
+        """Whether a form was left out by ``begin_soon``; from now on the plan may choose it."""
+        return False
+
+    def trace_eye_rays(self, index: int) -> None:
+        """Trace the eye rays of a sample before it is taken, if they are kept."""
 
     def keep_forms(self) -> None:
         """Choose the forms for good, so that none is compiled in the middle of a measurement."""

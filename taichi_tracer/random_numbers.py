@@ -79,12 +79,6 @@ class RandomNumbers:
         """Skip the pair of the next dimension, because other code has taken it already."""
         self.dimension += 1
 
-    @ti.func
-    def skip_2d_of_term(self):
-        """Skip the pair of ``next_2d_of_term``, because this sample has no such term."""
-        if ti.static(not self.sampler.shares_terms):
-            self.dimension += 1
-
 
 @in_kernels
 def given_or_drawn(xi):

@@ -186,8 +186,7 @@ def made_like(
     options |= {"crop": like.film.crop, "fast": like.fast, "jitter": (like.jitter and not like.jitters) or None}
     options["adaptive"] = like.adaptive and renderer_class.jitters
     renderer = renderer_class(scene_data=scene, camera=like.camera, **options)
-    renderer.plan.share_eye_rays(like.plan)
-    renderer.eye_rays.use_packets = like.eye_rays.use_packets  # so that nothing is compiled that is not needed
+    renderer.plan.follow(like.plan)  # so that nothing is compiled that is not needed
     return renderer
 
 

@@ -58,7 +58,7 @@ def describe(renderer: ProgressiveRenderer) -> list[str]:
 def cost_of_light(scene: SceneData, estimator: str) -> list[str]:
     """What compiling the scene's effects takes, and how many rays a sample needs: measured on a small picture."""
     renderer = PARTS.last_of("renderer", A2Renderer)(scene, MEASURED, MEASURED).use(estimator)
-    renderer.eye_rays.use_packets = False
+    renderer.plan.begin_soon()
     seconds = []
     for _ in range(2):
         start = time.perf_counter()

@@ -49,13 +49,12 @@ def thinned(curve: list) -> list:
 def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object], tell: Callable[[str], None] = print) -> None:
     """Compile before a picture is shown what a moving camera needs; otherwise it would freeze at the first key.
 
-    Packets (``PrimaryHits``) take seconds to compile: only pictures that are slow without are worth that.
+    Forms that take seconds to compile are only worth it for pictures that are slow without.
 
     Args:
         draw: renders a sample and shows it. tell: is told what takes so long.
     """
-    eye_rays = renderer.eye_rays
-    eye_rays.use_packets = False
+    renderer.plan.begin_soon()
     seconds = 0.0
     for _ in range(3):  # the first pictures compile
         renderer.camera.set_camera_parameters()  # as if moved
@@ -63,9 +62,8 @@ def warm_up(renderer: ProgressiveRenderer, draw: Callable[[], object], tell: Cal
         draw()
         ti.sync()
         seconds = time.perf_counter() - begin
-    if seconds > SLOW_FRAME and eye_rays.can_use_packets:
+    if seconds > SLOW_FRAME and renderer.plan.may_become_faster():
         tell("compiling the fast form for a picture of this size ...")
-        eye_rays.use_packets = None  # let the renderer decide
         renderer.camera.set_camera_parameters()
         draw()
         ti.sync()

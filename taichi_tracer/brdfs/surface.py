@@ -35,20 +35,6 @@ class Surface:
         """Whether any BRDF of the scene reflects into a single direction."""
         return any(brdf.is_delta for brdf in self.brdfs)
 
-    @in_kernels
-    def scattering(self) -> "Surface":
-        """The same surface without the delta BRDFs, for code that runs only where the surface has none of them."""
-        return self._with_brdfs(are_delta=False)
-
-    @in_kernels
-    def not_scattering(self) -> "Surface":
-        """The same surface with the delta BRDFs alone, for code that runs only where the surface has one of them."""
-        return self._with_brdfs(are_delta=True)
-
-    def _with_brdfs(self, are_delta: bool) -> "Surface":
-        some = {i: b for i, b in zip(self.numbers, self.brdfs, strict=True) if b.is_delta == are_delta}
-        return Surface(some, self.brdf_id, self.material, self.origin, self.hit, self.w_o)
-
     @property
     def may_transmit(self) -> bool:
         """Whether any BRDF of the scene lets light through."""

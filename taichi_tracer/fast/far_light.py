@@ -10,10 +10,18 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.brdfs.surface import Surface
 from taichi_tracer.formulas.heuristics import heuristic
 from taichi_tracer.integrators import direct_light
 from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.system.seams import called, is_as_written
+from taichi_tracer.system.seams import called, in_kernels, is_as_written
+
+
+@in_kernels
+def with_brdfs(surface: Surface, are_delta: bool) -> Surface:
+    """A surface with its delta BRDFs alone, or with the others, where it is known that it has one of these."""
+    some = {i: b for i, b in zip(surface.numbers, surface.brdfs, strict=True) if b.is_delta == are_delta}
+    return Surface(some, surface.brdf_id, surface.material, surface.origin, surface.hit, surface.w_o)
 
 
 @ti.data_oriented
@@ -58,12 +66,12 @@ class FarLight(Integrator):
         w_i, f_cos_over_pdf = tm.vec3(0), tm.vec3(0)
         if ti.static(surface.may_be_delta):
             if surface.is_delta():
-                mirror = surface.not_scattering()
+                mirror = with_brdfs(surface, True)
                 w_i = mirror.sample(xi_brdf)
                 if technique == 0:
                     f_cos_over_pdf = mirror.weight(w_i)
             elif ti.static(scene.effects.scatters):
-                w_i, f_cos_over_pdf = self.sample(scene, surface.scattering(), technique, xi_brdf, xi_light)
+                w_i, f_cos_over_pdf = self.sample(scene, with_brdfs(surface, False), technique, xi_brdf, xi_light)
         else:
             w_i, f_cos_over_pdf = self.sample(scene, surface, technique, xi_brdf, xi_light)
         return w_i, f_cos_over_pdf

@@ -33,6 +33,7 @@ from taichi_tracer.fast.lanes import (
 from taichi_tracer.fast.packet_shapes import SphereLanes, sphere_distance
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.blocks import in_own_block
 
 TILE_BITS = LANE_BITS // 2
 TILE = 1 << TILE_BITS  # TILE × TILE pixels form a group of sixteen
@@ -173,6 +174,7 @@ class Packets:
         self.u[c, g], self.v[c, g] = lanes(0.0), lanes(0.0)
 
     @ti.func
+    @in_own_block(1)
     def next_heading(self, c):
         """A heading whose rays were not traced yet; −1 if there is none."""
         heading = self.heading[c, 0]
@@ -209,12 +211,14 @@ class Packets:
         return common
 
     @ti.func
+    @in_own_block(0)
     def move_origin(self, common: ti.template(), intersector: ti.template()):
         """The moved origins of ``ray_bounds``, for an origin that all rays share."""
         bounds = intersector.ray_bounds(Ray(origin=common.origin, direction=heading_signs(common.heading)))
         common.near_origin, common.far_origin = bounds.near_origin, bounds.far_origin
 
     @ti.func
+    @in_own_block(0)
     def move_origins(self, c, common: ti.template(), intersector: ti.template()):
         """The moved origins of ``ray_bounds`` for each ray, and their extremes."""
         low, high = tm.vec3(intersector.geometry.corners[0]), tm.vec3(intersector.geometry.corners[1])
@@ -292,6 +296,7 @@ class Packets:
         return mask
 
     @ti.func
+    @in_own_block(0)
     def find_planes(self, c, common, blocks: ti.template(), block, k: ti.template()):
         """Keep the planes of the four boxes of a block, along axis k, through which rays enter and leave."""
         low, high = blocks.extremes(block, k)
@@ -300,6 +305,7 @@ class Packets:
         self.far_plane[c, k] = ti.select(is_forward, high, low)
 
     @ti.func
+    @in_own_block(1)
     def boxes_met(self, c, g: ti.template(), common, t_min):
         """``lanes_of`` the boxes between the kept planes that a group may meet, nearer than its own hits."""
         t_near, t_far = ti.Vector([t_min] * BLOCK), ti.Vector([self.group_reach[c][g]] * BLOCK)

@@ -121,7 +121,7 @@ class FastPlan(Plan):
     def compiled(self) -> frozenset:
         """The forms of the kernels that were used so far."""
         of_rays = getattr(self.eye_rays, "forms", frozenset({"plain"}))
-        return of_rays if self.tiles is None else of_rays | {"tiles"}
+        return of_rays | {"tiles"} if self.in_tiles else of_rays
 
     def take(self, index: int) -> None:
         """Take one sample for every pixel."""
@@ -130,8 +130,7 @@ class FastPlan(Plan):
         scene = self.prepared_scene()
         tiles = self.tiles_for(scene)
         with part(EYE_RAYS, waits=True):
-            if isinstance(self.eye_rays, PrimaryHits):
-                self.eye_rays.bring_up_to_date(r.seed, index)
+            self.trace_eye_rays(index)
         view_tiles = self.tiles_of_view()
         with part(SAMPLES, waits=True):
             if tiles is not None:
@@ -164,18 +163,44 @@ class FastPlan(Plan):
             self.view_tiles = ViewTiles(self.eye_rays, self.renderer.film.ranges)
         return self.view_tiles
 
-    def share_eye_rays(self, other: Plan) -> None:
-        """Use the kept hits of a renderer with the same samples, if they are the same: nothing more is compiled."""
+    @property
+    def in_tiles(self) -> bool:  # type: ignore[override]
+        """Whether samples are taken tile by tile."""
+        return self.tiles is not None
+
+    def follow(self, other: Plan) -> None:
+        """Take over the choice of packets, and the kept hits of a renderer with the same samples."""
         r, o = self.renderer, other.renderer
         same = r.scene_data is o.scene_data and r.camera is o.camera and r.jitter == o.jitter
         are_kept = isinstance(self.eye_rays, PrimaryHits) and isinstance(other.eye_rays, PrimaryHits)
         if same and are_kept and r.film.ranges == o.film.ranges and not (r.adaptive or o.adaptive):
             self.eye_rays = other.eye_rays
+        elif are_kept:
+            self.eye_rays.use_packets = other.eye_rays.use_packets
+
+    def begin_soon(self) -> None:
+        """No packets."""
+        if isinstance(self.eye_rays, PrimaryHits):
+            self.eye_rays.use_packets = False
+
+    def may_become_faster(self) -> bool:
+        """Whether packets are possible; they are used as soon as they are worth their compilation."""
+        if not (isinstance(self.eye_rays, PrimaryHits) and self.eye_rays.can_use_packets):
+            return False
+        self.eye_rays.use_packets = None
+        return True
+
+    def trace_eye_rays(self, index: int) -> None:
+        """Trace them, unless the kept hits belong to this sample."""
+        if isinstance(self.eye_rays, PrimaryHits):
+            self.eye_rays.bring_up_to_date(self.renderer.seed, index)
 
     def keep_forms(self) -> None:
         """Packets for large pictures, from the first pass on; none for others."""
         rays = self.eye_rays
-        rays.use_packets = rays.can_use_packets and not is_small(((0, self.renderer.width), (0, self.renderer.height)))
+        if isinstance(rays, PrimaryHits):
+            is_large = not is_small(((0, self.renderer.width), (0, self.renderer.height)))
+            rays.use_packets = rays.can_use_packets and is_large
 
     def eye_passes(self, passes: int) -> int:
         """How often the eye rays were traced: kept hits are traced again only if they change."""

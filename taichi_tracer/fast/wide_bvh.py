@@ -23,6 +23,7 @@ from taichi_tracer.geometry import MANY_TRIANGLES, Geometry
 from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.blocks import in_own_block
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
 
@@ -352,6 +353,7 @@ class WideBVH(FastIntersector):
         return corner + ti.cast(near, float) * step, corner + ti.cast(far, float) * step
 
     @ti.func
+    @in_own_block(2)
     def met_children(self, bounds, node, t_min, t_max):
         """(t where the ray enters each of the eight boxes of a node, ``lanes_of`` the boxes that it meets).
 
@@ -422,6 +424,7 @@ class WideBVH(FastIntersector):
         return fetched
 
     @ti.func
+    @in_own_block(2)
     def children_met_by_any(self, common, node, t_min, t_max):
         """``met_children`` for all rays between the extremes of ``common``."""
         t_near, t_far = ti.Vector([t_min] * WIDTH), ti.Vector([t_max] * WIDTH)

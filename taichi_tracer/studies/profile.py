@@ -214,7 +214,7 @@ def profile_of(renderer: ProgressiveRenderer, stopwatch: Stopwatch, title: str) 
     Its samples are then taken apart, and the renderer forgets the picture.
     """
     kernels, passes = compiling.kernels(stopwatch.started), stopwatch.times[SAMPLES]
-    eye_passes, in_tiles = renderer.plan.eye_passes(passes), "tiles" in renderer.plan.compiled
+    eye_passes, in_tiles = renderer.plan.eye_passes(passes), renderer.plan.in_tiles
     anatomy = Anatomy(renderer)
     parts = anatomy.measure(max(LEAST_BUDGET, BUDGET * stopwatch.seconds[SAMPLES]))
     why = "" if parts is not None else why_replaced(renderer)

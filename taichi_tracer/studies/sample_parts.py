@@ -192,8 +192,7 @@ class Anatomy:
         Other programs make the clock go on, but not the seconds of the processor. On a GPU, it is the clock.
         """
         r = self.renderer
-        if hasattr(r.eye_rays, "bring_up_to_date"):
-            r.eye_rays.bring_up_to_date(r.seed, self.index)
+        r.plan.trace_eye_rays(self.index)
         self.pixels.choose(columns, self.rows)
         self.answers.switch(mode, fills_film)
         ti.sync()

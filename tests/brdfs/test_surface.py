@@ -13,6 +13,7 @@ from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
+from taichi_tracer.fast.far_light import with_brdfs
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.ray import Ray
@@ -127,7 +128,7 @@ COMPILED = []  # filled while a kernel is compiled
 @in_kernels
 def _note(surface):
     """Keep what is known of a surface while a kernel is compiled."""
-    rest, mirror = surface.scattering(), surface.not_scattering()
+    rest, mirror = with_brdfs(surface, False), with_brdfs(surface, True)
     COMPILED.append((surface.may_be_delta, len(surface.brdfs), len(rest.brdfs), rest.may_be_delta))
     assert [brdf.is_delta for brdf in mirror.brdfs] == [True] * (len(surface.brdfs) - len(rest.brdfs))
 
