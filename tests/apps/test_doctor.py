@@ -69,10 +69,10 @@ def test_a_line(is_ok):
 
 def test_the_patches_of_taichi_are_told():
     switched = "not in TAICHI_TRACER_PATCHES"
-    all_on, some_off = {"nodes": "", "powers": ""}, {"nodes": switched, "powers": ""}
+    all_on, some_off = {"advice": "", "powers": ""}, {"advice": switched, "powers": ""}
     assert "2 of 2 in use" in str(doctor.patches_line(all_on))
     off = doctor.patches_line(some_off)
-    assert (off.is_ok, off.found) == (True, "1 of 2 in use; TAICHI_TRACER_PATCHES leaves out nodes")
+    assert (off.is_ok, off.found) == (True, "1 of 2 in use; TAICHI_TRACER_PATCHES leaves out advice")
     unfit = doctor.patches_line(some_off | {"powers": "Taichi 1.8.0 was not tried"})
     assert not unfit.is_ok
     assert "powers: Taichi 1.8.0 was not tried" in unfit.remedy

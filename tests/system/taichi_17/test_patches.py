@@ -7,7 +7,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.taichi_17 import patches
 from taichi_tracer.system.taichi_17.patches import NAMES, PATCHES, Patch
 
-FITS = {"taichi.lang.impl:expr_init": ("rhs", "nodes:initialised")}
+FITS = {"taichi.lang.impl:expr_init": ("rhs", "powers:of_a_value")}
 
 
 # ── which are wanted
@@ -15,7 +15,7 @@ FITS = {"taichi.lang.impl:expr_init": ("rhs", "nodes:initialised")}
 
 @pytest.mark.parametrize(
     ("text", "names"),
-    [("", NAMES), ("all", NAMES), ("none", ()), ("powers", ("powers",)), (" nodes , powers,", ("nodes", "powers"))],
+    [("", NAMES), ("all", NAMES), ("none", ()), ("powers", ("powers",)), (" advice , powers,", ("advice", "powers"))],
 )
 def test_the_switch(text, names):
     assert patches.wanted(text) == names
@@ -23,7 +23,7 @@ def test_the_switch(text, names):
 
 def test_an_unknown_name_is_one_clear_line():
     with pytest.raises(InputError, match=r"^unknown patch in TAICHI_TRACER_PATCHES 'power': did you mean 'powers'\?"):
-        patches.wanted("nodes,power")
+        patches.wanted("advice,power")
 
 
 # ── which fit
@@ -47,7 +47,7 @@ def test_every_patch_fits_the_taichi_that_is_installed(patch, monkeypatch):
             "No module named 'taichi.lang.no_su",
         ),
         (
-            Patch("a", "", {"taichi.lang.impl:expr_init": ("x y", "nodes:initialised")}),
+            Patch("a", "", {"taichi.lang.impl:expr_init": ("x y", "powers:of_a_value")}),
             "has the parameters (rhs), not (x",
         ),
         (Patch("a", "", FITS, needs=("taichi:no_such_function",)), "no attribute 'no_such_function'"),
