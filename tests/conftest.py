@@ -1,6 +1,7 @@
 """Taichi in each precision, and random numbers."""
 
 import os
+import zlib
 
 import numpy as np
 import pytest
@@ -26,23 +27,36 @@ def rng():
     return np.random.default_rng(20)
 
 
-def pytest_collection_modifyitems(items):
+FRACTION = 20  # one of so many parts of the tests that nothing else runs
+
+
+def pytest_collection_modifyitems(config, items):
     """Skip the tests that are marked long or exhaustive, unless TAICHI_TRACER_LONG asks for them.
 
     A test is long if it takes seconds and repeats what shorter tests check: by the command line, on more scenes or with
     more samples. TAICHI_TRACER_LONG=1 runs the first case of each long test, as .ci/run does. A test is exhaustive if
     it repeats what long tests check, with everything that the package has. TAICHI_TRACER_LONG=all runs every case of
-    every test.
+    every test. The number of a commit, in hexadecimal digits after "part-", runs nothing but a twentieth of what is
+    left: another one for most commits.
     """
-    asked = os.environ.get("TAICHI_TRACER_LONG")
-    begun = set()
+    asked = os.environ.get("TAICHI_TRACER_LONG") or ""
+    begun, left = set(), []
     for item in items:
         marks = {mark.name for mark in item.iter_markers()}
-        if asked != "all" and "exhaustive" in marks:
-            item.add_marker(pytest.mark.skip(reason="exhaustive: TAICHI_TRACER_LONG=all runs it"))
-        elif asked != "all" and "long" in marks:
-            test = item.path, item.originalname
-            if asked is None or test in begun:
-                runs = "all" if test in begun else "1"
-                item.add_marker(pytest.mark.skip(reason=f"long: TAICHI_TRACER_LONG={runs} runs it"))
+        test = item.path, item.originalname
+        if "exhaustive" in marks or ("long" in marks and test in begun):
+            left.append(item)
+            needed = "all"
+        else:
+            needed = "1" if "long" in marks else ""
+        if needed and asked not in (needed, "all"):
+            mark = "exhaustive" if "exhaustive" in marks else "long"
+            if not asked.startswith("part-"):
+                item.add_marker(pytest.mark.skip(reason=f"{mark}: TAICHI_TRACER_LONG={needed} runs it"))
+        if "long" in marks:
             begun.add(test)
+    if asked.startswith("part-"):
+        part = int(asked.removeprefix("part-"), 16) % FRACTION
+        chosen = [item for item in left if zlib.crc32(item.nodeid.encode()) % FRACTION == part]
+        config.hook.pytest_deselected(items=[item for item in items if item not in chosen])
+        items[:] = chosen
