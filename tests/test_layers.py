@@ -15,6 +15,7 @@ import pytest
 
 import taichi_tracer
 from taichi_tracer.system import registry
+from taichi_tracer.system.wings import WINGS
 
 PACKAGE = Path(taichi_tracer.__file__).parent
 # The solutions of assignments are students' files: they use the package as a program does, and no part of it uses them.
@@ -351,12 +352,20 @@ def test_the_map_in_the_documents_is_this_one():
     assert document == with_map(document), "run: python tests/test_layers.py"
 
 
+def hundreds_of_lines(is_wanted):
+    """The lines of all files whose first name, a folder or a file of the root, is wanted, in hundreds."""
+    files = [path for module, path in MODULES.items() if is_wanted(module.split(".")[0])]
+    return round(sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files), -2)
+
+
 def test_the_readme_counts_the_lines_of_what_is_to_be_read():
-    """The files that students open, and the parts; rounded to hundreds."""
-    names = " ".join(list(MAP.values())[:2]).split()
-    files = [path for module, path in MODULES.items() if module.split(".")[0] in names]
-    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files)
-    assert f"{round(lines, -2):,} lines" in (DESIGN.parent.parent / "README.md").read_text(encoding="utf-8")
+    """The files that students open, and the parts; what can be taken off; and what holds the rest together."""
+    read = " ".join(list(MAP.values())[:2]).split()
+    readme = " ".join((DESIGN.parent.parent / "README.md").read_text(encoding="utf-8").split())
+    assert f"{hundreds_of_lines(read.__contains__):,} lines of Python in all" in readme
+    assert f"measure it and hand it out, {hundreds_of_lines(WINGS.__contains__):,} lines, can be taken off" in readme
+    always = hundreds_of_lines(lambda name: name not in read and name not in WINGS)
+    assert f"always needed are {always:,} more, for files, pictures, Taichi and options" in readme
 
 
 # ── whether these tests see what they look for ──
