@@ -1,7 +1,8 @@
 """PLY files that are read or rewritten here, before trimesh sees them: the plainest ones, and those with strips.
 
 Most large meshes are binary, with the coordinates of vertices and with triangles alone. Their arrays stand in the file
-as numpy would write them: reading them takes no time and no memory beyond their own, and trimesh need not be imported.
+as numpy would write them: reading them takes no time and no memory beyond their own, and trimesh need not be imported,
+which takes 0.5 s.
 
 Some scans have no element ``face``, but an element ``tristrips``: lists of vertex ids in which each id forms a triangle
 with the two ids before it. Every second triangle has the opposite orientation, and −1 begins a new strip.
