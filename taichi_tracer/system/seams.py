@@ -18,6 +18,7 @@ Function = TypeVar("Function", bound=Callable)
 
 # Class → {name of a method: the function that the package defines for it}.
 _SHIPPED: dict[type, dict[str, object]] = {}
+LISTENERS: list[Callable] = []  # are told what ``replaced`` answers: ``listener(part, names)``
 
 
 def seams(*names: str) -> Callable[[Class], Class]:
@@ -48,7 +49,10 @@ def replaced(part) -> tuple[str, ...]:
         return ()
     own = {} if isinstance(part, type) else getattr(part, "__dict__", {})
     shipped = _SHIPPED[home]
-    return tuple(name for name in shipped if name in own or written(cls, name) is not shipped[name])
+    names = tuple(name for name in shipped if name in own or written(cls, name) is not shipped[name])
+    for listen in LISTENERS:
+        listen(part, names)
+    return names
 
 
 def written(cls: type, name: str) -> object:

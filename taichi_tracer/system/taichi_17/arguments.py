@@ -12,6 +12,7 @@ import math
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from taichi.lang.struct import StructField, _IntermediateStruct
 
 from taichi_tracer.system import arrays
 from taichi_tracer.system.errors import StaleSceneError
-from taichi_tracer.system.taichi_17 import shared
+from taichi_tracer.system.taichi_17 import questions, shared
 from taichi_tracer.system.taichi_17.components import Components
 from taichi_tracer.system.varying import KINDS, VaryingInt
 
@@ -359,11 +360,13 @@ def whole_number(index: Any) -> Any:
 
 
 def loading(usual: Callable) -> Callable:
-    """``ASTTransformer.build_Attribute``, which makes an argument of a varying number."""
+    """``ASTTransformer.build_Attribute``, which makes an argument of a varying number, and notes what classes have."""
 
     @functools.wraps(usual)
     def build(context: Any, node: Any) -> Any:
         value = usual(context, node)
+        if isinstance(of := node.value.ptr, (type, ModuleType)):
+            questions.note_static(of, node.attr, value)
         kind = type(value)
         if (kind in KINDS or (kind is tuple and holds_varying(value))) and readings:
             if not context.is_in_static_scope():

@@ -88,6 +88,7 @@ PATCHES = (
             "taichi._lib:core.Kernel.make_launch_context": (COMPILED, "arguments:setting"),
             "taichi.lang.kernel_impl:Kernel.materialize": ("self key args arg_features", "shared:sharing"),
             "taichi.lang.kernel_impl:Kernel.ensure_compiled": ("self args", "shared:choosing"),
+            "taichi.lang.kernel_impl:_get_global_vars": ("_func", "questions:naming"),
             "taichi.lang.impl:subscript": ("ast_builder value _indices skip_reordered", "arguments:subscripting"),
             "taichi.lang.ast.ast_transformer:ASTTransformer.build_Attribute": ("ctx node", "arguments:loading"),
             "taichi.lang.ast.ast_transformer:ASTTransformer.build_ndrange_for": ("ctx node", "loops:counting"),

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from support import needs_arrays, needs_patch, start
 
 import taichi_tracer as tt
 from taichi_tracer.system import compiling
-from taichi_tracer.system.taichi_17 import shared
+from taichi_tracer.system.taichi_17 import questions
 from taichi_tracer.system.varying import varying
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "speed.md"
@@ -197,10 +198,135 @@ def test_classes_are_as_they_were_after_a_kernel_was_read():
     Counter(2).count()
     assert "__setattr__" not in vars(Counter)
     assert getattr(vars(Counter).get("__getattribute__"), "__name__", "") != "asked"
-    assert shared._noting == []
+    assert questions.noting == []
 
 
 # ── the table of the document ──
+
+
+# ── what a student changes in a notebook
+
+FACTOR = 0.25
+SETTINGS = SimpleNamespace(weight=0.25)
+WEIGHTS = np.array([0.25, 0.5])
+
+
+@ti.func
+def helper(n):
+    return n * 0 + 0.25
+
+
+@ti.data_oriented
+class Formulas:
+    """Functions of a class without an object, as in the handouts."""
+
+    weight = 0.25
+
+    @staticmethod
+    @ti.func
+    def value(n):
+        return n * 0 + 0.25
+
+
+def shown(expression):
+    """A renderer that shows the value of an expression where a ray hits, and 0 elsewhere."""
+
+    class Shown(tt.A1Renderer):
+        @ti.func
+        def shade_ray(self, ray):
+            hit = self.scene_data.ray_intersector.query_ray(ray)
+            color = ti.Vector([0.0, 0.0, 0.0])
+            if hit.is_hit:
+                color += expression(hit.normal)
+            return color
+
+    return Shown
+
+
+@ti.func
+def by_name(n):
+    return FACTOR
+
+
+@ti.func
+def by_function(n):
+    return helper(n).x
+
+
+@ti.func
+def by_namespace(n):
+    return SETTINGS.weight
+
+
+@ti.func
+def by_array(n):
+    return ti.static(float(WEIGHTS[0]))
+
+
+@ti.func
+def by_class(n):
+    return Formulas.weight
+
+
+@ti.func
+def by_static_function(n):
+    return Formulas.value(n).x
+
+
+@ti.func
+def doubled(n):
+    return n * 0 + 0.5
+
+
+CHANGES = {
+    by_name: lambda patch: patch.setitem(globals(), "FACTOR", 0.5),
+    by_function: lambda patch: patch.setitem(globals(), "helper", doubled),
+    by_namespace: lambda patch: patch.setattr(SETTINGS, "weight", 0.5),
+    by_array: lambda _: WEIGHTS.__setitem__(0, 0.5),
+    by_class: lambda patch: patch.setattr(Formulas, "weight", 0.5),
+    by_static_function: lambda patch: patch.setattr(Formulas, "value", staticmethod(doubled)),
+}
+
+
+@pytest.mark.parametrize("expression", CHANGES, ids=lambda function: function.__name__)
+def test_what_a_students_function_finds_around_it_is_part_of_what_a_kernel_was_read_for(expression, monkeypatch):
+    renderer, of = shown(expression), scene(1)
+    assert renderer(of, 8, 8).render().image().max() == 0.25
+    began = time.perf_counter()
+    assert renderer(of, 8, 8).render().image().max() == 0.25
+    assert compiling.kernels(since=began) == []
+    CHANGES[expression](monkeypatch)
+    assert renderer(of, 8, 8).render().image().max() == 0.5
+
+
+def test_a_variable_of_the_function_around_is_too():
+    def with_weight(weight):
+        @ti.func
+        def expression(n):
+            return weight
+
+        return expression
+
+    expression, of = with_weight(0.25), scene(1)
+    renderer = shown(expression)
+    assert renderer(of, 8, 8).render().image().max() == 0.25
+    expression.__wrapped__.__closure__[0].cell_contents = 0.5
+    assert renderer(of, 8, 8).render().image().max() == 0.5
+
+
+def test_a_density_that_is_replaced_later_is_noticed(monkeypatch):
+    of = scene(1)
+    first = tt.A2Renderer(of, 16, 12).use("uniform").render(4).image()
+
+    @ti.func
+    def half():
+        return 0.5 / (4 * np.pi)
+
+    monkeypatch.setattr(tt.UniformSampler, "evaluate_probability", staticmethod(half))
+    second = tt.A2Renderer(of, 16, 12).use("uniform").render(4).image()
+    assert not np.array_equal(first, second)
+    monkeypatch.undo()
+    np.testing.assert_array_equal(tt.A2Renderer(of, 16, 12).use("uniform").render(4).image(), first)
 
 
 def changes() -> dict[str, list[str]]:
