@@ -282,7 +282,6 @@ TESTED_THROUGH = {
     "studies.hard.case": "test_hard_cases",
     "studies.hard.view_cases": "test_hard_cases",
     "system.taichi_17.components": "system/taichi_17/test_arguments",
-    "system.taichi_17.questions": "system/taichi_17/test_shared",
     "system.types": "test_typed",
     "teaching.boxes": "teaching/test_notebooks",
     "teaching.child": "teaching/test_sandbox",
