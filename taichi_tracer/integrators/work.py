@@ -18,9 +18,9 @@ from taichi_tracer.system.observed import after, before, observed, observed_scen
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import in_kernels
 
-# Methods of an intersector that enter a node or try a box; those that try a triangle or a sphere; and methods of a
-# surface to one of which each direction that is sampled goes.
-ENTERING, TRYING = ("met_children", "node_interval"), ("try_corners", "try_triangle", "sphere_candidate")
+# Methods of an intersector that enter a node or try a box; those of the plain and of the fast forms that try a triangle
+# or a sphere; and methods of a surface to one of which each direction that is sampled goes.
+ENTERING, TRYING = ("met_children", "node_interval"), ("intersect_primitive", "try_corners")
 SCATTERING = "eval_cosine", "weight"
 
 
@@ -129,6 +129,7 @@ def counted_scene(scene: Any, tally: Tally) -> Any:
 
     counts = dict.fromkeys(ENTERING, before(lambda *_: tally.node()))
     counts |= dict.fromkeys(TRYING, before(lambda *_: tally.primitive()))
+    counts["sphere_candidate"] = before(lambda part, *_: hasattr(part, TRYING[1]) and tally.primitive())
     counts["is_occluded"] = after(lambda part, is_blocked, *_: tally.shadow_ray(is_blocked))
     observers = {
         "ray_intersector": counts,

@@ -143,10 +143,13 @@ PAIRS += long_except([QUICK_PAIR, LONG_PAIR])
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("scene", "environment"), PAIRS)
 def test_every_estimator_agrees_with_every_other(scene, environment):
-    """Means of the quarters of the picture, pairwise within 4.5 σ; TAICHI_TRACER_LONG=all takes every scene."""
+    """Means of the quarters of the picture, pairwise within 4.5 σ; TAICHI_TRACER_LONG=all takes every scene.
+
+    Lobes of the plates have a millionth of all directions: so few uniform samples meet them that σ is not known.
+    """
     loaded = tt.load_scene_data(scene, environment=environment)
     found = {}
-    for name in A2Renderer.names():
+    for name in set(A2Renderer.names()) - ({"uniform", "hemisphere"} if scene == "veach_plates" else set()):
         renderer = rendered(loaded, name, 32, 16 if DEBUG else 256)
         found[name] = quarters(renderer.image()), quarters(renderer.film.variance_of_mean()) / 256
     names = list(found)

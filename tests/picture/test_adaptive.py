@@ -52,8 +52,10 @@ def test_packets_take_the_same_samples(scene):
     images = []
     for use_packets in (False, True):
         renderer = tt.A2Renderer(scene, 16, 16, adaptive=True).use("brdf")
-        renderer.eye_rays.use_packets = use_packets and renderer.eye_rays.can_use_packets
+        renderer.plan.choose_eye_rays(in_tiles=True)
+        renderer.eye_rays.use_packets = use_packets
         images.append(renderer.render(24).image())
+        assert (renderer.eye_rays.packets is not None) is use_packets
     np.testing.assert_array_equal(*images)
 
 
