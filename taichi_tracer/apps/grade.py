@@ -14,7 +14,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grade import Settings, grade_class
-from taichi_tracer.teaching.marks import Mark, Rules, plain, read_rules
+from taichi_tracer.teaching.marks import Mark, Rules, most_points, plain, read_rules
 from taichi_tracer.teaching.sandbox import Level, best_level
 
 
@@ -108,7 +108,7 @@ def summary(marks: Sequence[Mark], level: Level) -> str:
     """The last line that is printed: the mean, and the walls."""
     mean = sum(mark.score for mark in marks) / len(marks)
     plural = "s" * (len(marks) > 1)
-    return f"{len(marks)} submission{plural}, mean {mean:.4g} of {marks[0].points:g}; walls: {level}"
+    return f"{len(marks)} submission{plural}, mean {mean:.4g} of {most_points(marks):g}; walls: {level}"
 
 
 def as_json(assignment: Assignment, marks: Sequence[Mark], settings: Settings) -> str:

@@ -34,6 +34,10 @@ ASKED: dict[str, dict[str, str]] = {
     "a3": {"MeshLightSampler": "sampler.py", "A3Renderer": "renderer.py"},
     "a4": {"A4Renderer": "renderer.py"},
 }
+GRADUATE: dict[str, dict[str, str]] = {  # what only graduate students hand in
+    "a2": {"MicrofacetBRDF": "sampler.py"},
+    "a3": {"Environment": "environment.py"},
+}
 NOT_ASKED = {"RayIntersector.query_ray", "A2Renderer.running_mean", "A3Renderer.to_solid_angle"}
 NOT_ASKED |= {"A3Renderer.power_heuristic", "A4Renderer.next_throughput", "A4Renderer.play_roulette"}
 NOT_ASKED |= {"A4Renderer.sample_light"}
@@ -144,7 +148,8 @@ def load(folder: str | Path, names: Sequence[str] = STUDENTS) -> CourseFiles:
 def asks_for(assignment: str, part: str) -> bool:
     """Whether the course's handout of an assignment asks for a part such as "Camera.generate_ray"."""
     is_picture, name = part.startswith("picture"), part.partition(".")[0]
-    return part not in NOT_ASKED and (is_picture or name in ASKED.get(assignment, {}))
+    asked = {*ASKED.get(assignment, {}), *GRADUATE.get(assignment, {})}
+    return part not in NOT_ASKED and (is_picture or name in asked)
 
 
 def is_of_course(folder: Path, files: Sequence[str]) -> bool:

@@ -6,7 +6,7 @@ arrays. ``Part.judge`` compares these with the arrays that the solution gives on
 
 import zlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,7 @@ class Part:
             row by row; smaller arrays belong to all of them.
         run: (the class, inputs) → answers.
         judge: (inputs, answers, expected answers) → Verdict. It has the method ``agrees`` too, see ``judges``.
+        is_optional: whether it only counts if it is handed in: a part for graduate students.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Part:
     inputs: Callable[[np.random.Generator], Arrays]
     run: Callable[[Any, Arrays], Arrays]
     judge: Any
+    is_optional: bool = False
 
     @property
     def method(self) -> str:
@@ -72,6 +74,11 @@ class Part:
 def method(name: str, points: float, topic: str, inputs: Callable, run: Callable, judge: Any) -> Part:
     """The part of one method: its name says of which class it is, as in "Camera.generate_ray"."""
     return Part(name, points, topic, name.partition(".")[0], inputs, run, judge)
+
+
+def optional(part: Part) -> Part:
+    """The same part, for whoever wants it: a hand-in without it loses nothing."""
+    return replace(part, is_optional=True)
 
 
 @dataclass(frozen=True)
@@ -135,8 +142,13 @@ class Assignment:
 
     @property
     def points(self) -> float:
-        """The points of all parts."""
-        return sum(part.points for part in self.parts)
+        """The points of all parts but the optional ones."""
+        return sum(part.points for part in self.parts if not part.is_optional)
+
+    @property
+    def optional(self) -> frozenset[str]:
+        """The names of the optional parts."""
+        return frozenset(part.name for part in self.parts if part.is_optional)
 
     def part(self, name: str) -> Part:
         """The part of this name; an InputError that lists the parts if there is none."""

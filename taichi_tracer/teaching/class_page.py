@@ -13,7 +13,7 @@ from taichi_tracer.files.disk import replace_file
 from taichi_tracer.teaching import boxes
 from taichi_tracer.teaching.base import RIGHT, STATUSES, Assignment, Verdict
 from taichi_tracer.teaching.grade import Settings, pictures_of
-from taichi_tracer.teaching.marks import Mark, PartMark
+from taichi_tracer.teaching.marks import Mark, PartMark, most_points
 from taichi_tracer.teaching.submissions import Submission
 
 SMALL = 96  # pixels: of a picture on the page of the class
@@ -125,11 +125,11 @@ def class_page(
 ) -> str:
     """The page of the class."""
     scores = np.array([mark.score for mark in marks])
-    middle = f"mean {scores.mean():.3g}, median {np.median(scores):.3g}, of {marks[0].points:g} points"
+    middle = f"mean {scores.mean():.3g}, median {np.median(scores):.3g}, of {most_points(marks):g} points"
     parts = [
         page.paragraph(f"{len(marks)} submissions; {middle}."),
         "<h2>Distribution of the scores</h2>",
-        histogram(scores, marks[0].points),
+        histogram(scores, most_points(marks)),
         "<h2>Parts</h2>",
         page.paragraph(MEANING, "note"),
         parts_table(marks),
@@ -172,7 +172,8 @@ def parts_table(marks: Sequence[Mark]) -> str:
     for i, first in enumerate(marks[0].parts):
         statuses = Counter(mark.parts[i].status for mark in marks)
         mean = np.mean([mark.parts[i].share for mark in marks])
-        row = {"part": first.name, "topic": first.topic, "points": f"{first.points:g}", "mean": f"{mean:.0%}"}
+        points = max(mark.parts[i].points for mark in marks)
+        row = {"part": first.name, "topic": first.topic, "points": f"{points:g}", "mean": f"{mean:.0%}"}
         rows.append(row | {status: statuses.get(status, "") for status in STATUSES})
     return page.table(rows, ["part", "topic", "points", "mean", *STATUSES])
 

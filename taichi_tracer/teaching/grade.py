@@ -35,7 +35,7 @@ from taichi_tracer.teaching.base import (
 from taichi_tracer.teaching.judges import Samples
 from taichi_tracer.teaching.marks import Mark, PartMark, Rules, deductions, mark_of, plain
 from taichi_tracer.teaching.reference import Reference, fingerprint
-from taichi_tracer.teaching.running import LONGEST_MESSAGE, NOT_ASKED, NOT_ASKED_TEXT, OK
+from taichi_tracer.teaching.running import LONGEST_MESSAGE, NOT_ASKED, NOT_ASKED_TEXT, OK, OPTIONAL_TEXT
 from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, Child, ChildEnded, Level
 from taichi_tracer.teaching.submissions import RefusedError, Submission
 from taichi_tracer.teaching.walls import Limits
@@ -177,7 +177,8 @@ def grade(
     except RefusedError as error:
         reason = clean(str(error))
         parts = tuple(
-            PartMark(p.name, p.topic, p.points, 0.0, MISSING, "nothing was unpacked") for p in assignment.parts
+            PartMark(p.name, p.topic, 0.0 if p.is_optional else p.points, 0.0, MISSING, "nothing was unpacked")
+            for p in assignment.parts
         )
         return replace(blank, parts=parts, refused=reason), pictures
     finally:
@@ -215,7 +216,8 @@ class Runner:
         seconds = time.perf_counter() - start
         status = reply.get("status")
         if status == NOT_ASKED:
-            return replace(blank, points=0.0, status=MISSING, message=NOT_ASKED_TEXT)
+            told = OPTIONAL_TEXT if part.is_optional else NOT_ASKED_TEXT
+            return replace(blank, points=0.0, status=MISSING, message=told)
         if status != OK:
             status = status if status in (NOT_WRITTEN, MISSING) else CRASHED
             message = clean(reply.get("message") or "the process did not say what went wrong")
@@ -238,7 +240,7 @@ class Runner:
         The picture is made once more with the solution's methods in place of the wrong ones. What is right then counts,
         multiplied by the share of points that the methods have: nobody gets a picture for the solution's methods alone.
         """
-        tested = {one.name for one in self.reference.assignment.parts if one.replaces}
+        tested = {one.name for one in self.reference.assignment.parts if one.replaces and not one.is_optional}
         methods = [other for name, other in others.items() if name in tested]
         wrong = [other.name for other in methods if other.status == WRONG]
         if not wrong:

@@ -16,7 +16,7 @@ The rules stand in one file of JSON. Every entry may be missing:
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -199,6 +199,11 @@ class Mark:
         return plain(
             {**asdict(self), "parts": parts, "score": self.score, "earned": self.earned, "points": self.points}
         )
+
+
+def most_points(marks: Sequence[Mark]) -> float:
+    """The points that can be had in a class, with the optional parts that somebody handed in."""
+    return max(mark.points for mark in marks)
 
 
 def mark_of(facts: dict) -> Mark:

@@ -24,11 +24,12 @@ from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.system.wings import is_there, wing
 from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part
-from taichi_tracer.teaching.stubs import is_stub, line_of_mark, plain
+from taichi_tracer.teaching.stubs import is_placeholder, is_stub, line_of_mark, plain
 
 OK = "ok"
 NOT_ASKED = "not asked"  # by the course's own handout: see ``is_asked``
 NOT_ASKED_TEXT = "the course's own handout does not ask for it: it is not judged"
+OPTIONAL_TEXT = "it is optional, for graduate students, and was not handed in: nothing is lost"
 LONGEST_MESSAGE = 300  # characters of an error, or of what a submission's process says, that a report shows
 
 
@@ -60,6 +61,7 @@ class Loaded:
         errors: name of a file that could not be run → why.
         folder: where they come from; None for classes of a notebook.
         is_of_course: whether they were written for the course, whose handouts do not ask for all parts.
+        optional: of a solution, the names of the optional parts; see ``base.Part``.
     """
 
     classes: dict[str, type]
@@ -67,6 +69,7 @@ class Loaded:
     folder: Path | None = None
     together: dict[str, type] = field(default_factory=dict)
     is_of_course: bool = False
+    optional: frozenset[str] = frozenset()
 
     def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
         """All classes, for a picture; those that are missing come from ``reference``."""
@@ -107,6 +110,7 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
     """The classes of files that were written for the course, behind their borders."""
     files, borders = wing("course.files"), wing("course.borders")
     found, asked = files.load(folder), files.ASKED.get(assignment.name, {})
+    judged = asked | files.GRADUATE.get(assignment.name, {})
     folder = found.folder
     loaded = Loaded({}, {}, folder, is_of_course=True)
     for file in dict.fromkeys(asked.values()):
@@ -115,7 +119,7 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
         elif not (folder / file).is_file():
             loaded.errors[file] = Answer(MISSING, message=f"the file {file} is missing", file=file)
     classes = borders.borders_of(found.classes)
-    loaded.classes = {name: cls for name, cls in classes.items() if name in asked}
+    loaded.classes = {name: cls for name, cls in classes.items() if name in judged}
     return loaded
 
 
@@ -205,8 +209,19 @@ def own_method(cls: type, name: str) -> object | None:
 
 
 def is_asked(part: Part, student: Loaded, assignment: Assignment) -> bool:
-    """Whether a part is judged: the handouts of the course do not ask for all of them."""
-    return not student.is_of_course or wing("course.files").asks_for(assignment.name, part.name)
+    """Whether a part is judged: the handouts of the course do not ask for all of them, and some are optional."""
+    if student.is_of_course and not wing("course.files").asks_for(assignment.name, part.name):
+        return False
+    return not part.is_optional or is_handed_in(part, student)
+
+
+def is_handed_in(part: Part, student: Loaded) -> bool:
+    """Whether a student has written the method of a part."""
+    cls = student.classes.get(part.replaces)
+    method = None if cls is None else own_method(cls, part.method)
+    if method is None or is_stub(method):
+        return False
+    return not student.is_of_course or not is_placeholder(cls, part.method)
 
 
 def has_own_distribution(part: Part, student: Loaded) -> bool:
@@ -234,7 +249,7 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
         if part.replaces == "":
             if student.errors:
                 return next(iter(student.errors.values()))
-            stubs = student.stubs()
+            stubs = [name for name in student.stubs() if name not in solution.optional]
             if stubs:
                 return Answer(NOT_WRITTEN, message=f"it needs what is not written yet: {', '.join(stubs)}")
             subject: Any = student.namespace(solution)
@@ -387,10 +402,11 @@ _SOLUTIONS: dict[Path, Loaded] = {}
 def solution_of(assignment: Assignment) -> Loaded:
     """The classes of the solution; none if the assignment has only its answers."""
     if assignment.is_sealed:
-        return Loaded({})
+        return Loaded({}, optional=assignment.optional)
     folder = assignment.solution_folder
     if folder not in _SOLUTIONS:
         loaded = load_classes(folder, assignment.files)
+        loaded.optional = assignment.optional
         if loaded.errors:
             file, reason = next(iter(loaded.errors.items()))
             raise InputError(f"assignment {assignment.name}: the solution cannot be run: {file}: {reason.message}")

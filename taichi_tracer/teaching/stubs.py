@@ -44,3 +44,18 @@ def plain(method: object) -> object:
     while hasattr(function, "__wrapped__"):
         function = function.__wrapped__
     return function
+
+
+def is_placeholder(cls: type, name: str) -> bool:
+    """Whether a method is still that of the base code: it reads none of its arguments, or it calls one that does so."""
+    methods = {word: plain(getattr(cls, word, None)) for word in dir(cls)}
+    called = set(methods[name].__code__.co_names) & set(methods) - {name}
+    return any(reads_nothing(methods[word]) for word in (name, *called) if hasattr(methods[word], "__code__"))
+
+
+def reads_nothing(function: object) -> bool:
+    """Whether a function never uses its arguments, as ``pass`` and ``return tm.vec3(0)``."""
+    code = function.__code__  # type: ignore[attr-defined]
+    arguments = set(code.co_varnames[: code.co_argcount])
+    used = (one.argval for one in dis.get_instructions(code) if one.opname.startswith("LOAD_"))
+    return bool(arguments) and not any(arguments & set(value if isinstance(value, tuple) else (value,)) for value in used)

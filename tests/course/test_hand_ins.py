@@ -12,7 +12,9 @@ from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import MISSING, RIGHT
 from taichi_tracer.teaching.grade import Settings, grade
 from taichi_tracer.teaching.reference import Reference
+from taichi_tracer.teaching.running import OPTIONAL_TEXT
 from taichi_tracer.teaching.sandbox import Level
+from taichi_tracer.teaching.stubs import is_placeholder
 from taichi_tracer.teaching.submissions import find
 from taichi_tracer.teaching.walls import Limits
 
@@ -103,15 +105,15 @@ def hand_in(folder: Path, changes: dict[str, list[tuple[str, str]]], around: str
     return path
 
 
-def marks(path: Path, name: str) -> dict:
-    """Part → its mark, of those that are judged."""
+def marks(path: Path, name: str, finds: bool = False) -> dict:
+    """Part → its mark, of those that are judged, or optional."""
     assignment = catalogue.load(name)
     with Reference(assignment, 1) as reference:
         (submitted,) = find(path, assignment.files)
-        found, _ = grade(reference, submitted, Settings(Level("limits"), Limits(), finds=False))
+        found, _ = grade(reference, submitted, Settings(Level("limits"), Limits(), finds=finds))
     assert found.refused == ""
     assert found.imports == ()
-    return {part.name: part for part in found.parts if part.points > 0}
+    return {part.name: part for part in found.parts if part.points > 0 or part.message == OPTIONAL_TEXT}
 
 
 @pytest.mark.parametrize("around", ["", "taichi_tracer/", "A1_codebase/taichi_tracer/"])
@@ -149,6 +151,107 @@ def test_a_real_mistake_costs_its_own_part(mistake, tmp_path):
     found = marks(hand_in(tmp_path, {file: [(old, new)]}), "a1")
     methods = {name for name, part in found.items() if part.status != RIGHT and not name.startswith("picture")}
     assert methods == {wrong}
+
+
+# ── what only graduate students hand in
+
+MARK = "    # 546 part\n"  # stands before it in the files
+BASE_CODE = {
+    "a3": """
+    @ti.kernel
+    def precompute_envmap(self):
+        self.precompute_scalar()
+        self.precompute_cdfs()
+
+    @ti.func
+    def precompute_scalar(self):
+        # 546 only
+        pass
+
+    @ti.func
+    def precompute_cdfs(self):
+        pass
+
+    @ti.func
+    def sample_theta(self, u1: float) -> int:
+        return 0
+
+    @ti.func
+    def importance_sample_envmap(self) -> tm.vec2:
+        u1 = ti.random()
+        sampled_theta = self.sample_theta(u1)
+        return tm.vec2([0., 0.])
+""",
+}
+HOMES = {"a2": "sampler.py", "a3": "environment.py"}
+OPTIONAL = {name: sorted(catalogue.load(name).optional) for name in HOMES}
+SIN_OF_ROW = " * sin_theta"
+GRADUATE_MISTAKES = {
+    "sin forgotten": ("a3", SIN_OF_ROW, "", "Environment.precompute_scalar", "sin θ forgotten"),
+    "cdf off by one": (
+        *("a3", "t, t + 1) / float", "t - 1, t) / float", "Environment.importance_sample_envmap", ""),
+    ),
+    "rows upside down": (
+        *("a3", "tm.vec2([u, v])", "tm.vec2([u, 1 - v])"),
+        *("Environment.importance_sample_envmap", "rows upside down"),
+    ),
+    "rows not weighted": (
+        *("a3", "self.p_theta[y] += self.image_scalar[x, y]", "self.p_theta[y] += 1.0"),
+        *("Environment.importance_sample_envmap", ""),
+    ),
+}
+
+
+def base_code(name: str) -> dict[str, list[tuple[str, str]]]:
+    """The changes that leave only the base code of the graduate part of an assignment."""
+    text = (HAND_IN / HOMES[name]).read_text(encoding="utf-8")
+    return {HOMES[name]: [(text[text.index(MARK) :], BASE_CODE[name])]}
+
+
+def without(name: str) -> dict[str, list[tuple[str, str]]]:
+    """The changes that leave nothing of it."""
+    return {file: [(old, "")] for file, ((old, _),) in base_code(name).items()}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", BASE_CODE)
+@pytest.mark.parametrize("rest", [base_code, without])
+def test_a_hand_in_without_the_graduate_part_loses_nothing(name, rest, tmp_path):
+    found = marks(hand_in(tmp_path, rest(name)), name)
+    told = {part: (mark.points, mark.status, mark.message) for part, mark in found.items() if part in OPTIONAL[name]}
+    assert told == dict.fromkeys(OPTIONAL[name], (0.0, MISSING, OPTIONAL_TEXT))
+    others = [mark for part, mark in found.items() if part not in OPTIONAL[name]]
+    assert {mark.status for mark in others} == {RIGHT}
+    everything = marks(hand_in(tmp_path, {}), name)
+    extra = sum(part.points for part in catalogue.load(name).parts if part.is_optional)
+    assert sum(mark.earned for mark in everything.values()) == sum(mark.earned for mark in others) + extra
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("mistake", GRADUATE_MISTAKES)
+def test_a_mistake_in_the_graduate_part_costs_its_own_part_and_is_told(mistake, tmp_path):
+    name, old, new, wrong, told = GRADUATE_MISTAKES[mistake]
+    found = marks(hand_in(tmp_path, {HOMES[name]: [(old, new)]}), name, finds=bool(told))
+    assert {part for part, mark in found.items() if mark.status != RIGHT} == {wrong}
+    assert found[wrong].points > 0
+    assert not told or told in [word for finding in found[wrong].findings for word in finding["names"]]
+
+
+@pytest.mark.parametrize(
+    ("body", "is_empty"),
+    [
+        ("pass", True),
+        ("return 0.5", True),
+        ("self.cdf[0] = u", False),
+        ("return self.other()", True),
+        ("return u", False),
+    ],
+)
+def test_a_method_of_the_base_code_is_known_by_what_it_reads(body, is_empty):
+    space = {}
+    text = f"class Student:\n    def asked(self, u):\n        {body}\n    def other(self):\n        pass\n"
+    exec(text, space)
+    assert is_placeholder(space["Student"], "asked") == is_empty
 
 
 def test_a_method_that_is_missing_is_one_line(tmp_path):

@@ -397,6 +397,26 @@ EnvironmentSampler.evaluate_density
             sine = np.sin(np.pi * (row + 0.5) / height)
             density[row] = probabilities[row] * width * height / (2 * np.pi**2 * sine)
         return density
+Environment.precompute_scalar
+        for x, y in ti.ndrange(self.x_resolution, self.y_resolution):
+            c = self.image[x, y]
+            latitude = (y + 0.5) / self.y_resolution - 0.5
+            self.image_scalar[x, y] = ti.cos(tm.pi * latitude) * (0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b)
+Environment.importance_sample_envmap
+        u1, u2 = ti.random(), ti.random()
+        row, low, high = 0, 0, self.y_resolution - 1
+        while low < high:
+            middle = (low + high) // 2
+            if self.cdf_ptheta[middle] > u1:
+                high = middle
+            else:
+                low = middle + 1
+        row = low
+        column = 0
+        for i in range(self.x_resolution - 1):
+            if self.cdf_p_phi_given_theta[i, row] <= u2:
+                column = i + 1
+        return tm.vec2(column + ti.random(), row + ti.random()) / tm.vec2(self.x_resolution, self.y_resolution)
 """
 A3_TWO = """
 MeshLightSampler.compute_triangle_area
@@ -489,6 +509,25 @@ EnvironmentSampler.evaluate_density
         d_phi, d_theta = 2 * np.pi / width, np.pi / height
         rows = (np.arange(height) + 0.5) * d_theta
         return probabilities / (d_phi * d_theta * np.tile(np.sin(rows)[:, None], (1, width)))
+Environment.precompute_scalar
+        for x in range(self.x_resolution):
+            for y in range(self.y_resolution):
+                sin_theta = tm.sin((2 * y + 1) * tm.pi / (2 * self.y_resolution))
+                self.image_scalar[x, y] = self.image[x, y].dot(tm.vec3([0.2126, 0.7152, 0.0722])) * sin_theta
+Environment.importance_sample_envmap
+        p, q = ti.random(), ti.random()
+        y = 0
+        while self.cdf_ptheta[y] < p and y + 1 < self.y_resolution:
+            p0 = self.cdf_ptheta[y]
+            y += 1
+        p0 = ti.select(y > 0, self.cdf_ptheta[ti.max(y - 1, 0)], 0.0)
+        x = 0
+        while self.cdf_p_phi_given_theta[x, y] < q and x + 1 < self.x_resolution:
+            x += 1
+        q0 = ti.select(x > 0, self.cdf_p_phi_given_theta[ti.max(x - 1, 0), y], 0.0)
+        v = y + (p - p0) / (self.cdf_ptheta[y] - p0)
+        u = x + (q - q0) / (self.cdf_p_phi_given_theta[x, y] - q0)
+        return tm.vec2([u / float(self.x_resolution), v / float(self.y_resolution)])
 """
 A3_THREE = """
 MeshLightSampler.compute_triangle_area
@@ -576,6 +615,19 @@ EnvironmentSampler.evaluate_density
         theta = np.float32(np.pi) * (np.arange(height, dtype=np.float32) + np.float32(0.5)) / np.float32(height)
         area = np.float32(2 * np.pi**2 / (width * height)) * np.sin(theta)
         return (probabilities.astype(np.float32).T / area).T
+Environment.precompute_scalar
+        for x, y in self.image_scalar:
+            theta = tm.pi - tm.pi * (y + 0.5) / self.y_resolution
+            r, g, b = self.image[x, y].r, self.image[x, y].g, self.image[x, y].b
+            self.image_scalar[x, y] = 10 * tm.sin(theta) * (0.2126 * r + 0.7152 * g + 0.0722 * b)
+Environment.importance_sample_envmap
+        xi = tm.vec2(ti.random(), ti.random())
+        texel = ti.Vector([0, 0])
+        for y in range(self.y_resolution - 1):
+            texel.y += int(self.cdf_ptheta[y] <= xi.y)
+        for x in range(self.x_resolution - 1):
+            texel.x += int(self.cdf_p_phi_given_theta[x, texel.y] <= xi.x)
+        return (texel + tm.vec2(ti.random(), ti.random())) / ti.Vector([self.x_resolution, self.y_resolution])
 """
 A3_FOUR = """
 MeshLightSampler.compute_triangle_area

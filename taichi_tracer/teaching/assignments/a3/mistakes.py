@@ -185,4 +185,55 @@ MISTAKES = {
             ("probabilities / solid_angle", "probabilities * solid_angle"),
         ),
     },
+    "Environment.precompute_scalar": {
+        "sin θ forgotten": ("Are texels near the poles as large as those at the equator?", (" * ti.sin(theta)", "")),
+        "cos θ instead of sin θ": ("Where are the texels smallest?", ("ti.sin(theta)", "abs(ti.cos(theta))")),
+        "edge of the row instead of its middle": ("Which θ has the middle of the row?", ("(y + 0.5)", "y")),
+        "2π instead of π": ("How large is the range of θ?", ("tm.pi * (y", "2 * tm.pi * (y")),
+        "mean of the channels instead of luminance": (
+            "Are all colours equally bright?",
+            ("tm.vec3(0.2126, 0.7152, 0.0722)", "tm.vec3(1 / 3)"),
+        ),
+        "rows upside down": (
+            "Which row of image_scalar belongs to a row of the image?",
+            ("self.image_scalar[x, y] = ", "self.image_scalar[x, self.y_resolution - 1 - y] = "),
+        ),
+    },
+    "Environment.importance_sample_envmap": {
+        "cdf off by one": (
+            "Between which two entries of the cdf lies ξ?",
+            ("(x + f_x)", "(x - 1 + f_x)"),
+            ("(y + f_y)", "(y - 1 + f_y)"),
+        ),
+        "rows upside down": (
+            "Is y = 0 at the top or at the bottom?",
+            ("(y + f_y) / self.y_resolution", "1 - (y + f_y) / self.y_resolution"),
+        ),
+        "columns of another row": (
+            "On which row does p(φ | θ) depend?",
+            ("self.cdf_p_phi_given_theta[x, y] <= xi_x", "self.cdf_p_phi_given_theta[x, 0] <= xi_x"),
+            ("left = self.cdf_p_phi_given_theta[x - 1, y]", "left = self.cdf_p_phi_given_theta[x - 1, 0]"),
+            ("(self.cdf_p_phi_given_theta[x, y] - left)", "(self.cdf_p_phi_given_theta[x, 0] - left)"),
+        ),
+        "all points of the image equally probable": (
+            "Where does the light come from?",
+            ("tm.vec2((x + f_x) / self.x_resolution, (y + f_y) / self.y_resolution)", "tm.vec2(xi_x, xi_y)"),
+        ),
+        "always the edge of the texel": (
+            "Where in its texel lies the point?",
+            ("(x + f_x)", "x"),
+            ("(y + f_y)", "y"),
+        ),
+        "u and v exchanged": (
+            "Which of the two numbers runs along the width?",
+            (
+                "tm.vec2((x + f_x) / self.x_resolution, (y + f_y) / self.y_resolution)",
+                "tm.vec2((y + f_y) / self.y_resolution, (x + f_x) / self.x_resolution)",
+            ),
+        ),
+        "one random number for the row and the texel": (
+            "How many random numbers does a point of an area need?",
+            ("xi_x = ti.random()", "xi_x = xi_y"),
+        ),
+    },
 }

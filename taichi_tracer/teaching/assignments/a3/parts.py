@@ -2,11 +2,14 @@
 
 import numpy as np
 import taichi as ti
+from taichi.lang import impl
 
 from taichi_tracer.system import memory
+from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.teaching import stand_ins
-from taichi_tracer.teaching.base import Arrays, method
+from taichi_tracer.teaching.base import Arrays, method, optional
 from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
+from taichi_tracer.teaching.running import own_method
 from taichi_tracer.teaching.rows import WHOLE, rows, samples
 
 POINTS, MEASURES, COMBINED = "sampling lights", "densities per area and per solid angle", "multiple importance sampling"
@@ -154,6 +157,100 @@ def run_sky_density(sampler_class: type, inputs: Arrays) -> Arrays:
     return {"density": np.asarray(sampler_class().evaluate_density(inputs["probabilities"]), np.float64).reshape(-1)}
 
 
+# ── points of an environment ──
+
+ROUTE = ("scalar", "marginal_ptheta", "conditional_p_phi_given_theta", "cdfs")  # the steps of the course, in order
+ON_EDGE = 1e-5  # of a texel: a point that rounding has put so far below an edge is on it
+
+
+@ti.kernel
+def run_function(function: ti.template()):
+    """Call a function of kernels."""
+    function()
+
+
+def call(method) -> None:
+    """Call a method, which may be one of Python, a kernel, or a function of kernels."""
+    is_of_kernels = getattr(method, "_is_taichi_function", False) and not getattr(method, "is_for_python_too", False)
+    if is_of_kernels:
+        run_function(method)
+    else:
+        method()
+
+
+def scalar_of(environment_class: type, inputs: Arrays) -> np.ndarray:
+    """(w, h) what ``precompute_scalar`` writes into ``image_scalar``, divided by the sum."""
+    made = environment_class(inputs["image"])
+    call(made.precompute_scalar)
+    found = made.image_scalar.to_numpy().astype(np.float64)
+    made.destroy()
+    with np.errstate(all="ignore"):
+        return found / found.sum()
+
+
+def right_scalar(image: np.ndarray) -> np.ndarray:
+    """(w, h) the same for an image, from the definition."""
+    luminance = (image[::-1] @ [0.2126, 0.7152, 0.0722]).T
+    weights = luminance * np.sin(np.pi * (np.arange(len(image)) + 0.5) / len(image))
+    return weights / weights.sum()
+
+
+def run_scalar(environment_class: type, inputs: Arrays) -> Arrays:
+    """The share of each texel."""
+    return {"share of the sum": scalar_of(environment_class, inputs).reshape(-1)}
+
+
+@ti.func
+def write_scalar(of):
+    """The right numbers, with the sum 1, in place of those of a wrong ``precompute_scalar``."""
+    for x, y in of.image_scalar:
+        of.image_scalar[x, y] = of.right_numbers[x, y]
+
+
+@ti.kernel
+def write_scalar_now(of: ti.template()):
+    """The same, called in Python."""
+    write_scalar(of)
+
+
+@in_kernels
+def precompute_scalar(self):
+    """The method that stands in place of a wrong one."""
+    (write_scalar if impl.inside_kernel() else write_scalar_now)(self)
+
+
+def prepared(environment_class: type, inputs: Arrays):
+    """An environment whose tables the class under test has filled in, with the right ``image_scalar``."""
+    right, own = right_scalar(inputs["image"]), scalar_of(environment_class, inputs)
+    if not np.allclose(own, right, rtol=1e-3, atol=1e-7):
+        members = {"precompute_scalar": precompute_scalar, "__module__": environment_class.__module__}
+        environment_class = type(environment_class.__name__, (environment_class,), members)
+    made = environment_class(inputs["image"])
+    made.right_numbers = ti.field(float, right.shape)
+    made.right_numbers.from_numpy(right.astype(np.float32))
+    if own_method(environment_class, "precompute_envmap") is not None:
+        call(made.precompute_envmap)
+    else:
+        for step in ROUTE:
+            call(getattr(made, f"precompute_{step}"))
+    return made
+
+
+def run_image_points(environment_class: type, inputs: Arrays) -> Arrays:
+    """How often each row, each column, and each block of the image is hit, and where within a texel."""
+    made = prepared(environment_class, inputs)
+    points = samples(made.importance_sample_envmap, {}, [], {"point": 2}, 2 * SAMPLES, range(4))["point"]
+    made.destroy()
+    size = np.array([16, 8])
+    at = points.astype(np.float64) * size + ON_EDGE
+    texel = np.floor(np.nan_to_num(at, nan=-1.0, posinf=-1.0, neginf=-1.0)).astype(int)
+    block = np.where((texel >= 0).all(axis=2), texel[..., 0] // 4 + 4 * (texel[..., 1] // 2), -1)
+    hits = {"row": texel[..., 1], "column": texel[..., 0], "block": block}
+    counts = {"row": 8, "column": 16, "block": 16}
+    found = {name: statistics(hits[name][..., None] == np.arange(counts[name])) for name in hits}
+    return {"point": statistics(points), **found}
+
+
 # ── a picture ──
 
 
@@ -162,7 +259,7 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
     return stand_ins.lit_cornell_box(classes.A3Renderer, "mis", classes.MeshLightSampler, inputs)
 
 
-LIGHTS, RENDERER, ENVIRONMENT = "MeshLightSampler", "A3Renderer", "EnvironmentSampler"
+LIGHTS, RENDERER, ENVIRONMENT, IMAGE = "MeshLightSampler", "A3Renderer", "EnvironmentSampler", "Environment"
 BOTH = stand_ins.run_integrators(("environment", "mis"), LIGHT_SAMPLES)
 NUMBERS, AREAS = Numbers(1e-4), Numbers(1e-4, called="triangles")
 TEXELS, DENSITIES = Numbers(1e-6, called="texels"), Numbers(1e-5, called="texels")
@@ -177,5 +274,7 @@ PARTS = (
     method(f"{RENDERER}.shade_ray", 6, COMBINED, stand_ins.lamp_room, BOTH, Samples(called="rays")),
     method(f"{ENVIRONMENT}.compute_probabilities", 2, SKY, image, run_probabilities, TEXELS),
     method(f"{ENVIRONMENT}.evaluate_density", 2, SKY, probabilities, run_sky_density, DENSITIES),
+    optional(method(f"{IMAGE}.precompute_scalar", 3, SKY, image, run_scalar, TEXELS)),
+    optional(method(f"{IMAGE}.importance_sample_envmap", 5, SKY, image, run_image_points, Samples(called="sets"))),
     picture("mis", 2, stand_ins.any_seed, run_picture),
 )

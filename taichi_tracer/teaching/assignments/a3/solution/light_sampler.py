@@ -127,3 +127,90 @@ class EnvironmentSampler:
         density = probabilities / solid_angle
         ### END SOLUTION
         return density
+
+
+@ti.data_oriented
+class Environment(tt.Environment):
+    """Optional: points of the image in proportion to the light that arrives from them. Kernels call it.
+
+    ``self.image[x, y]`` is the radiance of a texel, a vec3, with y = 0 at the bottom. ``self.image_scalar[x, y]``,
+    ``self.cdf_ptheta[y]`` and ``self.cdf_p_phi_given_theta[x, y]`` are the tables that the methods fill.
+    """
+
+    def __init__(self, image, **options):
+        super().__init__(image, **options)
+        width, height = int(self.x_resolution), int(self.y_resolution)
+        self.image_scalar = ti.field(float, (width, height))
+        self.cdf_ptheta = ti.field(float, height)
+        self.cdf_p_phi_given_theta = ti.field(float, (width, height))
+
+    @ti.kernel
+    def precompute_scalar(self):
+        """Fill ``self.image_scalar``: the luminance 0.2126 R + 0.7152 G + 0.0722 B of each texel, times sin θ.
+
+        θ = π (y + 0.5)/h belongs to the middle of row y. sin θ is how much smaller a texel is than at the equator.
+        """
+        ### BEGIN SOLUTION
+        for x, y in self.image_scalar:
+            theta = tm.pi * (y + 0.5) / self.y_resolution
+            luminance = tm.dot(self.image[x, y], tm.vec3(0.2126, 0.7152, 0.0722))
+            self.image_scalar[x, y] = luminance * ti.sin(theta)
+        ### END SOLUTION
+
+    @ti.kernel
+    def precompute_cdfs(self):
+        """Fill the other tables: the rows up to y have the share cdf_ptheta[y] of the light.
+
+        cdf_p_phi_given_theta[x, y] is the share that the texels up to x have of the light of row y.
+        """
+        total = 0.0
+        ti.loop_config(serialize=True)
+        for y in range(self.y_resolution):
+            row = 0.0
+            for x in range(self.x_resolution):
+                row += self.image_scalar[x, y]
+                self.cdf_p_phi_given_theta[x, y] = row
+            for x in range(self.x_resolution):
+                self.cdf_p_phi_given_theta[x, y] /= row
+            total += row
+            self.cdf_ptheta[y] = total
+        for y in range(self.y_resolution):
+            self.cdf_ptheta[y] /= total
+
+    def precompute_envmap(self):
+        """Fill all tables."""
+        self.precompute_scalar()
+        self.precompute_cdfs()
+
+    @ti.func
+    def importance_sample_envmap(self):
+        """A random point (u, v) of the image (vec2, in [0, 1)²), in proportion to ``self.image_scalar``.
+
+        First a row is drawn, then a texel in it: those with cdf[i − 1] ≤ ξ < cdf[i]. The place of ξ between these two
+        numbers is the place of the point in the row, or in the texel:
+
+            f = (ξ − cdf[i − 1])/(cdf[i] − cdf[i − 1])        u = (x + f_x)/w        v = (y + f_y)/h
+        """
+        point = tm.vec2(0)
+        ### BEGIN SOLUTION
+        xi_y = ti.random()
+        y = 0
+        while y < self.y_resolution - 1 and self.cdf_ptheta[y] <= xi_y:
+            y += 1
+        below = 0.0
+        if y > 0:
+            below = self.cdf_ptheta[y - 1]
+        f_y = (xi_y - below) / (self.cdf_ptheta[y] - below)
+
+        xi_x = ti.random()
+        x = 0
+        while x < self.x_resolution - 1 and self.cdf_p_phi_given_theta[x, y] <= xi_x:
+            x += 1
+        left = 0.0
+        if x > 0:
+            left = self.cdf_p_phi_given_theta[x - 1, y]
+        f_x = (xi_x - left) / (self.cdf_p_phi_given_theta[x, y] - left)
+
+        point = tm.vec2((x + f_x) / self.x_resolution, (y + f_y) / self.y_resolution)
+        ### END SOLUTION
+        return point
