@@ -140,7 +140,11 @@ def check_folder(
     assignment, own_seed = assignment_of(folder, name)
     runtime.ensure()
     student = load_submission(folder, assignment)
-    parts = [part for part in chosen(assignment, names) if is_asked(part, student, assignment) or (names and part.is_optional)]
+    parts = [
+        part
+        for part in chosen(assignment, names)
+        if is_asked(part, student, assignment) or (names and part.is_optional)
+    ]
     return check(assignment, student, parts, own_seed if seed is None else seed, watch)
 
 

@@ -58,4 +58,6 @@ def reads_nothing(function: object) -> bool:
     code = function.__code__  # type: ignore[attr-defined]
     arguments = set(code.co_varnames[: code.co_argcount])
     used = (one.argval for one in dis.get_instructions(code) if one.opname.startswith("LOAD_"))
-    return bool(arguments) and not any(arguments & set(value if isinstance(value, tuple) else (value,)) for value in used)
+    return bool(arguments) and not any(
+        arguments & set(value if isinstance(value, tuple) else (value,)) for value in used
+    )

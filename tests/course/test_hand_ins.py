@@ -188,9 +188,7 @@ OPTIONAL = {name: sorted(catalogue.load(name).optional) for name in HOMES}
 SIN_OF_ROW = " * sin_theta"
 GRADUATE_MISTAKES = {
     "sin forgotten": ("a3", SIN_OF_ROW, "", "Environment.precompute_scalar", "sin θ forgotten"),
-    "cdf off by one": (
-        *("a3", "t, t + 1) / float", "t - 1, t) / float", "Environment.importance_sample_envmap", ""),
-    ),
+    "cdf off by one": (*("a3", "t, t + 1) / float", "t - 1, t) / float", "Environment.importance_sample_envmap", ""),),
     "rows upside down": (
         *("a3", "tm.vec2([u, v])", "tm.vec2([u, 1 - v])"),
         *("Environment.importance_sample_envmap", "rows upside down"),

@@ -9,8 +9,8 @@ from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.teaching import stand_ins
 from taichi_tracer.teaching.base import Arrays, method, optional
 from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
-from taichi_tracer.teaching.running import own_method
 from taichi_tracer.teaching.rows import WHOLE, rows, samples
+from taichi_tracer.teaching.running import own_method
 
 POINTS, MEASURES, COMBINED = "sampling lights", "densities per area and per solid angle", "multiple importance sampling"
 SKY = "environments by their light"
