@@ -47,6 +47,7 @@ _HOME_OF = {
     "Sampler": "sampler",
     "UniformSampler": "sampler",
     "BRDF": "sampler",
+    "MicrofacetBRDF": "brdfs.microfacet",
     "MeshLightSampler": "lights.mesh_light_sampler",
     "Brdf": "brdfs.base",
     "Light": "lights.base",
@@ -101,6 +102,7 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.apps.widget import show as show
     from taichi_tracer.background import Background as Background
     from taichi_tracer.brdfs.base import Brdf as Brdf
+    from taichi_tracer.brdfs.microfacet import MicrofacetBRDF as MicrofacetBRDF
     from taichi_tracer.camera import Camera as Camera
     from taichi_tracer.cameras.orthographic import OrthographicCamera as OrthographicCamera
     from taichi_tracer.environment import Environment as Environment

@@ -12,15 +12,15 @@ from typing import Any
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
 from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.brdfs.handout import HandoutBrdf
 from taichi_tracer.brdfs.microfacet import MicrofacetBRDF as MicrofacetBRDF  # as the handout names it
 from taichi_tracer.brdfs.phong import Phong
 from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.formulas.warps import uniform_sphere
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLightSampler  # as the handout names it
 from taichi_tracer.random_numbers import RandomNumbers, given_or_drawn
-from taichi_tracer.system.seams import called, in_kernels, replaced, seams
+from taichi_tracer.system.seams import in_kernels, seams
 
 DEFAULT_SAMPLER = "niederreiter"
 
@@ -95,7 +95,7 @@ class UniformSampler:
 
 @ti.data_oriented
 @seams("sample_direction", "evaluate_probability", "evaluate_brdf", "evaluate_brdf_factor")
-class BRDF(Brdf):
+class BRDF(HandoutBrdf):
     """The handout's BRDF: diffuse if Ns is 1 or less, otherwise Phong (A2-4, A2-7, A2-8).
 
     The BRDFs in the folder ``brdfs`` compute the same values. This class takes their place as soon as one of its
@@ -145,36 +145,6 @@ class BRDF(Brdf):
         if material.Ns > 1:
             weight = PHONG.weight(material, w_o, w_i, normal)
         return weight
-
-    @ti.func
-    def eval(self, material, w_o, w_i, n):
-        """``evaluate_brdf``."""
-        return called(self.evaluate_brdf, material, w_o, w_i, n)
-
-    @ti.func
-    def pdf(self, material, w_o, w_i, n):
-        """``evaluate_probability``."""
-        return called(self.evaluate_probability, material, w_o, w_i, n)
-
-    @ti.func
-    def sample(self, material, w_o, n, xi):
-        """``sample_direction``."""
-        return called(self.sample_direction, material, w_o, n, xi=xi)
-
-    @ti.func
-    def weight(self, material, w_o, w_i, n):
-        """``evaluate_brdf_factor``; or f_r cos θ_i / pdf, if only f_r or the pdf was replaced."""
-        value = tm.vec3(0)
-        if ti.static(self.has_own_factor()):
-            value = called(self.evaluate_brdf_factor, material, w_o, w_i, n)
-        else:
-            value = eval_over_pdf(self, material, w_o, w_i, n)
-        return value
-
-    def has_own_factor(self) -> bool:
-        """Whether the weight of a sample is ``evaluate_brdf_factor``, and not the quotient f_r cos θ_i / pdf."""
-        names = replaced(self)
-        return "evaluate_brdf_factor" in names or not {"evaluate_brdf", "evaluate_probability"} & set(names)
 
 
 DIFFUSE, PHONG = Diffuse(), Phong()

@@ -12,7 +12,7 @@ from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.options import BrdfChoice, LampChoices
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.sampler import BRDF
+from taichi_tracer.sampler import BRDF, MicrofacetBRDF
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import replaced
@@ -44,11 +44,12 @@ def lamp_choice_of(chosen: LampChoices | None, mesh: Mesh) -> LampChoice:
 def brdfs_of(chosen: Sequence[BrdfChoice]) -> list[Brdf]:
     """The BRDFs that a scene knows. If several of them describe a material, the last one in this list is used.
 
-    The order is: the registered BRDFs in the order of their registration; then the ``BRDF`` of the handout, if one of
-    its methods was replaced; then the BRDFs that were chosen for this scene, in reverse order.
+    The order is: the registered BRDFs in the order of their registration; then those of the handouts, ``BRDF`` and
+    ``MicrofacetBRDF``, if one of their methods was replaced; then the BRDFs that were chosen for this scene, in reverse
+    order.
     """
     own = [PARTS.find("BRDF", one) for one in chosen]
-    handouts = [BRDF()] if replaced(BRDF) else []
+    handouts = [handout() for handout in (BRDF, MicrofacetBRDF) if replaced(handout)]
     return [*(brdf for brdf in PARTS.all("BRDF") if brdf not in own), *handouts, *reversed(own)]
 
 

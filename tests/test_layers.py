@@ -279,6 +279,7 @@ TESTED_THROUGH = {
     "picture.postprocessed": "course/test_scripts",
     "picture.rendered": "test_progressive",
     "system.blocks": "system/taichi_17/test_blocks",
+    "brdfs.handout": "brdfs/test_microfacet",
     "studies.hard.case": "test_hard_cases",
     "studies.hard.view_cases": "test_hard_cases",
     "system.taichi_17.components": "system/taichi_17/test_arguments",

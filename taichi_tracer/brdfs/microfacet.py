@@ -20,6 +20,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf, DeltaBrdf
+from taichi_tracer.brdfs.handout import HandoutBrdf
 from taichi_tracer.formulas.angles import on_circle
 from taichi_tracer.formulas.frames import frame_about, mirrored
 from taichi_tracer.random_numbers import given_or_drawn
@@ -124,8 +125,19 @@ MICROFACET = Microfacet()
 
 
 @ti.data_oriented
-class MicrofacetBRDF:
-    """The names of the handout for ``Microfacet`` (A2-12)."""
+@seams("sample_direction", "evaluate_probability", "evaluate_brdf", "evaluate_brdf_factor")
+class MicrofacetBRDF(HandoutBrdf):
+    """The names of the handout for ``Microfacet`` (A2-12).
+
+    This class takes the place of ``Microfacet`` and of ``SmoothConductor`` as soon as one of its methods is replaced.
+    """
+
+    name = "handout's microfacets"
+    needs = Microfacet.needs
+
+    def describes(self, material: Any, dtype: type) -> bool:
+        """Every material with a roughness."""
+        return material.is_rough
 
     @staticmethod
     @ti.func

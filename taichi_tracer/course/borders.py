@@ -25,6 +25,7 @@ HANDOUT = {
     "Environment": ("query_ray",),
     "UniformSampler": ("sample_direction", "evaluate_probability"),
     "BRDF": ("sample_direction", "evaluate_probability", "evaluate_brdf", "evaluate_brdf_factor"),
+    "MicrofacetBRDF": ("sample_direction", "evaluate_probability", "evaluate_brdf", "evaluate_brdf_factor"),
     "RayIntersector": ("intersect_triangle", "query_ray"),
     "MeshLightSampler": (
         *("compute_triangle_area", "compute_cdf", "sample_emissive_triangle"),
@@ -43,8 +44,9 @@ def borders_of(classes: dict[str, type]) -> dict[str, type]:
     for name, base in (("Camera", tt.Camera), ("Environment", tt.Environment), ("UniformSampler", tt.UniformSampler)):
         if name in classes:
             made[name] = taken(classes[name], base, name)
-    if "BRDF" in classes:
-        made["BRDF"] = taken(classes["BRDF"], tt.BRDF, "BRDF", fitted)
+    for name, base in (("BRDF", tt.BRDF), ("MicrofacetBRDF", tt.MicrofacetBRDF)):
+        if name in classes:
+            made[name] = taken(classes[name], base, name, fitted)
     intersector = classes.get("BruteForceRayIntersector", classes.get("RayIntersector"))
     if intersector is not None:
         made["RayIntersector"] = intersector_of(intersector)

@@ -23,6 +23,7 @@ CLASSES: dict[str, Any] = {
     "Environment": tt.Environment,
     "UniformSampler": tt.UniformSampler,
     "BRDF": tt.BRDF,
+    "MicrofacetBRDF": tt.MicrofacetBRDF,
     "RayIntersector": tt.RayIntersector,
     "MeshLightSampler": tt.MeshLightSampler,
     "A2Renderer": tt.A2Renderer,

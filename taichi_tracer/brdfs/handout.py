@@ -1,0 +1,53 @@
+"""BRDFs by the names of the handouts: functions without ``self``, which draw their random numbers themselves.
+
+A class with these names takes the place of the package's own BRDFs as soon as one of its methods is replaced.
+"""
+
+from typing import Any
+
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.brdfs.base import Brdf, eval_over_pdf
+from taichi_tracer.system.seams import called, replaced, seams
+
+
+@ti.data_oriented
+@seams()
+class HandoutBrdf(Brdf):
+    """What integrators ask, in the words of the handouts. A subclass defines ``sample_direction`` and so on."""
+
+    sample_direction: Any
+    evaluate_probability: Any
+    evaluate_brdf: Any
+    evaluate_brdf_factor: Any
+
+    @ti.func
+    def eval(self, material, w_o, w_i, n):
+        """``evaluate_brdf``."""
+        return called(self.evaluate_brdf, material, w_o, w_i, n)
+
+    @ti.func
+    def pdf(self, material, w_o, w_i, n):
+        """``evaluate_probability``."""
+        return called(self.evaluate_probability, material, w_o, w_i, n)
+
+    @ti.func
+    def sample(self, material, w_o, n, xi):
+        """``sample_direction``."""
+        return called(self.sample_direction, material, w_o, n, xi=xi)
+
+    @ti.func
+    def weight(self, material, w_o, w_i, n):
+        """``evaluate_brdf_factor``; or f_r cos θ_i / pdf, if only f_r or the pdf was replaced."""
+        value = tm.vec3(0)
+        if ti.static(self.has_own_factor()):
+            value = called(self.evaluate_brdf_factor, material, w_o, w_i, n)
+        else:
+            value = eval_over_pdf(self, material, w_o, w_i, n)
+        return value
+
+    def has_own_factor(self) -> bool:
+        """Whether the weight of a sample is ``evaluate_brdf_factor``, and not the quotient f_r cos θ_i / pdf."""
+        names = replaced(self)
+        return "evaluate_brdf_factor" in names or not {"evaluate_brdf", "evaluate_probability"} & set(names)
