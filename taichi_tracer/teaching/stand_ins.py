@@ -219,12 +219,21 @@ class PlainMaterial:
     Ks: tm.vec3
     Ke: tm.vec3
     Ns: tm.vec3.dtype
+    alpha_x: tm.vec3.dtype
+    alpha_y: tm.vec3.dtype
+    F0: tm.vec3
 
 
 @ti.func
 def material_of(Kd, Ns):
     """A material with a reflectance and an exponent."""
     return PlainMaterial(Kd=Kd, Ks=tm.vec3(0.5), Ke=tm.vec3(0), Ns=Ns)
+
+
+@ti.func
+def rough_material_of(alpha, F0):
+    """A rough metal whose tiny mirrors lie alike in all directions."""
+    return PlainMaterial(Kd=F0, Ks=tm.vec3(0.5), Ke=tm.vec3(0), Ns=1.0, alpha_x=alpha, alpha_y=alpha, F0=F0)
 
 
 # ── cameras ──

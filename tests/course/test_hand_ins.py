@@ -157,6 +157,28 @@ def test_a_real_mistake_costs_its_own_part(mistake, tmp_path):
 
 MARK = "    # 546 part\n"  # stands before it in the files
 BASE_CODE = {
+    "a2": """
+    @staticmethod
+    @ti.func
+    def sample_direction(material: Material, w_o: tm.vec3, normal: tm.vec3) -> tm.vec3:
+        # 546 only
+        return tm.vec3(0.)
+
+    @staticmethod
+    @ti.func
+    def evaluate_probability(material: Material, w_o: tm.vec3, w_i: tm.vec3, normal: tm.vec3) -> float:
+        return 1.
+
+    @staticmethod
+    @ti.func
+    def evaluate_brdf(material: Material, w_o: tm.vec3, w_i: tm.vec3, normal: tm.vec3) -> tm.vec3:
+        pass
+
+    @staticmethod
+    @ti.func
+    def evaluate_brdf_factor(material: Material, w_o: tm.vec3, w_i: tm.vec3, normal: tm.vec3) -> tm.vec3:
+        pass
+""",
     "a3": """
     @ti.kernel
     def precompute_envmap(self):
@@ -187,6 +209,16 @@ HOMES = {"a2": "sampler.py", "a3": "environment.py"}
 OPTIONAL = {name: sorted(catalogue.load(name).optional) for name in HOMES}
 SIN_OF_ROW = " * sin_theta"
 GRADUATE_MISTAKES = {
+    "printed density": (
+        *("a2", "material, o)) / (4. * o.z)", "material, M @ w_i)) / (4. * (M @ w_i).z)"),
+        *("MicrofacetBRDF.evaluate_probability", "ω_i in place of ω_o"),
+    ),
+    "separable": (
+        *("a2", "(1. + MicrofacetBRDF.Lambda(material, o) + MicrofacetBRDF.Lambda(material, i))"),
+        "((1. + MicrofacetBRDF.Lambda(material, o)) * (1. + MicrofacetBRDF.Lambda(material, i)))",
+        *("MicrofacetBRDF.evaluate_brdf", "separable G"),
+    ),
+    "half vector returned": ("a2", "M @ reflect(o, h)", "M @ h", "MicrofacetBRDF.sample_direction", ""),
     "sin forgotten": ("a3", SIN_OF_ROW, "", "Environment.precompute_scalar", "sin θ forgotten"),
     "cdf off by one": (*("a3", "t, t + 1) / float", "t - 1, t) / float", "Environment.importance_sample_envmap", ""),),
     "rows upside down": (
@@ -208,7 +240,7 @@ def base_code(name: str) -> dict[str, list[tuple[str, str]]]:
 
 def without(name: str) -> dict[str, list[tuple[str, str]]]:
     """The changes that leave nothing of it."""
-    return {file: [(old, "")] for file, ((old, _),) in base_code(name).items()}
+    return {file: [(old, "    pass\n")] for file, ((old, _),) in base_code(name).items()}
 
 
 @pytest.mark.long

@@ -141,3 +141,75 @@ class MeshLightSampler:
             b0 = x0 - b1
         y = b0 * v0 + b1 * v1 + (1 - b0 - b1) * v2
         return tm.normalize(y - hit_point), triangle_id
+
+
+@ti.data_oriented
+class MicrofacetBRDF:
+    # 546 part
+    @staticmethod
+    @ti.func
+    def Lambda(material: Material, w: tm.vec3) -> float:
+        a2 = (material.alpha_x * w.x)**2 + (material.alpha_y * w.y)**2
+        return (-1. + tm.sqrt(1. + a2 / (w.z * w.z))) / 2.
+
+    @staticmethod
+    @ti.func
+    def D(material: Material, h: tm.vec3) -> float:
+        e = (h.x / material.alpha_x)**2 + (h.y / material.alpha_y)**2
+        e = e + h.z * h.z
+        return 1. / (tm.pi * material.alpha_x * material.alpha_y * e * e)
+
+    @staticmethod
+    @ti.func
+    def fresnel(material: Material, c: float) -> tm.vec3:
+        return material.F0 + (tm.vec3(1.) - material.F0) * tm.pow(1. - c, 5.)
+
+    @staticmethod
+    @ti.func
+    def sample_direction(material: Material, w_o: tm.vec3, normal: tm.vec3) -> tm.vec3:
+        # Heitz 2018
+        M = ortho_frames(normal)
+        o = M.transpose() @ w_o
+        vh = tm.normalize(tm.vec3(material.alpha_x * o.x, material.alpha_y * o.y, o.z))
+        l2 = vh.x * vh.x + vh.y * vh.y
+        t1 = tm.vec3(1., 0., 0.)
+        if l2 > 0:
+            t1 = tm.vec3(-vh.y, vh.x, 0.) / tm.sqrt(l2)
+        t2 = tm.cross(vh, t1)
+        r = tm.sqrt(ti.random())
+        phi = 2. * tm.pi * ti.random()
+        p1 = r * tm.cos(phi)
+        p2 = r * tm.sin(phi)
+        s = 0.5 * (1. + vh.z)
+        p2 = (1. - s) * tm.sqrt(1. - p1 * p1) + s * p2
+        nh = p1 * t1 + p2 * t2 + tm.sqrt(tm.max(0., 1. - p1 * p1 - p2 * p2)) * vh
+        h = tm.normalize(tm.vec3(material.alpha_x * nh.x, material.alpha_y * nh.y, tm.max(0., nh.z)))
+        return M @ reflect(o, h)
+
+    @staticmethod
+    @ti.func
+    def evaluate_probability(material: Material, w_o: tm.vec3, w_i: tm.vec3, normal: tm.vec3) -> float:
+        M = ortho_frames(normal).transpose()
+        o = M @ w_o
+        h = tm.normalize(o + M @ w_i)
+        return MicrofacetBRDF.D(material, h) / (1. + MicrofacetBRDF.Lambda(material, o)) / (4. * o.z)
+
+    @staticmethod
+    @ti.func
+    def evaluate_brdf(material: Material, w_o: tm.vec3, w_i: tm.vec3, normal: tm.vec3) -> tm.vec3:
+        M = ortho_frames(normal).transpose()
+        o = M @ w_o
+        i = M @ w_i
+        h = tm.normalize(o + i)
+        G = 1. / (1. + MicrofacetBRDF.Lambda(material, o) + MicrofacetBRDF.Lambda(material, i))
+        return MicrofacetBRDF.D(material, h) * G * MicrofacetBRDF.fresnel(material, o.dot(h)) / (4. * o.z * i.z)
+
+    @staticmethod
+    @ti.func
+    def evaluate_brdf_factor(material: Material, w_o: tm.vec3, w_i: tm.vec3, normal: tm.vec3) -> tm.vec3:
+        M = ortho_frames(normal).transpose()
+        o = M @ w_o
+        i = M @ w_i
+        h = tm.normalize(o + i)
+        lo = MicrofacetBRDF.Lambda(material, o)
+        return MicrofacetBRDF.fresnel(material, o.dot(h)) * (1. + lo) / (1. + lo + MicrofacetBRDF.Lambda(material, i))

@@ -254,4 +254,84 @@ MISTAKES = {
             ),
         ),
     },
+    "MicrofacetBRDF.sample_direction": {
+        "not stretched": ("In which space is the distribution a hemisphere?", ("tm.normalize(stretch * o)", "o")),
+        "the normal is not stretched back": (
+            "In which space is ω_m?",
+            ("tm.normalize(stretch * (tm.vec3", "tm.normalize(1 * (tm.vec3"),
+        ),
+        "w_i is the normal of the tiny mirror": (
+            "What does a mirror with this normal do?",
+            ("2 * tm.dot(m, o) * m - o", "m"),
+        ),
+        "mirrored at the surface's normal": (
+            "At which normal is w_o mirrored?",
+            ("2 * tm.dot(m, o) * m - o", "tm.vec3(-o.x, -o.y, o.z)"),
+        ),
+        "one random number for both angles": (
+            "How many random numbers does a direction need?",
+            ("z = (1 - ti.random()) *", "xi = ti.random()\n        z = (1 - xi) *"),
+            ("2 * tm.pi * ti.random()", "2 * tm.pi * xi"),
+        ),
+        "only half a turn": ("How large is a full turn?", ("phi = 2 * tm.pi", "phi = tm.pi")),
+    },
+    "MicrofacetBRDF.evaluate_probability": {
+        "without 1/(4 ω_o·ω_m)": (
+            "Per which solid angle is the density: of ω_m, or of ω_i?",
+            ("visible / (4 * tm.dot(o, m))", "visible"),
+        ),
+        "1/4 forgotten": ("How fast does ω_i turn if ω_m turns?", ("(4 * tm.dot(o, m))", "tm.dot(o, m)")),
+        "ω_i in place of ω_o": (
+            "From where were the normals visible?",
+            ("((a_x * o.x) ** 2 + (a_y * o.y) ** 2) / o.z**2", "((a_x * i.x) ** 2 + (a_y * i.y) ** 2) / i.z**2"),
+            ("lambda_o) * o.z)", "lambda_o) * i.z)"),
+        ),
+        "D alone": (
+            "Which normals are visible?",
+            ("D * ti.max(0.0, tm.dot(o, m)) / ((1 + lambda_o) * o.z)", "D * m.z"),
+        ),
+        "t not squared": ("Which power of t does D have?", ("a_y * t * t", "a_y * t")),
+        "Λ without the half": ("What is Λ if α is large?", ("- 1) / 2", "- 1)")),
+    },
+    "MicrofacetBRDF.evaluate_brdf": {
+        "separable G": (
+            "Are the shadows of both directions independent?",
+            ("G = 1 / (1 + lambda_o + lambda_i)", "G = 1 / ((1 + lambda_o) * (1 + lambda_i))"),
+        ),
+        "t not squared": ("Which power of t does D have?", ("a_y * t * t", "a_y * t")),
+        "π forgotten in D": ("What is the integral of D cos θ?", ("(tm.pi * a_x", "(a_x")),
+        "Schlick with the surface's normal": (
+            "At which surface is light reflected?",
+            ("tm.dot(o, m)) ** 5", "o.z) ** 5"),
+        ),
+        "no Fresnel": (
+            "Which colour has a metal at grazing angles?",
+            ("+ (1 - material.F0) * (1 - tm.dot(o, m)) ** 5", "+ 0 * m.x"),
+        ),
+        "the cosine belongs to f_r": ("Does f_r contain the cosine at the surface?", ("(4 * i.z * o.z)", "(4 * o.z)")),
+        "4 forgotten": ("How fast does ω_i turn if ω_m turns?", ("(4 * i.z * o.z)", "(i.z * o.z)")),
+        "shadows forgotten": (
+            "What hides a tiny mirror?",
+            ("G = 1 / (1 + lambda_o + lambda_i)", "G = 1.0 + 0 * (lambda_o + lambda_i)"),
+        ),
+    },
+    "MicrofacetBRDF.evaluate_brdf_factor": {
+        "separable G": (
+            "Are the shadows of both directions independent?",
+            ("(1 + lambda_o) / (1 + lambda_o + lambda_i)", "1 / (1 + lambda_i)"),
+        ),
+        "G instead of G / G1": ("What is left of G after the division?", ("F * (1 + lambda_o) /", "F /")),
+        "no Fresnel": (
+            "Which colour has a metal at grazing angles?",
+            ("+ (1 - material.F0) * (1 - tm.dot(o, m)) ** 5", "+ 0 * m.x"),
+        ),
+        "Schlick with the surface's normal": (
+            "At which surface is light reflected?",
+            ("tm.dot(o, m)) ** 5", "o.z) ** 5"),
+        ),
+        "ω_i and ω_o exchanged": (
+            "By which of the two was the density divided?",
+            ("F * (1 + lambda_o) /", "F * (1 + lambda_i) /"),
+        ),
+    },
 }

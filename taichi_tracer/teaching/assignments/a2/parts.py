@@ -6,12 +6,12 @@ import taichi.math as tm
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import stand_ins
-from taichi_tracer.teaching.base import Arrays, method
+from taichi_tracer.teaching.base import Arrays, method, optional
 from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
 from taichi_tracer.teaching.rows import rows, samples
 
 JITTER, MEAN, SKY = "anti-aliasing", "Monte Carlo means", "environment light"
-DIRECTIONS, REFLECTION, LIGHT = "sampling directions", "BRDFs", "direct light"
+DIRECTIONS, REFLECTION, LIGHT, MICROFACETS = "sampling directions", "BRDFs", "direct light", "microfacets"
 SAMPLES = 4096  # of each input; the nearest known mistake is 29 standard errors from the solution, and 6 pass
 
 # ── eye rays ──
@@ -211,6 +211,59 @@ def run_brdf(name: str, answer: str, width: int):
     return run
 
 
+# ── microfacets, which are optional ──
+
+
+def rough_surfaces(rng: np.random.Generator, count: int) -> Arrays:
+    """Rough metals. Both roughnesses of each are the same, so that every frame about the normal gives the same."""
+    found, f32 = surfaces(rng, count), np.float32
+    w_o = stand_ins.unit(found["normal"] + 0.97 * stand_ins.directions(rng, count))
+    alpha, F0 = np.exp(rng.uniform(np.log(0.1), np.log(0.9), count)), rng.uniform(0.1, 0.9, (count, 3))
+    return {"alpha": alpha.astype(f32), "F0": F0.astype(f32), "normal": found["normal"], "w_o": w_o.astype(f32)}
+
+
+def few_rough_surfaces(rng: np.random.Generator) -> Arrays:
+    """Twelve of them, on each of which many directions are drawn."""
+    return rough_surfaces(rng, 12)
+
+
+def run_microfacet_sample(brdf_class: type, inputs: Arrays) -> Arrays:
+    """Directions on each surface."""
+    brdf = stand_ins.of(brdf_class)
+
+    @ti.func
+    def w_i(alpha, F0, w_o, normal):
+        return brdf.sample_direction(stand_ins.rough_material_of(alpha, F0), w_o, normal)
+
+    return {"w_i": statistics(samples(w_i, inputs, ["alpha", "F0", "w_o", "normal"], {"w_i": 3}, SAMPLES)["w_i"])}
+
+
+def rough_pairs(rng: np.random.Generator) -> Arrays:
+    """Rough metals with directions to the light, all of them above the horizon and near the middle of the lobe."""
+    found = rough_surfaces(rng, 300)
+    n, w_o = found["normal"].astype(np.float64), found["w_o"].astype(np.float64)
+    w_r = 2 * (n * w_o).sum(axis=1, keepdims=True) * n - w_o
+    w_i = stand_ins.unit(w_r + rng.uniform(0, 0.6, (300, 1)) * stand_ins.directions(rng, 300))
+    cosine = (n * w_i).sum(axis=1, keepdims=True)
+    w_i = stand_ins.unit(w_i + np.maximum(0.15 - cosine, 0) * n)
+    return {**found, "w_i": w_i.astype(np.float32)}
+
+
+def run_microfacet(name: str, answer: str, width: int):
+    """A function that evaluates a method for all pairs of directions."""
+
+    def run(brdf_class: type, inputs: Arrays) -> Arrays:
+        function = getattr(stand_ins.of(brdf_class), name)
+
+        @ti.func
+        def value(alpha, F0, w_o, w_i, normal):
+            return function(stand_ins.rough_material_of(alpha, F0), w_o, w_i, normal)
+
+        return rows(value, inputs, ["alpha", "F0", "w_o", "w_i", "normal"], {answer: width})
+
+    return run
+
+
 # ── one sample of the direct light ──
 
 RAYS, LIGHT_SAMPLES = 10, 1024  # the nearest known mistake is 13 standard errors from the solution
@@ -267,6 +320,8 @@ PIXELS, RAYS_OF_PIXELS = Samples(("centre",), "pixels"), Samples(("origin", "dir
 DIRECTION = Numbers(2e-3, called="directions")
 PDF, F_R = run_brdf("evaluate_probability", "probability", 1), run_brdf("evaluate_brdf", "f_r", 3)
 FACTOR, SAME_FACTOR = run_brdf("evaluate_brdf_factor", "factor", 3), Numbers(1e-4, called="directions")
+M_PDF, M_F_R = run_microfacet("evaluate_probability", "probability", 1), run_microfacet("evaluate_brdf", "f_r", 3)
+M_FACTOR, DRAWN = run_microfacet("evaluate_brdf_factor", "factor", 3), Samples(called="surfaces")
 PARTS = (
     method("Camera.generate_ndc_coords", 3, JITTER, pixels, run_ndc, PIXELS),
     method("Camera.generate_ray", 2, JITTER, pixels, run_ray, RAYS_OF_PIXELS),
@@ -279,5 +334,11 @@ PARTS = (
     method("BRDF.evaluate_brdf", 2, REFLECTION, pairs_of_directions, F_R, DIRECTION),
     method("BRDF.evaluate_brdf_factor", 2, REFLECTION, pairs_of_directions, FACTOR, SAME_FACTOR),
     method("A2Renderer.shade_ray", 5, LIGHT, lit_scene, BOTH, Samples(called="rays")),
+    optional(
+        method("MicrofacetBRDF.sample_direction", 4, MICROFACETS, few_rough_surfaces, run_microfacet_sample, DRAWN)
+    ),
+    optional(method("MicrofacetBRDF.evaluate_probability", 2, MICROFACETS, rough_pairs, M_PDF, DIRECTION)),
+    optional(method("MicrofacetBRDF.evaluate_brdf", 2, MICROFACETS, rough_pairs, M_F_R, DIRECTION)),
+    optional(method("MicrofacetBRDF.evaluate_brdf_factor", 2, MICROFACETS, rough_pairs, M_FACTOR, DIRECTION)),
     picture("brdf", 2, spheres_view, run_picture),
 )

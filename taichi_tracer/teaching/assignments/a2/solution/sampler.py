@@ -9,6 +9,7 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
+from taichi_tracer.sampler import ortho_frames
 
 
 @ti.data_oriented
@@ -125,5 +126,100 @@ class BRDF(tt.BRDF):
         factor = material.Kd
         if material.Ns > 1:
             factor = material.Kd * ti.max(0.0, tm.dot(normal, w_i))
+        ### END SOLUTION
+        return factor
+
+
+@ti.data_oriented
+class MicrofacetBRDF(tt.MicrofacetBRDF):
+    """Optional: a rough metal, made of tiny mirrors whose normals ω_m are distributed by GGX.
+
+    The material has ``alpha_x``, ``alpha_y`` and ``F0``. All coordinates are in a frame of three perpendicular unit
+    vectors, whose third is the normal: ``ortho_frames(normal).transpose() @ w`` gives them. With
+
+        t = (x_m/α_x)² + (y_m/α_y)² + z_m²            D = 1 / (π α_x α_y t²)
+
+        Λ(ω) = (√(1 + ((α_x x)² + (α_y y)²)/z²) − 1) / 2          F = F0 + (1 − F0) (1 − ω_o·ω_m)⁵
+    """
+
+    @staticmethod
+    @ti.func
+    def sample_direction(material, w_o, normal):
+        """A random direction w_i (vec3): w_o mirrored at a normal that is visible from w_o.
+
+        Stretch ω_o to u = normalize(α_x x, α_y y, z). Draw z = (1 − ξ2)(1 + u_z) − u_z and φ = 2π ξ1, which give a
+        point (r cos φ, r sin φ, z) of a spherical cap. Add u, multiply x and y by α again, and normalise: this is ω_m.
+        """
+        w_i = normal
+        ### BEGIN SOLUTION
+        frame = ortho_frames(normal)
+        o = frame.transpose() @ w_o
+        stretch = tm.vec3(material.alpha_x, material.alpha_y, 1)
+        u = tm.normalize(stretch * o)
+        z = (1 - ti.random()) * (1 + u.z) - u.z
+        r = ti.sqrt(ti.max(0.0, 1 - z * z))
+        phi = 2 * tm.pi * ti.random()
+        m = tm.normalize(stretch * (tm.vec3(r * ti.cos(phi), r * ti.sin(phi), z) + u))
+        w_i = frame @ (2 * tm.dot(m, o) * m - o)
+        ### END SOLUTION
+        return w_i
+
+    @staticmethod
+    @ti.func
+    def evaluate_probability(material, w_o, w_i, normal):
+        """The density of ``sample_direction`` at w_i: D_ω_o(ω_m) / (4 ω_o·ω_m), with ω_m between ω_o and ω_i, and
+
+        D_ω_o(ω_m) = G1(ω_o) D(ω_m) max(0, ω_o·ω_m) / cos θ_o          G1(ω_o) = 1 / (1 + Λ(ω_o))
+        """
+        probability = 1.0
+        ### BEGIN SOLUTION
+        frame = ortho_frames(normal).transpose()
+        o, i = frame @ w_o, frame @ w_i
+        m = tm.normalize(o + i)
+        a_x, a_y = material.alpha_x, material.alpha_y
+        t = (m.x / a_x) ** 2 + (m.y / a_y) ** 2 + m.z**2
+        D = 1 / (tm.pi * a_x * a_y * t * t)
+        lambda_o = (ti.sqrt(1 + ((a_x * o.x) ** 2 + (a_y * o.y) ** 2) / o.z**2) - 1) / 2
+        visible = D * ti.max(0.0, tm.dot(o, m)) / ((1 + lambda_o) * o.z)
+        probability = visible / (4 * tm.dot(o, m))
+        ### END SOLUTION
+        return probability
+
+    @staticmethod
+    @ti.func
+    def evaluate_brdf(material, w_o, w_i, normal):
+        """f_r (vec3): D F G / (4 cos θ_i cos θ_o) with G = 1 / (1 + Λ(ω_o) + Λ(ω_i)); 0 below the horizon."""
+        brdf = tm.vec3(0)
+        ### BEGIN SOLUTION
+        frame = ortho_frames(normal).transpose()
+        o, i = frame @ w_o, frame @ w_i
+        if o.z > 0 and i.z > 0:
+            m = tm.normalize(o + i)
+            a_x, a_y = material.alpha_x, material.alpha_y
+            t = (m.x / a_x) ** 2 + (m.y / a_y) ** 2 + m.z**2
+            D = 1 / (tm.pi * a_x * a_y * t * t)
+            lambda_o = (ti.sqrt(1 + ((a_x * o.x) ** 2 + (a_y * o.y) ** 2) / o.z**2) - 1) / 2
+            lambda_i = (ti.sqrt(1 + ((a_x * i.x) ** 2 + (a_y * i.y) ** 2) / i.z**2) - 1) / 2
+            G = 1 / (1 + lambda_o + lambda_i)
+            F = material.F0 + (1 - material.F0) * (1 - tm.dot(o, m)) ** 5
+            brdf = D * F * G / (4 * i.z * o.z)
+        ### END SOLUTION
+        return brdf
+
+    @staticmethod
+    @ti.func
+    def evaluate_brdf_factor(material, w_o, w_i, normal):
+        """f_r cos θ_i / pdf (vec3), with everything cancelled that cancels: F G / G1(ω_o); 0 below the horizon."""
+        factor = tm.vec3(0)
+        ### BEGIN SOLUTION
+        frame = ortho_frames(normal).transpose()
+        o, i = frame @ w_o, frame @ w_i
+        if o.z > 0 and i.z > 0:
+            m = tm.normalize(o + i)
+            a_x, a_y = material.alpha_x, material.alpha_y
+            lambda_o = (ti.sqrt(1 + ((a_x * o.x) ** 2 + (a_y * o.y) ** 2) / o.z**2) - 1) / 2
+            lambda_i = (ti.sqrt(1 + ((a_x * i.x) ** 2 + (a_y * i.y) ** 2) / i.z**2) - 1) / 2
+            F = material.F0 + (1 - material.F0) * (1 - tm.dot(o, m)) ** 5
+            factor = F * (1 + lambda_o) / (1 + lambda_o + lambda_i)
         ### END SOLUTION
         return factor
