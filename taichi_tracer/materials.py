@@ -1,6 +1,6 @@
 """What a surface is made of: the values of Wavefront MTL files (A1-17)."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import InitVar, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,8 @@ class Material(metaclass=Annotation):
         Ni: index of refraction.
         d: opacity; 1 is opaque.
         alpha_x, alpha_y, F0: roughness and reflectance at normal incidence of a microfacet surface; they are
-            extensions of the course.
+            extensions of the course. ``Material(alpha=0.3, F0=0.9)`` gives both axes one roughness, and all colours one
+            reflectance.
         extra: key in lower case → numbers, for every other key of the file. The ``parameters`` of a BRDF are looked up
             here.
     """
@@ -46,6 +47,13 @@ class Material(metaclass=Annotation):
     alpha_y: float = 0.0
     F0: tuple[float, float, float] = (0.0, 0.0, 0.0)
     extra: dict[str, tuple[float, ...]] = field(default_factory=dict, hash=False)
+    alpha: InitVar[float | None] = None
+
+    def __post_init__(self, alpha: float | None) -> None:
+        if alpha is not None:
+            vars(self).update(alpha_x=float(alpha), alpha_y=float(alpha))
+        if isinstance(self.F0, (int, float)):
+            vars(self)["F0"] = (float(self.F0),) * 3
 
     def __repr__(self) -> str:
         usual, values = vars(Material()), vars(self)

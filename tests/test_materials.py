@@ -1,5 +1,7 @@
 """Materials reach kernels with the values that the file has, and each has one BRDF."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import taichi as ti
@@ -182,3 +184,10 @@ def test_materials_are_shown_by_what_is_not_usual(f32):
     materials = tt.load_scene_data("cube").materials
     assert repr(materials).splitlines()[0] == "6 materials"
     assert repr(materials).splitlines()[1] == f"  0: {materials[0]!r}"
+
+
+def test_one_roughness_and_one_reflectance_are_those_of_all_axes_and_colours():
+    short = Material(alpha=0.3, F0=0.9)
+    assert short == Material(alpha_x=0.3, alpha_y=0.3, F0=(0.9, 0.9, 0.9))
+    assert repr(short) == "Material(alpha_x=0.3, alpha_y=0.3, F0=(0.9, 0.9, 0.9))"
+    assert dataclasses.replace(short, Kd=(0, 0, 0)).alpha_x == 0.3

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.brdfs.rough_layer import KEY as LAYERED
+from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.files.disk import check_is_file, read_bytes
 from taichi_tracer.files.ply import plain_triangles, without_strips
 from taichi_tracer.geometry import Mesh
@@ -24,6 +26,7 @@ STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
 OFF_HEADER = 4096  # bytes after the first line of an OFF file in which the counts must stand, after any comments
 GLB_HEADER = struct.Struct("<4sIIII")  # magic, version, length of the file, length and type of the JSON chunk
 GLB_JSON = 0x4E4F534A  # the type of a JSON chunk: the letters JSON as a little-endian number
+LEAST_ALPHA = 1e-6  # of a glTF material; it counts as a mirror
 COLOURS_NOT_USED = "colours of vertices and faces are not used"
 LONGEST_REASON = 200  # characters of trimesh's own message that are shown
 # Extensions that a file may require, because they do not change the triangles. With others, trimesh finds no triangles.
@@ -257,14 +260,32 @@ def _number_materials(raw: bytes, notes: list[str]) -> tuple[bytes, list[Materia
 
 
 def _gltf_material(look: dict) -> Material:
-    """Kd is the base colour, and Ke is the emission times its strength; both are linear (glTF 2.0, section 3.9)."""
-    base = look.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0))
-    strength = look.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+    """A metal, or a base under a rough layer; Ke is the emission times its strength (glTF 2.0, section 3.9).
+
+    All colours are linear. A material whose metalness or roughness is in a picture, which is not read, is diffuse; so
+    is one without ``pbrMetallicRoughness``.
+    """
+    values = look.get("pbrMetallicRoughness")
+    base = np.array((values or {}).get("baseColorFactor", (1.0, 1.0, 1.0))[:3], float)
+    rough: dict = {"Kd": tuple(base.tolist())}
+    is_unlit, is_in_picture = "KHR_materials_unlit" in extensions(look), "metallicRoughnessTexture" in (values or {})
+    if values is not None and not is_unlit and not is_in_picture:
+        metal, roughness = (float(values.get(f"{name}Factor", 1.0)) for name in ("metallic", "roughness"))
+        alpha = max(roughness**2, LEAST_ALPHA)
+        rough = {"Kd": (1 - metal) * base, "F0": (1 - metal) * LAYER_F0 + metal * base}
+        rough = {name: tuple(color.tolist()) for name, color in rough.items()}
+        rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": {} if metal == 1 else {LAYERED: (1.0,)}}
+    strength = extensions(look).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
     return Material(
         name=look.get("name") or "default",
-        Kd=tuple(float(c) for c in base[:3]),
+        **rough,
         Ke=tuple(float(strength * c) for c in look.get("emissiveFactor", (0.0, 0.0, 0.0))),
     )
+
+
+def extensions(look: dict) -> dict:
+    """The extensions of a glTF material."""
+    return look.get("extensions", {})
 
 
 def reverse(mesh: Mesh) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.brdfs.rough_layer import KEY as LAYERED
 from taichi_tracer.files.meshes import joined, move, reverse
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
@@ -13,7 +14,7 @@ from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
 from taichi_tracer.system.errors import one_of
 
 MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "phong", "blinn_phong": "phong"}
-MATERIALS |= {"phong": "phong"}
+MATERIALS |= {"phong": "phong", "microfacet": "microfacet"}
 OBJECTS = {"trianglemesh": "trianglemesh", "triangle_mesh": "trianglemesh", "mesh": "trianglemesh", "sphere": "sphere"}
 MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
 MOST_PRIMITIVES = 20_000_000
@@ -207,14 +208,21 @@ def read_material(element: Element, name: str) -> Material:
             values[key] = colors[attribute]
     if kind == "phong":
         values["Ns"] = element.number("glossiness", "exponent", default=1.0)
+    if kind == "microfacet":
+        values |= dict.fromkeys(("alpha_x", "alpha_y"), element.number("alpha", default=0.0))
+        values["F0"] = values.get("Ks", values.get("Kd", Material.F0))
     for key in MTL_COLORS:
         if (color := element.numbers(key, default=None)) is not None:
             values[key] = tuple(float(c) for c in color)
     for key in MTL_NUMBERS:
         if (value := element.number(key)) is not None:
             values[key] = value
+    if kind == "microfacet" and not (values["alpha_x"] > 0 and values["alpha_y"] > 0):
+        raise element.error("a microfacet material needs alpha, or alpha_x and alpha_y, above 0")
     if min(values.get("Kd", (0,))) < 0 or min(values.get("Ke", (0,))) < 0:
         raise element.error("Kd and Ke must not be negative")
+    if element.number(LAYERED) == 1:
+        values["extra"] = {LAYERED: (1.0,)}
     return Material(name=name, **values)
 
 

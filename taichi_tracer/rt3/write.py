@@ -9,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from taichi_tracer.brdfs.rough_layer import KEY as LAYERED
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.rt3.document import Document, FilmSettings, Integrator
@@ -165,5 +166,6 @@ def _material(material: Material, name: str) -> str:
     """A named material with its values under their MTL names; default values are left out."""
     unset = Material()
     values = {f.name: getattr(material, f.name) for f in fields(Material) if f.name not in ("name", "extra")}
+    layered = 1 if material.value(LAYERED, 0.0) == 1 else None
     kept = {key: value for key, value in values.items() if key == "Kd" or value != getattr(unset, key)}
-    return tag("make_named_material", type="matte", name=name, **kept)
+    return tag("make_named_material", type="matte", name=name, **kept, layered=layered)

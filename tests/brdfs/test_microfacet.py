@@ -22,8 +22,8 @@ ROUGHNESS = [(1.0, 1.0), (0.5, 0.5), (0.1, 0.4), (0.02, 0.3)]
 class One(Bench):
     """A bench with one material."""
 
-    def __init__(self, material):
-        self.brdf, self.materials = Microfacet(), [material]
+    def __init__(self, material, brdf=None):
+        self.brdf, self.materials = brdf or Microfacet(), [material]
         self._memory = memory.Memory()
         self.library = MaterialLibrary(self.materials, [self.brdf], self._memory.fields)
         self._memory.allocate()

@@ -9,6 +9,7 @@ import taichi as ti
 import taichi.math as tm
 
 from contracts.statistics import SphereCells, chi_square_p, sidak
+from taichi_tracer.brdfs.rough_layer import KEY as LAYERED
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.system import memory, runtime
 
@@ -27,6 +28,9 @@ def trial_materials(brdf):
     yield Material(Kd=(1.0, 1.0, 1.0), Ns=1.0)
     for alpha_x, alpha_y in ((0.5, 0.5), (0.1, 0.4)):
         yield Material(Kd=(0.3, 0.3, 0.3), Ks=(0.5, 0.5, 0.5), alpha_x=alpha_x, alpha_y=alpha_y, F0=(0.9, 0.6, 0.3))
+        layer = {"alpha_x": alpha_x, "alpha_y": alpha_y, "extra": {LAYERED: (1.0,)}}
+        yield Material(Kd=(0.9, 0.5, 0.1), F0=(0.04, 0.04, 0.04), **layer)
+        yield Material(Kd=(0.45, 0.25, 0.05), F0=(0.47, 0.27, 0.07), **layer)  # half a metal
     for factor in (1.0, 0.5, 0.25):
         extra = {name.lower(): tuple(factor * np.atleast_1d(value)) for name, value in brdf.parameters.items()}
         if extra:

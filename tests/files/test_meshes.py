@@ -13,6 +13,7 @@ import trimesh
 from shapes import SQUARE, sphere, with_spheres
 from support import data_file
 
+import taichi_tracer as tt
 from taichi_tracer.files import EXTENSIONS, read
 from taichi_tracer.files.meshes import from_trimesh, joined, move, reverse
 from taichi_tracer.geometry import Mesh, check
@@ -229,10 +230,44 @@ def test_emission_is_multiplied_by_its_strength(mesh_of):
 
 
 def test_base_colours_are_exact_and_white_where_unset(mesh_of):
-    red = {"name": "red", "pbrMetallicRoughness": {"baseColorFactor": [0.123456, 0.2, 0.3, 0.5]}}
+    red = {"name": "red", "pbrMetallicRoughness": {"baseColorFactor": [0.123456, 0.2, 0.3, 0.5], "metallicFactor": 0}}
     nodes = [{"children": [1, 2]}, {"mesh": 0}, {"mesh": 1}]
     mesh = mesh_of("a.glb", glb(nodes, [red, {}], (0, 1)))
     assert {m.name: m.Kd for m in mesh.materials} == {"red": (0.123456, 0.2, 0.3), "default": (1, 1, 1)}
+
+
+@pytest.mark.parametrize(
+    ("metal", "roughness", "kd", "f0", "alpha", "brdf"),
+    [
+        (0.0, 1.0, 0.5, 0.04, 1.0, "layered"),
+        (0.25, 0.5, 0.375, 0.155, 0.25, "layered"),
+        (1.0, 0.5, 0.0, 0.5, 0.25, "microfacet"),
+        (1.0, 0.0, 0.0, 0.5, 1e-6, "smooth_metal"),
+        (None, None, 0.0, 0.5, 1.0, "microfacet"),  # both are 1 where they are not given
+    ],
+)
+def test_metalness_and_roughness_are_those_of_the_format(metal, roughness, kd, f0, alpha, brdf, mesh_of, f32):
+    values = {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": metal, "roughnessFactor": roughness}
+    look = {"pbrMetallicRoughness": {name: value for name, value in values.items() if value is not None}}
+    mesh = mesh_of("a.glb", glb([{"mesh": 0}], [look], (0,)))
+    (material,) = mesh.materials
+    found = material.Kd[0], material.F0[0], material.alpha_x, material.alpha_y
+    np.testing.assert_allclose(found, [kd, f0, alpha, alpha])
+    scene = tt.SceneData(mesh)
+    assert [scene.material_library.brdfs[i].name for i in scene.effects.brdfs] == [brdf]
+
+
+@pytest.mark.parametrize(
+    "look",
+    [
+        {"pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}}},
+        {"pbrMetallicRoughness": {}, "extensions": {"KHR_materials_unlit": {}}},
+        {"name": "plain"},
+    ],
+)
+def test_what_has_no_known_roughness_is_diffuse(look, mesh_of):
+    (material,) = mesh_of("a.glb", glb([{"mesh": 0}], [look], (0,))).materials
+    assert (material.Kd, material.is_rough) == ((1, 1, 1), False)
 
 
 def test_two_materials_with_one_name_stay_two(mesh_of):

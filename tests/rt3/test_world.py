@@ -7,6 +7,7 @@ from shapes import SQUARE
 
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, rotation, similarity
+from taichi_tracer.system.errors import InputError
 
 
 def test_synonyms_mean_the_same(tmp_path):
@@ -16,7 +17,7 @@ def test_synonyms_mean_the_same(tmp_path):
         mesh = read(tmp_path, document(f'<object type="{word}" {rest}/>')).mesh
         assert (len(mesh.faces), len(mesh.spheres)) == ((0, 1) if kind == "sphere" else (1, 0))
     for word in MATERIALS:
-        text = f'<material type="{word}" diffuse="0 1 0"/><object type="sphere" radius="1" origin="1 2 3"/>'
+        text = f'<material type="{word}" diffuse="0 1 0" alpha="0.5"/><object type="sphere" radius="1" origin="1 2 3"/>'
         mesh = read(tmp_path, document(text)).mesh
         assert mesh.materials[0].Kd == (0, 1, 0)
         assert mesh.spheres.tolist() == [[1, 2, 3, 1]]
@@ -107,3 +108,16 @@ def test_the_identity_leaves_a_mesh_as_it_is():
     before = mesh.vertices
     place(mesh, IDENTITY)
     assert mesh.vertices is before
+
+
+def test_microfacets_have_a_roughness_and_a_reflectance(tmp_path):
+    def material(words):
+        text = f'<material type="microfacet" {words}/><object type="sphere" radius="1"/>'
+        return read(tmp_path, document(text)).mesh.materials[0]
+
+    one = material('alpha="0.3" F0="0.9 0.6 0.3"')
+    assert (one.alpha_x, one.alpha_y, one.F0) == (0.3, 0.3, (0.9, 0.6, 0.3))
+    two = material('alpha_x="0.1" alpha_y="0.4" specular="0.5 0.5 0.5"')
+    assert (two.alpha_x, two.alpha_y, two.F0) == (0.1, 0.4, (0.5, 0.5, 0.5))
+    with pytest.raises(InputError, match=r":6: .*microfacet material needs alpha"):
+        material('F0="1 1 1"')

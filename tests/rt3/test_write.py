@@ -71,3 +71,11 @@ def test_what_would_not_be_read_again_is_not_written(tmp_path, monkeypatch):
     monkeypatch.setattr(write, "MOST_ELEMENTS", 5)
     with pytest.raises(InputError, match="name its mesh by filename instead"):
         as_rt3(found, tmp_path / "again.xml")
+
+
+def test_layered_materials_stay_layered(tmp_path):
+    world = '<material type="microfacet" alpha="0.25" F0="0.04 0.04 0.04" Kd="0.5 0.4 0.3" layered="1"/>'
+    first = read(tmp_path, document(f'{world}<object type="sphere" radius="1"/>'))
+    second = read(tmp_path, as_rt3(first, tmp_path / "again.xml"), "again.xml")
+    assert first.mesh.materials[0].extra == {"layered": (1.0,)}
+    assert second.mesh.materials == first.mesh.materials

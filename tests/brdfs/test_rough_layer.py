@@ -1,0 +1,36 @@
+"""The layered surface of glTF files: what its limits are."""
+
+import numpy as np
+import pytest
+from brdfs.test_microfacet import One, above
+from oracles import microfacets as oracle
+
+from taichi_tracer.brdfs.rough_layer import KEY, RoughLayer
+from taichi_tracer.materials import Material
+
+N = np.array([0.0, 0.0, 1.0])
+
+
+def material(kd, f0, alpha):
+    return Material(Kd=(kd,) * 3, F0=(f0,) * 3, alpha_x=alpha, alpha_y=alpha, extra={KEY: (1.0,)})
+
+
+@pytest.mark.parametrize(("kd", "f0", "alpha"), [(0.5, 0.04, 0.3), (0.4, 0.5, 0.1), (0.9, 0.04, 1.0)])
+def test_it_is_what_the_base_and_the_layer_reflect(kd, f0, alpha, f32, rng):
+    w_o, w_i = above(rng, 2000), above(rng, 2000)
+    found, pdf, weight = One(material(kd, f0, alpha), RoughLayer()).values(0, w_o, N, w_i)
+    passes = [0.96 * (1 - (1 - w[:, 2:]) ** 5) for w in (w_o, w_i)]
+    layer, pdf_of_layer, _ = oracle.parts((alpha, alpha), (f0,) * 3, w_o, w_i)
+    expected = passes[0] * passes[1] * kd / np.pi + layer
+    np.testing.assert_allclose(found, expected, rtol=3e-3, atol=1e-6)
+    of_base = w_i[:, 2] / np.pi
+    assert (pdf > 0.99 * np.minimum(of_base, pdf_of_layer)).all()
+    assert (pdf < 1.01 * np.maximum(of_base, pdf_of_layer)).all()
+    np.testing.assert_allclose(weight, found * w_i[:, 2:] / pdf[:, None], rtol=1e-4)
+
+
+def test_without_a_base_it_has_the_layers_value(f32, rng):
+    w_o, w_i = above(rng, 100), above(rng, 100)
+    plain = One(Material(F0=(0.9, 0.9, 0.9), alpha_x=0.3, alpha_y=0.3)).values(0, w_o, N, w_i)[0]
+    found = One(material(0.0, 0.9, 0.3), RoughLayer()).values(0, w_o, N, w_i)[0]
+    np.testing.assert_allclose(found, plain, rtol=1e-6)
