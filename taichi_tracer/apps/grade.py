@@ -34,7 +34,7 @@ def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
     rules = Rules() if args.weights is None else read_rules(Path(args.weights), assignment)
     found = submissions.find(Path(args.path).expanduser(), assignment.files)
     check_targets(args, found)
-    level = best_level(args.level) if elsewhere is None else elsewhere.walls(args.level, found)
+    level = best_level(args.trust) if elsewhere is None else elsewhere.walls(args.trust, found)
     if level.name == "limits":
         note("there are no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
     settings = Settings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)
@@ -49,7 +49,7 @@ def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
 class Elsewhere(Protocol):
     """Who grades on other machines."""
 
-    def walls(self, level: str | None, found: Sequence[submissions.Submission]) -> Level:
+    def walls(self, trust: bool, found: Sequence[submissions.Submission]) -> Level:
         """The walls in words; an InputError for submissions that cannot be sent."""
 
     def grade_class(

@@ -227,7 +227,7 @@ def grade(
     *,
     cluster: "str | Cluster" = "local",
     seed: int = 1,
-    level: str | None = None,
+    trust: bool = False,
     weights: str | Path | None = None,
     anew: bool = False,
     watch: Callable[[int, Any], Any] | None = None,
@@ -237,12 +237,12 @@ def grade(
     Args:
         assignment: the name of one that comes with the package.
         path: one zip file, or a folder of them.
-        seed, level, weights, anew: as for ``taichi-tracer grade``.
+        seed, trust, weights, anew: as for ``taichi-tracer grade``.
         watch: called with the number and the mark of each submission as soon as it is known.
 
     Raises:
         InputError: the assignment does not come with the package, a submission is a folder, the file of weights cannot
-            be used, or a worker does not have the walls that are asked for.
+            be used, or a worker has no bubblewrap.
     """
     from taichi_tracer.cluster import grading
     from taichi_tracer.cluster.jobs import in_order
@@ -255,7 +255,7 @@ def grade(
     rules = Rules() if weights is None else read_rules(Path(weights), graded)
     found = in_order(submissions.find(Path(path).expanduser(), graded.files))
     grading.check(assignment, found)
-    settings = Settings(grading.level_of(level), seed=seed, anew=anew)
+    settings = Settings(grading.level_of(trust), seed=seed, anew=anew)
     numbers = {one.key: i for i, one in enumerate(found)}
     report = None if watch is None else lambda mark: watch(numbers[mark.key], mark)
     with opened(cluster) as connection:

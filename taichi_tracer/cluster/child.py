@@ -261,11 +261,11 @@ class Desk:
         took = {name: sum(part[name] for part in parts) for name in ("seconds", "cpu")}
         return {"ranges": ranges, "arrays": renderer.film.to_arrays(), **took}
 
-    def grade(self, assignment: str, name: str, content: bytes, seed: int, level: str | None) -> dict:
+    def grade(self, assignment: str, name: str, content: bytes, seed: int, trust: bool) -> dict:
         """The mark of a submission, a zip file, of an assignment that comes with the package; and its pictures."""
         from taichi_tracer.cluster.marking import mark_of_zip
 
-        return mark_of_zip(assignment, name, content, seed, level, self.folder)
+        return mark_of_zip(assignment, name, content, seed, trust, self.folder)
 
     def picture(self, parcel: str, which: tuple, spp: int | None, seconds: float | None, error: float | None) -> dict:
         """A whole picture, which is rendered here alone; as ``ProgressiveRenderer.render`` does."""

@@ -22,12 +22,12 @@ from taichi_tracer.teaching.marks import Mark, Rules, mark_of
 from taichi_tracer.teaching.sandbox import Level
 from taichi_tracer.teaching.submissions import Submission
 
-OF_WORKERS = "the strongest of its worker"  # walls, where no level is asked for
+OF_WORKERS = "the strongest of its worker"  # walls, where limits alone are enough
 
 
-def level_of(wanted: str | None) -> Level:
-    """The walls that are asked for; which of them a worker has is known there alone."""
-    return Level(OF_WORKERS if wanted is None else wanted)
+def level_of(trust: bool) -> Level:
+    """The walls that every worker has to have; with ``trust``, which of them one has is known there alone."""
+    return Level(OF_WORKERS if trust else "bwrap")
 
 
 def check(assignment: str, found: Sequence[Submission]) -> None:
@@ -62,12 +62,12 @@ def grade_class(
     for mark in marks.values() if watch is not None else ():
         watch(mark)
     to_do = [i for i in range(len(found)) if i not in marks]
-    level = None if settings.level.name == OF_WORKERS else settings.level.name
+    trust = settings.level.name == OF_WORKERS
 
     def submit(job: int, member: Any) -> Any:
         """Give a submission to a worker."""
         one = found[to_do[job]]
-        words = cluster.session, assignment.name, one.path.name, read_bytes(one.path), settings.seed, level
+        words = cluster.session, assignment.name, one.path.name, read_bytes(one.path), settings.seed, trust
         return cluster.submit(worker.grade, *words, at=[member.address])
 
     def came(job: int, answer: dict) -> None:
@@ -104,9 +104,9 @@ class Graders:
     def __init__(self, cluster: Cluster, assignment: str) -> None:
         self.assignment, self.grade_class = assignment, partial(grade_class, cluster)
 
-    def walls(self, level: str | None, found: Sequence[Submission]) -> Level:
+    def walls(self, trust: bool, found: Sequence[Submission]) -> Level:
         """The walls in words: each worker has its own, and the report of each student names them."""
         check(self.assignment, found)
-        if level is None:
-            note("each worker has walls of its own around submissions: --level NAME refuses workers without these")
-        return level_of(level)
+        if trust:
+            note("workers without bubblewrap grade with limits alone, and the report of each student says so")
+        return level_of(trust)

@@ -14,13 +14,13 @@ from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.sandbox import best_level
 
 
-def mark_of_zip(assignment: str, name: str, content: bytes, seed: int, level: str | None, folder: Path) -> dict:
+def mark_of_zip(assignment: str, name: str, content: bytes, seed: int, trust: bool, folder: Path) -> dict:
     """The mark of one submission without the rules of a course, as ``Mark.facts``; and its pictures, as an npz file.
 
     Args:
         assignment: the name of one that comes with the package.
         name, content: of the zip file.
-        level: the walls; None takes the strongest that this machine has.
+        trust: whether limits alone are enough where bubblewrap does not work.
         folder: where the file is written, for as long as it is graded.
     """
     if Path(name).name != name:
@@ -30,7 +30,7 @@ def mark_of_zip(assignment: str, name: str, content: bytes, seed: int, level: st
         path = Path(place) / name
         replace_file(path, content)
         (one,) = submissions.find(path, graded.files)
-        mark, pictures = grade(reference, one, Settings(best_level(level), seed=seed))
+        mark, pictures = grade(reference, one, Settings(best_level(trust), seed=seed))
     buffer = io.BytesIO()
     np.savez(buffer, **pictures)
     return {"facts": mark.facts(), "pictures": buffer.getvalue()}

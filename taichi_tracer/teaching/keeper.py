@@ -1,6 +1,6 @@
 """The process that keeps a submission's process: it starts it behind walls, watches it, and ends all that it started.
 
-    grader ── keeper ── (processes that make new namespaces, and wait) ── submission
+    grader ── (bubblewrap) ── keeper ── submission
 
 The keeper runs no code of the submission. It ends when the submission's process has ended, when that uses too much
 memory, or when the grader closes its end of the socket; before that, it ends every process that descends from it.
@@ -115,18 +115,8 @@ def watch(child: int, line: socket.socket, awake: int, limits: Limits | None) ->
 
 
 def child_of_keeper(task: Task, line: socket.socket, tasks: int) -> None:
-    """The child of the keeper: it makes the walls, and becomes the process of the submission or that one's parent.
-
-    The keeper itself stays outside the new namespaces, because it has to see every process that it may have to end.
-    """
+    """The child of the keeper: it takes its limits, and becomes the process of the submission."""
     try:
-        if task.world.level == "unshare":
-            tasks = 0  # a user namespace counts its own
-            walls.unshare()
-            become_child(task, line)  # the first process of the new namespaces: when it ends, all of them end
-            walls.prctl("pdeathsig", walls.PR_SET_PDEATHSIG, signal.SIGKILL)
-            walls.make_world(task.world)
-            become_child(task, line)
         os.setsid()
         wall_in(task, tasks)
     except OSError as error:
@@ -141,21 +131,6 @@ def child_of_keeper(task: Task, line: socket.socket, tasks: int) -> None:
     os._exit(0)
 
 
-def become_child(task: Task, line: socket.socket) -> None:
-    """Fork. The child returns; its parent waits for it, and ends as it ends."""
-    child = os.fork()
-    if child == 0:
-        return
-    for descriptor in (task.requests, task.answers, 1, 2):
-        os.close(descriptor)
-    line.close()
-    while True:
-        process, status = os.waitpid(-1, 0)
-        if process == child:
-            code = os.waitstatus_to_exitcode(status)
-            os._exit(128 - code if code < 0 else code)
-
-
 def wall_in(task: Task, tasks: int) -> None:
     """Everything that the submission's process cannot do afterwards."""
     world = task.world
@@ -167,8 +142,6 @@ def wall_in(task: Task, tasks: int) -> None:
     if world.user is not None and os.geteuid() == 0:
         walls.give_folder_to(world.folder, world.user)
         walls.become(world.user)
-    if world.level == "landlock":
-        walls.lock_files(world)
     if task.limits is not None:
         walls.drop_privileges()
     walls.prctl("pdeathsig", walls.PR_SET_PDEATHSIG, signal.SIGKILL)  # after the change of the user, which clears it

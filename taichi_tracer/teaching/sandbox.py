@@ -82,8 +82,7 @@ class Child:
         keep: Path | None = None,
         reads: Iterable[Path] = (),
     ) -> None:
-        if os.name != "posix":
-            raise InputError("submissions can be run on Linux and macOS only: on Windows, use its subsystem for Linux")
+        check_system()
         self.limits, self.printed, self.is_cut = limits, b"", False
         self._room = limits.output if limits else 1 << 20  # bytes of prints that are kept
         self._temporary = None if keep else temporary.folder("process")
@@ -106,7 +105,8 @@ class Child:
         line, self._line = socket.socketpair()
         task = keeper.Task(world, self.limits, requests, answers, line.fileno())
         start = f"import sys; sys.path[:] = {python_path()!r}; from taichi_tracer.teaching import keeper; "
-        command = [sys.executable, "-c", start + "keeper.main(sys.argv[1])", task.words()]
+        python = os.path.abspath(sys.executable)  # a folder before a ".." need not exist within the walls
+        command = [python, "-c", start + "keeper.main(sys.argv[1])", task.words()]
         if world.level == "bwrap":
             command = [*walls.bwrap_command(world), *command]
         as_user = (
@@ -288,7 +288,8 @@ def ended(facts: dict, limits: Limits | None) -> ChildEnded:
 def python_path() -> list[str]:
     """Where this process finds modules, without the working folder, whose files could stand before Python's own."""
     package = str(PACKAGE.parent)
-    return [package, *(p for p in sys.path if p not in ("", package) and Path(p).resolve() != Path.cwd())]
+    paths = (os.path.normpath(p) for p in sys.path if p not in ("", package) and Path(p).resolve() != Path.cwd())
+    return [package, *paths]
 
 
 @cache
@@ -337,42 +338,51 @@ def environment(world: World, is_trusted: bool) -> dict[str, str]:
 # ── which levels this machine has ──
 
 
+def check_system() -> None:
+    """Raise an InputError where no submission can be run, whatever its walls."""
+    if os.name != "posix":
+        raise InputError("submissions can be run on Linux and macOS only: on Windows, use its subsystem for Linux")
+
+
 @cache
 def problem_of(level: Level, starts_taichi: bool = True) -> str | None:
-    """Why a level does not work on this machine; None if it works. It is tried, with Taichi or without."""
+    """Why a level does not work on this machine, in one line; None if it works. It is tried, with Taichi or without."""
+    if level.name == "bwrap" and sys.platform != "linux":
+        return "bubblewrap runs on Linux only"
     if level.name == "bwrap" and shutil.which("bwrap") is None:
-        return "the program bwrap is not installed"
-    if level.name in ("unshare", "landlock", "bwrap") and sys.platform != "linux":
-        return "only Linux has it"
+        return "bubblewrap is not installed: apt-get install bubblewrap"
     try:
         with Child(None, level, Limits()) as child:
             child.ask({"do": "hello", "starts_taichi": starts_taichi}, wall=SECONDS_TO_LOAD)
     except ChildEnded as error:
-        return f"{error.reason} {child.output.strip()[-200:]}".strip()
+        if level.name == "limits":
+            return f"{error.reason} {child.output.strip()[-200:]}".strip()
+        told = " ".join((child.output or error.reason).split())[-200:]
+        return f"bubblewrap does not work here, perhaps as a container refuses namespaces ({told})"
     return None
 
 
 def candidates() -> list[Level]:
-    """Every level, the strongest first. A namespace stops more than a user of its own does."""
+    """Every level, the strongest first. Bubblewrap stops more than a user of its own does."""
     users = (True, False) if hasattr(os, "geteuid") and os.geteuid() == 0 else (False,)
-    names = (walls.NEW_WORLD, *((name,) for name in walls.LEVELS if name not in walls.NEW_WORLD))
-    return [Level(name, user) for group in names for user in users for name in group]
+    return [Level(name, user) for name in walls.LEVELS for user in users]
 
 
 @cache
-def best_level(wanted: str | None = None) -> Level:
+def best_level(trust: bool = False) -> Level:
     """The strongest level that works on this machine.
 
     Args:
-        wanted: the name of a level, which is then the only one that is tried.
+        trust: whether limits alone are enough where bubblewrap does not work.
 
     Raises:
-        InputError: the level that is wanted does not work here.
+        InputError: none does, or limits alone, which are not enough.
     """
-    problems = []
-    for level in candidates() if wanted is None else [level for level in candidates() if level.name == wanted]:
-        problem = problem_of(level)
-        if problem is None:
-            return level
-        problems.append(f"{level}: {problem}")
-    raise InputError(f"no process can be walled in here: {'; '.join(problems)}")
+    check_system()
+    for level in candidates():
+        if level.name == "bwrap" or trust:
+            problem = problem_of(level)
+            if problem is None:
+                return level
+    advice = "" if trust else "; for submissions that you would run yourself: --trust (in Python: trust=True)"
+    raise InputError(f"there are no walls for submissions: {problem}{advice}")

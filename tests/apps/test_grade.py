@@ -35,7 +35,7 @@ def classroom(tmp_path, monkeypatch):
         return marks
 
     monkeypatch.setattr(command, "grade_class", grade_class)
-    monkeypatch.setattr(command, "best_level", lambda wanted: Level(wanted or "unshare"))
+    monkeypatch.setattr(command, "best_level", lambda trust: Level("limits" if trust else "bwrap"))
     (tmp_path / "class").mkdir()
     for name in ("123456781", "123456782"):
         sums.zipped(tmp_path / "class" / f"{name}.zip", {"sums.py": sums.submission()})
@@ -47,18 +47,18 @@ def test_a_line_for_each_student_and_the_level(assignment, classroom, capsys):
     *lines, last = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == ["123456781", "123456782"]
     assert "4 of 5" in lines[0]
-    assert last == "2 submissions, mean 4 of 5; walls: unshare"
+    assert last == "2 submissions, mean 4 of 5; walls: bwrap"
 
 
 def test_limits_alone_are_warned_of(assignment, classroom, capsys):
-    assert main(["grade", assignment, classroom, "--level", "limits"]) == 0
+    assert main(["grade", assignment, classroom, "--trust"]) == 0
     assert "no walls but limits" in capsys.readouterr().err
 
 
 def test_json(assignment, classroom, capsys):
     assert main(["grade", assignment, classroom, "--json", "--seed", "5"]) == 0
     facts = json.loads(capsys.readouterr().out)
-    assert (facts["seed"], facts["level"]) == (5, "unshare")
+    assert (facts["seed"], facts["level"]) == (5, "bwrap")
     assert [(one["student"], one["score"]) for one in facts["submissions"]] == [("123456781", 4.0), ("123456782", 4.0)]
 
 

@@ -61,8 +61,8 @@ def found(tmp_path, monkeypatch):
     return submissions.find(tmp_path, catalogue.load("rt3").files)[-2:]
 
 
-def graded(found, rules=None, watch=None, **settings):
-    made = Settings(grading.level_of(None), **settings)
+def graded(found, rules=None, watch=None, trust=False, **settings):
+    made = Settings(grading.level_of(trust), **settings)
     return grading.grade_class(Cluster(), catalogue.load("rt3"), found, rules or Rules(), made, watch)
 
 
@@ -98,5 +98,13 @@ def test_code_of_the_caller_and_folders_are_not_sent(tmp_path):
 
 
 def test_walls_of_workers_are_theirs():
-    assert grading.level_of("unshare").name == "unshare"
-    assert "worker" in str(grading.level_of(None))
+    assert grading.level_of(trust=False).name == "bwrap"
+    assert "worker" in str(grading.level_of(trust=True))
+
+
+@pytest.mark.parametrize("trust", [False, True])
+def test_workers_are_told_whether_limits_are_enough(trust, found, monkeypatch):
+    sent = []
+    monkeypatch.setattr(Cluster, "submit", lambda _self, *words, at: sent.append(words[-1]) or words[3])
+    graded(found, trust=trust)
+    assert sent == [trust, trust]

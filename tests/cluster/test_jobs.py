@@ -70,10 +70,10 @@ def test_a_class_is_graded_as_by_the_command(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     weights = tmp_path / "weights.json"
     weights.write_text(json.dumps({"points": {"PerspectiveCamera.generate_ray": 40}, "due": "2026-01-01T00:00"}))
-    marks = tt.cluster.grade("rt3", tmp_path / "class", cluster="local:2", level="limits", weights=weights)
+    marks = tt.cluster.grade("rt3", tmp_path / "class", cluster="local:2", trust=True, weights=weights)
     assignment = catalogue.load("rt3")
     rules, found = read_rules(weights, assignment), submissions.find(tmp_path / "class", assignment.files)
-    alone = grade_class(assignment, found, rules, Settings(best_level("limits"), anew=True))
+    alone = grade_class(assignment, found, rules, Settings(best_level(trust=True), anew=True))
     assert [mark.student for mark in marks] == ["123456789", "234567890"]
     assert [mark.score for mark in marks] == [mark.score for mark in alone]
     assert [mark.deductions for mark in marks] == [mark.deductions for mark in alone]

@@ -9,5 +9,5 @@ from taichi_tracer.cluster.marking import mark_of_zip
 @pytest.mark.parametrize("name", ["../123456789.zip", "/tmp/123456789.zip", "a/b.zip"])
 def test_no_name_leads_out_of_the_folder(name, tmp_path):
     with pytest.raises(tt.InputError, match="is no file name"):
-        mark_of_zip("rt3", name, b"", 1, "limits", tmp_path)
+        mark_of_zip("rt3", name, b"", 1, True, tmp_path)
     assert not list(tmp_path.iterdir())

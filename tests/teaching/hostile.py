@@ -21,14 +21,14 @@ class Attack:
     Attributes:
         top: code that runs when the file is loaded. add: the body of the method that the part "Sums.add" tests.
         becomes: what this part may become. loses_all: whether no part can have an answer.
-        needs: the levels that stop it, if limits alone do not.
+        needs_bwrap: whether limits alone do not stop it.
     """
 
     top: str = ""
     add: str = "return a + b"
     becomes: tuple[str, ...] = LOST
     loses_all: bool = False
-    needs: tuple[str, ...] = ("bwrap", "unshare", "landlock", "limits")
+    needs_bwrap: bool = False
 
     @property
     def code(self) -> str:
@@ -49,8 +49,6 @@ def to_all(data):
         except OSError:
             pass
 """
-NEW_WORLD = ("bwrap", "unshare")
-FILES = ("bwrap", "unshare", "landlock")
 
 ATTACKS = {
     # time
@@ -133,7 +131,7 @@ ATTACKS = {
                         file.write(bytes(2**20))
             return a + b
             """,
-        needs=NEW_WORLD,
+        needs_bwrap=True,
     ),
     "a huge file": Attack(
         "import os",
@@ -201,10 +199,10 @@ ATTACKS = {
             return a + b
             """,
         becomes=ANY,
-        needs=FILES,
+        needs_bwrap=True,
     ),
     "signals to everybody": Attack(
-        "import os, signal", "os.kill(-1, signal.SIGKILL)\nreturn a + b", becomes=ANY, needs=NEW_WORLD
+        "import os, signal", "os.kill(-1, signal.SIGKILL)\nreturn a + b", becomes=ANY, needs_bwrap=True
     ),
     # the grader's words
     "patched numpy": Attack(
@@ -268,10 +266,10 @@ ATTACKS = {
     ),
     # files, the network, the others
     "deleted files": Attack(
-        "import shutil", "shutil.rmtree('{victim}', ignore_errors=True)\nreturn a + b", becomes=ANY, needs=FILES
+        "import shutil", "shutil.rmtree('{victim}', ignore_errors=True)\nreturn a + b", becomes=ANY, needs_bwrap=True
     ),
     "a file of the others": Attack(
-        add="return a + b if 'secret' in open('{victim}/secret.txt').read() else a", needs=FILES
+        add="return a + b if 'secret' in open('{victim}/secret.txt').read() else a", needs_bwrap=True
     ),
     "the files of the others": Attack(
         "import os",
@@ -281,7 +279,7 @@ ATTACKS = {
             return a + b
             """,
         becomes=ANY,
-        needs=FILES,
+        needs_bwrap=True,
     ),
     "a changed package": Attack(
         """
@@ -289,7 +287,7 @@ ATTACKS = {
             place = pathlib.Path(taichi_tracer.__file__).parent / "hacked.py"
             """,
         "place.write_text('x = 1')\nreturn a + b",
-        needs=FILES,
+        needs_bwrap=True,
     ),
     "links to outside": Attack(
         "import os",
@@ -314,7 +312,9 @@ ATTACKS = {
         becomes=("right",),
     ),
     "the network": Attack(
-        "import socket", "socket.create_connection(('127.0.0.1', {port}), 3).send(b'secret')\nreturn a + b", needs=FILES
+        "import socket",
+        "socket.create_connection(('127.0.0.1', {port}), 3).send(b'secret')\nreturn a + b",
+        needs_bwrap=True,
     ),
     "the environment": Attack(
         "import os", "assert 'TEACHERS_PASSWORD' not in os.environ\nreturn a + b", becomes=("right",)
@@ -329,6 +329,6 @@ ATTACKS = {
             return a + b
             """,
         becomes=("right", "crashed"),
-        needs=FILES,
+        needs_bwrap=True,
     ),
 }

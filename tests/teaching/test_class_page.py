@@ -24,7 +24,7 @@ RIGHT = PartMark("A.f", "rays", 4.0, 1.0, "right", seconds=1.0)
 CRASHED = PartMark("A.f", "rays", 4.0, 0.0, "crashed", EVIL)
 PICTURE = PartMark("picture: x", "all", 1.0, 0.2, "wrong", "many pixels")
 MARKS = (
-    Mark("123456781.zip", "123456781", (RIGHT, PICTURE), level="unshare"),
+    Mark("123456781.zip", "123456781", (RIGHT, PICTURE), level="bwrap"),
     Mark(
         "123456782.zip", "123456782", (WRONG, PICTURE), "", ("a note",), ("x imports 'os'",), (("late by 1 day", 10.0),)
     ),
@@ -75,7 +75,7 @@ def folder(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(class_page, "pictures_of", lambda *args: pictures)
         assignment = type("Assignment", (), {"title": "A & B"})
-        class_page.write(place, assignment, found, MARKS, Settings(Level("unshare")))
+        class_page.write(place, assignment, found, MARKS, Settings(Level("bwrap")))
     return place
 
 
@@ -88,7 +88,7 @@ def test_the_page_of_the_class_has_everything(folder):
         assert (folder / link).is_file()
     rows = re.findall(r"<tr><td>pixel corner</td><td>(\d+)</td>", text)
     assert rows == ["2"]
-    for word in ("6 submissions; mean ", "late by 1 day: −10 %", "Seed of the inputs: 1", "unshare", "A &amp; B"):
+    for word in ("6 submissions; mean ", "late by 1 day: −10 %", "Seed of the inputs: 1", "bwrap", "A &amp; B"):
         assert word in text
 
 

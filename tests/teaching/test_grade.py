@@ -43,8 +43,11 @@ def assignment(place):
 
 @pytest.fixture(scope="module")
 def level():
-    """The strongest walls of this machine, or those that TAICHI_TRACER_LEVEL names."""
-    return best_level(os.environ.get("TAICHI_TRACER_LEVEL"))
+    """The strongest walls of this machine, or of the level that TAICHI_TRACER_LEVEL names."""
+    with pytest.MonkeyPatch.context() as patch:
+        if "TAICHI_TRACER_LEVEL" in os.environ:
+            patch.setattr(walls, "LEVELS", (os.environ["TAICHI_TRACER_LEVEL"],))
+        return best_level.__wrapped__(trust=True)
 
 
 @pytest.fixture(scope="module")
@@ -106,8 +109,8 @@ def submissions_processes(place: Path) -> set[int]:
 @pytest.mark.parametrize("name", ATTACKS)
 def test_an_attack_costs_only_its_own_marks(name, reference, level, listener, place, tmp_path, monkeypatch):
     attack = ATTACKS[name]
-    if level.name not in attack.needs:
-        pytest.skip(f"the level {level} does not stop this: docs/teaching_security.md")
+    if attack.needs_bwrap and level.name != "bwrap":
+        pytest.skip(f"bubblewrap stops this, and the walls here are {level}: docs/teaching_security.md")
     port, heard = listener
     victim = tmp_path / "victim"
     victim.mkdir()

@@ -124,7 +124,9 @@ def test_the_upload_has_what_gradescope_runs(upload):
     assert not any("__pycache__" in name for name in modes)
     for script in ("setup.sh", "run_autograder"):
         assert subprocess.run(["bash", "-n", upload / "source" / script]).returncode == 0
+        assert "--trust" in (upload / "source" / script).read_text()
     assert "taichi" in (upload / "source" / "setup.sh").read_text()
+    assert "bubblewrap" in (upload / "source" / "setup.sh").read_text()
     assert (upload / "upload.zip").stat().st_size < 20e6
 
 

@@ -6,5 +6,5 @@ from taichi_tracer.teaching.walls import Limits, World
 
 def test_a_task_survives_its_words():
     for limits in (None, Limits(cpu=1.5)):
-        task = Task(World("unshare", "/x", ("/usr", "/lib"), 7), limits, 3, 4, 5)
+        task = Task(World("bwrap", "/x", ("/usr", "/lib"), 7), limits, 3, 4, 5)
         assert Task.of(task.words()) == task

@@ -135,14 +135,39 @@ def test_the_environment_has_nothing_of_the_teacher(monkeypatch):
     assert found["HOME"] == "/x"
 
 
-def test_the_strongest_level_is_taken(monkeypatch):
-    best_level.cache_clear()
-    monkeypatch.setattr(sandbox, "problem_of", lambda level: None if level.name in ("landlock", "limits") else "no")
-    assert best_level().name == "landlock"
-    assert best_level("limits").name == "limits"
-    with pytest.raises(InputError, match="unshare"):
-        best_level("unshare")
-    best_level.cache_clear()
+@pytest.fixture
+def best(monkeypatch):
+    """A function: the best level, where some names of levels do not work."""
+
+    def best(*broken: str, trust: bool = False) -> str:
+        monkeypatch.setattr(sandbox, "problem_of", lambda level: "a reason" if level.name in broken else None)
+        return best_level.__wrapped__(trust).name
+
+    return best
+
+
+def test_the_stronger_level_is_taken(best):
+    assert best() == best(trust=True) == "bwrap"
+
+
+def test_limits_alone_are_taken_by_trust_only(best):
+    assert best("bwrap", trust=True) == "limits"
+    with pytest.raises(InputError, match="a reason; .*--trust"):
+        best("bwrap")
+    with pytest.raises(InputError, match="a reason$"):
+        best("bwrap", "limits", trust=True)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="bubblewrap runs on Linux only")
+def test_why_bubblewrap_does_not_work_is_one_line_with_a_remedy(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "apt-get install bubblewrap" in sandbox.problem_of.__wrapped__(Level("bwrap"))
+    refusing = tmp_path / "bwrap"  # as a container does that allows no namespaces
+    refusing.write_text("#!/bin/sh\necho 'bwrap: No permissions\n to create new namespace'\nexit 1\n")
+    refusing.chmod(0o755)
+    problem = sandbox.problem_of.__wrapped__(Level("bwrap"), starts_taichi=False)
+    assert "a container refuses namespaces" in problem
+    assert problem.endswith("(bwrap: No permissions to create new namespace)")
 
 
 def test_the_working_folder_is_not_on_the_path(monkeypatch, tmp_path):
@@ -150,6 +175,11 @@ def test_the_working_folder_is_not_on_the_path(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(str(tmp_path))
     assert str(tmp_path) not in sandbox.python_path()
     assert "" not in sandbox.python_path()
+
+
+def test_paths_lead_through_no_folder_that_the_walls_hide(monkeypatch, tmp_path):
+    monkeypatch.syspath_prepend(f"{tmp_path}/hidden/../shown")
+    assert f"{tmp_path}/shown" in sandbox.python_path()
 
 
 ORPHAN = """
