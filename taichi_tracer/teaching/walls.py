@@ -20,7 +20,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 LEVELS = ("bwrap", "limits")  # the stronger first
-WORK = "/work"  # the folder of the submission in the world that bubblewrap makes
+WORK = "/walled"  # the folder of the submission in the world that bubblewrap makes; no other folder has this name
 DISK = 128 << 20  # bytes that this folder can hold, in memory
 USER = 60_000_000  # the first of the user numbers that submissions get if the grader is root
 

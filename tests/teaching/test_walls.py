@@ -36,6 +36,7 @@ def test_the_words_of_bubblewrap(tmp_path):
 def test_the_folder_to_write_in():
     assert World("limits", "/x").folder == "/x"
     assert World("bwrap", "/x").folder == walls.WORK
+    assert not os.path.exists(walls.WORK), "it would hide what is there, such as the package"
 
 
 def test_a_call_that_fails_is_told():
