@@ -25,6 +25,7 @@ class SceneInKernels:
         geometry, ray_intersector, material_library, environment, background: those of ``SceneData``.
         lights: all lights, see ``lights.scene_lights``.
         effects: what is compiled, see ``effects.Effects``.
+        samples_lights: whether directions are drawn from the lights. All lamps of a scene may be without area.
         compensates: whether samples of the environment leave out what samples of the BRDF find, see
             ``lights.environment_light``.
     """
@@ -39,6 +40,7 @@ class SceneInKernels:
             far = [EnvironmentLight(scene.environment, effects, scene.up_axis, compensates)]
         lamps = scene.lamps if effects.emitters else None
         self.lights = SceneLights([*far, *scene.lights], effects, lamps)
+        self.samples_lights = effects.samples_lights and self.lights.can_be_met
 
     @in_kernels
     def surface_at(self, ray, hit) -> Surface:

@@ -17,7 +17,7 @@ def sample_of_lights(scene: ti.template(), surface, xi):
     all surfaces of the scene are mirrors, no sample is taken.
     """
     f_cos, light, pdf, pdf_brdf = tm.vec3(0), tm.vec3(0), 1.0, 0.0
-    if ti.static(scene.effects.samples_lights):
+    if ti.static(scene.samples_lights):
         w_i, distance, unblocked, pdf_lights = scene.lights.sample(surface.origin, surface.normal, xi)
         pdf, pdf_brdf = pdf_lights, surface.pdf(w_i)
         if unblocked.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:
@@ -36,7 +36,7 @@ def light_along(scene: ti.template(), surface, w_i, factor):
     """
     light, hit = scene.visible(surface, w_i, factor)
     pdf = 0.0
-    if ti.static(scene.effects.samples_lights):
+    if ti.static(scene.samples_lights):
         pdf = scene.lights.pdf(surface.origin, surface.normal, w_i, hit)
     return light, pdf
 

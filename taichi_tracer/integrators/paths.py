@@ -163,7 +163,7 @@ class WeightedPaths(Paths):
     def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):
         """The heuristic of the density of the BRDF against the density of the lights; 1 for the ray of a mirror."""
         share = 1.0
-        if ti.static(scene.effects.samples_lights):
+        if ti.static(scene.samples_lights):
             if not is_delta:
                 pdf_lights = scene.lights.pdf(ray.origin, n, ray.direction, hit)
                 share = heuristic(pdf, pdf_lights, self.exponent)

@@ -329,7 +329,7 @@ def _choose(arch: str, precision: str) -> tuple[str, str | None]:
             return candidate, None
         problems.append(f"; {candidate} does not render as the CPU does ({problem})")
     if arch == "auto":
-        return "cpu", "running on the CPU" + ("".join(problems) or f"; no GPU was found for {', '.join(wanted)}")
+        return "cpu", "running on the CPU" + "".join(problems) if problems else None
     if arch == "vulkan" and any(d.is_software for d in vulkan_devices()):
         return arch, "running on Vulkan in software, which is slower than arch 'cpu'"
     return "cpu", f"running on the CPU; arch {arch!r} was asked for, but there is no device for it"
