@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import zipfile
 
 import pytest
@@ -9,8 +10,9 @@ from teaching import sums
 
 from taichi_tracer.apps import grade as command
 from taichi_tracer.apps.cli import main
+from taichi_tracer.teaching import sandbox
 from taichi_tracer.teaching.marks import Mark, PartMark
-from taichi_tracer.teaching.sandbox import Level
+from taichi_tracer.teaching.sandbox import Level, best_level
 
 PARTS = (
     PartMark("Sums.add", "sums", 2.0, 0.5, "wrong", "10 of 20"),
@@ -53,6 +55,20 @@ def test_a_line_for_each_student_and_the_level(assignment, classroom, capsys):
 def test_limits_alone_are_warned_of(assignment, classroom, capsys):
     assert main(["grade", assignment, classroom, "--trust"]) == 0
     assert "no walls but limits" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no submission can be run on Windows")
+def test_without_bubblewrap_nothing_is_graded(assignment, classroom, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(command, "best_level", best_level.__wrapped__)
+    monkeypatch.setattr(sandbox, "problem_of", lambda level: "it is not installed" if level.name == "bwrap" else None)
+    assert main(["grade", assignment, classroom]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    (line,) = told.err.splitlines()
+    assert "it is not installed" in line
+    assert "--trust" in line
+    assert main(["grade", assignment, classroom, "--trust"]) == 0
+    assert "walls: limits" in capsys.readouterr().out
 
 
 def test_json(assignment, classroom, capsys):

@@ -130,9 +130,9 @@ def test_the_upload_has_what_gradescope_runs(upload):
     assert (upload / "upload.zip").stat().st_size < 20e6
 
 
-def run_autograder(upload) -> dict:
+def run_autograder(upload, **variables: str) -> dict:
     """What run_autograder writes."""
-    environment = {**os.environ, "AUTOGRADER": str(upload), "PYTHON": sys.executable}
+    environment = {**os.environ, "AUTOGRADER": str(upload), "PYTHON": sys.executable, **variables}
     environment.pop("PYTHONPATH", None)
     script = upload / "source" / "run_autograder"
     subprocess.run(["bash", script], env=environment, cwd="/", check=True, timeout=120)
@@ -140,8 +140,20 @@ def run_autograder(upload) -> dict:
 
 
 @pytest.mark.exhaustive
+def test_a_container_that_refuses_namespaces_still_grades(upload, tmp_path):
+    refusing = tmp_path / "bwrap"
+    refusing.write_text("#!/bin/sh\necho 'bwrap: No permissions to create new namespace'\nexit 1\n")
+    refusing.chmod(0o755)
+    (upload / "submission").mkdir(exist_ok=True)
+    (upload / "submission" / "sums.py").write_text(sums.submission())
+    values = run_autograder(upload, PATH=f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    assert values["score"] == sums.POINTS
+    assert "walls: limits" in (upload / "results" / "grader.log").read_text()
+
+
+@pytest.mark.exhaustive
 def test_run_autograder_writes_results(upload):
-    (upload / "submission").mkdir()
+    (upload / "submission").mkdir(exist_ok=True)
     (upload / "submission" / "sums.py").write_text(sums.submission(add="return a"))
     values = run_autograder(upload)
     assert (values["score"], [one["status"] for one in values["tests"]]) == (8.0, ["failed", "passed", "passed"])
