@@ -62,6 +62,7 @@ class Loaded:
         folder: where they come from; None for classes of a notebook.
         is_of_course: whether they were written for the course, whose handouts do not ask for all parts.
         optional: of a solution, the names of the optional parts; see ``base.Part``.
+        failed: class that only optional parts need → why its file could not be run.
     """
 
     classes: dict[str, type]
@@ -70,6 +71,7 @@ class Loaded:
     together: dict[str, type] = field(default_factory=dict)
     is_of_course: bool = False
     optional: frozenset[str] = frozenset()
+    failed: dict[str, Answer] = field(default_factory=dict)
 
     def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
         """All classes, for a picture; those that are missing come from ``reference``."""
@@ -110,7 +112,7 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
     """The classes of files that were written for the course, behind their borders."""
     files, borders = wing("course.files"), wing("course.borders")
     found, asked = files.load(folder), files.ASKED.get(assignment.name, {})
-    judged = asked | files.GRADUATE.get(assignment.name, {})
+    graduate = files.GRADUATE.get(assignment.name, {})
     folder = found.folder
     loaded = Loaded({}, {}, folder, is_of_course=True)
     for file in dict.fromkeys(asked.values()):
@@ -119,7 +121,10 @@ def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
         elif not (folder / file).is_file():
             loaded.errors[file] = Answer(MISSING, message=f"the file {file} is missing", file=file)
     classes = borders.borders_of(found.classes)
-    loaded.classes = {name: cls for name, cls in classes.items() if name in judged}
+    loaded.classes = {name: cls for name, cls in classes.items() if name in asked or name in graduate}
+    for name, file in graduate.items():
+        if file in found.errors and file not in asked.values():
+            loaded.failed[name] = crash(found.errors[file], folder)
     return loaded
 
 
@@ -216,7 +221,9 @@ def is_asked(part: Part, student: Loaded, assignment: Assignment) -> bool:
 
 
 def is_handed_in(part: Part, student: Loaded) -> bool:
-    """Whether a student has written the method of a part."""
+    """Whether a student has written the method of a part, or a file for it that cannot be run."""
+    if part.replaces in student.failed:
+        return True
     cls = student.classes.get(part.replaces)
     method = None if cls is None else own_method(cls, part.method)
     if method is None or is_stub(method):
@@ -256,7 +263,7 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
         else:
             cls = student.classes.get(part.replaces)
             if cls is None:
-                reason = student.errors.get(files.get(part.replaces, ""))
+                reason = student.failed.get(part.replaces) or student.errors.get(files.get(part.replaces, ""))
                 return reason or Answer(MISSING, message=f"there is no class {part.replaces}")
             method = own_method(cls, part.method)
             if method is None:

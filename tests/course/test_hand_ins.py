@@ -258,6 +258,14 @@ def test_a_hand_in_without_the_graduate_part_loses_nothing(name, rest, tmp_path)
 
 
 @pytest.mark.long
+def test_a_graduate_file_that_cannot_be_run_is_told_and_costs_nothing_else(tmp_path):
+    found = marks(hand_in(tmp_path, {"environment.py": [("import taichi as ti", "import taichi as")]}), "a3")
+    wrong = {part: mark.message for part, mark in found.items() if mark.status != RIGHT}
+    assert set(wrong) == set(OPTIONAL["a3"])
+    assert all("of environment.py: SyntaxError" in message for message in wrong.values())
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("mistake", GRADUATE_MISTAKES)
 def test_a_mistake_in_the_graduate_part_costs_its_own_part_and_is_told(mistake, tmp_path):
     name, old, new, wrong, told = GRADUATE_MISTAKES[mistake]
