@@ -871,6 +871,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not runtime.vulkan_devices(), reason="no Vulkan here")
 @pytest.mark.parametrize("arch", ["auto", "vulkan"])
 def test_auto_goes_on_with_the_cpu_where_a_gpu_cannot_compile_a_kernel(arch, tmp_path):

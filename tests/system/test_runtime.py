@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import taichi as ti
-from support import long_except, start
+from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.system import memory, runtime
@@ -120,9 +120,8 @@ def test_an_exit_is_silent():
 # ── a start by the user
 
 
-@pytest.mark.parametrize(
-    "options", long_except(["", "fast_math=False", "debug=True", "default_fp=ti.f64", "cpu_max_num_threads=1"], "")
-)
+@pytest.mark.long
+@pytest.mark.parametrize("options", ["", "fast_math=False", "debug=True", "default_fp=ti.f64", "cpu_max_num_threads=1"])
 def test_pictures_of_any_start_by_the_user_are_those_of_the_package(options):
     """512² pixels of light, with the vectors of sixteen numbers that end Taichi's own optimisation; and spheres."""
     size = 24 if "debug" in options else 512

@@ -16,7 +16,8 @@ def pictures(monkeypatch, tmp_path):
     return found, made
 
 
-@pytest.mark.parametrize("arch", ["cpu", "vulkan"])
+@pytest.mark.long
+@pytest.mark.parametrize("arch", ["vulkan", "cpu"])
 def test_a_picture_is_made_in_a_process_of_its_own(arch, tmp_path, monkeypatch):
     from taichi_tracer.system import runtime
 

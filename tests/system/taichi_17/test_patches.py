@@ -131,6 +131,7 @@ print(scene.intersect([[0.1, 0.2, 9]], [[0, 0, -1]]).distance)
 """
 
 
+@pytest.mark.long
 def test_pictures_have_the_same_bits_with_all_with_none_and_without_the_folder(tmp_path):
     folders = [tmp_path / name for name in ("all", "none", "without")]
     for folder in folders:

@@ -108,9 +108,8 @@ def kept(folder: Path, names: tuple[str, ...], seed: int, size: tuple[int, int])
     return {path.name for path in folder.rglob("*.tic")}
 
 
-@pytest.mark.parametrize(
-    "names", [tuple(QUICK), pytest.param(tuple(LONG), marks=pytest.mark.long)], ids=["some", "all"]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("names", [tuple(QUICK), tuple(LONG)], ids=["some", "all"])
 def test_another_process_finds_the_kernels_for_another_scene_in_another_size(tmp_path, names):
     first = kept(tmp_path, names, 1, (16, 12))
     assert len(first) >= len(QUICK)
