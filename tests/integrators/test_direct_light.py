@@ -394,4 +394,4 @@ def test_an_estimator_of_your_own_need_not_take_random_numbers():
     found, expected = (
         tt.A2Renderer(scene, 16, 16).use(one).render(64).image().mean() for one in (WithoutNumbers(), "brdf")
     )
-    assert found == pytest.approx(expected, rel=1e-4)  # the light is the same from everywhere
+    assert found == pytest.approx(expected, rel=1e-3)  # the light is the same from everywhere
