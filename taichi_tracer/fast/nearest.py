@@ -7,9 +7,11 @@ from taichi_tracer.formulas.boxes import within_box
 from taichi_tracer.formulas.triangles import stable_normal
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import BruteForceRayIntersector, RayIntersector
+from taichi_tracer.system.seams import seams
 
 
 @ti.data_oriented
+@seams()
 class FastIntersector(RayIntersector):
     """A ``RayIntersector`` whose subclasses define ``nearest`` and ``is_blocked``.
 
@@ -142,6 +144,7 @@ class FastIntersector(RayIntersector):
 
 
 @ti.data_oriented
+@seams()
 class FastBruteForce(FastIntersector):
     """Tries every primitive, and makes a HitData only of the nearest hit."""
 

@@ -24,6 +24,7 @@ from taichi_tracer.intersectors.bvh import BVHRayIntersector
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.blocks import in_own_block
+from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
 
@@ -54,6 +55,7 @@ def leaf_range(reference):
 
 
 @ti.data_oriented
+@seams()
 class WideBVH(FastIntersector):
     """Tries only triangles whose boxes the ray meets, nearest box first. The answers equal those of brute force."""
 

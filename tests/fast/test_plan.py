@@ -194,3 +194,10 @@ def test_a_short_picture_compiles_one_form():
         renderer.render(4)
     assert compiling.kernels(begun) == []
     assert renderer.plan.tiles is None
+
+
+@pytest.mark.parametrize("name", ["bvh", "brute_force"])
+def test_what_a_fast_form_defines_itself_is_not_replaced(name, f32):
+    intersector = tt.load_scene_data("cube", intersector=name).ray_intersector
+    assert type(intersector).__name__ in ("WideBVH", "FastBruteForce")
+    assert intersector.replaced == ()
