@@ -107,7 +107,7 @@ def test_without_all_wings_together_pictures_and_rays_have_the_same_bits(folder,
     assert set(there["names"]) - set(here["names"]) == set().union(*NAMES.values())
 
 
-@pytest.mark.long
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("wing", ["fast", "rt3"])
 def test_without_a_wing_every_view_estimator_and_path_has_the_same_bits(wing, told, tmp_path_factory):
     there, here = run(tmp_path_factory.mktemp("all"), [], EVERY)["found"], told(wing, EVERY)["found"]
