@@ -30,6 +30,7 @@ from taichi_tracer.system.seams import seams
 # Below this roughness, the rounding of two directions in f32, 1e-7, changes D by more than 1 %: a mirror stands in.
 SMOOTH_BELOW = 2.0**-14
 NARROW_BELOW = 0.1
+LAYERED = "layered"  # the key of ``Material.extra`` that is 1 where the rough layer has a base, see ``rough_layer``
 
 
 @register
@@ -136,8 +137,8 @@ class MicrofacetBRDF(HandoutBrdf):
     needs = Microfacet.needs
 
     def describes(self, material: Any, dtype: type) -> bool:
-        """Every material with a roughness."""
-        return material.is_rough
+        """Every material with a roughness, but for the layer of ``rough_layer``, which has a base."""
+        return material.is_rough and material.value(LAYERED, 0.0) != 1
 
     @staticmethod
     @ti.func

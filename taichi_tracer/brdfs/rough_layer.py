@@ -18,12 +18,11 @@ import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.diffuse import Diffuse
-from taichi_tracer.brdfs.microfacet import NARROW_BELOW, Microfacet, schlick
+from taichi_tracer.brdfs.microfacet import LAYERED, NARROW_BELOW, Microfacet, schlick
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
 
 BASE, LAYER = Diffuse(), Microfacet()
-KEY = "layered"  # of ``Material.extra``: 1 where the rough layer has a base
 LAYER_F0 = 0.04  # an index of refraction of 1.5
 LEAST, MOST = 0.1, 0.9  # of the samples: so many go to the layer at least, and at most
 
@@ -40,7 +39,7 @@ class RoughLayer(Brdf):
 
     def describes(self, material: Any, dtype: type) -> bool:
         """A roughness, and the key ``layered``."""
-        return material.is_rough and material.value(KEY, 0.0) == 1
+        return material.is_rough and material.value(LAYERED, 0.0) == 1
 
     def may_be_narrow(self, material: Any) -> bool:
         """Whether the lobe of the layer has less than about a hundredth of all directions."""

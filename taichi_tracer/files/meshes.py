@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.brdfs.rough_layer import KEY as LAYERED
+from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.files.disk import check_is_file, read_bytes
 from taichi_tracer.files.ply import plain_triangles, without_strips

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from taichi_tracer.brdfs.rough_layer import KEY as LAYERED
+from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.files.meshes import joined, move, reverse
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh

@@ -9,7 +9,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from taichi_tracer.brdfs.rough_layer import KEY as LAYERED
+from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.rt3.document import Document, FilmSettings, Integrator

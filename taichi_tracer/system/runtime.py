@@ -137,6 +137,7 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
     patches()
     wanted = wanted_folder()
     cache, note = cache_folder(wanted)
+    told = ti.ERROR if settings.arch == "cpu" else ti.CRITICAL  # what a GPU cannot compile is told by an error
     elsewhere = {"offline_cache": False} if cache is None else {"offline_cache_file_path": str(cache)}
     with contextlib.redirect_stdout(io.StringIO()):  # hides Taichi's own line; _choose makes a clearer one
         ti.init(
@@ -144,9 +145,7 @@ def _start(settings: Settings, debug: bool, threads: int | None) -> str | None:
             default_fp=getattr(ti, settings.precision),
             fast_math=settings.fast_math,
             debug=debug,
-            log_level=ti.ERROR
-            if settings.arch == "cpu"
-            else ti.CRITICAL,  # what a GPU cannot compile is told by an error
+            log_level=told,
             **COMPILATION,
             cpu_max_num_threads=workers(threads),
             **({} if cache == wanted else elsewhere),

@@ -5,14 +5,15 @@ import pytest
 from brdfs.test_microfacet import One, above
 from oracles import microfacets as oracle
 
-from taichi_tracer.brdfs.rough_layer import KEY, RoughLayer
+from taichi_tracer.brdfs.microfacet import LAYERED, MicrofacetBRDF
+from taichi_tracer.brdfs.rough_layer import RoughLayer
 from taichi_tracer.materials import Material
 
 N = np.array([0.0, 0.0, 1.0])
 
 
 def material(kd, f0, alpha):
-    return Material(Kd=(kd,) * 3, F0=(f0,) * 3, alpha_x=alpha, alpha_y=alpha, extra={KEY: (1.0,)})
+    return Material(Kd=(kd,) * 3, F0=(f0,) * 3, alpha_x=alpha, alpha_y=alpha, extra={LAYERED: (1.0,)})
 
 
 @pytest.mark.parametrize(("kd", "f0", "alpha"), [(0.5, 0.04, 0.3), (0.4, 0.5, 0.1), (0.9, 0.04, 1.0)])
@@ -34,3 +35,8 @@ def test_without_a_base_it_has_the_layers_value(f32, rng):
     plain = One(Material(F0=(0.9, 0.9, 0.9), alpha_x=0.3, alpha_y=0.3)).values(0, w_o, N, w_i)[0]
     found = One(material(0.0, 0.9, 0.3), RoughLayer()).values(0, w_o, N, w_i)[0]
     np.testing.assert_allclose(found, plain, rtol=1e-6)
+
+
+def test_the_handouts_metal_does_not_take_the_place_of_a_layer():
+    assert not MicrofacetBRDF().describes(material(0.5, 0.04, 0.3), float)
+    assert MicrofacetBRDF().describes(Material(F0=0.9, alpha=0.3), float)

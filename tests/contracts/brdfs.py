@@ -9,7 +9,7 @@ import taichi as ti
 import taichi.math as tm
 
 from contracts.statistics import SphereCells, chi_square_p, sidak
-from taichi_tracer.brdfs.rough_layer import KEY as LAYERED
+from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.system import memory, runtime
 
