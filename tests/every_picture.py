@@ -1,7 +1,7 @@
 """All pictures and answers of the package on small scenes: run it with the start of Taichi, and with a file for them.
 
-    python every_picture.py vulkan found.npz            (also: cpu, cuda, metal)
-    python every_picture.py cpu found.npz debug         (Taichi's debug mode: bounds and overflows are told)
+    python every_picture.py vulkan found.npz 0          (also: cpu, cuda, metal; 0, 1 or 2: which third of them)
+    python every_picture.py cpu found.npz 0 debug       (Taichi's debug mode: bounds and overflows are told)
 
 What fails is told, and the exit code is 1.
 """
@@ -19,6 +19,7 @@ import taichi as ti
 HERE = Path(__file__).parent
 SIZE = 32, 24
 SPP = 4
+THIRDS = range(3)
 
 
 def pictures(tt):
@@ -89,10 +90,10 @@ def pictures(tt):
     yield "explanation", explained
 
 
-def made(folder: Path, arch: str, *mode: str) -> dict:
-    """All pictures, from a process of its own; it must be silent."""
-    file = folder / f"{arch}{''.join(mode)}.npz"
-    command = [sys.executable, str(HERE / "every_picture.py"), arch, str(file), *mode]
+def made(folder: Path, arch: str, third: int, *mode: str) -> dict:
+    """Every third picture, from a process of its own; it must be silent."""
+    file = folder / f"{arch}{third}{''.join(mode)}.npz"
+    command = [sys.executable, str(HERE / "every_picture.py"), arch, str(file), str(third), *mode]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (HERE.parent, HERE)))}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900)
     told = [line for line in done.stdout.splitlines() if not line.startswith("[Taichi]")]
@@ -100,14 +101,14 @@ def made(folder: Path, arch: str, *mode: str) -> dict:
     return dict(np.load(file))
 
 
-def main(arch: str, file: str, *mode: str) -> int:
-    """Make all of them, and save them by their names."""
+def main(arch: str, file: str, third: str, *mode: str) -> int:
+    """Make a third of them, and save them by their names."""
     ti.init(arch=getattr(ti, arch), default_fp=ti.f32, debug="debug" in mode, log_level=ti.ERROR)
     import taichi_tracer as tt
 
     warnings.simplefilter("ignore")
     found, failed = {}, 0
-    for name, make in pictures(tt):
+    for name, make in list(pictures(tt))[int(third) :: len(THIRDS)]:
         start = time.perf_counter()
         try:
             found[name] = np.asarray(make(), np.float64)

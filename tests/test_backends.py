@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from every_picture import SPP, made, pictures
+from every_picture import SPP, THIRDS, made, pictures
 
 import taichi_tracer as tt
 from taichi_tracer.system import runtime
@@ -18,15 +18,12 @@ def backends() -> list[str]:
     return [*there, *(["vulkan"] if runtime.vulkan_devices() else [])]
 
 
-@pytest.fixture(scope="module")
-def of_the_cpu(tmp_path_factory):
-    return made(tmp_path_factory.mktemp("cpu"), "cpu")
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("arch", backends())
-def test_a_backend_agrees_with_the_cpu(arch, of_the_cpu, tmp_path):
-    found = made(tmp_path, arch)
+@pytest.mark.parametrize("third", THIRDS)
+def test_a_backend_agrees_with_the_cpu(third, arch, tmp_path):
+    of_the_cpu = made(tmp_path, "cpu", third)
+    found = made(tmp_path, arch, third)
     assert found.keys() == of_the_cpu.keys()
     views = {*tt.A1Renderer.names(), "hits", "distances", "occlusion", "bvh,", "brute_force,"}
     for name, expected in of_the_cpu.items():
