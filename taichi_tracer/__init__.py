@@ -51,6 +51,10 @@ _HOME_OF = {
     "MeshLightSampler": "lights.mesh_light_sampler",
     "Brdf": "brdfs.base",
     "Light": "lights.base",
+    "AmbientLight": "lights.ambient_light",
+    "DirectionalLight": "lights.directional_light",
+    "PointLight": "lights.point_light",
+    "SpotLight": "lights.spot_light",
     "Integrator": "integrators.base",
     "View": "integrators.base",
     "Tone": "tones.base",
@@ -116,9 +120,13 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.integrators.base import View as View
     from taichi_tracer.integrators.direct_light import DirectLight as DirectLight
     from taichi_tracer.intersectors.bvh import BVHRayIntersector as BVHRayIntersector
+    from taichi_tracer.lights.ambient_light import AmbientLight as AmbientLight
     from taichi_tracer.lights.base import Light as Light
     from taichi_tracer.lights.choice import LampChoice as LampChoice
+    from taichi_tracer.lights.directional_light import DirectionalLight as DirectionalLight
     from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler as MeshLightSampler
+    from taichi_tracer.lights.point_light import PointLight as PointLight
+    from taichi_tracer.lights.spot_light import SpotLight as SpotLight
     from taichi_tracer.maps import MapRenderer as MapRenderer
     from taichi_tracer.materials import Material as Material
     from taichi_tracer.materials import MaterialLibrary as MaterialLibrary

@@ -31,6 +31,7 @@ class Material(metaclass=Annotation):
         alpha_x, alpha_y, F0: roughness and reflectance at normal incidence of a microfacet surface; they are
             extensions of the course. ``Material(alpha=0.3, F0=0.9)`` gives both axes one roughness, and all colours one
             reflectance.
+        Km: reflectance of the mirror in the sum of Blinn and Phong (RT-11); an extension.
         extra: key in lower case → numbers, for every other key of the file. The ``parameters`` of a BRDF are looked up
             here.
     """
@@ -46,6 +47,7 @@ class Material(metaclass=Annotation):
     alpha_x: float = 0.0
     alpha_y: float = 0.0
     F0: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    Km: tuple[float, float, float] = (0.0, 0.0, 0.0)
     extra: dict[str, tuple[float, ...]] = field(default_factory=dict, hash=False)
     alpha: InitVar[float | None] = None
 

@@ -61,6 +61,7 @@ class SceneData:
         geometry, material_library, ray_intersector: see their classes.
         view: camera parameters that show the scene.
         shots: the pictures that the scene's file asks for, see ``rt3.document``; a mesh has none.
+        lights_of_file: how many of ``lights`` are from there; they are the first ones.
         notes: what the user should know about the input, one line each.
         forms: which form of the intersector runs, and why; see ``forms``.
     """
@@ -81,6 +82,7 @@ class SceneData:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.fast, self.version = given["effects"], bool(given["fast"]), 0
         self.shots: tuple = ()
+        self.lights_of_file = 0
         self.up_axis, self.smooth = up_axis, given["smooth"]
         if self.effects_mode not in MODES:
             raise one_of("effects", self.effects_mode, MODES)
@@ -295,5 +297,6 @@ def again(former: SceneData, **changes: Any) -> SceneData:
 
 def described(materials: list[Material]) -> str:
     """All members of all materials as text, for the fingerprint: checkpoints keep it, so that it must not change."""
-    words = ["Material(" + ", ".join(f"{f.name}={getattr(m, f.name)!r}" for f in fields(m)) + ")" for m in materials]
+    members = [{f.name: getattr(m, f.name) for f in fields(m) if f.name != "Km" or max(m.Km) > 0} for m in materials]
+    words = ["Material(" + ", ".join(f"{name}={value!r}" for name, value in one.items()) + ")" for one in members]
     return f"[{', '.join(words)}]"

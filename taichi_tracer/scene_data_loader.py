@@ -259,8 +259,9 @@ def scene_of_document(document: "Document", **options: "Unpack[SceneOptions]") -
     if options.get("view") is None:
         options["view"] = document.shots[0].view
     options.setdefault("background", document.background)
+    options["lights"] = (*document.lights, *options.get("lights", ()))
     if "environment" not in options and document.environment is not None:
         options["environment"] = load_environment(str(document.environment), **document.environment_options)
     scene = SceneData(document.mesh, **options)
-    scene.shots = tuple(document.shots)
+    scene.shots, scene.lights_of_file = tuple(document.shots), len(document.lights)
     return scene

@@ -102,13 +102,10 @@ class SceneInKernels:
     @ti.func
     def reflected_single(self, surface, rng):
         """Light of the ``single`` lights that a surface reflects to the viewer: one sample of each light."""
-        total = tm.vec3(0)
-        for k in range(ti.static(len(self.lights.single))):
+        total = self.lights.reflected_ambient(surface.material)
+        for k in range(ti.static(len(self.lights.drawn))):
             xi = rng.next_2d_of_term()
-            w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
-            for i in ti.static(range(len(self.lights.single))):
-                if k == i:
-                    w_i, distance, light, pdf = self.lights.single[i].sample(surface.origin, xi)
+            w_i, distance, light, pdf = self.lights.sample_drawn(k, surface.origin, xi)
             f_cos = surface.eval(w_i) * ti.max(0.0, tm.dot(surface.normal, w_i))
             light = f_cos * light / pdf
             if light.max() > 0 and tm.dot(surface.geometric_normal, w_i) > 0:

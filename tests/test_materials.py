@@ -80,7 +80,7 @@ def test_defaults_are_those_of_the_format(f32):
     assert (material.Ns, material.Ni, material.d) == (1, 1, 1)
     assert material.Ke == (0, 0, 0)
     library, _owner = library_of([material])
-    assert library.as_table([material]).shape == (1, 20)
+    assert library.as_table([material]).shape == (1, 23)
     assert set(library.members) == set(BUILT_IN)
 
 

@@ -8,9 +8,11 @@ import numpy as np
 import taichi_tracer
 from taichi_tracer.apps.requests import OF_LIGHT
 from taichi_tracer.apps.same_again import DISTANCE, position_of
+from taichi_tracer.integrators.blinn_phong import BlinnPhong
 from taichi_tracer.integrators.one_sample import OneSampleMis
 from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.rt3 import DepthMap
+from taichi_tracer.lights.given import GivenLight
 from taichi_tracer.maps import USUAL, MapRenderer
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A4Renderer
@@ -59,8 +61,9 @@ def scene_options(scene: SceneData) -> dict[str, Any]:
     options["environment"] = environment_of(scene)
     if scene.lamps.count > 1:
         options["lamp_choice"] = scene.lamps.choice.name
-    if len(scene.lights) > 0:
-        options["lights"] = [light.name for light in scene.lights]
+    given = scene.lights[scene.lights_of_file :]
+    if given:
+        options["lights"] = [Code(light) if isinstance(light, GivenLight) else light.name for light in given]
     return options
 
 
@@ -104,6 +107,8 @@ def value_lines(renderer: ProgressiveRenderer) -> list[str]:
         lines += [call("renderer.path_settings.set", [], changed)] if changed else []
     if isinstance(renderer, A1Renderer) and active.name == DISTANCE:
         lines.append(f"renderer.max_distance = {renderer.max_distance!r}")
+    if isinstance(active, BlinnPhong) and active.depth != BlinnPhong().depth:
+        lines.append(call("renderer.set_mirrors", [repr(int(active.depth))], {}))
     if isinstance(active, DepthMap):
         near, far = active.colors
         depth = {"near_color": near, "far_color": far, "zmin": active.zmin, "zmax": active.zmax}
@@ -144,6 +149,8 @@ def plain(value: Any) -> str:
     """A value as Python writes it, arrays as tuples."""
     if isinstance(value, Code):
         return str(value)
+    if isinstance(value, list):
+        return f"[{', '.join(map(plain, value))}]"
     if isinstance(value, np.ndarray):
         return repr(tuple(value.tolist()))
     return repr(value.item() if isinstance(value, np.generic) else value)

@@ -259,8 +259,8 @@ class PictureRequest:
             renderer.path_settings.set(**dict(self.paths))
         if isinstance(renderer, A3Renderer):
             renderer.set_weights(**dict(self.weights))
-        if self.shot is not None and hasattr(renderer, "set_depth"):  # the renderer of RT3 has it
-            renderer.set_depth(**self.shot.integrator.depth)
+        if self.shot is not None and hasattr(renderer, "set_values"):  # the renderer of RT3 has it
+            renderer.set_values(self.shot.integrator)
         if self.max_distance is not None and isinstance(renderer, A1Renderer):
             renderer.max_distance = self.max_distance
         return renderer.set_display(self.display.exposure, self.display.tone)

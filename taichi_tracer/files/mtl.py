@@ -8,7 +8,7 @@ from taichi_tracer.files.text import name_in, number, numbered_lines, read_text
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError, MissingFileError
 
-COLORS = {"kd": "Kd", "ka": "Ka", "ks": "Ks", "ke": "Ke", "f0": "F0"}
+COLORS = {"kd": "Kd", "ka": "Ka", "ks": "Ks", "ke": "Ke", "f0": "F0", "km": "Km"}
 NUMBERS = {"ns": "Ns", "ni": "Ni", "d": "d", "alpha_x": "alpha_x", "alpha_y": "alpha_y"}
 MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 

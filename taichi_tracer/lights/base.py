@@ -22,9 +22,10 @@ class Light:
             never hits it, ``sample`` returns a pdf of 1, and ``pdf`` and ``radiance`` are 0.
         is_far: whether it is infinitely far away. Then ``sample`` returns the distance ∞, and only rays that hit
             nothing see it.
+        is_ambient: whether it has no direction. Then it defines ``reflected`` and nothing else.
     """
 
-    kind, name, is_delta, is_far = "light", "", False, False
+    kind, name, is_delta, is_far, is_ambient = "light", "", False, False, False
     version = 0  # counts changes, so that a renderer knows when its samples belong to an older picture
 
     def prepare(self) -> None:
@@ -48,4 +49,10 @@ class Light:
     @ti.func
     def radiance(self, ray, hit):
         """Radiance that arrives along the ray from this light; ``hit`` is what the ray hits."""
+        return tm.vec3(0)
+
+    @ti.func
+    def reflected(self, material):
+        """What a surface of this ``material`` shows of an ambient light, linear RGB."""
+        ti.static_assert(False, "an ambient light must say what reflected(self, material) is")
         return tm.vec3(0)

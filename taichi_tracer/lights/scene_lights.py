@@ -89,7 +89,8 @@ class SceneLights:
 
     Attributes:
         far: the lights that a ray may see if it hits nothing. from_far: these together, as one light.
-        single: the lights that are sampled one by one.
+        single: the other lights, which are summed one by one: those without a direction (``ambient``), and those of
+            which one sample each is ``drawn``.
         far_share: the probability with which ``sample`` chooses a far light.
     """
 
@@ -98,6 +99,8 @@ class SceneLights:
         self.lamps = lamps
         self.far = tuple(light for light in lights if light.is_far and not light.is_delta)
         self.single = tuple(light for light in lights if not light.is_far or light.is_delta)
+        self.ambient = tuple(light for light in self.single if light.is_ambient)
+        self.drawn = tuple(light for light in self.single if not light.is_ambient)
         self.from_far = FarLights(self.far)
         self.far_share = 1.0 if not self.has_lamps else FAR_SHARE if self.far else 0.0
         self._prepared: list[Light] = []
@@ -169,3 +172,20 @@ class SceneLights:
             if ti.static(len(self.far) > 0):
                 pdf = self.far_share * self.from_far.pdf(x, w_i, hit)
         return pdf
+
+    @ti.func
+    def reflected_ambient(self, material):
+        """What a surface shows of all ambient lights."""
+        light = tm.vec3(0)
+        for one in ti.static(self.ambient):
+            light += one.reflected(material)
+        return light
+
+    @ti.func
+    def sample_drawn(self, k, x, xi):
+        """(w_i, distance, radiance, pdf) of a direction from x to the k-th of ``drawn``."""
+        w_i, distance, light, pdf = tm.vec3(0, 1, 0), tm.inf, tm.vec3(0), 1.0
+        for i in ti.static(range(len(self.drawn))):
+            if k == i:
+                w_i, distance, light, pdf = self.drawn[i].sample(x, xi)
+        return w_i, distance, light, pdf

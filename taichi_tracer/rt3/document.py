@@ -18,6 +18,8 @@ from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.formulas.view import DEFAULT_WINDOW
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.integrators.blinn_phong import MOST_MIRRORS
+from taichi_tracer.lights.base import Light
 from taichi_tracer.options import BackgroundChoice
 from taichi_tracer.picture.crop import crop_pixels
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element, Elements, nearest
@@ -31,14 +33,21 @@ STRETCH_TOLD = 1e-3  # relative; nobody sees whether a circle is stretched by le
 IMAGE_TYPES = {"png": ".png", "ppm": ".ppm", "ppm3": ".ppm", "ppm6": ".ppm", "exr": ".exr"}
 INTEGRATORS = {"flat": "flat", "normal_map": "normal_map", "normal": "normal_map", "depth_map": "depth_map"}
 INTEGRATORS |= {"depth": "depth_map", "direct": "direct", "direct_illumination": "direct"}
+INTEGRATORS |= {"blinn_phong": "blinn_phong", "blinn": "blinn_phong"}
 BACKGROUNDS = {"colors": "colors", "color": "colors", "single_color": "colors", "4_colors": "colors"}
 BACKGROUNDS |= {"image": "image", "spherical": "spherical"}
-SYNONYMS = {"look_at": "lookat", "translation": "translate", "rotation": "rotate", "scaling": "scale"}
+SYNONYMS = {
+    "look_at": "lookat",
+    "translation": "translate",
+    "light": "light_source",
+    "rotation": "rotate",
+    "scaling": "scale",
+}
 SYNONYMS |= {"push_ctm": "push_CTM", "pop_ctm": "pop_CTM", "push_gs": "push_GS", "pop_gs": "pop_GS"}
 TRANSFORMS = ("translate", "scale", "rotate", "identity")
 SETTINGS = ("lookat", "camera", "film", "integrator", "background")
-WORLD = ("object", "material", "make_named_material", "named_material", *TRANSFORMS, "push_CTM", "pop_CTM")
-WORLD += ("push_GS", "pop_GS", "save_coord_system", "restore_coord_system")
+WORLD = ("object", "light_source", "material", "make_named_material", "named_material", *TRANSFORMS)
+WORLD += ("push_CTM", "pop_CTM", "push_GS", "pop_GS", "save_coord_system", "restore_coord_system")
 TAGS = (*SETTINGS, "world_begin", "world_end", "render_again", "include", *WORLD)
 
 
@@ -66,12 +75,17 @@ class FilmSettings:
 
 @dataclass(frozen=True)
 class Integrator:
-    """What a picture shows. ``depth`` belongs to "depth_map"; ``estimator`` and ``spp`` belong to "direct"."""
+    """What a picture shows.
+
+    Attributes:
+        depth: for "depth_map". estimator, spp: for "direct". mirrors: for "blinn_phong", how many one after the other.
+    """
 
     name: str = "flat"
     depth: dict = field(default_factory=dict)
     estimator: str = "mis"
     spp: int = 1
+    mirrors: int = 5
 
 
 @dataclass(frozen=True)
@@ -89,6 +103,7 @@ class Document:
 
     Attributes:
         mesh: triangles, spheres and materials. Its ``notes`` are what the user should know, one line each.
+        lights: those of the world.
         shots: the pictures, at least one.
         background: an argument for ``background.load_background``.
         environment, environment_options: arguments for ``environment.load_environment``.
@@ -96,6 +111,7 @@ class Document:
 
     mesh: Mesh
     shots: list[Shot]
+    lights: list[Light] = field(default_factory=list)
     background: BackgroundChoice = None
     environment: Path | None = None
     environment_options: dict = field(default_factory=dict)
@@ -167,6 +183,8 @@ class _Reader:
             world.pop(element, tag.removeprefix("pop_"))
         elif tag == "object":
             world.add_object(element, Path(element.where.rsplit(":", 1)[0]))
+        elif tag == "light_source":
+            world.add_light(element)
         else:
             {
                 "material": world.use_material,
@@ -265,6 +283,8 @@ class _Reader:
         elif name == "direct":
             estimator = element.text("estimator") or "mis"
             self.integrator = Integrator(name, estimator=estimator, spp=element.whole("spp", "samples", default=16))
+        elif name == "blinn_phong":
+            self.integrator = Integrator(name, mirrors=element.whole("depth", default=5, least=0, most=MOST_MIRRORS))
         else:
             self.integrator = Integrator(name)
 
@@ -343,7 +363,7 @@ class _Reader:
             raise InputError(f"{self.path}: the world that began at {self.began_at} has no <world_end/>")
         if self.said_since:
             self.note(f"{self.path}: no picture uses the elements after the last <render_again/>")
-        self.result.mesh = self.world.mesh()
+        self.result.mesh, self.result.lights = self.world.mesh(), self.world.lights
         if self.result.mesh.num_primitives == 0:
             self.note(f"{self.ended_at}: the world is empty, so that pictures of it show only the background")
         self.result.mesh.notes = [*self.notes, *self.world.notes]

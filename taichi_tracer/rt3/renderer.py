@@ -5,9 +5,12 @@ from typing import TYPE_CHECKING, Any
 import taichi as ti
 
 from taichi_tracer.camera import make_camera
+from taichi_tracer.integrators.base import Integrator
+from taichi_tracer.integrators.blinn_phong import BlinnPhong
 from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer
+from taichi_tracer.rt3.document import Integrator as Chosen
 from taichi_tracer.rt3.document import Shot
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
@@ -37,6 +40,10 @@ class RT3Renderer(ProgressiveRenderer):
         """Show the normals as colours."""
         return self.use("normal_map")
 
+    def set_integrator_blinn_phong(self) -> "Self":
+        """Show what ambient, directional, point and spot lights light."""
+        return self.use("blinn_phong")
+
     def set_integrator_depth_map(self) -> "Self":
         """Show the depth along the gaze."""
         return self.use("depth_map")
@@ -49,10 +56,22 @@ class RT3Renderer(ProgressiveRenderer):
         zmax: float | None = None,
     ) -> None:
         """Set the colours and the range of the depth map; None takes the bound of the scene's box."""
-        depth, shows_it = DepthMap(near_color, far_color, zmin, zmax), self.active.name == "depth_map"
-        self._integrators["depth_map"] = depth
-        if shows_it:
-            self.use("depth_map")
+        self._replace(DepthMap(near_color, far_color, zmin, zmax))
+
+    def set_mirrors(self, depth: int) -> None:
+        """Set how many mirrors one after the other "blinn_phong" follows."""
+        self._replace(BlinnPhong(depth))
+
+    def set_values(self, of: Chosen) -> None:
+        """Set what a scene file says about its integrator."""
+        if of.depth:
+            self.set_depth(**of.depth)
+        self.set_mirrors(of.mirrors)
+
+    def _replace(self, integrator: Integrator) -> None:
+        self._integrators[integrator.name] = integrator
+        if self.active.name == integrator.name:
+            self.use(integrator.name)
 
 
 def renderer_of(scene_data: "SceneData", shot: Shot | None = None, **options: Any) -> ProgressiveRenderer:
@@ -73,6 +92,5 @@ def renderer_of(scene_data: "SceneData", shot: Shot | None = None, **options: An
     if shot.integrator.name == "direct":
         return A2Renderer(scene_data, **options).use(shot.integrator.estimator)
     renderer = RT3Renderer(scene_data, **options).use(shot.integrator.name)
-    if shot.integrator.depth:
-        renderer.set_depth(**shot.integrator.depth)
+    renderer.set_values(shot.integrator)
     return renderer

@@ -9,14 +9,16 @@ from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.files.meshes import joined, move, reverse
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
+from taichi_tracer.rt3.lights import read_light
 from taichi_tracer.system.errors import one_of
 
 MATERIALS = {"flat": "flat", "matte": "matte", "diffuse": "matte", "blinn": "phong", "blinn_phong": "phong"}
 MATERIALS |= {"phong": "phong", "microfacet": "microfacet"}
 OBJECTS = {"trianglemesh": "trianglemesh", "triangle_mesh": "trianglemesh", "mesh": "trianglemesh", "sphere": "sphere"}
-MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
+MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km"), ("Ns", "Ni", "d", "alpha_x", "alpha_y")
 MOST_PRIMITIVES = 20_000_000
 MOST_SAVED = 10_000  # states on the stack
 IDENTITY = np.eye(4)
@@ -48,6 +50,7 @@ class World:
         self.files: dict[Path, Mesh] = {}
         self.primitives = 0
         self.parts: list[Mesh] = []
+        self.lights: list[Light] = []
         self.notes: list[str] = []
 
     # --- transforms ---------------------------------------------------------------------------------------------------
@@ -190,6 +193,13 @@ class World:
             )
         )
 
+    def add_light(self, element: Element) -> None:
+        """Add a light, at its place in the current transform."""
+        light = read_light(element, self.state.ctm)
+        if light.is_ambient and any(one.is_ambient for one in self.lights):
+            self.notes.append(f"{element.where}: the world has several ambient lights, which add")
+        self.lights.append(light)
+
     def mesh(self) -> Mesh:
         """All objects as one mesh."""
         return joined(self.parts, list(self.material_ids), str(self.path))
@@ -200,10 +210,11 @@ def read_material(element: Element, name: str) -> Material:
     kind = element.choice("type", of=MATERIALS, default="matte")
     values: dict = {}
     base = "color" if kind == "flat" else "diffuse"
-    colors = element.colors("color", "diffuse", "ambient", "specular")
+    colors = element.colors("color", "diffuse", "ambient", "specular", "mirror")
     if "color" in colors and "diffuse" in colors:
         raise element.error("color and diffuse mean the same: give one of them")
-    for attribute, key in ((base, "Kd"), ("color", "Kd"), ("diffuse", "Kd"), ("ambient", "Ka"), ("specular", "Ks")):
+    keys = {base: "Kd", "color": "Kd", "diffuse": "Kd", "ambient": "Ka", "specular": "Ks", "mirror": "Km"}
+    for attribute, key in keys.items():
         if attribute in colors:
             values[key] = colors[attribute]
     if kind == "phong":

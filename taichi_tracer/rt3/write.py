@@ -11,6 +11,11 @@ import numpy as np
 
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.lights.ambient_light import AmbientLight
+from taichi_tracer.lights.base import Light
+from taichi_tracer.lights.directional_light import DirectionalLight
+from taichi_tracer.lights.point_light import PointLight
+from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
 from taichi_tracer.rt3.document import Document, FilmSettings, Integrator
 from taichi_tracer.rt3.elements import MOST_BYTES, MOST_ELEMENTS
@@ -32,7 +37,8 @@ def as_rt3(document: Document, path: Path) -> str:
             lines.append("")
         lines += [*_view(shot.view), _film(shot.film), _integrator(shot.integrator)]
         if last is None:
-            lines += ["", "<world_begin/>", *_background(document, path), *_world(document.mesh), "<world_end/>"]
+            lines += ["", "<world_begin/>", *_background(document, path)]
+            lines += [*map(_light, document.lights), *_world(document.mesh), "<world_end/>"]
         else:
             lines.append("<render_again/>")
         last = shot
@@ -90,6 +96,8 @@ def _film(film: FilmSettings) -> str:
 def _integrator(integrator: Integrator) -> str:
     if integrator.name == "direct":
         return tag("integrator", type="direct", estimator=integrator.estimator, spp=integrator.spp)
+    if integrator.name == "blinn_phong":
+        return tag("integrator", type="blinn_phong", depth=integrator.mirrors)
     return tag("integrator", type=integrator.name, **integrator.depth)
 
 
@@ -104,6 +112,19 @@ def _background(document: Document, path: Path) -> Iterator[str]:
     if document.environment is not None:
         where = _beside(document.environment, path)
         yield tag("background", type="spherical", filename=where, **document.environment_options)
+
+
+def _light(light: Light) -> str:
+    if isinstance(light, AmbientLight):
+        return tag("light_source", type="ambient", L=light.intensity)
+    if isinstance(light, DirectionalLight):
+        return tag("light_source", type="directional", L=light.irradiance, **{"from": (0, 0, 0)}, to=light.direction)
+    if not isinstance(light, (PointLight, SpotLight)):
+        raise InputError(f"RT3 has no light {light.name!r}")
+    place = {"I": light.intensity, "from": light.position, "attenuation": light.attenuation}
+    if isinstance(light, SpotLight):
+        place |= {"to": light.target, "cutoff": float(light.cutoff), "falloff": float(light.falloff)}
+    return tag("light_source", type=light.name, **place)
 
 
 def _beside(file: Path, document: Path) -> str:

@@ -86,8 +86,24 @@ def everywhere(count=2000):
 
 def check_light(light, intersector=None, cells=None):
     """All that a light which is given to a scene must do; arguments as for ``check_light_of_samples``."""
-    check_light_of_samples(light, intersector, cells)
+    if light.is_ambient:
+        check_ambient(light)
+    else:
+        check_light_of_samples(light, intersector, cells)
     check_facts(light)
+
+
+def check_ambient(light):
+    """Finite, not negative, in proportion to Ka, and the same every time: it has no other argument."""
+
+    @ti.kernel
+    def reflected(ka: tm.vec3) -> tm.vec3:
+        return light.reflected(ti.Struct(Ka=ka))
+
+    one, none, twice = (np.array(reflected(ti.Vector([k] * 3))) for k in (1.0, 0.0, 2.0))
+    assert np.isfinite(one).all() and (one >= 0).all(), f"{light.name}: reflected is {one}"
+    assert not none.any(), f"{light.name}: a surface without ambient colour shows {none}"
+    np.testing.assert_allclose(twice, 2 * one, rtol=VALUE_TOLERANCE, err_msg=light.name)
 
 
 def check_light_of_samples(light, intersector=None, cells=None):

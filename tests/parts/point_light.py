@@ -7,7 +7,7 @@ import taichi_tracer as tt
 
 
 @tt.register
-class PointLight(tt.Light):
+class Bulb(tt.Light):
     """Radiant intensity I, in watt per steradian, at a position: at a distance r it gives the irradiance I cos θ / r².
 
     Args:
@@ -15,7 +15,7 @@ class PointLight(tt.Light):
         intensity: three numbers, linear RGB.
     """
 
-    name, is_delta = "point", True
+    name, is_delta = "bulb", True
 
     def __init__(self, position=(0.3, 1.5, 0.4), intensity=(2.0, 1.5, 1.0)):
         self.position, self.intensity = position, intensity

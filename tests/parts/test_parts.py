@@ -131,7 +131,7 @@ def test_point_light_has_its_closed_form():
     faces = np.concatenate([SQUARE[1], SQUARE[1] + 4])
     scene = write_obj("walls", walls, faces, "Kd 0.8 0.5 0.2")
     camera = ("--eye", 0, 0, 5, "--at", 0, 0, 0, "--up", 0, 1, 0, "--fov", 40)
-    shows = ("--lights", "point", "--environment", "none", "--view", "uniform", "--spp", 64)
+    shows = ("--lights", "bulb", "--environment", "none", "--view", "uniform", "--spp", 64)
     image = rendered("point", scene, *camera, *shows)
     light = np.array([0.3, 1.5, 0.4])
     # The course's frame is left-handed: a camera that looks along −z has +x to its left. 8 × 8 points of each pixel.

@@ -1,0 +1,73 @@
+"""A point that shines into a cone (RT-10)."""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.lights.given import GivenLight
+from taichi_tracer.lights.point_light import fall, towards
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import seams
+from taichi_tracer.system.types import Numbers
+from taichi_tracer.system.varying import varying
+
+
+@register
+@ti.data_oriented
+@seams()
+class SpotLight(GivenLight):
+    """A point light with the factor s(θ), where θ is the angle at the light between its axis and the point that is lit.
+
+    s is 1 up to the angle ``falloff``, 0 from the angle ``cutoff`` on, and linear in θ in between.
+
+    Args:
+        position: in world space.
+        target: a point on the axis.
+        intensity: linear RGB on the axis, or one number.
+        cutoff, falloff: degrees, with 0 ≤ falloff ≤ cutoff ≤ 180.
+        attenuation: as for ``PointLight``.
+    """
+
+    name, is_delta = "spot", True
+
+    def __init__(
+        self,
+        position: Numbers = (0.0, 3.0, 0.0),
+        target: Numbers = (0.0, 0.0, 0.0),
+        intensity: float | Numbers = 10.0,
+        cutoff: float = 30.0,
+        falloff: float = 20.0,
+        attenuation: Numbers = (0.0, 0.0, 1.0),
+    ) -> None:
+        self.position = self._three("position", position)
+        self.target = self._three("target", target)
+        self.intensity = self._three("intensity", intensity, 0)
+        if not 0 <= falloff <= cutoff <= 180:
+            raise InputError(f"spot light: 0 <= falloff <= cutoff <= 180 degrees, not {falloff!r} and {cutoff!r}")
+        self.cutoff, self.falloff = varying(float(cutoff)), varying(float(falloff))
+        self.attenuation = self._attenuation(attenuation)
+        self._axis = self._unit("the way to its target", np.subtract(self.target, self.position))
+
+    @ti.func
+    def sample(self, x, xi):
+        """(ω_i, r, s(θ) I/(Kc + Kl r + Kq r²), 1) from the point x."""
+        w_i, r = towards(x, tm.vec3(self.position))
+        light = tm.vec3(self.intensity) / fall(tm.vec3(self.attenuation), r)
+        return w_i, r, self.share(angle(tm.vec3(self._axis), -w_i)) * light, 1.0
+
+    @ti.func
+    def share(self, theta):
+        """s(θ), of an angle in degrees."""
+        s = 0.0
+        if theta <= self.falloff:
+            s = 1.0
+        elif theta < self.cutoff:
+            s = (self.cutoff - theta) / (self.cutoff - self.falloff)
+        return s
+
+
+@ti.func
+def angle(a, b):
+    """The angle between two unit vectors, in degrees. Its tangent is accurate near 0 and 180, too (Kahan 2006)."""
+    return tm.degrees(ti.atan2(tm.cross(a, b).norm(), tm.dot(a, b)))
