@@ -40,6 +40,7 @@ _HOME_OF = {
     "Geometry": "geometry",
     "Material": "materials",
     "MaterialLibrary": "materials",
+    "Texture": "textures",
     "TriangleTest": "formulas.triangles",
     "RayIntersector": "ray_intersector",
     "BruteForceRayIntersector": "ray_intersector",
@@ -151,4 +152,5 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.system.errors import StaleSceneError as StaleSceneError
     from taichi_tracer.system.registry import register as register
     from taichi_tracer.system.runtime import init as init
+    from taichi_tracer.textures import Texture as Texture
     from taichi_tracer.tones.base import Tone as Tone

@@ -27,6 +27,7 @@ class Effects:
         interpolated_normals: whether a triangle has vertex normals.
         spheres: whether there are spheres.
         culling: whether rays pass through the backs of some triangles.
+        textures: whether a material has a picture.
         background: whether there is a picture behind the scene.
         blockers: what a ray that leaves a surface can hit: "all": anything; "backs": something only if it leaves the
             back of a surface, as inside a convex body; "none": nothing, as in a plane. See ``formulas.convexity``.
@@ -42,6 +43,7 @@ class Effects:
     interpolated_normals: bool
     spheres: bool
     culling: bool
+    textures: bool
     background: bool
     blockers: str
     scatters: bool
@@ -108,6 +110,7 @@ def _found(scene, blockers: str) -> dict[str, Any]:
         "interpolated_normals": mesh.has_vertex_normals,
         "spheres": len(mesh.spheres) > 0,
         "culling": mesh.has_culling,
+        "textures": mesh.has_textures,
         "background": scene.background is not None,
         "blockers": blockers,
         "scatters": any(not library.brdfs[i].is_delta for i in brdfs),
@@ -131,13 +134,14 @@ def _reasons(scene, found: dict[str, Any]) -> list[tuple[str, bool, str]]:
             culls,
             "rays pass through the backs of some triangles" if culls else "all triangles have two sides",
         ),
+        _about_textures(found["textures"], materials),
         ("background", found["background"], scene.background.what if found["background"] else "the scene has none"),
     ]
 
 
 def _with_all(name: str, is_on: bool, why: str, has_environment: bool) -> tuple[str, bool, str]:
     """A line of the receipt in the mode "all"."""
-    depends_on_scene = name in ("background", "backface cull") or name.startswith("light ")
+    depends_on_scene = name in ("background", "backface cull", "textures") or name.startswith("light ")
     needs_environment = name in ("environment", "look-up")
     if depends_on_scene or (needs_environment and not has_environment):
         return name, is_on, why
@@ -159,6 +163,12 @@ def _about_brdf(brdf, count: int, materials: list) -> tuple[str, bool, str]:
         return brdf.name, True, f"{count} of {len(materials)} materials"
     described = any(brdf.describes(material, runtime.dtype()) for material in materials)
     return brdf.name, False, "another BRDF takes its materials" if described else f"no triangle has {brdf.needs}"
+
+
+def _about_textures(is_on: bool, materials: list) -> tuple[str, bool, str]:
+    count = sum(material.map_Kd is not None for material in materials)
+    why = f"{count} of {len(materials)} materials" if is_on else "no material has one"
+    return "textures", is_on, why if is_on or count == 0 else "the triangles have no texture coordinates"
 
 
 def _about_light(sky: str, environment, lights) -> list[tuple[str, bool, str]]:

@@ -46,6 +46,7 @@ class Mesh:
             the spheres follow the triangles.
         sphere_materials: (S,) int32 ids into ``materials``; 0 if it is left out.
         face_culls: (F,) bool, whether rays pass through the back of a triangle; None if they pass through no back.
+        corner_uv: (F, 3, 2) float64 texture coordinates of the corners, from the bottom left; None if there are none.
     """
 
     vertices: np.ndarray
@@ -61,6 +62,7 @@ class Mesh:
     sphere_ids: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     sphere_materials: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     face_culls: np.ndarray | None = None
+    corner_uv: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         if self.face_materials is None:
@@ -87,6 +89,11 @@ class Mesh:
     def has_vertex_normals(self) -> bool:
         """Whether at least one corner of a triangle has a normal."""
         return bool((self.face_normals >= 0).any())
+
+    @property
+    def has_textures(self) -> bool:
+        """Whether a triangle or a sphere has a material with a texture, and there are texture coordinates."""
+        return self.corner_uv is not None and any(self.materials[i].map_Kd is not None for i in self.used_materials())
 
     @property
     def has_culling(self) -> bool:

@@ -32,6 +32,7 @@ class Material(metaclass=Annotation):
             extensions of the course. ``Material(alpha=0.3, F0=0.9)`` gives both axes one roughness, and all colours one
             reflectance.
         Km: reflectance of the mirror in the sum of Blinn and Phong (RT-11); an extension.
+        map_Kd: a ``textures.Texture`` by which Kd is multiplied; None is none.
         extra: key in lower case → numbers, for every other key of the file. The ``parameters`` of a BRDF are looked up
             here.
     """
@@ -48,6 +49,7 @@ class Material(metaclass=Annotation):
     alpha_y: float = 0.0
     F0: tuple[float, float, float] = (0.0, 0.0, 0.0)
     Km: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    map_Kd: Any = None
     extra: dict[str, tuple[float, ...]] = field(default_factory=dict, hash=False)
     alpha: InitVar[float | None] = None
 
@@ -84,8 +86,8 @@ class Material(metaclass=Annotation):
         return numbers[0] if count == 1 else tuple(numbers)
 
 
-# The members of a material that all kernels know: not the name, and not the keys that only some BRDFs read.
-BUILT_IN: dict[str, Any] = {f.name: f.default for f in fields(Material) if f.name not in ("name", "extra")}
+# The members of a material that all kernels know: not the name, the texture, and the keys that only some BRDFs read.
+BUILT_IN: dict[str, Any] = {f.name: f.default for f in fields(Material) if f.name not in ("name", "map_Kd", "extra")}
 
 
 class Materials(list):

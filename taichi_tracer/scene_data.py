@@ -37,12 +37,15 @@ from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.reuse import Reused
 from taichi_tracer.system.seams import replaced
 from taichi_tracer.system.stopwatch import BUILD, LIGHTS, part
+from taichi_tracer.textures import Textures
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
+
+ADDED = ("Km", "map_Kd")  # members of materials that fingerprints have only where a material has them
 
 KEPT_FORMS = 8  # of a scene: with so many different lights, going back to an earlier one compiles nothing
 
@@ -97,7 +100,11 @@ class SceneData:
             self.effects = derive(self, self._blockers)
             is_students = bool(replaced(chosen))
             self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
-        self.geometry.load(self._memory, self.material_library.tables())
+            self.textures = Textures(mesh, builder) if self.effects.textures else None
+        tables = self.material_library.tables()
+        if self.textures is not None:
+            self.textures.put(tables)
+        self.geometry.load(self._memory, tables)
         with part(BUILD, waits=True):
             self.ray_intersector, form = make_intersector(chosen, self.geometry, chosen_test, self.fast)
         self.forms = (form,)
@@ -158,8 +165,7 @@ class SceneData:
         digest = hashlib.sha256(described(mesh.materials).encode())
         arrays: list = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
         arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
-        if mesh.face_culls is not None:
-            arrays.append(mesh.face_culls)
+        arrays += [array for array in (mesh.face_culls, mesh.corner_uv) if array is not None]
         if self.up_axis != "y":
             digest.update(self.up_axis.encode())
         if self.background is not None:
@@ -297,6 +303,12 @@ def again(former: SceneData, **changes: Any) -> SceneData:
 
 def described(materials: list[Material]) -> str:
     """All members of all materials as text, for the fingerprint: checkpoints keep it, so that it must not change."""
-    members = [{f.name: getattr(m, f.name) for f in fields(m) if f.name != "Km" or max(m.Km) > 0} for m in materials]
+    unset = Material()
+    later = [
+        f.name
+        for f in fields(Material)
+        if f.name in ADDED and all(getattr(m, f.name) == getattr(unset, f.name) for m in materials)
+    ]
+    members = [{f.name: getattr(m, f.name) for f in fields(m) if f.name not in later} for m in materials]
     words = ["Material(" + ", ".join(f"{name}={value!r}" for name, value in one.items()) + ")" for one in members]
     return f"[{', '.join(words)}]"

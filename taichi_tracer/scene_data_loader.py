@@ -198,6 +198,7 @@ def scene_from_mesh(
     material: Material | Sequence[Material] | None = None,
     normals: ArrayLike | None = None,
     face_materials: ArrayLike | None = None,
+    uv: ArrayLike | None = None,
     **options: "Unpack[SceneOptions]",
 ) -> SceneData:
     """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
@@ -211,14 +212,16 @@ def scene_from_mesh(
         normals: (V, 3), a normal for each vertex, or (F, 3, 3), a normal for each corner of each triangle. They need
             not have unit length. Without them, triangles are flat; ``smooth=True`` computes normals.
         face_materials: (F,) ids into the colours or materials, counted from 0, one for each triangle.
+        uv: (V, 2), a texture coordinate for each vertex, or (F, 3, 2), one for each corner; for a material with a
+            ``tt.Texture`` as its ``map_Kd``.
         options: see ``options.SceneOptions``.
 
     Raises:
         InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
     """
-    check_options("scene_from_mesh", options, [*SCENE_DEFAULTS, "color", "material", "normals", "face_materials"])
+    check_options("scene_from_mesh", options, [*SCENE_DEFAULTS, "color", "material", "normals", "face_materials", "uv"])
     mesh = from_trimesh(vertices) if faces is None else mesh_from_arrays(vertices, faces)
-    return SceneData(dressed(mesh, color, material, normals, face_materials), **options)
+    return SceneData(dressed(mesh, color, material, normals, face_materials, uv), **options)
 
 
 def load_geometry(name_or_path: str | Path | SceneName) -> Geometry:

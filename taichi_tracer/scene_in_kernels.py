@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import taichi as ti
 import taichi.math as tm
+from taichi.lang import impl
 
 from taichi_tracer.brdfs.surface import Surface, surface_at
 from taichi_tracer.effects import Effects
@@ -12,6 +13,7 @@ from taichi_tracer.lights.environment_light import EnvironmentLight
 from taichi_tracer.lights.scene_lights import SceneLights
 from taichi_tracer.ray import Ray, no_hit
 from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.textures import textured
 
 if TYPE_CHECKING:
     from taichi_tracer.scene_data import SceneData
@@ -22,7 +24,7 @@ class SceneInKernels:
     """The part of a scene that kernels use, compiled for its effects. After a change of the scene, it is another one.
 
     Attributes:
-        geometry, ray_intersector, material_library, environment, background: those of ``SceneData``.
+        geometry, ray_intersector, material_library, textures, environment, background: those of ``SceneData``.
         lights: all lights, see ``lights.scene_lights``.
         effects: what is compiled, see ``effects.Effects``.
         samples_lights: whether directions are drawn from the lights. All lamps of a scene may be without area.
@@ -33,7 +35,7 @@ class SceneInKernels:
     def __init__(self, scene: "SceneData", effects: Effects, compensates: bool = False) -> None:
         self.effects, self.compensates = effects, compensates
         self.geometry, self.ray_intersector = scene.geometry, scene.ray_intersector
-        self.material_library = scene.material_library
+        self.material_library, self.textures = scene.material_library, scene.textures
         self.environment, self.background = scene.environment, scene.background
         far: list[Light] = []
         if scene.environment is not None and effects.environment in ("constant", "image"):
@@ -41,6 +43,12 @@ class SceneInKernels:
         lamps = scene.lamps if effects.emitters else None
         self.lights = SceneLights([*far, *scene.lights], effects, lamps)
         self.samples_lights = effects.samples_lights and self.lights.can_be_met
+
+    @in_kernels
+    def material_at(self, hit):
+        """The numbers of the material of a hit, coloured by its texture."""
+        material = impl.expr_init(self.material_library.get(hit.material_id))
+        return impl.expr_init(textured(material, self.textures, hit)) if self.effects.textures else material
 
     @in_kernels
     def surface_at(self, ray, hit) -> Surface:

@@ -116,12 +116,13 @@ def test_the_receipt_names_every_effect_with_its_reason():
         "vertex normals  not simulated, no triangle has them",
         "spheres         not simulated, the scene has none",
         "backface cull   not simulated, all triangles have two sides",
+        "textures        not simulated, no material has one",
         "background      not simulated, the scene has none",
         "shadow rays     not simulated, no surface lies in front of another, nor behind",
         "light and BRDF  simulated, both can find what a surface reflects",
     ):
         assert line in text
-    other_effects, lights = 10, 1
+    other_effects, lights = 11, 1
     assert len(lines) == len(scene.material_library.brdfs) + other_effects + lights
     assert scene.receipt()[: len(lines)] == lines
 

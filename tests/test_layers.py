@@ -32,7 +32,7 @@ LAYERS = (
     "system",
     "formulas ray ray_hits random_numbers tones",
     "brdfs",
-    "materials geometry files",
+    "materials geometry textures files",
     "environment background effects lights",
     "sampler samplers camera_settings camera cameras",
     "ray_intersector intersectors",
@@ -54,8 +54,8 @@ ORDER = " ".join(LAYERS).split()
 # The map in docs/design.md: what stands together, for a reader. The root files of the first part are the handouts'.
 MAP = {
     "what a student opens: the formulas and the plain forms": (
-        "ray random_numbers sampler camera geometry materials environment ray_intersector progressive modes renderer "
-        "scene_data scene_in_kernels scene_data_loader camera_controller"
+        "ray random_numbers sampler camera geometry materials textures environment ray_intersector progressive modes "
+        "renderer scene_data scene_in_kernels scene_data_loader camera_controller"
     ),
     "parts: one file for each, in the folder of their kind": (
         "formulas cameras samplers brdfs lights integrators intersectors tones"

@@ -29,6 +29,8 @@ def run(args: Namespace) -> int:
     if document is None:
         document = Document(read(scene), [])
     shots = [_shot(picture, document, scene, up_axis) for picture in pictures]
+    if document.mesh.has_textures:
+        note("textures are not written: RT3 has none")
     for text in document.mesh.notes:
         note(text)
     text = as_rt3(replace(document, shots=shots), path)

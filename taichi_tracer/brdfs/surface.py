@@ -135,7 +135,7 @@ def surface_at(scene, ray, hit) -> Surface:
     """The surface that a ray hit; ``scene`` is a ``scene_in_kernels.SceneInKernels``."""
     library = scene.material_library
     brdfs = {i: library.brdfs[i] for i in scene.effects.brdfs}
-    material = impl.expr_init(library.get(hit.material_id))
+    material = scene.material_at(hit)
     if any(brdf.transmits for brdf in brdfs.values()):
         material = impl.expr_init(_seen_from(material, hit.is_backfacing))
     brdf_id = impl.expr_init(_brdf_id(library.brdf_ids, hit.material_id))

@@ -26,7 +26,7 @@ def mesh_from_arrays(vertices, faces) -> Mesh:
     return Mesh(vertices=vertices, faces=ids.astype(np.int64), source="mesh")
 
 
-def dressed(mesh: Mesh, color=None, material=None, normals=None, face_materials=None) -> Mesh:
+def dressed(mesh: Mesh, color=None, material=None, normals=None, face_materials=None, uv=None) -> Mesh:
     """``mesh`` with other materials or normals; arguments as for ``scene_data.scene_from_mesh``."""
     check(mesh)
     changed: dict = {}
@@ -41,6 +41,12 @@ def dressed(mesh: Mesh, color=None, material=None, normals=None, face_materials=
         changed["face_materials"] = material_ids(face_materials, len(mesh.faces), count)
     if normals is not None:
         changed["normals"], changed["face_normals"] = corner_normals(normals, mesh)
+    if uv is not None:
+        rows, (v, f) = numbers("uv", uv), (len(mesh.vertices), len(mesh.faces))
+        if rows.shape not in ((v, 2), (f, 3, 2)):
+            known = f"({v}, 2), one per vertex, or ({f}, 3, 2), one per corner"
+            raise InputError(f"mesh: uv must have the shape {known}, not {rows.shape}")
+        changed["corner_uv"] = rows.astype(np.float64)[mesh.faces] if rows.ndim == 2 else rows.astype(np.float64)
     return replace(mesh, **changed)
 
 

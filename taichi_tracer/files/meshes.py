@@ -10,16 +10,19 @@ import struct
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.files.disk import check_is_file, read_bytes
+from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.ply import plain_triangles, without_strips
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.textures import METALLIC, Texture
 
 EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
@@ -28,6 +31,7 @@ GLB_HEADER = struct.Struct("<4sIIII")  # magic, version, length of the file, len
 GLB_JSON = 0x4E4F534A  # the type of a JSON chunk: the letters JSON as a little-endian number
 LEAST_ALPHA = 1e-6  # of a glTF material; it counts as a mirror
 COLOURS_NOT_USED = "colours of vertices and faces are not used"
+GLTF_WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 LONGEST_REASON = 200  # characters of trimesh's own message that are shown
 # Extensions that a file may require, because they do not change the triangles. With others, trimesh finds no triangles.
 HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
@@ -196,15 +200,20 @@ def _assemble(placed: list[tuple], source: str, materials: list[Material] | None
     """
     used: list[Material] = []
     parts = []
+    told: list[str] = []
+    known: dict[int, Material] = {}  # by the identity of trimesh's material
     for mesh, *rest in placed:
-        part, material = _part(mesh, *rest), _material(mesh.visual, materials)
+        part, look = _part(mesh, *rest), getattr(mesh.visual, "material", None)
+        material = known.setdefault(id(look), _with_texture(_material(mesh.visual, materials), look, told))
+        if material.map_Kd is not None and getattr(mesh.visual, "uv", None) is not None:
+            part.corner_uv = np.asarray(mesh.visual.uv, np.float64)[:, :2][part.faces]
         if material not in used:
             used.append(material)
         part.face_materials = np.full(len(part.faces), used.index(material), np.int32)
         parts.append(part)
     if any(getattr(mesh.visual, "kind", None) in ("vertex", "face") for mesh, *_ in placed):
         notes.append(f"{source}: {COLOURS_NOT_USED}")
-    return replace(joined(parts, used, source), notes=notes)
+    return replace(joined(parts, used, source), notes=[*notes, *(f"{source}: {text}" for text in dict.fromkeys(told))])
 
 
 def _material(visual, materials: list[Material] | None) -> Material:
@@ -219,6 +228,34 @@ def _material(visual, materials: list[Material] | None) -> Material:
         kd, ke = _color(look.baseColorFactor, (1.0, 1.0, 1.0)), _color(look.emissiveFactor, (0.0, 0.0, 0.0))
         return Material(name=name, Kd=kd, Ke=ke)
     return Material(name=name, Kd=_color(getattr(look, "diffuse", None), Material.Kd))
+
+
+def _empty_texture(look: dict, content: dict) -> Texture | None:
+    """The texture of a glTF material's base colour, still white; its sampler says what lies beyond the picture."""
+    place = look.get("pbrMetallicRoughness", {}).get("baseColorTexture")
+    if place is None:
+        return None
+    sampler = content["textures"][place["index"]].get("sampler")
+    of = {} if sampler is None else content["samplers"][sampler]
+    wrap = tuple(GLTF_WRAPS.get(of.get(name), "repeat") for name in ("wrapS", "wrapT"))
+    return Texture(np.ones((1, 1, 3), np.float32), wrap, look.get("name", ""))
+
+
+def _with_texture(material: Material, look: Any, notes: list[str]) -> Material:
+    """``material`` with the picture of its base colour, which trimesh has decoded."""
+    empty, image = material.map_Kd, getattr(look, "baseColorTexture", None)
+    image = getattr(look, "image", None) if image is None else image
+    if image is None and empty is not None:
+        notes.append(f"the texture of material {material.name!r} cannot be read, and is not used")
+    if image is None:
+        return replace(material, map_Kd=None)
+    pixels = linear_from_srgb(np.asarray(image.convert("RGB"), np.float32) / 255).astype(np.float32)
+    return replace(material, map_Kd=replace(empty or Texture(pixels), pixels=pixels))
+
+
+def names_of_textures(look: dict) -> list[str]:
+    """The kinds of pictures that a glTF material has."""
+    return [name for part in (look, look.get("pbrMetallicRoughness", {})) for name in part if name.endswith("Texture")]
 
 
 def _color(value, default: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -246,9 +283,10 @@ def _number_materials(raw: bytes, notes: list[str]) -> tuple[bytes, list[Materia
         if not extension.startswith(HARMLESS):
             raise InputError(f"it needs the extension {extension}, which is not supported: export it without")
     looks = content.get("materials", [])
-    materials = [_gltf_material(look) for look in looks]
-    if content.get("textures"):
-        notes.append("textures are not used")
+    materials = [replace(_gltf_material(look), map_Kd=_empty_texture(look, content)) for look in looks]
+    for number, look in enumerate(looks):
+        if others := [name for name in names_of_textures(look) if name != "baseColorTexture"]:
+            notes.append(f"material {look.get('name', number)!r}: textures are not used: {', '.join(others)}")
     for number, look in enumerate(looks):
         look["name"] = str(number)
     text = json.dumps(content).encode()
@@ -274,7 +312,11 @@ def _gltf_material(look: dict) -> Material:
         alpha = max(roughness**2, LEAST_ALPHA)
         rough = {"Kd": (1 - metal) * base, "F0": (1 - metal) * LAYER_F0 + metal * base}
         rough = {name: tuple(color.tolist()) for name, color in rough.items()}
-        rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": {} if metal == 1 else {LAYERED: (1.0,)}}
+        share = np.divide(metal * base, rough["F0"], out=np.zeros(3), where=np.array(rough["F0"]) > 0)
+        extra = {} if metal == 1 else {LAYERED: (1.0,)}
+        if metal > 0 and "baseColorTexture" in values:
+            extra[METALLIC] = tuple(share.tolist())
+        rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": extra}
     strength = extensions(look).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
     return Material(
         name=look.get("name") or "default",
@@ -293,6 +335,8 @@ def reverse(mesh: Mesh) -> None:
     mesh.faces = mesh.faces[:, [0, 2, 1]]
     if len(mesh.face_normals) > 0:
         mesh.face_normals = mesh.face_normals[:, [0, 2, 1]]
+    if mesh.corner_uv is not None:
+        mesh.corner_uv = mesh.corner_uv[:, [0, 2, 1]]
 
 
 def move(mesh: Mesh, matrix: np.ndarray) -> None:
@@ -340,4 +384,12 @@ def joined(parts: Sequence[Mesh], materials: list[Material], source: str) -> Mes
         sphere_ids=np.concatenate([p.sphere_ids + k for p, k in zip(parts, primitives, strict=True)]).astype(np.int32),
         sphere_materials=np.concatenate([p.sphere_materials for p in parts]),
         face_culls=np.concatenate(culls) if any(c.any() for c in culls) else None,
+        corner_uv=_joined_uv(parts),
     )
+
+
+def _joined_uv(parts: Sequence[Mesh]) -> np.ndarray | None:
+    """The texture coordinates of all parts; 0 for parts without them, and None if no part has any."""
+    if all(part.corner_uv is None for part in parts):
+        return None
+    return np.concatenate([np.zeros((len(p.faces), 3, 2)) if p.corner_uv is None else p.corner_uv for p in parts])

@@ -4,12 +4,19 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from taichi_tracer.files.images import read_image
 from taichi_tracer.files.text import name_in, number, numbered_lines, read_text
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError, MissingFileError
+from taichi_tracer.textures import Texture
 
 COLORS = {"kd": "Kd", "ka": "Ka", "ks": "Ks", "ke": "Ke", "f0": "F0", "km": "Km"}
 NUMBERS = {"ns": "Ns", "ni": "Ni", "d": "d", "alpha_x": "alpha_x", "alpha_y": "alpha_y"}
+# Options of a texture, and the largest number of their values; those with several have numbers.
+OPTIONS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-texres": 1}
+OPTIONS |= {"-mm": 2, "-o": 3, "-s": 3, "-t": 3}
 MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 
 
@@ -18,13 +25,15 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
 
     Args:
         path: the file.
-        notes: a list to which one line is added if the file names texture maps, which are not used.
+        notes: a list to which lines are added: about maps other than map_Kd, which are not used, and about images that
+            cannot be read.
 
     Raises:
         InputError: a value is not a number; the message has the file and the line.
     """
     materials: dict[str, Material] = {}
     maps: dict[str, None] = {}
+    images: dict[tuple, Texture | None] = {}
     name = None
     for line_number, line in numbered_lines(read_text(path)):
         words = line.split("#", 1)[0].split()
@@ -39,6 +48,8 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
             if name is None:
                 raise InputError(f"{where}: {words[0]} stands before the first newmtl")
             materials[name] = replace(materials[name], **_values(keyword, words, where))
+        elif keyword == "map_kd" and name is not None:
+            materials[name] = replace(materials[name], map_Kd=_texture(line, Path(path), where, notes, images))
         elif keyword.startswith(MAPS):
             maps[words[0]] = None
         elif name is not None and (extra := _numbers_of(words[1:])):
@@ -46,6 +57,31 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
     if maps and notes is not None:
         notes.append(f"{path}: texture maps are not used ({', '.join(maps)})")
     return materials
+
+
+def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: dict) -> Texture | None:
+    """The texture of a line ``map_Kd [options] file``; None, with a note, if it cannot be read."""
+    words, wrap, ignored = line.split("#", 1)[0].split()[1:], "repeat", []
+    while words and words[0] in OPTIONS:
+        option, words = words[0], words[1:]
+        count = OPTIONS[option]
+        values = [word for word in words[:count] if count == 1 or _numbers_of([word])]
+        words = words[len(values) :]
+        if option == "-clamp":
+            wrap = "clamp" if values == ["on"] else "repeat"
+        else:
+            ignored.append(option)
+    file, told = " ".join(words).replace("\\", "/"), [] if notes is None else notes
+    if ignored:
+        told.append(f"{where}: options of a texture are not used: {', '.join(ignored)}")
+    if (file, wrap) not in images:
+        try:
+            pixels = read_image(mtl.parent / file, srgb=True)
+            images[file, wrap] = Texture(np.asarray(pixels), (wrap, wrap), file)
+        except (InputError, MissingFileError) as error:
+            told.append(f"{where}: the texture is not used: {error}")
+            images[file, wrap] = None
+    return images[file, wrap]
 
 
 def _name(line: str, where: str) -> str:

@@ -33,8 +33,8 @@ def read_obj(path: str | Path) -> Mesh:
     """Read an OBJ file and its material libraries.
 
     Polygons become fans of triangles. Negative indices count backwards from the line in which they stand. Faces before
-    the first ``usemtl`` get the material "default". Groups, smoothing groups, texture coordinates, lines and points are
-    ignored.
+    the first ``usemtl`` get the material "default". Texture coordinates are read if a material has a texture. Groups,
+    smoothing groups, lines and points are ignored.
 
     Raises:
         InputError: something cannot be used; the message has file, line and value. A joined line has the number of its
@@ -53,6 +53,7 @@ def read_obj(path: str | Path) -> Mesh:
     has_normals = bool((normal_ids >= 0).any())
     notes: list[str] = []
     material_ids, materials = _materials(lines, faces.ids, path, notes)
+    has_textures = any(material.map_Kd is not None for material in materials)
     vertices, most = _rows(positions, path)
     if most >= COLOURED:
         notes.append(f"{path}: colours of vertices are not used")
@@ -65,7 +66,16 @@ def read_obj(path: str | Path) -> Mesh:
         materials=materials,
         source=str(path),
         notes=notes,
+        corner_uv=_coordinates(lines, polygons, faces, path)[corners] if has_textures else None,
     )
+
+
+def _coordinates(lines: Lines, polygons: "Polygons", faces: Block, path: Path) -> np.ndarray:
+    """(corners, 2) the texture coordinates of all corners of all polygons; 0 for a corner that has none."""
+    block = lines.take(b"vt").without_comments()
+    ids = _resolve(polygons.texture, polygons, faces, block, "texture coordinate", path)
+    rows = np.concatenate([_rows(block, path, 2)[0], np.zeros((1, 2))])  # the last one for −1
+    return rows[ids]
 
 
 def _read(path: Path) -> bytes:
@@ -98,39 +108,40 @@ def fan(sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([first_corner, second_corner, second_corner + 1], axis=-1), polygon_of
 
 
-def _rows(block: Block, path: Path) -> tuple[np.ndarray, int]:
-    """(n, 3) float64 from ``v`` or ``vn`` lines, and the largest number of words of a line.
+def _rows(block: Block, path: Path, count: int = 3) -> tuple[np.ndarray, int]:
+    """(n, count) float64 from ``v``, ``vn`` or ``vt`` lines, and the largest number of words of a line.
 
-    Everything after the third number (w, a colour) is ignored.
+    Everything after these numbers (w, a colour) is ignored.
     """
     if len(block) == 0:
-        return np.zeros((0, 3)), 0
-    rows = _rows_at_once(block)
-    return rows if rows is not None else _rows_one_by_one(block, path)
+        return np.zeros((0, count)), 0
+    rows = _rows_at_once(block, count)
+    return rows if rows is not None else _rows_one_by_one(block, path, count)
 
 
-def _rows_at_once(block: Block) -> tuple[np.ndarray, int] | None:
+def _rows_at_once(block: Block, count: int) -> tuple[np.ndarray, int] | None:
     known, which = shapes(block.text, WORDS)
     words = np.array([shape.count(b"x") for shape in known])
     widths = words[which]
-    if words.min() < 3:
+    if words.min() < count:
         return None
     numbers = all_numbers(block.text, np.float64)
     if numbers is None or numbers.size != widths.sum():
         return None
     most = int(words.max())
     if len(known) == 1:
-        return np.ascontiguousarray(numbers.reshape(len(block), -1)[:, :3]), most
-    return numbers[(np.cumsum(widths) - widths)[:, None] + np.arange(3)], most
+        return np.ascontiguousarray(numbers.reshape(len(block), -1)[:, :count]), most
+    return numbers[(np.cumsum(widths) - widths)[:, None] + np.arange(count)], most
 
 
-def _rows_one_by_one(block: Block, path: Path) -> tuple[np.ndarray, int]:
+def _rows_one_by_one(block: Block, path: Path, count: int) -> tuple[np.ndarray, int]:
     rows, most = [], 0
     for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
         words = line.split()
-        if len(words) < 3:
-            raise InputError(f"{path}:{line_number}: x y z are needed, and there are {len(words)} numbers")
-        rows.append([number(word, f"{path}:{line_number}") for word in words[:3]])
+        if len(words) < count:
+            needed = "x y z are" if count == 3 else "u v are"
+            raise InputError(f"{path}:{line_number}: {needed} needed, and there are {len(words)} numbers")
+        rows.append([number(word, f"{path}:{line_number}") for word in words[:count]])
         most = max(most, len(words))
     return np.array(rows), most
 
@@ -141,27 +152,28 @@ class Polygons:
 
     Attributes:
         sizes: (P,) the number of corners of each face.
-        vertex, normal: (sum of sizes,) int64 indices: positive from 1 on, negative from the end, 0 for no normal.
+        vertex, normal, texture: (sum of sizes,) int64 indices: positive from 1 on, negative from the end, 0 for none.
     """
 
     sizes: np.ndarray
     vertex: np.ndarray
     normal: np.ndarray
+    texture: np.ndarray
 
 
 def _polygons(block: Block, path: Path) -> Polygons:
     if len(block) == 0:
-        return Polygons(*np.zeros((3, 0), np.int64))
+        return Polygons(*np.zeros((4, 0), np.int64))
     polygons = _polygons_at_once(block)
     return polygons if polygons is not None else _polygons_one_by_one(block, path)
 
 
-def _columns(shape: bytes) -> tuple[np.ndarray, np.ndarray, int] | None:
+def _columns(shape: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray, int] | None:
     """The meaning of the numbers of a face line; None for a line that is not a face.
 
     Returns:
-        The place of each corner's vertex index, the place of its normal index (−1: none), and how many numbers the line
-        has.
+        The place of each corner's vertex index, those of its normal index and of its texture coordinate (−1: none), and
+        how many numbers the line has.
     """
     corners = [CORNER.fullmatch(word) for word in shape.decode("latin-1").split()]
     if len(corners) < 3 or None in corners:
@@ -169,7 +181,8 @@ def _columns(shape: bytes) -> tuple[np.ndarray, np.ndarray, int] | None:
     ends = np.cumsum([len([part for part in corner.groups() if part is not None]) for corner in corners])
     vertex = np.concatenate(([0], ends[:-1]))
     normal = np.where([corner[3] is not None for corner in corners], ends - 1, -1)
-    return vertex, normal, int(ends[-1])
+    texture = np.where([corner[2] is not None for corner in corners], vertex + 1, -1)
+    return vertex, normal, texture, int(ends[-1])
 
 
 def _polygons_at_once(block: Block) -> Polygons | None:
@@ -178,26 +191,27 @@ def _polygons_at_once(block: Block) -> Polygons | None:
     if None in columns:
         return None
     numbers = all_numbers(block.text.replace(b"/", b" "), np.int64)
-    widths = np.array([width for _, _, width in columns])[which]
+    widths = np.array([width for *_, width in columns])[which]
     if numbers is None or numbers.size != widths.sum():
         return None
 
-    sizes = np.array([len(vertex) for vertex, _, _ in columns])[which]
+    sizes = np.array([len(vertex) for vertex, *_ in columns])[which]
     first_number, first_corner = np.cumsum(widths) - widths, np.cumsum(sizes) - sizes
-    polygons = Polygons(sizes, np.zeros(sizes.sum(), np.int64), np.zeros(sizes.sum(), np.int64))
+    polygons = Polygons(sizes, *np.zeros((3, sizes.sum()), np.int64))
     by_shape = np.split(np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))[:-1])
-    for (vertex, normal, width), lines in zip(columns, by_shape, strict=True):
+    for (vertex, normal, texture, width), lines in zip(columns, by_shape, strict=True):
         if len(known) == 1:
             table, corners = numbers.reshape(-1, width), slice(None)
         else:
             table = numbers[first_number[lines][:, None] + np.arange(width)]
             corners = (first_corner[lines][:, None] + np.arange(len(vertex))).ravel()
         polygons.vertex[corners] = table[:, vertex].ravel()
-        if (normal >= 0).any():
-            normals = table[:, normal]
-            if (normals == 0).any():
-                return None
-            polygons.normal[corners] = np.where(normal >= 0, normals, 0).ravel()
+        for columns_of, indices in ((normal, polygons.normal), (texture, polygons.texture)):
+            if (columns_of >= 0).any():
+                found = table[:, columns_of]
+                if (found == 0).any():
+                    return None
+                indices[corners] = np.where(columns_of >= 0, found, 0).ravel()
     return polygons if (polygons.vertex != 0).all() else None
 
 
@@ -209,19 +223,20 @@ def _polygons_one_by_one(block: Block, path: Path) -> Polygons:
             raise InputError(f"{where}: a face needs at least 3 corners, not {len(words)}")
         sizes.append(len(words))
         corners += [_corner(word, where) for word in words]
-    vertex, normal = np.array(corners, np.int64).T
-    return Polygons(np.array(sizes), vertex, normal)
+    return Polygons(np.array(sizes), *np.array(corners, np.int64).T)
 
 
-def _corner(word: str, where: str) -> tuple[int, int]:
-    """The vertex index and the normal index of ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``; 0 for no normal."""
+def _corner(word: str, where: str) -> tuple[int, int, int]:
+    """The indices of vertex, normal and texture coordinate of ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``; 0 for none."""
     match = CORNER.fullmatch(word)
     if match is None:
         raise InputError(f"{where}: {word!r} is not a corner: write v, v/vt, v//vn or v/vt/vn")
-    vertex, _, normal = (None if part is None else max(INT64.min, min(INT64.max, int(part))) for part in match.groups())
-    if vertex == 0 or normal == 0:
+    vertex, texture, normal = (
+        None if part is None else max(INT64.min, min(INT64.max, int(part))) for part in match.groups()
+    )
+    if 0 in (vertex, texture, normal):
         raise InputError(f"{where}: index 0 in {word!r}: OBJ indices start at 1")
-    return vertex, normal or 0
+    return vertex, normal or 0, texture or 0
 
 
 def _resolve(ids: np.ndarray, polygons: Polygons, faces: Block, of: Block, what: str, path: Path) -> np.ndarray:
@@ -236,9 +251,9 @@ def _resolve(ids: np.ndarray, polygons: Polygons, faces: Block, of: Block, what:
         ends = np.cumsum(polygons.sizes)
         face = int(np.searchsorted(ends, wrong[0], side="right"))
         word = faces.lines()[face].split()[wrong[0] - (ends[face] - polygons.sizes[face])]
-        plural = {"vertex": "vertices", "normal": "normals"}[what]
+        plural = "vertices" if what == "vertex" else f"{what}s"
         has = f"the file has {count} {plural}" if ids[wrong[0]] > 0 else f"{before[wrong[0]]} {plural} stand before it"
-        index = word.split("/")[0 if what == "vertex" else 2]
+        index = word.split("/")[("vertex", "texture coordinate", "normal").index(what)]
         raise InputError(f"{path}:{faces.numbers[face]}: {what} index {index} is out of range ({has})")
     return resolved.astype(np.int32)
 

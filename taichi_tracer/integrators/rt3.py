@@ -50,7 +50,7 @@ class Flat(RT3Integrator):
     @ti.func
     def color(self, scene, ray, hit):
         """Kd."""
-        return scene.material_library.get(hit.material_id).Kd
+        return scene.material_at(hit).Kd
 
 
 @register

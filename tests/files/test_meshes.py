@@ -288,9 +288,44 @@ def test_a_gltf_text_with_its_buffer_inside_or_beside_is_read(mesh_of, tmp_path)
         assert mesh.materials[0].Ke == (1, 1, 1)
 
 
-def test_textures_are_told_and_not_used(mesh_of):
-    mesh = mesh_of("a.glb", glb([{"mesh": 0}], [{"name": "x"}], (0,), textures=[{}]))
-    assert [note.split(": ")[1] for note in mesh.notes] == ["textures are not used"]
+def test_other_textures_than_the_base_colour_are_told(mesh_of):
+    look = {
+        "name": "x",
+        "normalTexture": {"index": 0},
+        "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}},
+    }
+    mesh = mesh_of("a.glb", glb([{"mesh": 0}], [look], (0,), textures=[{}]))
+    told = "textures are not used: normalTexture, metallicRoughnessTexture"
+    assert [note.split(": ", 1)[1] for note in mesh.notes] == [f"material 'x': {told}"]
+
+
+def test_a_texture_of_the_base_colour_that_cannot_be_read_is_told(mesh_of):
+    look = {"name": "x", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    mesh = mesh_of("a.glb", glb([{"mesh": 0}], [look], (0,), textures=[{}]))
+    assert [note.split(": ", 1)[1] for note in mesh.notes] == [
+        "the texture of material 'x' cannot be read, and is not used"
+    ]
+    assert mesh.materials[0].map_Kd is None
+    assert not mesh.has_textures
+
+
+def test_a_picture_of_the_base_colour_is_on_the_surface(tmp_path):
+    """Written by trimesh: its colours are linear afterwards, and its coordinates begin at the bottom left."""
+    import trimesh
+    from PIL import Image
+
+    picture = Image.fromarray(np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [128, 128, 128]]], np.uint8))
+    look = trimesh.visual.material.PBRMaterial(baseColorTexture=picture, metallicFactor=1.0, roughnessFactor=0.5)
+    uv = np.array([[0, 0], [1, 0], [0, 1.0]])
+    mesh = trimesh.Trimesh(np.eye(3), [[0, 1, 2]], process=False)
+    mesh.visual = trimesh.visual.TextureVisuals(uv=uv, material=look)
+    trimesh.Scene(mesh).export(tmp_path / "a.glb")
+    found = read(tmp_path / "a.glb")
+    assert found.has_textures
+    np.testing.assert_allclose(found.corner_uv, uv[found.faces], atol=1e-6)
+    texture = found.materials[0].map_Kd
+    np.testing.assert_allclose(texture.pixels[1], [[0, 0, 1], [0.2158605] * 3], atol=1e-5)
+    assert found.materials[0].value("metallic", (0.0,) * 3) == (1, 1, 1)
 
 
 def test_required_extensions_are_refused_unless_they_leave_triangles_alone(mesh_of):

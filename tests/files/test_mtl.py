@@ -1,7 +1,9 @@
 """MTL files: every value in its field, and errors that name file and line."""
 
+import numpy as np
 import pytest
 
+from taichi_tracer.files.images import save_image
 from taichi_tracer.files.mtl import find_library, read_mtl
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError, MissingFileError
@@ -89,12 +91,42 @@ def test_latin_1_names_are_read(tmp_path):
     assert list(read_mtl(tmp_path / "old.mtl")) == ["Grün"]
 
 
-def test_texture_maps_are_told_once_and_not_used(mtl):
+def test_other_maps_are_told_once_and_not_used(mtl):
     notes = []
-    materials = mtl("newmtl a\nmap_Kd a.png\nbump b.png\nnewmtl b\nmap_Kd c.png\n", notes)
+    materials = mtl("newmtl a\nmap_Ks a.png\nbump b.png\nnewmtl b\nmap_Ks c.png\n", notes)
     assert materials["a"] == Material(name="a")
     assert len(notes) == 1
-    assert notes[0].endswith("scene.mtl: texture maps are not used (map_Kd, bump)")
+    assert notes[0].endswith("scene.mtl: texture maps are not used (map_Ks, bump)")
+
+
+@pytest.mark.parametrize(
+    ("options", "wrap", "told"),
+    [
+        ("", "repeat", None),
+        ("-clamp on", "clamp", None),
+        ("-clamp off", "repeat", None),
+        ("-s 2 2 -o 0.5 -blendu on", "repeat", "options of a texture are not used: -s, -o, -blendu"),
+    ],
+)
+def test_a_texture_is_read_with_its_options(mtl, tmp_path, options, wrap, told):
+    save_image(tmp_path / "a b.png", np.array([[[1.0, 0, 0], [0.5, 0.5, 0.5]]]), srgb=True)
+    notes = []
+    materials = mtl(f"newmtl a\nmap_Kd {options} a b.png\nnewmtl b\nmap_kd {options} a b.png # the same\n", notes)
+    texture = materials["a"].map_Kd
+    assert texture is materials["b"].map_Kd
+    assert texture.wrap == (wrap, wrap)
+    np.testing.assert_allclose(texture.pixels, [[[1, 0, 0], [0.5, 0.5, 0.5]]], atol=5e-3)
+    assert [note.split("scene.mtl:2: ")[1] for note in notes[:1]] == ([] if told is None else [told])
+
+
+@pytest.mark.parametrize("name", ["missing.png", "broken.png", "unknown.tga", "", "."])
+def test_a_texture_that_cannot_be_read_is_told_with_its_line(mtl, tmp_path, name):
+    (tmp_path / "broken.png").write_bytes(b"no picture")
+    notes = []
+    materials = mtl(f"newmtl a\nKd 1 0 0\nmap_Kd {name}\n", notes)
+    assert materials["a"].map_Kd is None
+    assert len(notes) == 1
+    assert "scene.mtl:3: the texture is not used: " in notes[0]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,159 @@
+"""Pictures on surfaces: the reflectance of a material is multiplied by a texel at the texture coordinates of a point.
+
+A texture coordinate (u, v) has its origin at the bottom left of the picture, which is one unit wide and high. Between
+the centres of texels, colours are interpolated bilinearly.
+"""
+
+import hashlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.tables import Tables
+
+if TYPE_CHECKING:
+    from taichi_tracer.geometry import Mesh
+
+# What lies beyond the picture: it again, its edge, or its mirror image.
+WRAPS = ("repeat", "clamp", "mirror")
+METALLIC = "metallic"  # the key of a material's share of F0 that its texture colours, as glTF's metals have it
+FARTHEST = 2.0**20  # of a texture coordinate; farther out, f32 does not know its place in the picture
+OF_SPHERE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """A picture for a material.
+
+    Attributes:
+        pixels: (h, w, 3) linear colours, top row first.
+        wrap: what lies beyond the picture, in u and in v: "repeat", "clamp" or "mirror".
+        source: where it comes from, for messages.
+    """
+
+    pixels: np.ndarray
+    wrap: tuple[str, str] = ("repeat", "repeat")
+    source: str = "array"
+
+    def __post_init__(self) -> None:
+        for wrap in self.wrap:
+            if wrap not in WRAPS:
+                raise one_of("wrap of a texture", wrap, WRAPS)
+
+    def __repr__(self) -> str:
+        """With a hash of the texels, so that fingerprints of scenes tell two pictures apart."""
+        height, width = self.pixels.shape[:2]
+        texels = hashlib.sha256(np.ascontiguousarray(self.pixels, np.float32).tobytes()).hexdigest()[:16]
+        return f"Texture({width} x {height}, {' '.join(self.wrap)}, {texels})"
+
+
+@ti.data_oriented
+class Textures:
+    """The textures of the materials of one scene.
+
+    Args:
+        mesh: with ``corner_uv``; its materials have the textures.
+        fields: the builder in which the fields are placed.
+
+    Attributes:
+        texels: the colours of all textures, one row after the other, the top row first.
+        places: (M, 5) for each material, the first of its texels (−1: it has no texture), the width and the height, and
+            the places of both wraps in ``WRAPS``.
+        metalness: (M,) the share of F0 that the texture colours.
+        coordinates: (3P,) the texture coordinates of the three corners of each primitive. A sphere has those with which
+            its longitude and latitude are (u, v).
+    """
+
+    def __init__(self, mesh: "Mesh", fields: ti.FieldsBuilder) -> None:
+        self._mesh = mesh
+        used = dict.fromkeys(m.map_Kd for m in mesh.materials if m.map_Kd is not None)
+        sizes = [texture.pixels.shape[0] * texture.pixels.shape[1] for texture in used]
+        self._first = dict(zip(used, np.cumsum([0, *sizes]).tolist(), strict=False))
+        self.texels, self.coordinates = ti.Vector.field(3, float), ti.Vector.field(2, float)
+        self.places, self.metalness = ti.field(ti.i32), ti.Vector.field(3, float)
+        fields.dense(ti.i, sum(sizes)).place(self.texels)
+        fields.dense(ti.i, 3 * mesh.num_primitives).place(self.coordinates)
+        fields.dense(ti.ij, (len(mesh.materials), 5)).place(self.places)
+        fields.dense(ti.i, len(mesh.materials)).place(self.metalness)
+
+    def put(self, tables: Tables) -> None:
+        """Give ``tables`` the arrays of the fields."""
+        materials = self._mesh.materials
+        places = [[-1, 1, 1, 0, 0] if m.map_Kd is None else self._place(m.map_Kd) for m in materials]
+        tables.put(self.places, np.array(places, np.int32))
+        tables.put(self.metalness, np.array([m.value(METALLIC, (0.0, 0.0, 0.0)) for m in materials]))
+        tables.put(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
+        of_triangles: Any = self._mesh.corner_uv
+        of_all = np.tile(OF_SPHERE, (self._mesh.num_primitives, 1, 1))
+        rows = self._mesh.primitives()
+        of_all[rows >= 0] = np.clip(np.nan_to_num(of_triangles[rows[rows >= 0]]), -FARTHEST, FARTHEST)
+        tables.put(self.coordinates, of_all.reshape(-1, 2))
+
+    def _place(self, texture: Texture) -> list[int]:
+        height, width = texture.pixels.shape[:2]
+        return [self._first[texture], width, height, *map(WRAPS.index, texture.wrap)]
+
+    @ti.func
+    def color(self, hit):
+        """The colour of the texture at a hit; 1 where the material has none."""
+        color = tm.vec3(1)
+        if self.places[hit.material_id, 0] >= 0:
+            u, v, corner = hit.barycentric_coords.x, hit.barycentric_coords.y, 3 * hit.triangle_id
+            a, b, c = self.coordinates[corner], self.coordinates[corner + 1], self.coordinates[corner + 2]
+            color = self.bilinear(hit.material_id, (1 - u - v) * a + u * b + v * c)
+        return color
+
+    @ti.func
+    def bilinear(self, material_id, uv):
+        """The weighted mean of the four texels around a point."""
+        width, height = self.places[material_id, 1], self.places[material_id, 2]
+        x = inside(uv.x, self.places[material_id, 3]) * width - 0.5
+        y = (1 - inside(uv.y, self.places[material_id, 4])) * height - 0.5
+        i, j = ti.floor(x), ti.floor(y)
+        total = tm.vec3(0)
+        for di, dj in ti.static(ti.ndrange(2, 2)):
+            weight = (1 - abs(x - (i + di))) * (1 - abs(y - (j + dj)))
+            total += weight * self.texel(material_id, ti.cast(i, ti.i32) + di, ti.cast(j, ti.i32) + dj)
+        return total
+
+    @ti.func
+    def texel(self, material_id, i, j):
+        """The texel in column i and row j, either of which may be one beyond the edge."""
+        width, height = self.places[material_id, 1], self.places[material_id, 2]
+        column = neighbour(i, width, self.places[material_id, 3])
+        row = neighbour(j, height, self.places[material_id, 4])
+        return self.texels[self.places[material_id, 0] + row * width + column]
+
+
+@ti.func
+def inside(u, wrap):
+    """A coordinate of the same colour in [0, 1]."""
+    t = u - ti.floor(u)
+    if wrap == 1:
+        t = ti.min(ti.max(u, 0.0), 1.0)
+    elif wrap == 2:
+        t = 1 - abs(u - 2 * ti.floor(u / 2) - 1)
+    return t
+
+
+@ti.func
+def neighbour(i, count, wrap):
+    """The number of a texel in its row, which is certainly one of 0 … count − 1."""
+    at = i
+    if wrap == 0:
+        at = ti.select(i < 0, i + count, ti.select(i >= count, i - count, i))
+    return ti.min(ti.max(at, 0), count - 1)
+
+
+@ti.func
+def textured(material, textures: ti.template(), hit):
+    """The ``material`` of a hit with the colour of its texture."""
+    found = material
+    color = textures.color(hit)
+    found.Kd *= color
+    found.F0 *= 1 + textures.metalness[hit.material_id] * (color - 1)
+    return found

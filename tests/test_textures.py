@@ -1,0 +1,123 @@
+"""Pictures on surfaces, against look-ups in float64: inside, at borders, beyond them; and in every estimator."""
+
+import itertools
+
+import numpy as np
+import pytest
+from oracles import textures as oracle
+from shapes import SQUARE
+
+import taichi_tracer as tt
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.textures import WRAPS
+
+pytestmark = pytest.mark.usefixtures("f32")
+
+PIXELS = np.random.default_rng(7).random((5, 7, 3))
+
+
+def looked_up(texture, corners):
+    """(9, 9, 3): what a square shows whose corners have these texture coordinates, one colour per pixel."""
+    mesh = Mesh(*map(np.array, SQUARE), materials=[tt.Material(Kd=(1, 1, 1), map_Kd=texture)])
+    mesh.corner_uv = np.asarray(corners, float)[mesh.faces]
+    camera = tt.OrthographicCamera(9, 9, eye=(0, 0, 5), at=(0, 0, 0), up=(0, 1, 0), screen_window=(-1, 1, -1, 1))
+    return tt.RT3Renderer(tt.SceneData(mesh), camera=camera).use("flat").render().image()
+
+
+def coordinates(corners):
+    """(9, 9, 2) the texture coordinates of the same pixels: SQUARE has its corners at (±1, ±1)."""
+    vertices, corners = np.array(SQUARE[0], float), np.asarray(corners, float)
+    centres = (2 * (np.arange(9) + 0.5) / 9 - 1)[::-1]
+    x, y = np.meshgrid(centres, centres)  # the camera looks along −z, so that +x is at its left
+    solved = np.linalg.lstsq(np.column_stack([vertices[:, :2], np.ones(4)]), corners, rcond=None)[0]
+    return np.stack([x, y, np.ones_like(x)], axis=-1) @ solved
+
+
+@pytest.mark.parametrize("wrap", list(itertools.product(WRAPS, WRAPS)))
+@pytest.mark.parametrize("region", [((0, 0), 1), ((-3.3, 2.4), 5.1), ((-0.06, 0.93), 0.13)])
+def test_texels_are_those_of_the_oracle(wrap, region):
+    (low_u, low_v), size = region
+    corners = np.array(SQUARE[0], float)[:, :2] * size / 2 + size / 2 + [low_u, low_v]
+    found = looked_up(tt.Texture(PIXELS, wrap), corners)
+    for row, of_row in zip(found, coordinates(corners), strict=True):
+        for color, uv in zip(row, of_row, strict=True):
+            np.testing.assert_allclose(color, oracle.bilinear(PIXELS, uv, wrap), atol=2e-5)
+
+
+@pytest.mark.parametrize("wrap", WRAPS)
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e30, -1e30, 0.0])
+def test_odd_coordinates_show_a_colour_of_the_picture(wrap, value):
+    """Also those of a triangle whose coordinates are all alike."""
+    found = looked_up(tt.Texture(PIXELS, (wrap, wrap)), np.full((4, 2), value))
+    assert (found >= PIXELS.min() - 1e-5).all()
+    assert (found <= PIXELS.max() + 1e-5).all()
+
+
+def test_a_texture_of_one_texel_is_its_colour():
+    np.testing.assert_allclose(
+        looked_up(tt.Texture(PIXELS[:1, :1]), SQUARE[0][:, :2] * 9), PIXELS[0, 0] + np.zeros((9, 9, 3)), rtol=1e-5
+    )
+
+
+@pytest.mark.parametrize("estimator", ["uniform", "brdf", "mis", "path"])
+def test_the_reflectance_is_that_of_the_texel(estimator):
+    """Under light of 1 from everywhere, a matte wall shows Kd times the texel; one without a texture shows Kd."""
+    color = np.array([0.9, 0.5, 0.1])
+    vertices = np.concatenate([SQUARE[0], SQUARE[0] + [4, 0, 0]])
+    faces = np.concatenate([SQUARE[1], SQUARE[1] + 4])
+    texture = tt.Texture(np.broadcast_to(color, (2, 2, 3)))
+    materials = [tt.Material(Kd=(0.5, 0.5, 0.5), map_Kd=texture), tt.Material(Kd=(0.25, 0.5, 0.75))]
+    uv, ids = vertices[:, :2], [0, 0, 1, 1]
+    scene = tt.scene_from_mesh(vertices, faces, material=materials, face_materials=ids, uv=uv, environment="white")
+    kind = tt.A4Renderer if estimator == "path" else tt.A2Renderer
+    for x, expected in ((0, color / 2), (4, [0.25, 0.5, 0.75])):
+        camera = tt.Camera(8, 8, eye=(x, 0, 5), at=(x, 0, 0), up=(0, 1, 0), fov=1)
+        image = kind(scene, camera=camera).use(estimator).render(256 if estimator == "uniform" else 8).image()
+        np.testing.assert_allclose(image.mean(axis=(0, 1)), expected, rtol=0.02)
+
+
+def test_only_a_scene_that_shows_a_texture_is_compiled_for_it():
+    texture = tt.Texture(PIXELS)
+    textured = tt.Material(map_Kd=texture)
+    for options, is_on, why in (
+        ({"material": textured, "uv": SQUARE[0][:, :2]}, True, "simulated, 1 of 1 materials"),
+        ({"material": textured}, False, "not simulated, the triangles have no texture coordinates"),
+        ({"uv": SQUARE[0][:, :2]}, False, "not simulated, no material has one"),
+        (
+            {"material": [textured, tt.Material()], "face_materials": [1, 1], "uv": SQUARE[0][:, :2]},
+            False,
+            "no material",
+        ),
+    ):
+        scene = tt.scene_from_mesh(*SQUARE, **options)
+        assert scene.effects.textures == is_on
+        assert [line for line in scene.receipt() if line.startswith("textures") and why in line]
+
+
+def test_fingerprints_tell_pictures_apart():
+    def fingerprint(pixels, corners=SQUARE[0][:, :2]):
+        material = tt.Material(map_Kd=tt.Texture(pixels))
+        return tt.scene_from_mesh(*SQUARE, material=material, uv=corners).fingerprint()
+
+    assert fingerprint(PIXELS) == fingerprint(PIXELS.copy())
+    assert len({fingerprint(PIXELS), fingerprint(1 - PIXELS), fingerprint(PIXELS, SQUARE[0][:, 1:])}) == 3
+
+
+def test_a_sphere_is_covered_once():
+    """Its longitude is u and its latitude v, as in its barycentric coordinates."""
+    mesh = Mesh(np.zeros((0, 3)), np.zeros((0, 3), int), spheres=np.array([[0, 0, 0, 1.0]]))
+    mesh.materials, mesh.corner_uv = [tt.Material(Kd=(1, 1, 1), map_Kd=tt.Texture(PIXELS))], np.zeros((0, 3, 2))
+    scene = tt.SceneData(mesh)
+    camera = tt.Camera(5, 5, eye=(3, 1, 2), at=(0, 0, 0))
+    image = tt.RT3Renderer(scene, camera=camera).use("flat").render().image()
+    hits = scene.intersect([3, 1, 2], [-3, -1, -2])
+    np.testing.assert_allclose(
+        image[2, 2], oracle.bilinear(PIXELS, hits.barycentric_coords[0], ("repeat",) * 2), atol=1e-4
+    )
+
+
+def test_wrong_input_is_told():
+    with pytest.raises(tt.InputError, match="wrap of a texture"):
+        tt.Texture(PIXELS, ("repeat", "black"))
+    with pytest.raises(tt.InputError, match=r"uv must have the shape \(4, 2\), one per vertex, or \(2, 3, 2\)"):
+        tt.scene_from_mesh(*SQUARE, uv=np.zeros((3, 2)))
