@@ -47,6 +47,7 @@ class Mesh:
         sphere_materials: (S,) int32 ids into ``materials``; 0 if it is left out.
         face_culls: (F,) bool, whether rays pass through the back of a triangle; None if they pass through no back.
         corner_uv: (F, 3, 2) float64 texture coordinates of the corners, from the bottom left; None if there are none.
+        lights: (name, arguments) of the lights that stand in the file.
     """
 
     vertices: np.ndarray
@@ -63,6 +64,7 @@ class Mesh:
     sphere_materials: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     face_culls: np.ndarray | None = None
     corner_uv: np.ndarray | None = None
+    lights: list[tuple[str, dict]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         if self.face_materials is None:

@@ -29,7 +29,7 @@ from taichi_tracer.options import (
 from taichi_tracer.ray_hits import RayHits, as_rays, ray_from, write_hit
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.scene_in_kernels import SceneInKernels
-from taichi_tracer.scene_parts import blockers_of, brdfs_of, lamp_choice_of, make_intersector
+from taichi_tracer.scene_parts import blockers_of, brdfs_of, lamp_choice_of, lights_of, make_intersector
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.recent import Recent
@@ -85,11 +85,11 @@ class SceneData:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.fast, self.version = given["effects"], bool(given["fast"]), 0
         self.shots: tuple = ()
-        self.lights_of_file = 0
+        self.lights_of_file = len(mesh.lights)
         self.up_axis, self.smooth = up_axis, given["smooth"]
         if self.effects_mode not in MODES:
             raise one_of("effects", self.effects_mode, MODES)
-        self.lights: list[Light] = [PARTS.find("light", light) for light in given["lights"]]
+        self.lights: list[Light] = [*lights_of(mesh), *(PARTS.find("light", light) for light in given["lights"])]
         self.environment = load_environment(given["environment"])
         self.background = load_background(given["background"])
 

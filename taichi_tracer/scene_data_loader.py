@@ -262,6 +262,8 @@ def scene_of_document(document: "Document", **options: "Unpack[SceneOptions]") -
     if options.get("view") is None:
         options["view"] = document.shots[0].view
     options.setdefault("background", document.background)
+    if document.intersector is not None:
+        options.setdefault("intersector", document.intersector)
     options["lights"] = (*document.lights, *options.get("lights", ()))
     if "environment" not in options and document.environment is not None:
         options["environment"] = load_environment(str(document.environment), **document.environment_options)

@@ -8,6 +8,7 @@ from taichi_tracer.forms import Form, intersector_of
 from taichi_tracer.formulas.convexity import sides_that_see_others
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry, Mesh
+from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
 from taichi_tracer.options import BrdfChoice, LampChoices
@@ -39,6 +40,11 @@ def lamp_choice_of(chosen: LampChoices | None, mesh: Mesh) -> LampChoice:
         return MeshLightSampler()
     usual = "power" if mesh.emits().sum() <= FEW_LAMPS else "hierarchy"
     return copy.copy(PARTS.find("lamp choice", usual if chosen is None else chosen))
+
+
+def lights_of(mesh: Mesh) -> list[Light]:
+    """The lights that stand in the file of a mesh."""
+    return [type(PARTS.find("light", name))(**values) for name, values in mesh.lights]
 
 
 def brdfs_of(chosen: Sequence[BrdfChoice]) -> list[Brdf]:

@@ -16,6 +16,7 @@ from taichi_tracer.rt3.document import Document, FilmSettings, Integrator, Shot,
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.scene_data_loader import find_scene, own_view
+from taichi_tracer.scene_parts import lights_of
 from taichi_tracer.system.errors import InputError
 
 SAME_AS = {"normal": "normal_map"}  # views that an integrator of RT3 shows
@@ -27,7 +28,8 @@ def run(args: Namespace) -> int:
     document = document_of(args.scene)
     pictures, up_axis, scene = pictures_of(args, document), up_axis_of(args), find_scene(args.scene)
     if document is None:
-        document = Document(read(scene), [])
+        mesh = read(scene)
+        document = Document(mesh, [], lights_of(mesh))
     shots = [_shot(picture, document, scene, up_axis) for picture in pictures]
     if document.mesh.has_textures:
         note("textures are not written: RT3 has none")

@@ -310,13 +310,14 @@ def _check_size(width: int, height: int) -> None:
 
 
 def _decode_pillow(path: Path, raw: bytes) -> np.ndarray:
-    from PIL import Image
+    from PIL import Image, ImageOps
 
-    with Image.open(io.BytesIO(raw), formats=("PNG", "JPEG")) as image:
-        _check_size(image.width, image.height)
+    with Image.open(io.BytesIO(raw), formats=("PNG", "JPEG")) as opened:
+        _check_size(opened.width, opened.height)
+        image = ImageOps.exif_transpose(opened)  # cameras write how they were held
         if image.mode.startswith("I"):  # 16-bit grey
             return np.asarray(image).astype(np.float32) / 65535
-        if image.format == "PNG" and raw[24] == 16:  # Pillow would reduce 16-bit colour to 8 bits without a warning
+        if opened.format == "PNG" and raw[24] == 16:  # Pillow would reduce 16-bit colour to 8 bits without a warning
             return _decode_openimageio(path, raw)
         return np.asarray(image.convert("RGB"), np.float32) / 255
 

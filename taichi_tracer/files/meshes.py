@@ -4,7 +4,6 @@ A mesh may be made of parts, each of which has its place: parts are moved, turne
 """
 
 import io
-import json
 import re
 import struct
 from collections.abc import Sequence
@@ -14,27 +13,20 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.brdfs.microfacet import LAYERED
-from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.files.disk import check_is_file, read_bytes
+from taichi_tracer.files.gltf import numbered
 from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.ply import plain_triangles, without_strips
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.textures import METALLIC, Texture
+from taichi_tracer.textures import Texture
 
 EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
 OFF_HEADER = 4096  # bytes after the first line of an OFF file in which the counts must stand, after any comments
-GLB_HEADER = struct.Struct("<4sIIII")  # magic, version, length of the file, length and type of the JSON chunk
-GLB_JSON = 0x4E4F534A  # the type of a JSON chunk: the letters JSON as a little-endian number
-LEAST_ALPHA = 1e-6  # of a glTF material; it counts as a mirror
 COLOURS_NOT_USED = "colours of vertices and faces are not used"
-GLTF_WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 LONGEST_REASON = 200  # characters of trimesh's own message that are shown
-# Extensions that a file may require, because they do not change the triangles. With others, trimesh finds no triangles.
-HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
 
 
 def read_mesh(path: str | Path) -> Mesh:
@@ -50,12 +42,13 @@ def read_mesh(path: str | Path) -> Mesh:
     if plain is not None:
         return Mesh(*plain, source=str(path))
     materials: list[Material] = []
+    lights: list[tuple[str, dict]] = []
     notes: list[str] = []
     try:
         if not raw.strip():
             raise InputError("the file is empty")
         if kind in ("glb", "gltf"):
-            raw, materials = _number_materials(raw, notes)
+            raw, materials, lights = numbered(raw, notes)
         if kind == "ply":
             raw = without_strips(raw)
         announced = ANNOUNCED[kind](raw) if kind in ANNOUNCED else 0
@@ -68,6 +61,7 @@ def read_mesh(path: str | Path) -> Mesh:
             reason = "it is cut short, or mixes triangles with larger polygons: export it with triangles only"
         raise InputError(f"{path}: cannot be read as {kind.upper()} ({reason[:LONGEST_REASON]})") from None
     mesh = _assemble(parts, str(path), materials, [f"{path}: {note}" for note in notes])
+    mesh.lights = lights
     if len(mesh.faces) < announced:
         raise InputError(f"{path}: the file is cut short: it announces {announced} faces and has {len(mesh.faces)}")
     if len(mesh.faces) == 0:
@@ -230,17 +224,6 @@ def _material(visual, materials: list[Material] | None) -> Material:
     return Material(name=name, Kd=_color(getattr(look, "diffuse", None), Material.Kd))
 
 
-def _empty_texture(look: dict, content: dict) -> Texture | None:
-    """The texture of a glTF material's base colour, still white; its sampler says what lies beyond the picture."""
-    place = look.get("pbrMetallicRoughness", {}).get("baseColorTexture")
-    if place is None:
-        return None
-    sampler = content["textures"][place["index"]].get("sampler")
-    of = {} if sampler is None else content["samplers"][sampler]
-    wrap = tuple(GLTF_WRAPS.get(of.get(name), "repeat") for name in ("wrapS", "wrapT"))
-    return Texture(np.ones((1, 1, 3), np.float32), wrap, look.get("name", ""))
-
-
 def _with_texture(material: Material, look: Any, notes: list[str]) -> Material:
     """``material`` with the picture of its base colour, which trimesh has decoded."""
     empty, image = material.map_Kd, getattr(look, "baseColorTexture", None)
@@ -253,11 +236,6 @@ def _with_texture(material: Material, look: Any, notes: list[str]) -> Material:
     return replace(material, map_Kd=replace(empty or Texture(pixels), pixels=pixels))
 
 
-def names_of_textures(look: dict) -> list[str]:
-    """The kinds of pictures that a glTF material has."""
-    return [name for part in (look, look.get("pbrMetallicRoughness", {})) for name in part if name.endswith("Texture")]
-
-
 def _color(value, default: tuple[float, float, float]) -> tuple[float, float, float]:
     """Three numbers in [0, 1] from None, bytes or floats, with or without alpha."""
     if value is None:
@@ -265,69 +243,6 @@ def _color(value, default: tuple[float, float, float]) -> tuple[float, float, fl
     color = np.asarray(value)
     steps = 255 if color.dtype.kind in "iu" else 1
     return tuple(float(c) / steps for c in color[:3])
-
-
-def _number_materials(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material]]:
-    """The content of a glTF file with its materials renamed to 0, 1, 2 …, and the materials themselves.
-
-    The materials are read here, because trimesh rounds base colours to 8 bits and ignores
-    KHR_materials_emissive_strength. They are renamed, because several materials of a file may have the same name.
-    """
-    is_binary = raw[:4] == b"glTF"
-    start, rest = 0, b""
-    if is_binary:
-        _, version, _, length, _ = GLB_HEADER.unpack_from(raw)
-        start, rest = GLB_HEADER.size, raw[GLB_HEADER.size + length :]
-    content = json.loads(raw[start : len(raw) - len(rest)])
-    for extension in content.get("extensionsRequired", []):
-        if not extension.startswith(HARMLESS):
-            raise InputError(f"it needs the extension {extension}, which is not supported: export it without")
-    looks = content.get("materials", [])
-    materials = [replace(_gltf_material(look), map_Kd=_empty_texture(look, content)) for look in looks]
-    for number, look in enumerate(looks):
-        if others := [name for name in names_of_textures(look) if name != "baseColorTexture"]:
-            notes.append(f"material {look.get('name', number)!r}: textures are not used: {', '.join(others)}")
-    for number, look in enumerate(looks):
-        look["name"] = str(number)
-    text = json.dumps(content).encode()
-    if not is_binary:
-        return text, materials
-    text += b" " * (-len(text) % 4)
-    total = GLB_HEADER.size + len(text) + len(rest)
-    return GLB_HEADER.pack(b"glTF", version, total, len(text), GLB_JSON) + text + rest, materials
-
-
-def _gltf_material(look: dict) -> Material:
-    """A metal, or a base under a rough layer; Ke is the emission times its strength (glTF 2.0, section 3.9).
-
-    All colours are linear. A material whose metalness or roughness is in a picture, which is not read, is diffuse; so
-    is one without ``pbrMetallicRoughness``.
-    """
-    values = look.get("pbrMetallicRoughness")
-    base = np.array((values or {}).get("baseColorFactor", (1.0, 1.0, 1.0))[:3], float)
-    rough: dict = {"Kd": tuple(base.tolist())}
-    is_unlit, is_in_picture = "KHR_materials_unlit" in extensions(look), "metallicRoughnessTexture" in (values or {})
-    if values is not None and not is_unlit and not is_in_picture:
-        metal, roughness = (float(values.get(f"{name}Factor", 1.0)) for name in ("metallic", "roughness"))
-        alpha = max(roughness**2, LEAST_ALPHA)
-        rough = {"Kd": (1 - metal) * base, "F0": (1 - metal) * LAYER_F0 + metal * base}
-        rough = {name: tuple(color.tolist()) for name, color in rough.items()}
-        share = np.divide(metal * base, rough["F0"], out=np.zeros(3), where=np.array(rough["F0"]) > 0)
-        extra = {} if metal == 1 else {LAYERED: (1.0,)}
-        if metal > 0 and "baseColorTexture" in values:
-            extra[METALLIC] = tuple(share.tolist())
-        rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": extra}
-    strength = extensions(look).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
-    return Material(
-        name=look.get("name") or "default",
-        **rough,
-        Ke=tuple(float(strength * c) for c in look.get("emissiveFactor", (0.0, 0.0, 0.0))),
-    )
-
-
-def extensions(look: dict) -> dict:
-    """The extensions of a glTF material."""
-    return look.get("extensions", {})
 
 
 def reverse(mesh: Mesh) -> None:

@@ -45,7 +45,8 @@ SYNONYMS = {
 }
 SYNONYMS |= {"push_ctm": "push_CTM", "pop_ctm": "pop_CTM", "push_gs": "push_GS", "pop_gs": "pop_GS"}
 TRANSFORMS = ("translate", "scale", "rotate", "identity")
-SETTINGS = ("lookat", "camera", "film", "integrator", "background")
+SETTINGS = ("lookat", "camera", "film", "integrator", "background", "aggregator")
+AGGREGATORS = {"bvh": "bvh", "list": "brute_force"}
 WORLD = ("object", "light_source", "material", "make_named_material", "named_material", *TRANSFORMS)
 WORLD += ("push_CTM", "pop_CTM", "push_GS", "pop_GS", "save_coord_system", "restore_coord_system")
 TAGS = (*SETTINGS, "world_begin", "world_end", "render_again", "include", *WORLD)
@@ -104,6 +105,7 @@ class Document:
     Attributes:
         mesh: triangles, spheres and materials. Its ``notes`` are what the user should know, one line each.
         lights: those of the world.
+        intersector: its name; None if the document chooses none.
         shots: the pictures, at least one.
         background: an argument for ``background.load_background``.
         environment, environment_options: arguments for ``environment.load_environment``.
@@ -112,6 +114,7 @@ class Document:
     mesh: Mesh
     shots: list[Shot]
     lights: list[Light] = field(default_factory=list)
+    intersector: str | None = None
     background: BackgroundChoice = None
     environment: Path | None = None
     environment_options: dict = field(default_factory=dict)
@@ -307,6 +310,12 @@ class _Reader:
         if options["intensity"] is not None and options["intensity"] < 0:
             raise element.wrong("intensity", "a number of at least 0")
         self.result.environment_options = {k: v for k, v in options.items() if v is not None}
+
+    def take_aggregator(self, element: Element) -> None:
+        """Which intersector finds what a ray hits (RT-12). The hierarchy of the package splits as it sees fit."""
+        self.result.intersector = element.choice("type", of=AGGREGATORS)
+        if given := [name for name in ("split_method", "max_prims_per_node") if element.find(name)]:
+            self.note(f"{element.where}: <aggregator> {' and '.join(given)} is not used")
 
     # --- the world and the pictures -----------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from taichi_tracer.lights.directional_light import DirectionalLight
 from taichi_tracer.lights.point_light import PointLight
 from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
-from taichi_tracer.rt3.document import Document, FilmSettings, Integrator
+from taichi_tracer.rt3.document import AGGREGATORS, Document, FilmSettings, Integrator
 from taichi_tracer.rt3.elements import MOST_BYTES, MOST_ELEMENTS
 from taichi_tracer.system.errors import InputError
 
@@ -37,6 +37,9 @@ def as_rt3(document: Document, path: Path) -> str:
             lines.append("")
         lines += [*_view(shot.view), _film(shot.film), _integrator(shot.integrator)]
         if last is None:
+            if document.intersector is not None:
+                kinds = {name: kind for kind, name in AGGREGATORS.items()}
+                lines.append(tag("aggregator", type=kinds[document.intersector]))
             lines += ["", "<world_begin/>", *_background(document, path)]
             lines += [*map(_light, document.lights), *_world(document.mesh), "<world_end/>"]
         else:

@@ -475,3 +475,17 @@ def test_a_tone_that_does_not_exist_writes_nothing(tmp_path, picture):
     with pytest.raises(InputError, match="unknown tone curve 'flimic': did you mean 'filmic'"):
         save_image(tmp_path / "a.png", picture, tone="flimic")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_photograph_stands_as_its_camera_was_held(tmp_path):
+    """The tag 0x0112 of EXIF: 6 is a picture that has to be turned by a quarter, clockwise."""
+    from PIL import Image
+
+    pixels = np.zeros((16, 32, 3), np.uint8)
+    pixels[:, :16] = 255  # white on the left
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    Image.fromarray(pixels).save(tmp_path / "a.jpg", exif=exif, quality=100)
+    image = read_image(tmp_path / "a.jpg")
+    assert image.shape == (32, 16, 3)
+    assert image[:14].min() > 0.9 > 0.1 > image[-14:].max()  # white at the top

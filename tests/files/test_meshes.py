@@ -485,3 +485,11 @@ def test_ids_of_joined_parts_are_those_of_the_whole():
 def test_without_parts_and_normals_there_are_none():
     assert joined([], [], "nothing").num_primitives == 0
     assert joined([Mesh(*SQUARE)], [], "one").face_normals.shape == (0, 3)
+
+
+def test_lights_of_a_file_light_its_scene(tmp_path):
+    lights = {"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 3.0}]}}
+    node = {"extensions": {"KHR_lights_punctual": {"light": 0}}}
+    (tmp_path / "a.glb").write_bytes(glb([{"mesh": 0, "children": [1]}, node], extensions=lights))
+    mesh = read(tmp_path / "a.glb")
+    assert [name for name, _ in mesh.lights] == ["directional"]

@@ -397,3 +397,14 @@ def test_any_damage_is_read_or_refused(tmp_path, data):
         at, length = data.draw(st.integers(0, len(text) - 1)), data.draw(st.integers(0, 9))
         text[at : at + length] = data.draw(st.one_of(st.binary(max_size=4), st.just(bytes(text[at : at + 2 * length]))))
     read_or_refuse(tmp_path, bytes(text))
+
+
+def test_an_aggregator_chooses_the_intersector(tmp_path):
+    """RT-12; what the package decides itself is told."""
+    for kind, name in (("bvh", "bvh"), ("list", "brute_force")):
+        head = HEAD + f'<aggregator type="{kind}" split_method="middle"/>'
+        found = read(tmp_path, document('<object type="sphere" radius="1"/>', head))
+        assert found.intersector == name
+        assert [note for note in found.mesh.notes if "scene.xml:5: <aggregator> split_method is not used" in note]
+    with pytest.raises(InputError, match=r"scene\.xml:5: .*'tree'"):
+        read(tmp_path, document("", HEAD + '<aggregator type="tree"/>'))

@@ -1,0 +1,71 @@
+"""What is read of glTF files beside triangles: lights in the place of their nodes, and the samplers of textures."""
+
+import json
+
+import numpy as np
+import pytest
+
+from taichi_tracer.files.gltf import LIGHTS, numbered
+
+TURN = [0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]  # a quarter about y: −z becomes −x
+
+
+def lights(nodes, known, **content):
+    """((name, arguments) of the lights, the notes) of a glTF with these nodes."""
+    content |= {"nodes": nodes, "extensions": {LIGHTS: {"lights": known}}}
+    notes = []
+    return numbered(json.dumps(content).encode(), notes)[2], notes
+
+
+def node(light=0, **options):
+    return {"extensions": {LIGHTS: {"light": light}}, **options}
+
+
+def test_a_light_has_the_place_of_its_node_and_of_those_above():
+    nodes = [
+        {"children": [1], "translation": [10, 0, 0], "scale": [2, 2, 2]},
+        node(translation=[1, 2, 3], rotation=TURN),
+    ]
+    kinds = [{"type": "spot", "intensity": 5, "color": [1, 0.5, 0], "spot": {"outerConeAngle": 0.5}}]
+    ((name, values),), notes = lights(nodes, kinds, scenes=[{"nodes": [0]}])
+    assert (name, notes) == ("spot", [])
+    np.testing.assert_allclose(values["position"], [12, 4, 6])
+    np.testing.assert_allclose(values["target"] - values["position"], [-2, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(values["intensity"], [5, 2.5, 0])
+    assert (values["cutoff"], values["falloff"]) == (pytest.approx(np.degrees(0.5)), 0)
+
+
+def test_matrices_are_given_by_columns():
+    matrix = np.eye(4)
+    matrix[:3, 3] = [4, 5, 6]
+    ((name, values),), _ = lights([node(matrix=matrix.T.ravel().tolist())], [{"type": "point"}])
+    assert name == "point"
+    np.testing.assert_allclose(values["position"], [4, 5, 6])
+    np.testing.assert_allclose(values["intensity"], [1, 1, 1])
+
+
+def test_a_sun_shines_along_minus_z():
+    ((_, values),), _ = lights([node()], [{"type": "directional", "intensity": 2}])
+    np.testing.assert_allclose(values["direction"], [0, 0, -1])
+    np.testing.assert_allclose(values["irradiance"], [2, 2, 2])
+
+
+def test_what_cannot_be_used_is_told():
+    nodes = [node(0), node(1, scale=[0, 0, 0]), node(2, children=[0])]
+    found, notes = lights(nodes, [{"type": "area"}, {"type": "point", "name": "gone"}, {"type": "point"}])
+    assert len(found) == 1  # a node that stands in two places, or contains itself, is met once
+    assert notes == [
+        "light 'area' is not used: its type or its place is unknown",
+        "light 'gone' is not used: its type or its place is unknown",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("code", "wrap"), [(33071, "clamp"), (33648, "mirror"), (10497, "repeat"), (None, "repeat"), (5, "repeat")]
+)
+def test_a_sampler_says_what_lies_beyond_a_picture(code, wrap):
+    sampler = {} if code is None else {"wrapS": code, "wrapT": 33071}
+    look = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    content = {"materials": [look], "textures": [{"sampler": 0}], "samplers": [sampler]}
+    _, (material,), _ = numbered(json.dumps(content).encode(), [])
+    assert material.map_Kd.wrap == (wrap, "repeat" if code is None else "clamp")
