@@ -27,7 +27,7 @@ class Effects:
         interpolated_normals: whether a triangle has vertex normals.
         spheres: whether there are spheres.
         culling: whether rays pass through the backs of some triangles.
-        textures: whether a material has a picture.
+        textures: whether a material has a picture, or triangles have colours of their own.
         background: whether there is a picture behind the scene.
         blockers: what a ray that leaves a surface can hit: "all": anything; "backs": something only if it leaves the
             back of a surface, as inside a convex body; "none": nothing, as in a plane. See ``formulas.convexity``.
@@ -110,7 +110,7 @@ def _found(scene, blockers: str) -> dict[str, Any]:
         "interpolated_normals": mesh.has_vertex_normals,
         "spheres": len(mesh.spheres) > 0,
         "culling": mesh.has_culling,
-        "textures": mesh.has_textures,
+        "textures": mesh.has_pictures or mesh.corner_color is not None,
         "background": scene.background is not None,
         "blockers": blockers,
         "scatters": any(not library.brdfs[i].is_delta for i in brdfs),
@@ -134,7 +134,7 @@ def _reasons(scene, found: dict[str, Any]) -> list[tuple[str, bool, str]]:
             culls,
             "rays pass through the backs of some triangles" if culls else "all triangles have two sides",
         ),
-        _about_textures(found["textures"], materials),
+        _about_textures(mesh, materials),
         ("background", found["background"], scene.background.what if found["background"] else "the scene has none"),
     ]
 
@@ -165,10 +165,13 @@ def _about_brdf(brdf, count: int, materials: list) -> tuple[str, bool, str]:
     return brdf.name, False, "another BRDF takes its materials" if described else f"no triangle has {brdf.needs}"
 
 
-def _about_textures(is_on: bool, materials: list) -> tuple[str, bool, str]:
+def _about_textures(mesh, materials: list) -> tuple[str, bool, str]:
     count = sum(material.map_Kd is not None for material in materials)
-    why = f"{count} of {len(materials)} materials" if is_on else "no material has one"
-    return "textures", is_on, why if is_on or count == 0 else "the triangles have no texture coordinates"
+    if mesh.has_pictures:
+        return "textures", True, f"{count} of {len(materials)} materials"
+    if mesh.corner_color is not None:
+        return "textures", True, "vertices have colours"
+    return "textures", False, "the triangles have no texture coordinates" if count > 0 else "no material has one"
 
 
 def _about_light(sky: str, environment, lights) -> list[tuple[str, bool, str]]:

@@ -47,6 +47,7 @@ class Mesh:
         sphere_materials: (S,) int32 ids into ``materials``; 0 if it is left out.
         face_culls: (F,) bool, whether rays pass through the back of a triangle; None if they pass through no back.
         corner_uv: (F, 3, 2) float64 texture coordinates of the corners, from the bottom left; None if there are none.
+        corner_color: (F, 3, 3) linear colours of the corners, by which Kd is multiplied; None if there are none.
         lights: (name, arguments) of the lights that stand in the file.
     """
 
@@ -64,6 +65,7 @@ class Mesh:
     sphere_materials: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     face_culls: np.ndarray | None = None
     corner_uv: np.ndarray | None = None
+    corner_color: np.ndarray | None = None
     lights: list[tuple[str, dict]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -93,7 +95,7 @@ class Mesh:
         return bool((self.face_normals >= 0).any())
 
     @property
-    def has_textures(self) -> bool:
+    def has_pictures(self) -> bool:
         """Whether a triangle or a sphere has a material with a texture, and there are texture coordinates."""
         return self.corner_uv is not None and any(self.materials[i].map_Kd is not None for i in self.used_materials())
 

@@ -165,7 +165,7 @@ class SceneData:
         digest = hashlib.sha256(described(mesh.materials).encode())
         arrays: list = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
         arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
-        arrays += [array for array in (mesh.face_culls, mesh.corner_uv) if array is not None]
+        arrays += [array for array in (mesh.face_culls, mesh.corner_uv, mesh.corner_color) if array is not None]
         if self.up_axis != "y":
             digest.update(self.up_axis.encode())
         if self.background is not None:

@@ -1,4 +1,6 @@
-"""Pictures on surfaces: the reflectance of a material is multiplied by a texel at the texture coordinates of a point.
+"""Pictures and colours on surfaces: at each point, the reflectance of the material is multiplied by a colour.
+
+The colour is that of a texel at the texture coordinates of the point, times the one between the colours of vertices.
 
 A texture coordinate (u, v) has its origin at the bottom left of the picture, which is one unit wide and high. Between
 the centres of texels, colours are interpolated bilinearly.
@@ -6,7 +8,7 @@ the centres of texels, colours are interpolated bilinearly.
 
 import hashlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import taichi as ti
@@ -66,32 +68,44 @@ class Textures:
         metalness: (M,) the share of F0 that the texture colours.
         coordinates: (3P,) the texture coordinates of the three corners of each primitive. A sphere has those with which
             its longitude and latitude are (u, v).
+        colors: (3P,) the colours of the same corners.
     """
 
     def __init__(self, mesh: "Mesh", fields: ti.FieldsBuilder) -> None:
         self._mesh = mesh
+        self.has_pictures, self.has_colors = mesh.has_pictures, mesh.corner_color is not None
         used = dict.fromkeys(m.map_Kd for m in mesh.materials if m.map_Kd is not None)
         sizes = [texture.pixels.shape[0] * texture.pixels.shape[1] for texture in used]
         self._first = dict(zip(used, np.cumsum([0, *sizes]).tolist(), strict=False))
-        self.texels, self.coordinates = ti.Vector.field(3, float), ti.Vector.field(2, float)
-        self.places, self.metalness = ti.field(ti.i32), ti.Vector.field(3, float)
-        fields.dense(ti.i, sum(sizes)).place(self.texels)
-        fields.dense(ti.i, 3 * mesh.num_primitives).place(self.coordinates)
-        fields.dense(ti.ij, (len(mesh.materials), 5)).place(self.places)
+        self.metalness = ti.Vector.field(3, float)
         fields.dense(ti.i, len(mesh.materials)).place(self.metalness)
+        if self.has_pictures:
+            self.texels, self.coordinates = ti.Vector.field(3, float), ti.Vector.field(2, float)
+            self.places = ti.field(ti.i32)
+            fields.dense(ti.i, sum(sizes)).place(self.texels)
+            fields.dense(ti.i, 3 * mesh.num_primitives).place(self.coordinates)
+            fields.dense(ti.ij, (len(mesh.materials), 5)).place(self.places)
+        if self.has_colors:
+            self.colors = ti.Vector.field(3, float)
+            fields.dense(ti.i, 3 * mesh.num_primitives).place(self.colors)
 
     def put(self, tables: Tables) -> None:
         """Give ``tables`` the arrays of the fields."""
-        materials = self._mesh.materials
-        places = [[-1, 1, 1, 0, 0] if m.map_Kd is None else self._place(m.map_Kd) for m in materials]
-        tables.put(self.places, np.array(places, np.int32))
+        mesh, materials = self._mesh, self._mesh.materials
         tables.put(self.metalness, np.array([m.value(METALLIC, (0.0, 0.0, 0.0)) for m in materials]))
-        tables.put(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
-        of_triangles: Any = self._mesh.corner_uv
-        of_all = np.tile(OF_SPHERE, (self._mesh.num_primitives, 1, 1))
-        rows = self._mesh.primitives()
-        of_all[rows >= 0] = np.clip(np.nan_to_num(of_triangles[rows[rows >= 0]]), -FARTHEST, FARTHEST)
-        tables.put(self.coordinates, of_all.reshape(-1, 2))
+        rows = mesh.primitives()
+        is_triangle = rows >= 0
+        if self.has_pictures:
+            places = [[-1, 1, 1, 0, 0] if m.map_Kd is None else self._place(m.map_Kd) for m in materials]
+            tables.put(self.places, np.array(places, np.int32))
+            tables.put(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
+            coordinates, of_triangles = np.tile(OF_SPHERE, (len(rows), 1, 1)), np.asarray(mesh.corner_uv)
+            coordinates[is_triangle] = np.clip(np.nan_to_num(of_triangles[rows[is_triangle]]), -FARTHEST, FARTHEST)
+            tables.put(self.coordinates, coordinates.reshape(-1, 2))
+        if self.has_colors:
+            colors = np.ones((len(rows), 3, 3))
+            colors[is_triangle] = np.asarray(mesh.corner_color)[rows[is_triangle]]
+            tables.put(self.colors, colors.reshape(-1, 3))
 
     def _place(self, texture: Texture) -> list[int]:
         height, width = texture.pixels.shape[:2]
@@ -99,12 +113,16 @@ class Textures:
 
     @ti.func
     def color(self, hit):
-        """The colour of the texture at a hit; 1 where the material has none."""
+        """The colour of the texture at a hit, times that of the triangle; each is 1 where there is none."""
         color = tm.vec3(1)
-        if self.places[hit.material_id, 0] >= 0:
-            u, v, corner = hit.barycentric_coords.x, hit.barycentric_coords.y, 3 * hit.triangle_id
-            a, b, c = self.coordinates[corner], self.coordinates[corner + 1], self.coordinates[corner + 2]
-            color = self.bilinear(hit.material_id, (1 - u - v) * a + u * b + v * c)
+        u, v, corner = hit.barycentric_coords.x, hit.barycentric_coords.y, 3 * hit.triangle_id
+        if ti.static(self.has_colors):
+            a, b, c = self.colors[corner], self.colors[corner + 1], self.colors[corner + 2]
+            color = (1 - u - v) * a + u * b + v * c
+        if ti.static(self.has_pictures):
+            if self.places[hit.material_id, 0] >= 0:
+                p, q, r = self.coordinates[corner], self.coordinates[corner + 1], self.coordinates[corner + 2]
+                color *= self.bilinear(hit.material_id, (1 - u - v) * p + u * q + v * r)
         return color
 
     @ti.func

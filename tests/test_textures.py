@@ -76,6 +76,26 @@ def test_the_reflectance_is_that_of_the_texel(estimator):
         np.testing.assert_allclose(image.mean(axis=(0, 1)), expected, rtol=0.02)
 
 
+@pytest.mark.parametrize("has_texture", [False, True])
+def test_colours_of_vertices_are_between_those_of_the_corners(has_texture):
+    """Times the texture, if there is one, too."""
+    colors = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0.5]])
+    mesh = Mesh(*map(np.array, SQUARE), materials=[tt.Material(Kd=(1, 1, 1))])
+    mesh.corner_color = colors[mesh.faces]
+    factor = 1.0
+    if has_texture:
+        mesh.materials = [tt.Material(Kd=(1, 1, 1), map_Kd=tt.Texture(PIXELS[:1, :1]))]
+        mesh.corner_uv, factor = np.zeros((2, 3, 2)), PIXELS[0, 0]
+    scene = tt.SceneData(mesh)
+    camera = tt.OrthographicCamera(9, 9, eye=(0, 0, 5), at=(0, 0, 0), up=(0, 1, 0), screen_window=(-1, 1, -1, 1))
+    image = tt.RT3Renderer(scene, camera=camera).use("flat").render().image()
+    hits = scene.intersect(*camera.rays(*np.meshgrid(np.arange(9), np.arange(9)[::-1])))
+    u, v = np.asarray(hits.barycentric_coords, float).T
+    weights = np.stack([1 - u - v, u, v], axis=-1)
+    expected = (weights[:, :, None] * mesh.corner_color[hits.triangle_id]).sum(axis=1) * factor
+    np.testing.assert_allclose(image.reshape(-1, 3), expected, atol=1e-5)
+
+
 def test_only_a_scene_that_shows_a_texture_is_compiled_for_it():
     texture = tt.Texture(PIXELS)
     textured = tt.Material(map_Kd=texture)

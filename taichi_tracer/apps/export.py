@@ -31,8 +31,8 @@ def run(args: Namespace) -> int:
         mesh = read(scene)
         document = Document(mesh, [], lights_of(mesh))
     shots = [_shot(picture, document, scene, up_axis) for picture in pictures]
-    if document.mesh.has_textures:
-        note("textures are not written: RT3 has none")
+    if document.mesh.has_pictures or document.mesh.corner_color is not None:
+        note("textures and colours of vertices are not written: RT3 has none")
     for text in document.mesh.notes:
         note(text)
     text = as_rt3(replace(document, shots=shots), path)

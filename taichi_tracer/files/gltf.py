@@ -42,7 +42,9 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
         if not extension.startswith(HARMLESS):
             raise InputError(f"it needs the extension {extension}, which is not supported: export it without")
     looks = content.get("materials", [])
-    materials = [replace(_material(look), map_Kd=_empty_texture(look, content)) for look in looks]
+    parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
+    has_colors = any("COLOR_0" in part.get("attributes", {}) for part in parts)
+    materials = [replace(_material(look, has_colors), map_Kd=_empty_texture(look, content)) for look in looks]
     for number, look in enumerate(looks):
         if others := [name for name in _names_of_textures(look) if name != "baseColorTexture"]:
             notes.append(f"material {look.get('name', number)!r}: textures are not used: {', '.join(others)}")
@@ -57,11 +59,14 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
     return GLB_HEADER.pack(b"glTF", version, total, len(text), GLB_JSON) + text + rest, materials, lights
 
 
-def _material(look: dict) -> Material:
+def _material(look: dict, has_colors: bool) -> Material:
     """A metal, or a base under a rough layer; Ke is the emission times its strength (glTF 2.0, section 3.9).
 
     All colours are linear. A material whose metalness or roughness is in a picture, which is not read, is diffuse; so
     is one without ``pbrMetallicRoughness``.
+
+    Args:
+        has_colors: whether vertices of the file have colours, by which base colours are multiplied.
     """
     values = look.get("pbrMetallicRoughness")
     base = np.array((values or {}).get("baseColorFactor", (1.0, 1.0, 1.0))[:3], float)
@@ -74,7 +79,7 @@ def _material(look: dict) -> Material:
         rough = {name: tuple(color.tolist()) for name, color in rough.items()}
         share = np.divide(metal * base, rough["F0"], out=np.zeros(3), where=np.array(rough["F0"]) > 0)
         extra = {} if metal == 1 else {LAYERED: (1.0,)}
-        if metal > 0 and "baseColorTexture" in values:
+        if metal > 0 and (has_colors or "baseColorTexture" in values):
             extra[METALLIC] = tuple(share.tolist())
         rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": extra}
     strength = extensions(look).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)

@@ -25,7 +25,7 @@ from taichi_tracer.textures import Texture
 EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
 OFF_HEADER = 4096  # bytes after the first line of an OFF file in which the counts must stand, after any comments
-COLOURS_NOT_USED = "colours of vertices and faces are not used"
+COLOURS_NOT_USED = "colours are not used"
 LONGEST_REASON = 200  # characters of trimesh's own message that are shown
 
 
@@ -60,7 +60,8 @@ def read_mesh(path: str | Path) -> Mesh:
         if "unexpected length" in reason:  # in a binary PLY, trimesh gives all polygons the size of the first
             reason = "it is cut short, or mixes triangles with larger polygons: export it with triangles only"
         raise InputError(f"{path}: cannot be read as {kind.upper()} ({reason[:LONGEST_REASON]})") from None
-    mesh = _assemble(parts, str(path), materials, [f"{path}: {note}" for note in notes])
+    told = [f"{path}: {note}" for note in notes]
+    mesh = _assemble(parts, str(path), materials, told, is_linear=kind in ("glb", "gltf"))
     mesh.lights = lights
     if len(mesh.faces) < announced:
         raise InputError(f"{path}: the file is cut short: it announces {announced} faces and has {len(mesh.faces)}")
@@ -185,12 +186,15 @@ def _part(mesh, transform: np.ndarray, takes_normals: bool = True) -> Mesh:
     return part
 
 
-def _assemble(placed: list[tuple], source: str, materials: list[Material] | None, notes: list[str]) -> Mesh:
+def _assemble(
+    placed: list[tuple], source: str, materials: list[Material] | None, notes: list[str], is_linear: bool = False
+) -> Mesh:
     """One mesh made of all parts, in their order.
 
     Args:
         placed: for each part, a trimesh.Trimesh and the other arguments of ``_part``.
         materials: the materials of the file, by number; None takes those of trimesh.
+        is_linear: whether colours of vertices are linear.
     """
     used: list[Material] = []
     parts = []
@@ -199,14 +203,15 @@ def _assemble(placed: list[tuple], source: str, materials: list[Material] | None
     for mesh, *rest in placed:
         part, look = _part(mesh, *rest), getattr(mesh.visual, "material", None)
         material = known.setdefault(id(look), _with_texture(_material(mesh.visual, materials), look, told))
+        part.corner_color = _corner_colors(mesh, is_linear)
+        if part.corner_color is not None and material == Material():
+            material = Material(Kd=(1.0, 1.0, 1.0))
         if material.map_Kd is not None and getattr(mesh.visual, "uv", None) is not None:
             part.corner_uv = np.asarray(mesh.visual.uv, np.float64)[:, :2][part.faces]
         if material not in used:
             used.append(material)
         part.face_materials = np.full(len(part.faces), used.index(material), np.int32)
         parts.append(part)
-    if any(getattr(mesh.visual, "kind", None) in ("vertex", "face") for mesh, *_ in placed):
-        notes.append(f"{source}: {COLOURS_NOT_USED}")
     return replace(joined(parts, used, source), notes=[*notes, *(f"{source}: {text}" for text in dict.fromkeys(told))])
 
 
@@ -222,6 +227,25 @@ def _material(visual, materials: list[Material] | None) -> Material:
         kd, ke = _color(look.baseColorFactor, (1.0, 1.0, 1.0)), _color(look.emissiveFactor, (0.0, 0.0, 0.0))
         return Material(name=name, Kd=kd, Ke=ke)
     return Material(name=name, Kd=_color(getattr(look, "diffuse", None), Material.Kd))
+
+
+def _corner_colors(mesh, is_linear: bool) -> np.ndarray | None:
+    """(F, 3, 3) linear colours of the corners of a ``trimesh.Trimesh``; None if it has none of its own.
+
+    Args:
+        is_linear: whether the numbers are linear colours, as in glTF; those of other formats are sRGB.
+    """
+    visual, faces = mesh.visual, np.asarray(mesh.faces)
+    given = getattr(visual, "vertex_attributes", {}).get("color")
+    if given is None and getattr(visual, "kind", None) in ("vertex", "face"):
+        given = visual.vertex_colors if visual.kind == "vertex" else visual.face_colors
+    if given is None:
+        return None
+    colors = np.asarray(given)[:, :3]
+    colors = colors / np.iinfo(colors.dtype).max if colors.dtype.kind in "iu" else colors
+    colors = np.clip(np.nan_to_num(colors.astype(np.float64)), 0, 1)
+    colors = colors if is_linear else linear_from_srgb(colors)
+    return np.repeat(colors[:, None], 3, axis=1) if getattr(visual, "kind", None) == "face" else colors[faces]
 
 
 def _with_texture(material: Material, look: Any, notes: list[str]) -> Material:
@@ -250,8 +274,9 @@ def reverse(mesh: Mesh) -> None:
     mesh.faces = mesh.faces[:, [0, 2, 1]]
     if len(mesh.face_normals) > 0:
         mesh.face_normals = mesh.face_normals[:, [0, 2, 1]]
-    if mesh.corner_uv is not None:
-        mesh.corner_uv = mesh.corner_uv[:, [0, 2, 1]]
+    for name in ("corner_uv", "corner_color"):
+        if getattr(mesh, name) is not None:
+            setattr(mesh, name, getattr(mesh, name)[:, [0, 2, 1]])
 
 
 def move(mesh: Mesh, matrix: np.ndarray) -> None:
@@ -299,12 +324,15 @@ def joined(parts: Sequence[Mesh], materials: list[Material], source: str) -> Mes
         sphere_ids=np.concatenate([p.sphere_ids + k for p, k in zip(parts, primitives, strict=True)]).astype(np.int32),
         sphere_materials=np.concatenate([p.sphere_materials for p in parts]),
         face_culls=np.concatenate(culls) if any(c.any() for c in culls) else None,
-        corner_uv=_joined_uv(parts),
+        corner_uv=_joined_corners(parts, "corner_uv", 2, 0.0),
+        corner_color=_joined_corners(parts, "corner_color", 3, 1.0),
     )
 
 
-def _joined_uv(parts: Sequence[Mesh]) -> np.ndarray | None:
-    """The texture coordinates of all parts; 0 for parts without them, and None if no part has any."""
-    if all(part.corner_uv is None for part in parts):
+def _joined_corners(parts: Sequence[Mesh], name: str, size: int, default: float) -> np.ndarray | None:
+    """(F, 3, ``size``) what the corners of all parts have; None if no part has any, and the default for the others."""
+    of_parts = [getattr(part, name) for part in parts]
+    if all(one is None for one in of_parts):
         return None
-    return np.concatenate([np.zeros((len(p.faces), 3, 2)) if p.corner_uv is None else p.corner_uv for p in parts])
+    sizes = [(len(part.faces), 3, size) for part in parts]
+    return np.concatenate([np.full(s, default) if one is None else one for one, s in zip(of_parts, sizes, strict=True)])

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.mtl import find_library, read_mtl
 from taichi_tracer.files.text import SPACES, Block, Lines, all_numbers, name_in, number, read_text, shapes
 from taichi_tracer.geometry import Mesh
@@ -33,8 +34,8 @@ def read_obj(path: str | Path) -> Mesh:
     """Read an OBJ file and its material libraries.
 
     Polygons become fans of triangles. Negative indices count backwards from the line in which they stand. Faces before
-    the first ``usemtl`` get the material "default". Texture coordinates are read if a material has a texture. Groups,
-    smoothing groups, lines and points are ignored.
+    the first ``usemtl`` get the material "default". Texture coordinates are read if a material has a texture; colours
+    of vertices, if all have one. Groups, smoothing groups, lines and points are ignored.
 
     Raises:
         InputError: something cannot be used; the message has file, line and value. A joined line has the number of its
@@ -55,8 +56,11 @@ def read_obj(path: str | Path) -> Mesh:
     material_ids, materials = _materials(lines, faces.ids, path, notes)
     has_textures = any(material.map_Kd is not None for material in materials)
     vertices, most = _rows(positions, path)
-    if most >= COLOURED:
-        notes.append(f"{path}: colours of vertices are not used")
+    colors = _colors(positions) if most == COLOURED else None
+    if most >= COLOURED and colors is None:
+        notes.append(f"{path}: colours of vertices are not used: not all vertices have one")
+    if colors is not None:
+        materials = [Material(Kd=(1.0, 1.0, 1.0)) if one == Material() else one for one in materials]
     return Mesh(
         vertices=vertices,
         faces=vertex_ids[corners],
@@ -66,8 +70,18 @@ def read_obj(path: str | Path) -> Mesh:
         materials=materials,
         source=str(path),
         notes=notes,
+        corner_color=None if colors is None else colors[vertex_ids[corners]],
         corner_uv=_coordinates(lines, polygons, faces, path)[corners] if has_textures else None,
     )
+
+
+def _colors(positions: Block) -> np.ndarray | None:
+    """(V, 3) linear colours, from x y z r g b in sRGB, from 0 to 1 or to 255; None if a vertex has none."""
+    rows = _rows_at_once(positions, COLOURED)
+    if rows is None:
+        return None
+    colors = np.nan_to_num(rows[0][:, 3:])
+    return linear_from_srgb(np.clip(colors / (255 if (colors > 1).any() else 1), 0, 1))
 
 
 def _coordinates(lines: Lines, polygons: "Polygons", faces: Block, path: Path) -> np.ndarray:

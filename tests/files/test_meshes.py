@@ -137,11 +137,33 @@ def test_ply_normals_are_those_of_the_file(mesh_of):
     assert mesh.face_normals.tolist() == [[0, 1, 2]]
 
 
-def test_ply_colours_are_told_and_not_used(mesh_of):
+def test_ply_colours_are_linear_afterwards(mesh_of):
     colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-    mesh = mesh_of("a.ply", ply("0 0 0 9 9 9\n1 0 0 9 8 7\n1 1 0 1 2 3\n3 0 1 2\n", vertices=3, more=colors))
-    assert mesh.materials == [Material()]
-    assert [note.split(": ")[1] for note in mesh.notes] == ["colours of vertices and faces are not used"]
+    rows = "0 0 0 255 0 0\n1 0 0 0 128 0\n1 1 0 0 0 0\n"
+    mesh = mesh_of("a.ply", ply(f"{rows}3 0 1 2\n3 2 1 0\n", vertices=3, faces=2, more=colors))
+    assert mesh.materials == [Material(Kd=(1, 1, 1))]
+    assert mesh.notes == []
+    expected = np.array([[1, 0, 0], [0, 0.2158605, 0], [0, 0, 0]])
+    np.testing.assert_allclose(mesh.corner_color, [expected, expected[::-1]], atol=1e-6)
+
+
+def test_gltf_colours_are_linear_already_and_multiply_the_base_colour(tmp_path):
+    look = trimesh.visual.material.PBRMaterial(baseColorFactor=[255, 255, 255, 255], metallicFactor=1.0)
+    mesh = trimesh.Trimesh(np.eye(3), [[0, 1, 2]], process=False)
+    mesh.visual = trimesh.visual.TextureVisuals(uv=np.zeros((3, 2)), material=look)
+    mesh.visual.vertex_attributes["color"] = np.array([[255, 0, 0, 255], [0, 51, 0, 255], [0, 0, 0, 255]], np.uint8)
+    trimesh.Scene(mesh).export(tmp_path / "a.glb")
+    found = read(tmp_path / "a.glb")
+    np.testing.assert_allclose(found.corner_color[0], [[1, 0, 0], [0, 0.2, 0], [0, 0, 0]], atol=1e-6)
+    assert found.materials[0].value("metallic", (0.0,) * 3) == (1, 1, 1)
+
+
+def test_colours_of_faces_are_those_of_their_corners():
+    mesh = trimesh.Trimesh(*SQUARE, process=False, face_colors=[[255, 0, 0, 255], [0, 0, 255, 255]])
+    found = from_trimesh(mesh)
+    assert found.corner_color[:, :, [0, 2]].tolist() == [[[1, 0]] * 3, [[0, 1]] * 3]
+    joined_ones = joined([found, from_trimesh(trimesh.Trimesh(*SQUARE, process=False))], [Material()], "two")
+    assert joined_ones.corner_color[2:].tolist() == np.ones((2, 3, 3)).tolist()
 
 
 @pytest.mark.parametrize("encoding", ["binary", "ascii"])
@@ -181,7 +203,7 @@ def test_off_colours_are_told_and_not_used(mesh_of):
     for content, is_told in ((plain, False), (of_vertices, True), (of_faces, True)):
         mesh = mesh_of("a.off", content)
         assert mesh.faces.tolist() == [[2, 1, 0], [0, 2, 3]]
-        assert [note.split(": ")[1] for note in mesh.notes] == ["colours of vertices and faces are not used"] * is_told
+        assert [note.split(": ")[1] for note in mesh.notes] == ["colours are not used"] * is_told
 
 
 # glTF
@@ -306,7 +328,7 @@ def test_a_texture_of_the_base_colour_that_cannot_be_read_is_told(mesh_of):
         "the texture of material 'x' cannot be read, and is not used"
     ]
     assert mesh.materials[0].map_Kd is None
-    assert not mesh.has_textures
+    assert not mesh.has_pictures
 
 
 def test_a_picture_of_the_base_colour_is_on_the_surface(tmp_path):
@@ -321,7 +343,7 @@ def test_a_picture_of_the_base_colour_is_on_the_surface(tmp_path):
     mesh.visual = trimesh.visual.TextureVisuals(uv=uv, material=look)
     trimesh.Scene(mesh).export(tmp_path / "a.glb")
     found = read(tmp_path / "a.glb")
-    assert found.has_textures
+    assert found.has_pictures
     np.testing.assert_allclose(found.corner_uv, uv[found.faces], atol=1e-6)
     texture = found.materials[0].map_Kd
     np.testing.assert_allclose(texture.pixels[1], [[0, 0, 1], [0.2158605] * 3], atol=1e-5)

@@ -69,9 +69,10 @@ def test_a_weight_or_colour_after_the_position_is_ignored(obj, extras):
 @pytest.mark.parametrize(
     ("extra", "is_told"), [("", False), (" 1.0", False), (" .1 .2 .3", True), (" 1 .1 .2 .3", True), (" .1 .2 x", True)]
 )
-def test_colours_of_vertices_are_told_and_not_used(obj, extra, is_told):
+def test_colours_of_some_vertices_are_told_and_not_used(obj, extra, is_told):
     mesh = obj(f"v 1 2 3\nv 4 5 6{extra}\nv 7 8 9\nf 1 2 3\n")
-    assert [note.split(": ")[1] for note in mesh.notes] == ["colours of vertices are not used"] * is_told
+    told = "colours of vertices are not used: not all vertices have one"
+    assert [note.split(": ", 1)[1] for note in mesh.notes] == [told] * is_told
     assert mesh.materials == [Material()]
 
 
@@ -325,3 +326,25 @@ def test_a_real_mesh_with_comments_has_all_its_triangles():
     mesh = read(data_file("cow.obj"))
     assert (len(mesh.vertices), len(mesh.faces)) == (2903, 5804)
     assert np.unique(mesh.faces).tolist() == list(range(2903))
+
+
+@pytest.mark.parametrize("scale", [1, 255])
+def test_colours_of_all_vertices_are_linear_afterwards(obj, scale):
+    """They are sRGB in the file, from 0 to 1 or to 255; they take the place of the usual grey, and multiply Kd."""
+    text = "".join(f"v {i} {i * i} 0 {scale} {scale / 2:g} 0\n" for i in range(3))
+    mesh = obj(f"{text}f 1 2 3\n")
+    np.testing.assert_allclose(mesh.corner_color, np.broadcast_to([1, 0.2140411, 0], (1, 3, 3)), rtol=1e-5)
+    assert mesh.materials == [Material(Kd=(1, 1, 1))]
+    mesh = obj(f"mtllib m.mtl\n{text}usemtl a\nf 1 2 3\n", m="newmtl a\nKd 0.5 0.5 0.5\n")
+    assert mesh.materials[0].Kd == (0.5, 0.5, 0.5)
+
+
+def test_texture_coordinates_are_those_of_each_corner(obj, tmp_path):
+    """Where a corner has none, they are 0; an index out of range is told with its line."""
+    np.save(tmp_path / "a.npy", np.ones((1, 1, 3)))
+    text = SQUARE + "mtllib m.mtl\nusemtl a\nvt 0.25 0.5\nvt 1 2 0\n"
+    mesh = obj(f"{text}f 1/1 2/2 3\nf 1/-1 3/-2 4/2\n", m="newmtl a\nmap_Kd a.npy\n")
+    assert mesh.corner_uv.tolist() == [[[0.25, 0.5], [1, 2], [0, 0]], [[1, 2], [0.25, 0.5], [1, 2]]]
+    with pytest.raises(InputError, match=r"mesh.obj:9: texture coordinate index 3 is out of range \(the file has 2"):
+        obj(f"{text}f 1/1 2/2 3/3\n", m="newmtl a\nmap_Kd a.npy\n")
+    assert obj(f"{text}f 1/1 2/2 3/3\n", m="newmtl a\n").corner_uv is None  # nobody looks at them
