@@ -8,10 +8,10 @@ import numpy as np
 import taichi_tracer
 from taichi_tracer.apps.requests import OF_LIGHT
 from taichi_tracer.apps.same_again import DISTANCE, position_of
-from taichi_tracer.integrators.blinn_phong import BlinnPhong
 from taichi_tracer.integrators.one_sample import OneSampleMis
 from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.rt3 import DepthMap
+from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.lights.given import GivenLight
 from taichi_tracer.maps import USUAL, MapRenderer
 from taichi_tracer.progressive import ProgressiveRenderer

@@ -18,7 +18,7 @@ from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.formulas.view import DEFAULT_WINDOW
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.integrators.blinn_phong import MOST_MIRRORS
+from taichi_tracer.integrators.rt3_blinn_phong import MOST_MIRRORS
 from taichi_tracer.lights.base import Light
 from taichi_tracer.options import BackgroundChoice
 from taichi_tracer.picture.crop import crop_pixels

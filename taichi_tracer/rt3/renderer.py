@@ -6,8 +6,8 @@ import taichi as ti
 
 from taichi_tracer.camera import make_camera
 from taichi_tracer.integrators.base import Integrator
-from taichi_tracer.integrators.blinn_phong import BlinnPhong
 from taichi_tracer.integrators.rt3 import DepthMap
+from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Integrator as Chosen

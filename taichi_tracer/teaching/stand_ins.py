@@ -22,7 +22,13 @@ from taichi_tracer.teaching.judges import statistics
 from taichi_tracer.teaching.rows import WHOLE, samples
 
 PLAIN_EFFECTS: dict[str, Any] = {"brdfs": (), "environment": "none", "lights": (), "emitters": False, "lamps": False}
-PLAIN_EFFECTS |= {"interpolated_normals": True, "spheres": False, "culling": False, "background": False}
+PLAIN_EFFECTS |= {
+    "interpolated_normals": True,
+    "spheres": False,
+    "culling": False,
+    "textures": False,
+    "background": False,
+}
 PLAIN_EFFECTS |= {"blockers": "all", "scatters": False, "reasons": ()}
 
 

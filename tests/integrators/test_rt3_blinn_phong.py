@@ -106,7 +106,7 @@ def test_a_depth_is_a_whole_number(depth):
 def test_what_a_student_writes_runs(monkeypatch):
     import taichi as ti
 
-    from taichi_tracer.integrators.blinn_phong import BlinnPhong
+    from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 
     @ti.func
     def highlight(self, surface, l):
