@@ -166,7 +166,7 @@ def _about_brdf(brdf, count: int, materials: list) -> tuple[str, bool, str]:
 
 
 def _about_textures(mesh, materials: list) -> tuple[str, bool, str]:
-    count = sum(material.map_Kd is not None for material in materials)
+    count = sum(len(material.textures) > 0 for material in materials)
     if mesh.has_pictures:
         return "textures", True, f"{count} of {len(materials)} materials"
     if mesh.corner_color is not None:

@@ -97,7 +97,7 @@ class Mesh:
     @property
     def has_pictures(self) -> bool:
         """Whether a triangle or a sphere has a material with a texture, and there are texture coordinates."""
-        return self.corner_uv is not None and any(self.materials[i].map_Kd is not None for i in self.used_materials())
+        return self.corner_uv is not None and any(self.materials[i].textures for i in self.used_materials())
 
     @property
     def has_culling(self) -> bool:

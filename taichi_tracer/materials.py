@@ -33,6 +33,7 @@ class Material(metaclass=Annotation):
             reflectance.
         Km: reflectance of the mirror in the sum of Blinn and Phong (RT-11); an extension.
         map_Kd: a ``textures.Texture`` by which Kd is multiplied; None is none.
+        map_layer: one of which green is multiplied with the roughness √α, and blue with the metalness, as in glTF.
         extra: key in lower case → numbers, for every other key of the file. The ``parameters`` of a BRDF are looked up
             here.
     """
@@ -50,6 +51,7 @@ class Material(metaclass=Annotation):
     F0: tuple[float, float, float] = (0.0, 0.0, 0.0)
     Km: tuple[float, float, float] = (0.0, 0.0, 0.0)
     map_Kd: Any = None
+    map_layer: Any = None
     extra: dict[str, tuple[float, ...]] = field(default_factory=dict, hash=False)
     alpha: InitVar[float | None] = None
 
@@ -58,6 +60,11 @@ class Material(metaclass=Annotation):
             vars(self).update(alpha_x=float(alpha), alpha_y=float(alpha))
         if isinstance(self.F0, (int, float)):
             vars(self)["F0"] = (float(self.F0),) * 3
+
+    @property
+    def textures(self) -> tuple:
+        """Its textures."""
+        return tuple(texture for texture in (self.map_Kd, self.map_layer) if texture is not None)
 
     def __repr__(self) -> str:
         usual, values = vars(Material()), vars(self)
@@ -86,8 +93,10 @@ class Material(metaclass=Annotation):
         return numbers[0] if count == 1 else tuple(numbers)
 
 
-# The members of a material that all kernels know: not the name, the texture, and the keys that only some BRDFs read.
-BUILT_IN: dict[str, Any] = {f.name: f.default for f in fields(Material) if f.name not in ("name", "map_Kd", "extra")}
+# The members of a material that all kernels know: not the name, textures, and the keys that only some BRDFs read.
+BUILT_IN: dict[str, Any] = {
+    f.name: f.default for f in fields(Material) if f.name not in ("name", "map_Kd", "map_layer", "extra")
+}
 
 
 class Materials(list):
@@ -138,7 +147,7 @@ class MaterialLibrary:
     def has_narrow_lobes(self, used: np.ndarray) -> bool:
         """Whether one of the materials with the ids ``used`` may have a narrow lobe that is no mirror's."""
         of_used = ((self.brdfs[self.brdf_of[i]], self.materials[i]) for i in map(int, used))
-        return any(not brdf.is_delta and brdf.may_be_narrow(material) for brdf, material in of_used)
+        return any(not brdf.is_delta and (m.map_layer or brdf.may_be_narrow(m)) for brdf, m in of_used)
 
     def reach_all(self, used: np.ndarray) -> bool:
         """Whether all BRDFs of the materials with the ids ``used`` have ``reaches_all``, and none was replaced."""

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
 
-ADDED = ("Km", "map_Kd")  # members of materials that fingerprints have only where a material has them
+ADDED = ("Km", "map_Kd", "map_layer")  # members of materials that fingerprints have only where a material has them
 
 KEPT_FORMS = 8  # of a scene: with so many different lights, going back to an earlier one compiles nothing
 

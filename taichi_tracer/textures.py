@@ -14,6 +14,7 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.tables import Tables
 
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
 
 # What lies beyond the picture: it again, its edge, or its mirror image.
 WRAPS = ("repeat", "clamp", "mirror")
-METALLIC = "metallic"  # the key of a material's share of F0 that its texture colours, as glTF's metals have it
+# Keys of materials. METALLIC: the share of F0 that the texture colours, as it does for glTF's metals; for a material
+# with ``map_layer``, its metalness. BASE: the base colour of such a material.
+METALLIC, BASE = "metallic", "base"
 FARTHEST = 2.0**20  # of a texture coordinate; farther out, f32 does not know its place in the picture
 OF_SPHERE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
@@ -63,9 +66,9 @@ class Textures:
 
     Attributes:
         texels: the colours of all textures, one row after the other, the top row first.
-        places: (M, 5) for each material, the first of its texels (−1: it has no texture), the width and the height, and
-            the places of both wraps in ``WRAPS``.
-        metalness: (M,) the share of F0 that the texture colours.
+        places: (2M, 5) for the map_Kd and the map_layer of each material: the first of its texels (−1: there is none),
+            the width and the height, and the places of both wraps in ``WRAPS``.
+        metalness, bases: (M,) see ``METALLIC`` and ``BASE``.
         coordinates: (3P,) the texture coordinates of the three corners of each primitive. A sphere has those with which
             its longitude and latitude are (u, v).
         colors: (3P,) the colours of the same corners.
@@ -74,17 +77,22 @@ class Textures:
     def __init__(self, mesh: "Mesh", fields: ti.FieldsBuilder) -> None:
         self._mesh = mesh
         self.has_pictures, self.has_colors = mesh.has_pictures, mesh.corner_color is not None
-        used = dict.fromkeys(m.map_Kd for m in mesh.materials if m.map_Kd is not None)
+        used = dict.fromkeys(texture for material in mesh.materials for texture in material.textures)
+        self.has_layers = any(material.map_layer is not None for material in mesh.materials)
         sizes = [texture.pixels.shape[0] * texture.pixels.shape[1] for texture in used]
         self._first = dict(zip(used, np.cumsum([0, *sizes]).tolist(), strict=False))
         self.metalness = ti.Vector.field(3, float)
-        fields.dense(ti.i, len(mesh.materials)).place(self.metalness)
+        per_material = fields.dense(ti.i, len(mesh.materials))
+        per_material.place(self.metalness)
         if self.has_pictures:
             self.texels, self.coordinates = ti.Vector.field(3, float), ti.Vector.field(2, float)
             self.places = ti.field(ti.i32)
             fields.dense(ti.i, sum(sizes)).place(self.texels)
             fields.dense(ti.i, 3 * mesh.num_primitives).place(self.coordinates)
-            fields.dense(ti.ij, (len(mesh.materials), 5)).place(self.places)
+            fields.dense(ti.ij, (2 * len(mesh.materials), 5)).place(self.places)
+        if self.has_layers:
+            self.bases = ti.Vector.field(3, float)
+            per_material.place(self.bases)
         if self.has_colors:
             self.colors = ti.Vector.field(3, float)
             fields.dense(ti.i, 3 * mesh.num_primitives).place(self.colors)
@@ -93,10 +101,13 @@ class Textures:
         """Give ``tables`` the arrays of the fields."""
         mesh, materials = self._mesh, self._mesh.materials
         tables.put(self.metalness, np.array([m.value(METALLIC, (0.0, 0.0, 0.0)) for m in materials]))
+        if self.has_layers:
+            tables.put(self.bases, np.array([m.value(BASE, (0.0, 0.0, 0.0)) for m in materials]))
         rows = mesh.primitives()
         is_triangle = rows >= 0
         if self.has_pictures:
-            places = [[-1, 1, 1, 0, 0] if m.map_Kd is None else self._place(m.map_Kd) for m in materials]
+            of_all = [texture for m in materials for texture in (m.map_Kd, m.map_layer)]
+            places = [[-1, 1, 1, 0, 0] if texture is None else self._place(texture) for texture in of_all]
             tables.put(self.places, np.array(places, np.int32))
             tables.put(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
             coordinates, of_triangles = np.tile(OF_SPHERE, (len(rows), 1, 1)), np.asarray(mesh.corner_uv)
@@ -115,36 +126,45 @@ class Textures:
     def color(self, hit):
         """The colour of the texture at a hit, times that of the triangle; each is 1 where there is none."""
         color = tm.vec3(1)
-        u, v, corner = hit.barycentric_coords.x, hit.barycentric_coords.y, 3 * hit.triangle_id
         if ti.static(self.has_colors):
-            a, b, c = self.colors[corner], self.colors[corner + 1], self.colors[corner + 2]
-            color = (1 - u - v) * a + u * b + v * c
+            color = between(self.colors, hit)
         if ti.static(self.has_pictures):
-            if self.places[hit.material_id, 0] >= 0:
-                p, q, r = self.coordinates[corner], self.coordinates[corner + 1], self.coordinates[corner + 2]
-                color *= self.bilinear(hit.material_id, (1 - u - v) * p + u * q + v * r)
+            if self.places[2 * hit.material_id, 0] >= 0:
+                color *= self.bilinear(2 * hit.material_id, between(self.coordinates, hit))
         return color
 
     @ti.func
-    def bilinear(self, material_id, uv):
-        """The weighted mean of the four texels around a point."""
-        width, height = self.places[material_id, 1], self.places[material_id, 2]
-        x = inside(uv.x, self.places[material_id, 3]) * width - 0.5
-        y = (1 - inside(uv.y, self.places[material_id, 4])) * height - 0.5
+    def layer(self, hit):
+        """(_, factor of the roughness, factor of the metalness) at a hit whose material has ``map_layer``."""
+        return self.bilinear(2 * hit.material_id + 1, between(self.coordinates, hit))
+
+    @ti.func
+    def bilinear(self, row, uv):
+        """The weighted mean of the four texels around a point; ``row`` is that of the texture in ``places``."""
+        width, height = self.places[row, 1], self.places[row, 2]
+        x = inside(uv.x, self.places[row, 3]) * width - 0.5
+        y = (1 - inside(uv.y, self.places[row, 4])) * height - 0.5
         i, j = ti.floor(x), ti.floor(y)
         total = tm.vec3(0)
         for di, dj in ti.static(ti.ndrange(2, 2)):
             weight = (1 - abs(x - (i + di))) * (1 - abs(y - (j + dj)))
-            total += weight * self.texel(material_id, ti.cast(i, ti.i32) + di, ti.cast(j, ti.i32) + dj)
+            total += weight * self.texel(row, ti.cast(i, ti.i32) + di, ti.cast(j, ti.i32) + dj)
         return total
 
     @ti.func
-    def texel(self, material_id, i, j):
-        """The texel in column i and row j, either of which may be one beyond the edge."""
-        width, height = self.places[material_id, 1], self.places[material_id, 2]
-        column = neighbour(i, width, self.places[material_id, 3])
-        row = neighbour(j, height, self.places[material_id, 4])
-        return self.texels[self.places[material_id, 0] + row * width + column]
+    def texel(self, row, i, j):
+        """The texel in column i and line j, either of which may be one beyond the edge."""
+        width, height = self.places[row, 1], self.places[row, 2]
+        column = neighbour(i, width, self.places[row, 3])
+        line = neighbour(j, height, self.places[row, 4])
+        return self.texels[self.places[row, 0] + line * width + column]
+
+
+@ti.func
+def between(of_corners: ti.template(), hit):
+    """The mean of what the three corners of a hit have, weighted by the barycentric coordinates."""
+    u, v, corner = hit.barycentric_coords.x, hit.barycentric_coords.y, 3 * hit.triangle_id
+    return (1 - u - v) * of_corners[corner] + u * of_corners[corner + 1] + v * of_corners[corner + 2]
 
 
 @ti.func
@@ -172,6 +192,13 @@ def textured(material, textures: ti.template(), hit):
     """The ``material`` of a hit with the colour of its texture."""
     found = material
     color = textures.color(hit)
+    metalness = textures.metalness[hit.material_id]
     found.Kd *= color
-    found.F0 *= 1 + textures.metalness[hit.material_id] * (color - 1)
+    found.F0 *= 1 + metalness * (color - 1)
+    if ti.static(textures.has_layers):
+        if textures.places[2 * hit.material_id + 1, 0] >= 0:
+            layer, base = textures.layer(hit), textures.bases[hit.material_id] * color
+            metal = metalness.x * layer.z
+            found.Kd, found.F0 = (1 - metal) * base, (1 - metal) * LAYER_F0 + metal * base
+            found.alpha_x, found.alpha_y = material.alpha_x * layer.y**2, material.alpha_y * layer.y**2
     return found

@@ -11,11 +11,12 @@ from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.brdfs.rough_layer import LAYER_F0
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.textures import METALLIC, Texture
+from taichi_tracer.textures import BASE, METALLIC, Texture
 
 GLB_HEADER = struct.Struct("<4sIIII")  # magic, version, length of the file, length and type of the JSON chunk
 GLB_JSON = 0x4E4F534A  # the type of a JSON chunk: the letters JSON as a little-endian number
 LEAST_ALPHA = 1e-6  # of a glTF material; it counts as a mirror
+USED = {"map_Kd": "baseColorTexture", "map_layer": "metallicRoughnessTexture"}  # textures: ours, and glTF's names
 GLTF_WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 # Extensions that a file may require, because they do not change the triangles. With others, trimesh finds no triangles.
 HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
@@ -44,9 +45,12 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
     looks = content.get("materials", [])
     parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
     has_colors = any("COLOR_0" in part.get("attributes", {}) for part in parts)
-    materials = [replace(_material(look, has_colors), map_Kd=_empty_texture(look, content)) for look in looks]
+    materials = [
+        replace(_material(look, has_colors), **{key: _empty_texture(look, name, content) for key, name in USED.items()})
+        for look in looks
+    ]
     for number, look in enumerate(looks):
-        if others := [name for name in _names_of_textures(look) if name != "baseColorTexture"]:
+        if others := [name for name in _names_of_textures(look) if name not in USED.values()]:
             notes.append(f"material {look.get('name', number)!r}: textures are not used: {', '.join(others)}")
     for number, look in enumerate(looks):
         look["name"] = str(number)
@@ -62,8 +66,7 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
 def _material(look: dict, has_colors: bool) -> Material:
     """A metal, or a base under a rough layer; Ke is the emission times its strength (glTF 2.0, section 3.9).
 
-    All colours are linear. A material whose metalness or roughness is in a picture, which is not read, is diffuse; so
-    is one without ``pbrMetallicRoughness``.
+    All colours are linear. A material without ``pbrMetallicRoughness`` is diffuse.
 
     Args:
         has_colors: whether vertices of the file have colours, by which base colours are multiplied.
@@ -71,16 +74,18 @@ def _material(look: dict, has_colors: bool) -> Material:
     values = look.get("pbrMetallicRoughness")
     base = np.array((values or {}).get("baseColorFactor", (1.0, 1.0, 1.0))[:3], float)
     rough: dict = {"Kd": tuple(base.tolist())}
-    is_unlit, is_in_picture = "KHR_materials_unlit" in extensions(look), "metallicRoughnessTexture" in (values or {})
-    if values is not None and not is_unlit and not is_in_picture:
+    is_unlit, is_in_picture = "KHR_materials_unlit" in extensions(look), USED["map_layer"] in (values or {})
+    if values is not None and not is_unlit:
         metal, roughness = (float(values.get(f"{name}Factor", 1.0)) for name in ("metallic", "roughness"))
         alpha = max(roughness**2, LEAST_ALPHA)
         rough = {"Kd": (1 - metal) * base, "F0": (1 - metal) * LAYER_F0 + metal * base}
         rough = {name: tuple(color.tolist()) for name, color in rough.items()}
         share = np.divide(metal * base, rough["F0"], out=np.zeros(3), where=np.array(rough["F0"]) > 0)
-        extra = {} if metal == 1 else {LAYERED: (1.0,)}
+        extra = {} if metal == 1 and not is_in_picture else {LAYERED: (1.0,)}
         if metal > 0 and (has_colors or "baseColorTexture" in values):
             extra[METALLIC] = tuple(share.tolist())
+        if is_in_picture:
+            extra |= {METALLIC: (metal,) * 3, BASE: tuple(base.tolist())}
         rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": extra}
     strength = extensions(look).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
     return Material(
@@ -95,15 +100,20 @@ def extensions(part: dict) -> dict:
     return part.get("extensions", {})
 
 
-def _empty_texture(look: dict, content: dict) -> Texture | None:
-    """The texture of a glTF material's base colour, still white; its sampler says what lies beyond the picture."""
-    place = look.get("pbrMetallicRoughness", {}).get("baseColorTexture")
+def _empty_texture(look: dict, name: str, content: dict) -> Texture | None:
+    """A texture of a glTF material, still white; its sampler says what lies beyond the picture."""
+    place = look.get("pbrMetallicRoughness", {}).get(name)
     if place is None:
         return None
-    sampler = content["textures"][place["index"]].get("sampler")
-    of = {} if sampler is None else content["samplers"][sampler]
+    of = _at(content, "samplers", _at(content, "textures", place.get("index")).get("sampler"))
     wrap = tuple(GLTF_WRAPS.get(of.get(name), "repeat") for name in ("wrapS", "wrapT"))
     return Texture(np.ones((1, 1, 3), np.float32), wrap, look.get("name", ""))
+
+
+def _at(content: dict, name: str, index: int | None) -> dict:
+    """An entry of one of the lists of a glTF file; empty if there is none."""
+    entries = content.get(name, [])
+    return entries[index] if isinstance(index, int) and 0 <= index < len(entries) else {}
 
 
 def _names_of_textures(look: dict) -> list[str]:

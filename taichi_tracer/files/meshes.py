@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.disk import check_is_file, read_bytes
-from taichi_tracer.files.gltf import numbered
+from taichi_tracer.files.gltf import USED, numbered
 from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.ply import plain_triangles, without_strips
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.textures import Texture
+from taichi_tracer.textures import BASE, Texture
 
 EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
@@ -202,11 +202,11 @@ def _assemble(
     known: dict[int, Material] = {}  # by the identity of trimesh's material
     for mesh, *rest in placed:
         part, look = _part(mesh, *rest), getattr(mesh.visual, "material", None)
-        material = known.setdefault(id(look), _with_texture(_material(mesh.visual, materials), look, told))
+        material = known.setdefault(id(look), _with_textures(_material(mesh.visual, materials), look, told))
         part.corner_color = _corner_colors(mesh, is_linear)
         if part.corner_color is not None and material == Material():
             material = Material(Kd=(1.0, 1.0, 1.0))
-        if material.map_Kd is not None and getattr(mesh.visual, "uv", None) is not None:
+        if material.textures and getattr(mesh.visual, "uv", None) is not None:
             part.corner_uv = np.asarray(mesh.visual.uv, np.float64)[:, :2][part.faces]
         if material not in used:
             used.append(material)
@@ -248,16 +248,23 @@ def _corner_colors(mesh, is_linear: bool) -> np.ndarray | None:
     return np.repeat(colors[:, None], 3, axis=1) if getattr(visual, "kind", None) == "face" else colors[faces]
 
 
-def _with_texture(material: Material, look: Any, notes: list[str]) -> Material:
-    """``material`` with the picture of its base colour, which trimesh has decoded."""
-    empty, image = material.map_Kd, getattr(look, "baseColorTexture", None)
-    image = getattr(look, "image", None) if image is None else image
-    if image is None and empty is not None:
-        notes.append(f"the texture of material {material.name!r} cannot be read, and is not used")
-    if image is None:
-        return replace(material, map_Kd=None)
-    pixels = linear_from_srgb(np.asarray(image.convert("RGB"), np.float32) / 255).astype(np.float32)
-    return replace(material, map_Kd=replace(empty or Texture(pixels), pixels=pixels))
+def _with_textures(material: Material, look: Any, notes: list[str]) -> Material:
+    """``material`` with the pictures that trimesh has decoded."""
+    found: dict[str, Any] = {}
+    for key, name in USED.items():
+        empty, image = getattr(material, key), getattr(look, name, None)
+        if image is None and key == "map_Kd":
+            image = getattr(look, "image", None)
+        if image is None and empty is not None:
+            notes.append(f"the {name} of material {material.name!r} cannot be read, and is not used")
+            if key == "map_layer":  # nothing is known of the layer
+                found |= {"Kd": material.value(BASE, material.Kd), "alpha_x": 0.0, "alpha_y": 0.0, "extra": {}}
+        found[key] = None
+        if image is not None:
+            pixels = np.asarray(image.convert("RGB"), np.float32) / 255
+            pixels = linear_from_srgb(pixels).astype(np.float32) if key == "map_Kd" else pixels
+            found[key] = replace(empty or Texture(pixels), pixels=pixels)
+    return replace(material, **found)
 
 
 def _color(value, default: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -314,18 +314,34 @@ def test_other_textures_than_the_base_colour_are_told(mesh_of):
     look = {
         "name": "x",
         "normalTexture": {"index": 0},
-        "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}},
+        "emissiveTexture": {"index": 0},
     }
     mesh = mesh_of("a.glb", glb([{"mesh": 0}], [look], (0,), textures=[{}]))
-    told = "textures are not used: normalTexture, metallicRoughnessTexture"
+    told = "textures are not used: normalTexture, emissiveTexture"
     assert [note.split(": ", 1)[1] for note in mesh.notes] == [f"material 'x': {told}"]
+
+
+def test_a_picture_of_the_layer_has_roughness_and_metalness(tmp_path):
+    """Green and blue, linear; the factors are those of the file."""
+    from PIL import Image
+
+    picture = Image.fromarray(np.array([[[9, 51, 255]]], np.uint8))
+    factors = {"metallicFactor": 0.5, "roughnessFactor": 0.8, "baseColorFactor": [255, 0, 0, 255]}
+    look = trimesh.visual.material.PBRMaterial(metallicRoughnessTexture=picture, **factors)
+    mesh = trimesh.Trimesh(np.eye(3), [[0, 1, 2]], process=False)
+    mesh.visual = trimesh.visual.TextureVisuals(uv=np.zeros((3, 2)), material=look)
+    trimesh.Scene(mesh).export(tmp_path / "a.glb")
+    (material,) = read(tmp_path / "a.glb").materials
+    np.testing.assert_allclose(material.map_layer.pixels, [[[9 / 255, 0.2, 1]]], atol=1e-6)
+    assert (material.alpha_x, material.extra["metallic"]) == (pytest.approx(0.64), (0.5, 0.5, 0.5))
+    assert (material.extra["base"], material.Kd) == ((1, 0, 0), (0.5, 0, 0))
 
 
 def test_a_texture_of_the_base_colour_that_cannot_be_read_is_told(mesh_of):
     look = {"name": "x", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
     mesh = mesh_of("a.glb", glb([{"mesh": 0}], [look], (0,), textures=[{}]))
     assert [note.split(": ", 1)[1] for note in mesh.notes] == [
-        "the texture of material 'x' cannot be read, and is not used"
+        "the baseColorTexture of material 'x' cannot be read, and is not used"
     ]
     assert mesh.materials[0].map_Kd is None
     assert not mesh.has_pictures
