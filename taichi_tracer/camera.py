@@ -12,18 +12,17 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 from numpy.typing import ArrayLike
-from taichi.lang import impl
 
+from taichi_tracer.camera_calls import point_within, through_pixel
 from taichi_tracer.camera_settings import CameraSettings
 from taichi_tracer.formulas.camera_frame import camera_frame
 from taichi_tracer.formulas.view import check_angle, distance_of, without_angle
-from taichi_tracer.random_numbers import given_or_drawn
 from taichi_tracer.ray import Ray
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.held import element
 from taichi_tracer.system.registry import PARTS, register
-from taichi_tracer.system.seams import called, in_kernels, seams, takes, takes_whole_numbers
+from taichi_tracer.system.seams import in_kernels_as, seams
 from taichi_tracer.system.types import Numbers
 
 
@@ -52,11 +51,9 @@ class ProjectiveCamera(CameraSettings):
         half, centre = self.half_size[None], self.centre[None]
         return tm.vec4(ndc_coords.x * half.x + centre.x, ndc_coords.y * half.y + centre.y, 1, 0)
 
-    @in_kernels
+    @in_kernels_as(lambda camera: element(camera.camera_to_world, None))
     def compute_matrix(self) -> Any:
         """The camera-to-world matrix [x_c y_c z_c eye; 0 0 0 1] (A1-8): (4, 4) float64; in a kernel, a mat4."""
-        if impl.inside_kernel():
-            return element(self.camera_to_world, None)
         return camera_frame(self.eye, self.at, self.up, self.handedness)
 
     @ti.func
@@ -135,46 +132,6 @@ class Camera(ProjectiveCamera):
 
 
 PerspectiveCamera = Camera  # the name that RT3 uses (RT-1)
-
-
-@in_kernels
-def point_within(jitter, xi):
-    """The point of a pixel through which its ray passes, in [0, 1]²: the centre, or with jitter a random point.
-
-    ``jitter`` is True or False. If a student's method passes its own argument on, ``jitter`` is a number in the kernel.
-    """
-    if isinstance(jitter, (bool, int)):
-        return given_or_drawn(xi) if jitter else tm.vec2(0.5)
-    return _centre_or(jitter, given_or_drawn(xi))
-
-
-@ti.func
-def _centre_or(jitter, point):
-    return ti.select(jitter != 0, point, tm.vec2(0.5))
-
-
-@in_kernels
-def through_pixel(method, pixel_x, pixel_y, jitter, xi):
-    """Call ``generate_ray`` or ``generate_ndc_coords`` for one pixel, with the jitter that its signature allows.
-
-    The methods of this package take the random point ξ. Those of the handout's second assignment draw the point
-    themselves if ``jitter`` is True. Those of the first assignment take only a pixel: they are called with a fraction
-    of a pixel, unless their arguments are annotated as whole numbers. Then there is no jitter.
-    """
-    if jitter is False:
-        return called(method, pixel_x, pixel_y)
-    if takes(method, "jitter"):
-        return called(method, pixel_x, pixel_y, jitter=jitter, xi=xi)
-    if takes_whole_numbers(method):
-        return called(method, pixel_x, pixel_y)
-    within = point_within(jitter, xi)
-    return called(method, moved_within(pixel_x, within, 0), moved_within(pixel_y, within, 1))
-
-
-@ti.func
-def moved_within(pixel, within, axis: ti.template()):
-    """A coordinate of a point within a pixel, in pixels from the centre of the first pixel."""
-    return pixel + within[axis] - 0.5
 
 
 def pixel_arrays(x: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:

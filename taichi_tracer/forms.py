@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.camera import ProjectiveCamera, through_pixel
+from taichi_tracer.camera import ProjectiveCamera
+from taichi_tracer.camera_calls import through_pixel
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system.seams import why_replaced
 from taichi_tracer.system.stopwatch import EYE_RAYS, LIGHTS, SAMPLES, part

@@ -34,7 +34,7 @@ LAYERS = (
     "brdfs",
     "materials geometry textures files",
     "environment background effects lights",
-    "sampler samplers camera_settings camera cameras",
+    "sampler samplers camera_settings camera_calls camera cameras",
     "ray_intersector intersectors",
     "options",
     "picture forms scene_parts scene_in_kernels scene_data",
@@ -62,7 +62,7 @@ MAP = {
     ),
     "the door to the fast forms, and the wing behind it, which nobody needs to read": "forms fast",
     "the picture, the scene's effects and options, what is underneath": (
-        "picture effects background options camera_settings scene_parts ray_hits maps system"
+        "picture effects background options camera_settings camera_calls scene_parts ray_hits maps system"
     ),
     "outside; each folder but files can be taken off": "files rt3 course studies teaching explain apps cluster",
 }

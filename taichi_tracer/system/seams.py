@@ -6,12 +6,14 @@ run only as long as the plain methods for which it stands in are unchanged. ``re
 part.
 """
 
+import functools
 import inspect
 from collections.abc import Callable
 from types import MethodType, SimpleNamespace
 from typing import Any, TypeVar
 
 import taichi as ti
+from taichi.lang import impl
 
 Class = TypeVar("Class", bound=type)
 Function = TypeVar("Function", bound=Callable)
@@ -132,6 +134,19 @@ def in_kernels(function: Function) -> Function:
     marks = {"_is_taichi_function": True, "is_for_python_too": True}
     function.__dict__.update(marks, func=SimpleNamespace(has_print=False))  # Taichi reads ``func`` of what kernels call
     return function
+
+
+def in_kernels_as(inside: Callable) -> Callable[[Function], Function]:
+    """Let kernels call a method of Python; at compile time, ``inside(object)`` takes its place there."""
+
+    def decorate(method: Any) -> Any:
+        @functools.wraps(method)
+        def either(owner: object) -> Any:
+            return inside(owner) if impl.inside_kernel() else method(owner)
+
+        return in_kernels(either)
+
+    return decorate
 
 
 @in_kernels

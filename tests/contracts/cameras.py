@@ -7,7 +7,8 @@ import numpy as np
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.camera import make_camera, through_pixel
+from taichi_tracer.camera import make_camera
+from taichi_tracer.camera_calls import through_pixel
 from taichi_tracer.system import runtime
 
 WIDTH, HEIGHT = 33, 24

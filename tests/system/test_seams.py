@@ -15,6 +15,7 @@ from taichi_tracer.system.seams import (
     called,
     fit,
     in_kernels,
+    in_kernels_as,
     replaced,
     runs_in_kernels,
     seams,
@@ -228,3 +229,21 @@ def test_what_was_written_for_kernels_alone_is_told_apart():
     assert runs_in_kernels(_twice)
     assert not runs_in_kernels(_chosen)
     assert not runs_in_kernels(lambda: 0)
+
+
+def test_a_method_of_python_has_another_value_in_kernels(f32):
+    class Answer:
+        @in_kernels_as(lambda answer: answer.inside)
+        def value(self):
+            """The answer."""
+            return self.outside
+
+    answer = Answer()
+    answer.inside, answer.outside = 3, "three"
+
+    @ti.kernel
+    def ask() -> ti.i32:
+        return answer.value()
+
+    assert (answer.value(), ask()) == ("three", 3)
+    assert Answer.value.__doc__ == "The answer."
