@@ -29,6 +29,7 @@ class MitsubaPicture:
         scene: the name of a scene of the package, or a mesh.
         integrator: Mitsuba's description of an integrator.
         environment: (h, w, 3) radiance; None for no environment. Mitsuba's map begins a quarter of a turn from ours.
+        described: Mitsuba's description of all surfaces; None takes those of the materials.
         compensates: whether samples of the environment leave to the BRDF what it finds; by default they do not.
         view: the camera; None for the scene's own, or the course's.
     """
@@ -44,11 +45,12 @@ class MitsubaPicture:
         environment: np.ndarray | None = None,
         view: dict | None = None,
         compensates: bool = False,
+        described: dict | None = None,
     ) -> None:
         import mitsuba
 
         mitsuba.set_variant(variant)
-        self.mi = mitsuba
+        self.mi, self.described = mitsuba, described
         mesh = scene
         if not isinstance(mesh, Mesh):
             file = find_scene(mesh)
@@ -88,7 +90,7 @@ class MitsubaPicture:
         ids = mesh.faces[is_here]
         has_normals = len(mesh.face_normals) > 0 and bool((mesh.face_normals[is_here] >= 0).all())
         properties = self.mi.Properties()
-        properties["mesh_bsdf"] = self.mi.load_dict(bsdf(material))
+        properties["mesh_bsdf"] = self.mi.load_dict(self.described or bsdf(material))
         if max(material.Ke) > 0:
             properties["mesh_emitter"] = self.mi.load_dict(light_of(material))
         shape = self.mi.Mesh(f"part{i}", 3 * len(ids), len(ids), has_vertex_normals=has_normals, props=properties)

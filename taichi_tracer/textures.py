@@ -130,13 +130,21 @@ class Textures:
             color = between(self.colors, hit)
         if ti.static(self.has_pictures):
             if self.places[2 * hit.material_id, 0] >= 0:
-                color *= self.bilinear(2 * hit.material_id, between(self.coordinates, hit))
+                color *= self.bilinear(2 * hit.material_id, self.coordinates_at(hit))
         return color
+
+    @ti.func
+    def coordinates_at(self, hit):
+        """(u, v) of a hit; 0 where no surface has a picture."""
+        uv = tm.vec2(0)
+        if ti.static(self.has_pictures):
+            uv = between(self.coordinates, hit)
+        return uv
 
     @ti.func
     def layer(self, hit):
         """(_, factor of the roughness, factor of the metalness) at a hit whose material has ``map_layer``."""
-        return self.bilinear(2 * hit.material_id + 1, between(self.coordinates, hit))
+        return self.bilinear(2 * hit.material_id + 1, self.coordinates_at(hit))
 
     @ti.func
     def bilinear(self, row, uv):

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import taichi as ti
+from shapes import SQUARE
 
 HERE = Path(__file__).parent
 SIZE = 32, 24
@@ -58,7 +59,7 @@ def pictures(tt):
         yield f"sampler {sampler}", picture(tt.A2Renderer, "mis", SPP, "specular_spheres", options, environment="sunny")
     for name, options in (("adaptive", {"adaptive": True}), ("crop", {"crop": (3, 20, 5, 20)})):
         yield name, picture(tt.A2Renderer, "mis", 16, "specular_spheres", options, environment="studio")
-    for name in ("rt3/two_views", "rt3/four_corners"):
+    for name in ("rt3/two_views", "rt3/four_corners", "rt3/all_lights"):
         for view in RT3Renderer.names():
             yield f"{view} of {name}", picture(RT3Renderer, view, 1, name)
     for view in MapRenderer.names():
@@ -85,6 +86,13 @@ def pictures(tt):
         light = tt.A2Renderer(scene("specular_spheres", environment="studio"), *SIZE).use("brdf").render(1)
         return len(str(light.explain(10, 10))) > 0
 
+    def of_textures():
+        texture = tt.Texture(np.random.default_rng(2).random((7, 5, 3)), ("mirror", "clamp"))
+        mesh = tt.Mesh(np.array(SQUARE[0]), np.array(SQUARE[1]), materials=[tt.Material(map_Kd=texture)])
+        mesh.corner_uv, mesh.corner_color = 3 * mesh.vertices[mesh.faces][..., :2], abs(mesh.vertices[mesh.faces])
+        return tt.A2Renderer(tt.SceneData(mesh, environment="white"), *SIZE).use("mis").render(SPP).image()
+
+    yield "textures", of_textures
     yield "error", error
     yield "canvas", tone
     yield "explanation", explained

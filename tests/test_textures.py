@@ -44,6 +44,18 @@ def test_texels_are_those_of_the_oracle(wrap, region):
             np.testing.assert_allclose(color, oracle.bilinear(PIXELS, uv, wrap), atol=2e-5)
 
 
+def test_a_view_shows_the_coordinates():
+    """Their fractional parts in red and green; black where nothing has a texture."""
+    vertices, faces = map(np.array, SQUARE)
+    corners = vertices[:, :2] * 3.3 + 0.05
+    camera = tt.OrthographicCamera(9, 9, eye=(0, 0, 5), at=(0, 0, 0), up=(0, 1, 0), screen_window=(-1, 1, -1, 1))
+    for texture, factor in ((tt.Texture(PIXELS), 1), (None, 0)):
+        mesh = Mesh(vertices, faces, materials=[tt.Material(map_Kd=texture)], corner_uv=corners[faces])
+        image = tt.RT3Renderer(tt.SceneData(mesh), camera=camera).use("uv").render().image()
+        np.testing.assert_allclose(image[..., :2], coordinates(corners) % 1 * factor, atol=1e-5)
+        assert not image[..., 2].any()
+
+
 @pytest.mark.parametrize("wrap", WRAPS)
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e30, -1e30, 0.0])
 def test_odd_coordinates_show_a_colour_of_the_picture(wrap, value):

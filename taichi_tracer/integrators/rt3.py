@@ -1,4 +1,4 @@
-"""The integrators of RT3's scene files, except for light: the surface's own colour, its normal, its depth.
+"""The integrators of RT3's scene files, except for light: the surface's own colour, texture coordinates, normal, depth.
 
 A ray that hits nothing shows the background, see ``SceneInKernels.behind``.
 """
@@ -45,12 +45,29 @@ class RT3Integrator(Integrator):
 class Flat(RT3Integrator):
     """The material's colour, independent of light."""
 
-    name, label, aliases = "flat", "Flat color", ("flat_color",)
+    name, label, aliases = "flat", "Flat color", ("flat_color", "albedo")
 
     @ti.func
     def color(self, scene, ray, hit):
-        """Kd."""
+        """Kd, with its texture."""
         return scene.material_at(hit).Kd
+
+
+@register
+@ti.data_oriented
+class TextureCoordinates(RT3Integrator):
+    """Where the texture of a surface is looked up; black on surfaces of a scene without textures."""
+
+    name, label, srgb = "uv", "Texture coordinates", False
+
+    @ti.func
+    def color(self, scene, ray, hit):
+        """(u − ⌊u⌋, v − ⌊v⌋, 0)."""
+        color = tm.vec3(0)
+        if ti.static(scene.effects.textures):
+            uv = scene.textures.coordinates_at(hit)
+            color = tm.vec3(uv - ti.floor(uv), 0)
+        return color
 
 
 @register

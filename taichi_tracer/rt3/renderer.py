@@ -44,6 +44,10 @@ class RT3Renderer(ProgressiveRenderer):
         """Show what ambient, directional, point and spot lights light."""
         return self.use("blinn_phong")
 
+    def set_integrator_uv(self) -> "Self":
+        """Show texture coordinates as colours."""
+        return self.use("uv")
+
     def set_integrator_depth_map(self) -> "Self":
         """Show the depth along the gaze."""
         return self.use("depth_map")
