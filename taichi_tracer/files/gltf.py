@@ -20,6 +20,7 @@ USED = {"map_Kd": "baseColorTexture", "map_layer": "metallicRoughnessTexture"}  
 GLTF_WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 # Extensions that a file may require, because they do not change the triangles. With others, trimesh finds no triangles.
 HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
+FAN = 6  # the mode of a primitive
 LIGHTS = "KHR_lights_punctual"
 USUAL_CONE = np.pi / 4  # of a spot
 
@@ -44,6 +45,8 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
             raise InputError(f"it needs the extension {extension}, which is not supported: export it without")
     looks = content.get("materials", [])
     parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
+    if fans := sum(part.get("mode") == FAN for part in parts):
+        notes.append(f"triangle fans are not read: {fans} of {len(parts)} parts are left out; export triangles")
     has_colors = any("COLOR_0" in part.get("attributes", {}) for part in parts)
     materials = [
         replace(_material(look, has_colors), **{key: _empty_texture(look, name, content) for key, name in USED.items()})

@@ -69,3 +69,10 @@ def test_a_sampler_says_what_lies_beyond_a_picture(code, wrap):
     content = {"materials": [look], "textures": [{"sampler": 0}], "samplers": [sampler]}
     _, (material,), _ = numbered(json.dumps(content).encode(), [])
     assert material.map_Kd.wrap == (wrap, "repeat" if code is None else "clamp")
+
+
+def test_triangle_fans_are_told():
+    notes = []
+    parts = [{"mode": 6, "attributes": {}}, {"attributes": {}}, {"mode": 5, "attributes": {}}]
+    numbered(json.dumps({"meshes": [{"primitives": parts}]}).encode(), notes)
+    assert notes == ["triangle fans are not read: 1 of 3 parts are left out; export triangles"]
