@@ -199,10 +199,12 @@ def _assemble(
     used: list[Material] = []
     parts = []
     told: list[str] = []
-    known: dict[int, Material] = {}  # by the identity of trimesh's material
+    known: dict[int, Material] = {}  # by the identity of trimesh's material: each picture is decoded once
     for mesh, *rest in placed:
         part, look = _part(mesh, *rest), getattr(mesh.visual, "material", None)
-        material = known.setdefault(id(look), _with_textures(_material(mesh.visual, materials), look, told))
+        if id(look) not in known:
+            known[id(look)] = _with_textures(_material(mesh.visual, materials), look, told)
+        material = known[id(look)]
         part.corner_color = _corner_colors(mesh, is_linear)
         if part.corner_color is not None and material == Material():
             material = Material(Kd=(1.0, 1.0, 1.0))

@@ -38,7 +38,7 @@ class GivenLight(Light):
         return varying(tuple((vector / np.linalg.norm(vector)).tolist()))
 
     def _attenuation(self, given: Numbers) -> Any:
-        """The three coefficients of ``falls_with``: none is negative, and one is positive."""
+        """Kc, Kl and Kq of ``point_light.fall``: none is negative, and one is positive."""
         values = self._three("attenuation", given, 0)
         if max(values) == 0:
             raise InputError(f"{self.name} light: one number of attenuation must be above 0, not {given!r}")

@@ -531,3 +531,16 @@ def test_lights_of_a_file_light_its_scene(tmp_path):
     (tmp_path / "a.glb").write_bytes(glb([{"mesh": 0, "children": [1]}, node], extensions=lights))
     mesh = read(tmp_path / "a.glb")
     assert [name for name, _ in mesh.lights] == ["directional"]
+
+
+def test_parts_with_one_look_share_a_material_and_its_picture():
+    from PIL import Image
+
+    look = trimesh.visual.material.PBRMaterial(baseColorTexture=Image.new("RGB", (2, 2), (255, 0, 0)))
+    scene = trimesh.Scene()
+    for k in range(2):
+        part = trimesh.Trimesh(np.eye(3) + k, [[0, 1, 2]], process=False)
+        part.visual = trimesh.visual.TextureVisuals(uv=np.zeros((3, 2)), material=look)
+        scene.add_geometry(part)
+    mesh = from_trimesh(scene)
+    assert (len(mesh.materials), mesh.face_materials.tolist()) == (1, [0, 0])
