@@ -15,7 +15,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.brdfs.rough_layer import LAYER_F0
-from taichi_tracer.system.errors import one_of
+from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.tables import Tables
 
 if TYPE_CHECKING:
@@ -45,6 +45,9 @@ class Texture:
     source: str = "array"
 
     def __post_init__(self) -> None:
+        shape = np.shape(self.pixels)
+        if len(shape) != 3 or shape[2] != 3 or 0 in shape:
+            raise InputError(f"texture: pixels must have the shape (height, width, 3), not {shape}")
         for wrap in self.wrap:
             if wrap not in WRAPS:
                 raise one_of("wrap of a texture", wrap, WRAPS)
@@ -78,7 +81,7 @@ class Textures:
         self._mesh = mesh
         self.has_pictures, self.has_colors = mesh.has_pictures, mesh.corner_color is not None
         used = dict.fromkeys(texture for material in mesh.materials for texture in material.textures)
-        self.has_layers = any(material.map_layer is not None for material in mesh.materials)
+        self.has_layers = self.has_pictures and any(material.map_layer is not None for material in mesh.materials)
         sizes = [texture.pixels.shape[0] * texture.pixels.shape[1] for texture in used]
         self._first = dict(zip(used, np.cumsum([0, *sizes]).tolist(), strict=False))
         self.metalness = ti.Vector.field(3, float)

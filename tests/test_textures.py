@@ -162,7 +162,18 @@ def test_a_sphere_is_covered_once():
     )
 
 
+def test_a_layer_without_texture_coordinates_has_the_numbers_of_the_material():
+    """Also where vertices have colours, so that something is multiplied."""
+    material = tt.Material(Kd=(0.5,) * 3, alpha=0.2, F0=0.3, map_layer=tt.Texture(PIXELS), extra={"layered": (1.0,)})
+    mesh = Mesh(*map(np.array, SQUARE), materials=[material], corner_color=np.full((2, 3, 3), 0.5))
+    camera = tt.Camera(3, 3, eye=(0, 0, 5), at=(0, 0, 0), up=(0, 1, 0), fov=1)
+    image = tt.RT3Renderer(tt.SceneData(mesh), camera=camera).use("flat").render().image()
+    np.testing.assert_allclose(image, 0.25, rtol=1e-5)
+
+
 def test_wrong_input_is_told():
+    with pytest.raises(tt.InputError, match=r"pixels must have the shape \(height, width, 3\), not \(4, 4\)"):
+        tt.Texture(np.zeros((4, 4)))
     with pytest.raises(tt.InputError, match="wrap of a texture"):
         tt.Texture(PIXELS, ("repeat", "black"))
     with pytest.raises(tt.InputError, match=r"uv must have the shape \(4, 2\), one per vertex, or \(2, 3, 2\)"):
