@@ -17,8 +17,6 @@ from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.work import WorkMap, counted
 from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
-from taichi_tracer.picture.heat import HEAT, Scale, round_up
-from taichi_tracer.picture.some_pixels import SomePixels
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import KEPT_FORMS, SceneData
 from taichi_tracer.system import memory
@@ -26,8 +24,10 @@ from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import seams
+from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
+from taichi_tracer.tones.heat import HEAT, Scale, round_up
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack

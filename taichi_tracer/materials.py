@@ -144,11 +144,6 @@ class MaterialLibrary:
         fields.dense(ti.i, rows).place(self.brdf_ids)
         fields.dense(ti.ij, (rows, self.as_table([Material()]).shape[1])).place(self.table)
 
-    def has_narrow_lobes(self, used: np.ndarray) -> bool:
-        """Whether one of the materials with the ids ``used`` may have a narrow lobe that is no mirror's."""
-        of_used = ((self.brdfs[self.brdf_of[i]], self.materials[i]) for i in map(int, used))
-        return any(not brdf.is_delta and (m.map_layer or brdf.may_be_narrow(m)) for brdf, m in of_used)
-
     def reach_all(self, used: np.ndarray) -> bool:
         """Whether all BRDFs of the materials with the ids ``used`` have ``reaches_all``, and none was replaced."""
         of_used = {self.brdf_of[i] for i in map(int, used)}

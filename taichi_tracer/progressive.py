@@ -19,12 +19,10 @@ from taichi_tracer.forms import EyeRays, Form, Parts, Plan, plan_of
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
-from taichi_tracer.integrators.other_technique import OtherTechnique, missed_light
 from taichi_tracer.options import RENDERER_DEFAULTS, CameraChoice, RendererOptions, all_options, with_options
 from taichi_tracer.picture.adaptive import Shares
 from taichi_tracer.picture.error_curve import ErrorCurves
 from taichi_tracer.picture.film import Film
-from taichi_tracer.picture.heat import Scale
 from taichi_tracer.picture.progress import Progress, Target, render_until
 from taichi_tracer.picture.rendered import RenderedPicture
 from taichi_tracer.random_numbers import RandomNumbers
@@ -38,6 +36,8 @@ from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, fit, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, part
 from taichi_tracer.tones.display import Display
+from taichi_tracer.tones.heat import Scale
+from taichi_tracer.unseen.other_technique import OtherTechnique, missed_light
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
@@ -189,7 +189,7 @@ class ProgressiveRenderer(RenderedPicture):
 
     @property
     def shows_light(self) -> bool:
-        """Whether the picture is of light, of which its samples may miss some: see ``picture.unseen_light``."""
+        """Whether the picture is of light, of which its samples may miss some: see ``unseen.unseen_light``."""
         return self.srgb
 
     @property
@@ -238,6 +238,11 @@ class ProgressiveRenderer(RenderedPicture):
         """What a sample of this picture is made of, for ``_take_sample``."""
         parts = Parts(scene, integrator, self.eye_rays, self.sampler, self.shares, self.film)
         return self.film.unseen.watched(parts)
+
+    @property
+    def watcher(self) -> Any:
+        """What watches the samples that are taken, see ``unseen.near_misses``; None if nobody does."""
+        return self.film.unseen.counter
 
     def plain_parts(self, scene: SceneInKernels, integrator: Integrator) -> Parts:
         """The parts of a sample for who looks at it in its plain form: nothing stands in, and nobody watches."""
@@ -345,7 +350,7 @@ class ProgressiveRenderer(RenderedPicture):
         self._shown = None
 
     def _missed_light(self) -> float:
-        """What only a technique finds that the integrator in use has not, see ``integrators.other_technique``."""
+        """What only a technique finds that the integrator in use has not, see ``unseen.other_technique``."""
         return missed_light(self)
 
     def notes(self) -> list[str]:

@@ -37,8 +37,9 @@ LAYERS = (
     "sampler samplers camera_settings camera_calls camera cameras",
     "ray_intersector intersectors",
     "options",
+    "integrators unseen",
     "picture forms scene_parts scene_in_kernels scene_data",
-    "explain integrators progressive modes",
+    "explain progressive modes",
     "renderer maps rt3 scene_data_loader camera_controller",
     "fast",
     "__init__",
@@ -62,7 +63,7 @@ MAP = {
     ),
     "the door to the fast forms, and the wing behind it, which nobody needs to read": "forms fast",
     "the picture, the scene's effects and options, what is underneath": (
-        "picture effects background options camera_settings camera_calls scene_parts ray_hits maps system"
+        "picture unseen effects background options camera_settings camera_calls scene_parts ray_hits maps system"
     ),
     "outside; each folder but files can be taken off": "files rt3 course studies teaching explain apps cluster",
 }
@@ -85,6 +86,8 @@ IMPORT_BY_NAME = {
 # Who names a part above it in an import that never runs, which only editors read.
 FOR_EDITORS = {
     "__init__": {"cluster", "course", "studies", "teaching", "apps"},
+    "integrators.base": {"scene_data"},
+    "integrators.rt3_blinn_phong": {"scene_data"},
     "options": {"integrators"},
     "scene_in_kernels": {"scene_data"},
 }
@@ -270,6 +273,7 @@ TESTED_THROUGH = {
     "apps.same_again": "apps/test_viewer",
     "course.environment_sampling": "course/test_scripts",
     "course.geometry": "course/test_hand_ins",
+    "fast.counted_tiles": "fast/test_tiles",
     "files.fonts": "apps/test_contact_sheet",
     "integrators.next_event": "integrators/test_direct_light",
     "integrators.one_sample": "contracts/test_integrators",

@@ -7,9 +7,9 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.files.images import to_bytes
-from taichi_tracer.picture.heat import heat
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.tones.heat import heat
 
 SIZE = (16, 12)
 MAPS = [part.name for part in PARTS.all("integrator") if part.what == "map"]

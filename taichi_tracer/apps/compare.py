@@ -8,10 +8,10 @@ import numpy as np
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.files.images import read_image, told_display
-from taichi_tracer.picture.heat import heat
 from taichi_tracer.picture.metrics import check_same_size, flip, rel_mse, relative_rmse, rmse
 from taichi_tracer.system.digits import digits_of
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.tones.heat import heat
 
 MOST_PLACES = 5  # largest differences that are told
 SHOWN = 400  # pixels, width of a picture in the page

@@ -9,10 +9,10 @@ import numpy as np
 from taichi_tracer.apps.choices import Choices
 from taichi_tracer.apps.same_again import DISTANCE
 from taichi_tracer.integrators.controls import BouncesControl, Control, NameControl
-from taichi_tracer.picture.heat import Scale, heat, round_up
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.tones.heat import Scale, heat, round_up
 
 OFF, SIDES, DIFFERENCE = "off", "sides", "difference"
 MODES = {OFF: "one picture", SIDES: "two pictures, one beside the other", DIFFERENCE: "how far the two differ"}

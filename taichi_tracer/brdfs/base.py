@@ -48,15 +48,6 @@ class Brdf:
         """
         raise NotImplementedError(f"{type(self).__name__} must say which materials it describes")
 
-    def may_be_narrow(self, material: Any) -> bool:
-        """Whether the lobe may be so narrow that directions from another density hardly ever fall into it."""
-        return True
-
-    @ti.func
-    def is_like_mirror(self, material):
-        """Whether the lobe is so much narrower than a small sun that only ``sample`` finds what it reflects."""
-        return False
-
     @ti.func
     def eval(self, material, w_o, w_i, n):
         """f_r, a vec3 per steradian, without the cosine."""

@@ -25,10 +25,6 @@ class Diffuse(Brdf):
         """Ns of 1 or less, or no Ns in the file (C-4)."""
         return material.Ns <= 1
 
-    def may_be_narrow(self, material: Any) -> bool:
-        """No: it is as wide as the hemisphere."""
-        return False
-
     @ti.func
     def eval(self, material, w_o, w_i, n):
         """Kd/π."""

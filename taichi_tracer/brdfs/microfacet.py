@@ -29,7 +29,6 @@ from taichi_tracer.system.seams import seams
 
 # Below this roughness, the rounding of two directions in f32, 1e-7, changes D by more than 1 %: a mirror stands in.
 SMOOTH_BELOW = 2.0**-14
-NARROW_BELOW = 0.1
 LAYERED = "layered"  # the key of ``Material.extra`` that is 1 where the rough layer has a base, see ``rough_layer``
 
 
@@ -46,10 +45,6 @@ class Microfacet(Brdf):
     def describes(self, material: Any, dtype: type) -> bool:
         """A roughness of which at least one axis is above ``SMOOTH_BELOW``."""
         return material.is_rough and max(material.alpha_x, material.alpha_y) >= SMOOTH_BELOW
-
-    def may_be_narrow(self, material: Any) -> bool:
-        """Whether the lobe has less than about a hundredth of all directions."""
-        return min(material.alpha_x, material.alpha_y) < NARROW_BELOW
 
     @ti.func
     def eval(self, material, w_o, w_i, n):

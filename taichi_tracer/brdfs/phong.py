@@ -15,8 +15,6 @@ from taichi_tracer.system.seams import seams
 # scene means the same in f64. Its directions are finer, but one of 2⁴⁶ samples of a light would fall into such a lobe:
 # a path that finds lights only by such samples would show black instead of the mirrored lamp.
 MIRROR_FROM = 2.0**46
-NARROW_FROM = 100
-LIKE_MIRROR_FROM = 1e5  # a lobe of a quarter of a degree
 
 
 @register
@@ -35,15 +33,6 @@ class Phong(Brdf):
     def describes(self, material: Any, dtype: type) -> bool:
         """Ns > 1, and a lobe that is wider than the rounding error of a direction in f32."""
         return 1 < material.Ns < MIRROR_FROM and not material.is_rough
-
-    def may_be_narrow(self, material: Any) -> bool:
-        """Whether the lobe has less than about 1/200 of all directions, (1/4π) · 2π/(Ns+1)."""
-        return material.Ns >= NARROW_FROM
-
-    @ti.func
-    def is_like_mirror(self, material):
-        """Whether Ns is at least ``LIKE_MIRROR_FROM``."""
-        return material.Ns >= LIKE_MIRROR_FROM
 
     @ti.func
     def eval(self, material, w_o, w_i, n):

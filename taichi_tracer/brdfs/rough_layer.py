@@ -18,7 +18,7 @@ import taichi.math as tm
 
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.brdfs.diffuse import Diffuse
-from taichi_tracer.brdfs.microfacet import LAYERED, NARROW_BELOW, Microfacet, schlick
+from taichi_tracer.brdfs.microfacet import LAYERED, Microfacet, schlick
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
 
@@ -40,10 +40,6 @@ class RoughLayer(Brdf):
     def describes(self, material: Any, dtype: type) -> bool:
         """A roughness, and the key ``layered``."""
         return material.is_rough and material.value(LAYERED, 0.0) == 1
-
-    def may_be_narrow(self, material: Any) -> bool:
-        """Whether the lobe of the layer has less than about a hundredth of all directions."""
-        return min(material.alpha_x, material.alpha_y) < NARROW_BELOW
 
     @ti.func
     def eval(self, material, w_o, w_i, n):

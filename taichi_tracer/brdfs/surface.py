@@ -76,14 +76,6 @@ class Surface:
         return found
 
     @ti.func
-    def is_like_mirror(self):
-        """Whether the surface has a lobe that only its own samples find, see ``Brdf``."""
-        found = False
-        for i in ti.static(range(len(self.brdfs))):
-            found = found or (self.has(i) and self.brdfs[i].is_like_mirror(self.material))
-        return found
-
-    @ti.func
     def has(self, i: ti.template()):
         """Whether the material has the i-th BRDF of the scene."""
         return ti.static(len(self.brdfs) == 1) or self.brdf_id == self.numbers[i]

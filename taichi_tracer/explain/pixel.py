@@ -11,11 +11,11 @@ from taichi_tracer.explain.explanation import Explanation, Step, steps_of, steps
 from taichi_tracer.explain.log import Log
 from taichi_tracer.explain.recorded import CAMERA, NUMBERS, recorded, recorded_integrator, recorded_scene
 from taichi_tracer.picture.film import Film
-from taichi_tracer.picture.some_pixels import SomePixels
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.observed import after, observed
 from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.some_pixels import SomePixels
 
 LOBE_ANGLES = 1441  # an eighth of a degree: narrow lobes are drawn, too
 

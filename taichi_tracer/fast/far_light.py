@@ -39,7 +39,7 @@ class FarLight(Integrator):
 
     def __init__(self, plain: direct_light.DirectLight) -> None:
         self.plain: Any = plain
-        self.name, self.compensates = plain.name, plain.compensates
+        self.name = plain.name
         self.samples_lights, self.samples_brdf = plain.samples_lights, plain.samples_brdf
 
     @ti.func

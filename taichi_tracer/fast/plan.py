@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from taichi_tracer.fast.counted_tiles import CountedTiles
 from taichi_tracer.fast.far_light import form_class
 from taichi_tracer.fast.nearest import FastBruteForce, FastIntersector
 from taichi_tracer.fast.primary_hits import PrimaryHits, is_small, pixels_in, why_not_kept
@@ -146,14 +147,19 @@ class FastPlan(Plan):
         if r.use_tiles is False:
             return None
         if self.tiles is None or self.tiles.is_of != (scene, r.active):
-            were_used = (scene, r.active, self.eye_rays, r.film.unseen.counter) in self._tiles
+            were_used = (scene, r.active, self.eye_rays, r.watcher) in self._tiles
             is_long = is_worth_tiles(r.progress, r.seconds_before, self.seconds_of_others)
             is_possible = (were_used or r.use_tiles or is_long) and can_take_tiles(r, scene, r.active)
             if is_possible and isinstance(self.eye_rays, EyeRays):
                 self.choose_eye_rays(in_tiles=True)
-            key = scene, r.active, self.eye_rays, r.film.unseen.counter
-            self.tiles = self._tiles.get(key, lambda: Tiles(r, scene, r.active)) if is_possible else None
+            key = scene, r.active, self.eye_rays, r.watcher
+            self.tiles = self._tiles.get(key, lambda: self.new_tiles(scene)) if is_possible else None
         return self.tiles
+
+    def new_tiles(self, scene: Any) -> Tiles:
+        """Tiles, which are watched if the renderer's samples are."""
+        r = self.renderer
+        return (Tiles if r.watcher is None else CountedTiles)(r, scene, r.active)
 
     def tiles_of_view(self) -> ViewTiles | None:
         """What gives the pixels of a view their colours tile by tile, if that is possible."""

@@ -26,7 +26,6 @@ from taichi_tracer.fast.shadow_streams import shadow_rays
 from taichi_tracer.fast.wide_bvh import WideBVH
 from taichi_tracer.forms import Form
 from taichi_tracer.formulas.heuristics import heuristic
-from taichi_tracer.lights.near_misses import EYE
 from taichi_tracer.picture.pixel_groups import GROUP, GROUP_BITS, lane_of
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.scene_in_kernels import may_meet
@@ -127,9 +126,9 @@ class Tiles:
     Fields of a pixel in each place; its number is sixteen times that of its group, plus its lane:
         value: its sample so far. end: the number of the first term that belongs to the next pixel.
     Fields of a term in each place; its number is that of its look-up:
-        factor: by which its light is multiplied. kind: what its look-up is for ``NearMissCounter``.
+        factor: by which its light is multiplied.
         leaves: whether the direction leaves a surface, and something may be in its way; then it starts at ``origin``.
-        ray: the number of its ray, or ``UNTRACED``, or ``NOTHING``. code: see ``NearMissCounter.code``.
+        ray: the number of its ray, or ``UNTRACED``, or ``NOTHING``.
         pdf: the density of the BRDF at its direction, if the factor is still to be multiplied by a heuristic of this
             and of the light's density; otherwise −1. It exists only if the estimator has such a heuristic.
 
@@ -145,8 +144,6 @@ class Tiles:
         self.integrator = waiting_class(form)(integrator)
         self.integrator.tiles = self
         self.weights = issubclass(form, FarMis)
-        self.counter = renderer.film.unseen.counter
-        self.counts = self.counter is not None
         renderer.eye_rays.is_long = True
         (self.x0, self.x1), (self.y0, self.y1) = renderer.film.ranges
         self.across, self.upwards = -(-(self.x1 - self.x0) // SIDE), -(-(self.y1 - self.y0) // SIDE)
@@ -167,14 +164,13 @@ class Tiles:
         self.groups, self.behind, self.end = (ti.field(ti.i32) for _ in range(3))
         self.value, self.factor, self.origin, self.direction = (ti.Vector.field(3, float) for _ in range(4))
         self.pdf = ti.field(float)
-        self.kind, self.leaves, self.ray, self.code = (ti.field(ti.i32) for _ in range(4))
+        self.leaves, self.ray = ti.field(ti.i32), ti.field(ti.i32)
         self.group = ti.Vector.field(2, ti.i32)
         place.place(self.groups)
         place.dense(ti.j, GROUPS).place(self.group, self.behind)
         place.dense(ti.j, GROUPS * LANES).place(self.end, self.value)
-        place.dense(ti.j, most).place(
-            self.factor, self.kind, self.leaves, self.origin, self.direction, self.ray, self.code
-        )
+        place.dense(ti.j, most).place(self.factor, self.leaves, self.origin, self.direction, self.ray)
+        self.watch_terms(place, most)
         place.dense(ti.j, most if self.weights else 1).place(self.pdf)
         self._memory.allocate()
 
@@ -264,7 +260,7 @@ class Tiles:
             c = self.place
             k = self.look_ups.add(c, w_i)
             self.factor[c, k] = factor
-            self.note_kind(c, k)
+            self.term_waits(c, k)
             if ti.static(self.weights):
                 self.pdf[c, k] = self.pdf_brdf
             self.origin[c, k], self.direction[c, k] = surface.origin, w_i
@@ -278,22 +274,9 @@ class Tiles:
         c = self.place
         k = self.look_ups.add(c, ray.direction)
         self.factor[c, k], self.leaves[c, k] = tm.vec3(1), 0
-        self.note_kind(c, k)
+        self.term_waits(c, k)
         if ti.static(self.weights):
             self.pdf[c, k] = -1.0
-
-    @ti.func
-    def note_kind(self, c, k):
-        """Note for the counter of near misses what kind of look-up a term is."""
-        if ti.static(self.counts):
-            self.kind[c, k] = self.counter.kind_before_weight()
-
-    @ti.func
-    def note_code(self, c, k, factor, light):
-        """Note for the counter of near misses what the look-up of a term counts for, if nothing blocks it."""
-        if ti.static(self.counts):
-            u, v = self.look_ups.coords(c, k)
-            self.code[c, k] = self.counter.code(self.counter.weighted(self.kind[c, k], factor), u, v, light)
 
     @ti.func
     def wait_for_density(self, surface, xi):
@@ -322,7 +305,7 @@ class Tiles:
                 ray = UNTRACED
                 if self.leaves[c, k] != 0:
                     ray = self.shadow_rays.add(c, self.origin[c, k], self.direction[c, k])
-            self.note_code(c, k, factor, light)
+            self.term_is_found(c, k, factor, light)
             self.ray[c, k], self.factor[c, k] = ray, factor * light
 
     @ti.func
@@ -345,16 +328,13 @@ class Tiles:
                     if behind >= 0:
                         k = self.look_ups.number_in_group(behind, lane)
                         value = self.look_ups.look_up(c, k)
-                        if ti.static(self.counts):
-                            u, v = self.look_ups.coords(c, k)
-                            self.counter.count(x, y, self.counter.code(EYE, u, v, value))
+                        self.background_is_added(c, k, x, y, value)
                     else:
                         value = self.value[c, g * LANES + lane]
                         while term < self.end[c, g * LANES + lane]:
                             if self.is_seen(c, term):
                                 value += self.factor[c, term]
-                                if ti.static(self.counts):
-                                    self.counter.count(x, y, self.code[c, term])
+                                self.term_is_added(c, term, x, y)
                             term += 1
                     red[lane], green[lane], blue[lane] = value.x, value.y, value.z
             are_added = False
@@ -384,3 +364,24 @@ class Tiles:
         if ray >= 0:
             is_seen = not self.shadow_rays.is_blocked(c, ray)
         return is_seen
+
+    # ── for who watches: ``watched_tiles`` ──
+
+    def watch_terms(self, place: ti.SNode, most: int) -> None:
+        """Place fields of the terms, of which there are at most so many."""
+
+    @ti.func
+    def term_waits(self, c, k):
+        """The sample of a pixel has written down term k."""
+
+    @ti.func
+    def term_is_found(self, c, k, factor, light):
+        """Term k has found its light, by which its factor is to be multiplied."""
+
+    @ti.func
+    def term_is_added(self, c, k, x, y):
+        """Nothing blocks term k: it is added to the sample of a pixel."""
+
+    @ti.func
+    def background_is_added(self, c, k, x, y, light):
+        """Look-up k has found what is behind a pixel whose ray hits nothing."""

@@ -25,7 +25,7 @@ def can_show(renderer) -> bool:
     """
     hits = renderer.eye_rays
     are_in_packets = isinstance(hits, PrimaryHits) and hits.packets is not None
-    return are_in_packets and not renderer.is_random and renderer.film.unseen.counter is None
+    return are_in_packets and not renderer.is_random and renderer.watcher is None
 
 
 @ti.data_oriented

@@ -16,7 +16,7 @@ import taichi.math as tm
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.seams import in_kernels, seams
+from taichi_tracer.system.seams import in_kernels, is_as_written, seams
 
 if TYPE_CHECKING:
     from taichi_tracer.scene_data import SceneData
@@ -37,16 +37,23 @@ class Integrator:
         needs_light: whether it shows nothing in a scene without light.
         samples_lights: whether it draws directions from the lights, as ``lights.sample`` does.
         samples_brdf: whether light counts that it finds along directions drawn from the BRDF.
-        compensates: whether it takes as many samples of the BRDF as of the lights, and weights both by a heuristic of
-            their densities. Then the density of the lights may leave out what the BRDF finds, which makes the sum less
-            noisy: see ``lights.environment_light``.
+        exponent: β of the heuristic that weights as many samples of the BRDF as of the lights; 0 if there is none.
         version: counts changes of its own values, so that a renderer knows when samples belong to an older picture.
     """
 
     kind, name, label = "integrator", "", ""
     aliases: tuple[str, ...] = ()
     what, srgb, needs_light, samples_lights, samples_brdf = "estimator", True, True, True, True
-    compensates, version = False, 0
+    exponent = 0
+    version = 0
+
+    @property
+    def compensates(self) -> bool:
+        """Whether samples of the lights may leave out what those of the BRDF find, see ``lights.environment_light``.
+
+        The sum is less noisy then. A student's method need not weight them as the package's do.
+        """
+        return self.exponent > 0 and is_as_written(self, __package__)
 
     def prepare(self, scene_data: "SceneData", camera: ProjectiveCamera) -> None:
         """Bring values that depend on the scene or the camera up to date; it is called whenever a picture begins."""

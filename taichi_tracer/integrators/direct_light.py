@@ -20,7 +20,7 @@ from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, pairs, sample_of_lights
 from taichi_tracer.sampler import UniformSampler
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import called, is_as_written, replaced, seams
+from taichi_tracer.system.seams import called, replaced, seams
 
 
 @ti.data_oriented
@@ -151,11 +151,6 @@ class MultipleImportanceSampling(DirectLight):
 
     def __init__(self, name: str, label: str, exponent: int, aliases: tuple[str, ...] = ()) -> None:
         self.name, self.label, self.exponent, self.aliases = name, label, exponent, aliases
-
-    @property
-    def compensates(self) -> bool:  # type: ignore[override]
-        """Whether it is as written here, so that both samples are weighted."""
-        return is_as_written(self, __name__)
 
     @ti.func
     def reflected(self, scene, surface, rng):

@@ -22,7 +22,7 @@ from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.next_event import sample_of_lights
 from taichi_tracer.integrators.path_settings import PathSettings
 from taichi_tracer.system.registry import register
-from taichi_tracer.system.seams import is_as_written, seams
+from taichi_tracer.system.seams import seams
 
 
 @ti.data_oriented
@@ -153,11 +153,6 @@ class WeightedPaths(Paths):
     """Samples of the lights and hits of the rays, weighted by the power heuristic (A3-4, A4-1)."""
 
     name, label, aliases, exponent = "path", "Paths, MIS", ("path_mis",), 2
-
-    @property
-    def compensates(self) -> bool:  # type: ignore[override]
-        """Whether it is as written here, so that both samples are weighted."""
-        return is_as_written(self, __name__)
 
     @ti.func
     def share_of_hit(self, scene, ray, n, hit, pdf, is_delta):

@@ -12,10 +12,10 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.integrators.base import View
-from taichi_tracer.picture.heat import round_up
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
+from taichi_tracer.tones.heat import round_up
 
 MAX_DISTANCE = 10.0  # shown as white (A1-15), if the farthest point of the scene is within the following range
 NEAREST_FAR, FARTHEST_FAR = 1.0, 10.0

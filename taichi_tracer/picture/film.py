@@ -14,10 +14,10 @@ from taichi_tracer.picture.merging import merge
 from taichi_tracer.picture.non_finite import NonFiniteSamples
 from taichi_tracer.picture.pixel_groups import upright
 from taichi_tracer.picture.pixel_sums import PixelSums, is_finite, mean_of_channels
-from taichi_tracer.picture.unseen_light import UnseenLight
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.varying import varying
+from taichi_tracer.unseen.unseen_light import UnseenLight
 
 # Pixels up to which numpy reads the film: it takes less than 2 ms for them, and a kernel 0.1 s to translate and load.
 FEW_PIXELS = 128 * 128

@@ -14,12 +14,12 @@ import numpy as np
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.picture.error_estimate import percent
-from taichi_tracer.picture.heat import heat
 from taichi_tracer.studies import accuracy_tables as tables
 from taichi_tracer.studies import drawing
 from taichi_tracer.studies.accuracy_tables import knob_table, main_curves, show
 from taichi_tracer.studies.convergence import TARGETS, Curve, Study
 from taichi_tracer.studies.drawing import COLOURS, FONT, GRID, INK
+from taichi_tracer.tones.heat import heat
 
 FILES = ("accuracy.html", "accuracy.csv", "accuracy.json", "accuracy.svg", "accuracy.png")
 # Times what a process takes to start is what all files take, or the figure alone: 0.7 s and 1.2 s on an idle machine

@@ -21,12 +21,12 @@ import taichi.math as tm
 from taichi.lang import impl
 
 from taichi_tracer.forms import EyeRays
-from taichi_tracer.picture.some_pixels import SomePixels
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.ray import HitData, no_hit
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.observed import before, observed
 from taichi_tracer.system.seams import in_kernels
+from taichi_tracer.system.some_pixels import SomePixels
 
 TRACE, COUNT, RECORD, REPLAY, REPLAY_ALL = range(5)  # what the kernel does with rays; see ``Answers``
 ROUNDS = 5  # times that each variant runs; the variants take turns

@@ -64,8 +64,8 @@ def written(cls: type, name: str) -> object:
 
 
 def is_as_written(part, module: str) -> bool:
-    """Whether the class of an object is one of the module with this name, and none of its methods was replaced."""
-    return type(part).__module__ == module and not replaced(part)
+    """Whether the class of an object is one of this module or package, and none of its methods was replaced."""
+    return type(part).__module__.startswith(module) and not replaced(part)
 
 
 def assigned() -> list[str]:

@@ -13,8 +13,8 @@ import taichi_tracer as tt
 from taichi_tracer.apps.session import Session
 from taichi_tracer.apps.split import details_of, state_of
 from taichi_tracer.files.images import to_bytes
-from taichi_tracer.picture.heat import heat
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.tones.heat import heat
 
 SIZE = (32, 24)
 

@@ -1,7 +1,7 @@
 """How much light may a picture miss that none of its samples met?
 
 An estimate from samples cannot know a small sun that no sample has met. But near misses tell of it
-(``lights.near_misses``). Let B look-ups go into directions D near the sun, of which K met the sun S itself. If the
+(``unseen.near_misses``). Let B look-ups go into directions D near the sun, of which K met the sun S itself. If the
 directions in D are about even, the number of look-ups that should meet the sun is about
 
     λ = (B + 2) Ω_S / Ω_D.
@@ -27,8 +27,8 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.lights.near_misses import LOBE, NearMissCounter, NearMisses, counter_for
 from taichi_tracer.system.recent import Recent
+from taichi_tracer.unseen.near_misses import LOBE, NearMissCounter, NearMisses, counter_for
 
 KEPT_COUNTERS = 8  # going back to an environment that was counted a short time ago compiles nothing
 KNOWN = 10  # look-ups that met the light: from so many, the spread of the samples shows the error

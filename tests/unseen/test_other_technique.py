@@ -7,10 +7,10 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.integrators.other_technique import ALIKE, SAFETY, SAMPLES, OtherTechnique, other_techniques
 from taichi_tracer.materials import Material
-from taichi_tracer.picture.unseen_light import KNOWN
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.unseen.other_technique import ALIKE, SAFETY, SAMPLES, OtherTechnique, other_techniques
+from taichi_tracer.unseen.unseen_light import KNOWN
 
 SIZE = 12
 VIEW = {"eye": (0, 0, 2), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}

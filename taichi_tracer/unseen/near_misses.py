@@ -3,7 +3,7 @@
 A small sun that no ray of a picture has met leaves no trace in the picture's samples. But the environment is known
 before the first sample. If rays often look into directions close to the sun, others should meet it, and as long as they
 have not, light is missing. Therefore, for each level of brightness, such look-ups are counted: those within
-``NEAR`` of a bright spot, and among them those that met it. ``picture.unseen_light`` computes from both numbers how
+``NEAR`` of a bright spot, and among them those that met it. ``unseen.unseen_light`` computes from both numbers how
 much light may be missing.
 
 Only look-ups that decide what is found are counted: those of eye rays, of mirrors, and of lobes from which no sample of
@@ -26,6 +26,7 @@ from taichi_tracer.system.observed import after, before, observed, observed_scen
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
+from taichi_tracer.unseen.narrow_lobes import is_like_mirror
 
 NEAR = np.radians(10.0)  # wide enough that a picture with few samples has near misses, and a sky is even within it
 LEVELS = (1 / 4, 1 / 40, 1 / 400)  # of the largest radiance: where each level ends below
@@ -202,7 +203,7 @@ class NearMissCounter:
         self.surfaces += 1
         self.is_delta = ti.cast(surface.is_delta(), ti.i32)
         if ti.static(self.samples_lights):  # otherwise it counts as a lobe, as all others do
-            self.is_narrow = ti.cast(surface.is_like_mirror(), ti.i32)
+            self.is_narrow = ti.cast(is_like_mirror(surface.material), ti.i32)
         if self.is_delta == 0 and self.is_narrow == 0:
             self.is_scattered = 1
 

@@ -1,4 +1,4 @@
-"""In place of a film: what takes the samples of some pixels, which are chosen without compiling anything anew."""
+"""In place of film and shares: what takes the samples of chosen pixels; another choice compiles nothing anew."""
 
 from collections.abc import Callable
 from typing import Any
@@ -40,6 +40,11 @@ class SomePixels:
         if self.in_order:
             ti.loop_config(serialize=True)
         return (x0, x1), (y0, y1)
+
+    @ti.func
+    def sample_of(self, x, y, index):
+        """Every chosen pixel takes every sample, see ``Shares.sample_of``."""
+        return index, True
 
     @in_kernels
     def record(self, x, y, value, index) -> None:

@@ -5,8 +5,8 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.lights.near_misses import EYE, LOBE, MIRROR, NearMisses, levels_of
 from taichi_tracer.materials import Material
+from taichi_tracer.unseen.near_misses import EYE, LOBE, MIRROR, NearMisses, levels_of
 
 SUN = (20, 37)  # row and column of the one bright texel
 HEIGHT, WIDTH = 64, 128

@@ -15,7 +15,7 @@ the samples k = 1 … K of pixel i that are so rare, and 0 instead of the others
     u² = (1/N) Σ_i ((1/K) Σ_k E_ik)².
 
 Not even the other technique need find a small sun in a lobe that is much narrower. Its near misses are counted, and
-bound what both may miss: see ``picture.unseen_light``.
+bound what both may miss: see ``unseen.unseen_light``.
 
 Only the surfaces that eye rays hit are looked at. Estimators that use both techniques miss nothing in this way, and
 nothing is done or compiled for them.
@@ -33,13 +33,12 @@ import taichi.math as tm
 
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
-from taichi_tracer.lights.near_misses import counter_for
-from taichi_tracer.picture.adaptive import Shares
-from taichi_tracer.picture.pixel_sums import is_finite
-from taichi_tracer.picture.some_pixels import SomePixels
-from taichi_tracer.picture.unseen_light import KNOWN, unseen_light
 from taichi_tracer.system import memory
 from taichi_tracer.system.observed import observed
+from taichi_tracer.system.some_pixels import SomePixels
+from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes
+from taichi_tracer.unseen.near_misses import counter_for
+from taichi_tracer.unseen.unseen_light import KNOWN, unseen_light
 
 SAMPLES = 4  # of the other technique, in each pixel that is looked at
 MOST = 128  # pixels along each side that are looked at; of larger pictures, one pixel of each tile
@@ -59,9 +58,9 @@ def other_techniques(scene, integrator, pixels: int) -> tuple[str, ...]:
         return ()
     found = []
     geometry = scene.geometry
-    if not integrator.samples_brdf and scene.material_library.has_narrow_lobes(geometry.mesh.used_materials()):
+    if not integrator.samples_brdf and has_narrow_lobes(scene):
         found.append("brdf")
-    # Bright spots of an environment are known by near misses (``lights.near_misses``).
+    # Bright spots of an environment are known by near misses (``unseen.near_misses``).
     if not integrator.samples_lights and scene.lights.has_lamps:
         size = float((geometry.high - geometry.low).max())
         if pixels * scene.lights.lamps.table.areas.sum() < KNOWN * SPHERE * size * size:
@@ -93,7 +92,7 @@ class OtherSample(Integrator):
             surface = scene.surface_at(ray, hit)
             if not surface.is_delta():
                 value, p, q = self.sample(scene, surface, rng)
-                if q > 0 and is_finite(value):
+                if q > 0 and abs(value).sum() < tm.inf:
                     found = tm.vec3(tm.sqrt(tm.dot(value, value) / 3), p / q, 0)
         return found
 
@@ -148,9 +147,9 @@ class OtherTechnique:
         scene, integrator = parts.scene, OtherSample(technique, parts.integrator)
         if technique == "brdf" and self.near_misses is not None:
             scene, sampler = self.near_misses.watched(scene, sampler, integrator)
-        film = SomePixels(self.keep)
-        film.choose((0, self.columns), (0, self.rows))
-        return type(parts)(scene, integrator, eyes, sampler, Shares(self.columns, self.rows), film)
+        tiles = SomePixels(self.keep)
+        tiles.choose((0, self.columns), (0, self.rows))
+        return type(parts)(scene, integrator, eyes, sampler, shares=tiles, film=tiles)
 
     def pixel(self, x: Any, y: Any) -> tuple[Any, Any]:
         """The pixel of the picture that stands for a tile."""

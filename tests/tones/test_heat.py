@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taichi_tracer.picture.heat import heat, round_up
+from taichi_tracer.tones.heat import heat, round_up
 
 
 def test_black_red_yellow_white():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from taichi_tracer.lights.near_misses import EYE, KINDS, LOBE, MIRROR, NearMisses
-from taichi_tracer.picture.unseen_light import KNOWN, SAFETY, UnseenLight, unseen_light
+from taichi_tracer.unseen.near_misses import EYE, KINDS, LOBE, MIRROR, NearMisses
+from taichi_tracer.unseen.unseen_light import KNOWN, SAFETY, UnseenLight, unseen_light
 
 SHAPE = (4, 5)
 

@@ -5,7 +5,7 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.picture.some_pixels import NEVER, SomePixels
+from taichi_tracer.system.some_pixels import NEVER, SomePixels
 
 WIDTH, HEIGHT = 9, 7
 
