@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.studies.convergence import Block, Curve, Shown, Study, Trial, Truth
+from taichi_tracer.studies.convergence import Block, Curve, Shown, Study, Truth
 from taichi_tracer.studies.source import SceneFacts
 from taichi_tracer.studies.variants import Variant
 
@@ -23,8 +23,9 @@ def made_curve(power=-0.5, scale=1.0, per_sample=0.01, variant=None, k=7, spread
     samples = 2 ** np.arange(1, k + 1)
     errors = np.outer(spread, scale * (samples * per_sample) ** power)
     blocks = [Block(turn, 16, 16 * per_sample) for turn in range(5)]
-    trial = Trial(16, scale * (16 * per_sample) ** power, per_sample)
-    return Curve(variant or Variant(), 1.0, trial, found=found_of(samples, errors), blocks=blocks, shift_error=0.001)
+    return Curve(
+        variant or Variant(), 1.0, per_sample, found=found_of(samples, errors), blocks=blocks, shift_error=0.001
+    )
 
 
 def shown(value: float, side: int, error: float = 0.0) -> Shown:

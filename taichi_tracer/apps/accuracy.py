@@ -13,8 +13,8 @@ from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.scene_data_loader import find_scene
 from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
-from taichi_tracer.studies.crew import Crew
 from taichi_tracer.studies.source import Order, Source
+from taichi_tracer.studies.workers import OtherMachines
 from taichi_tracer.system.digits import digits
 
 EFFICIENCIES = ("roulette", "lamp_choice")
@@ -36,11 +36,11 @@ class View:
         return self.camera.applied_to(view, self.aspect)
 
 
-def run(args: Namespace, crew: Crew | None = None) -> int:
+def run(args: Namespace, machines: OtherMachines | None = None) -> int:
     """Measure, print, and write the report if one is wanted; after a signal, what was measured until then.
 
     Args:
-        crew: who renders on other machines; None renders here.
+        machines: other machines that render; None renders here.
 
     Returns:
         0, or 128 and the number of the signal.
@@ -58,7 +58,7 @@ def run(args: Namespace, crew: Crew | None = None) -> int:
             replace(order, spent=time.perf_counter() - args.started),
             tell=bar.show,
             first=args.helper,
-            crew=crew,
+            machines=machines,
             should_stop=lambda: interruption.number is not None,
         )
         print("\n".join(as_text(study)))

@@ -206,7 +206,7 @@ def accuracy(scene: str | Path, *, cluster: "str | Cluster" = "local", **options
     from dataclasses import replace
 
     from taichi_tracer.apps.accuracy import report_of, study_of
-    from taichi_tracer.cluster.study import WorkerCrew
+    from taichi_tracer.cluster.study import ClusterMachines
     from taichi_tracer.studies import accuracy_report, found, schedule
 
     start = time.perf_counter()
@@ -215,7 +215,7 @@ def accuracy(scene: str | Path, *, cluster: "str | Cluster" = "local", **options
     accuracy_report.get_ready()
     with opened(cluster) as connection:
         order = replace(order, keep=order.keep + accuracy_report.DRAWING, spent=time.perf_counter() - start)
-        study = schedule.measure(order, crew=WorkerCrew(connection, args))
+        study = schedule.measure(order, machines=ClusterMachines(connection, args))
     if report is not None:
         accuracy_report.write(study, report)
     return found(study)

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.processes import Worker, serve
+from taichi_tracer.system.processes import WorkerProcess, serve
 
 if TYPE_CHECKING:
     from taichi_tracer.apps.requests import PictureRequest
@@ -33,7 +33,7 @@ SLOW = 10.0  # seconds of a first sample, after which no second one is taken to 
 MOST_SCENES = 2  # that are kept: the pictures of a sweep that need one scene mostly come one after the other
 
 
-class Child(Worker):
+class Child(WorkerProcess):
     """The process, as its parent sees it. The methods of ``Desk`` are called by name."""
 
     program = "from taichi_tracer.cluster.child import work; work()"

@@ -30,11 +30,11 @@ def render(args: Namespace) -> int:
 def accuracy(args: Namespace) -> int:
     """Measure what accuracy costs, on one worker of a cluster; all workers render the reference."""
     from taichi_tracer.apps import accuracy as command
-    from taichi_tracer.cluster.study import WorkerCrew
+    from taichi_tracer.cluster.study import ClusterMachines
 
     tell_of_parts(args)
     with Cluster(args.cluster, note) as cluster:
-        return command.run(args, WorkerCrew(cluster, args))
+        return command.run(args, ClusterMachines(cluster, args))
 
 
 def tell_of_parts(args: Namespace) -> None:

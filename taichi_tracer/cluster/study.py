@@ -24,13 +24,13 @@ from taichi_tracer.scene_data_loader import name_of, shipped_scenes
 from taichi_tracer.studies.variants import Variant
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import IncompleteError, InputError
-from taichi_tracer.system.processes import Clerk, WorkerDied
+from taichi_tracer.system.processes import Worker, WorkerDied
 
 SOON = 2.0  # seconds in which a worker may come before the study waits for it beside other things
 FETCH = 60.0  # seconds in which an answer has to come after it is there
 
 
-class Distant(Clerk):
+class Distant(Worker):
     """A ``Bench`` on a worker of a cluster.
 
     Args:
@@ -38,16 +38,16 @@ class Distant(Clerk):
         measures: whether it is on the worker that measures.
     """
 
-    def __init__(self, crew: "WorkerCrew", number: int, member: Member | None) -> None:
-        self.crew, self.number, self.member = crew, number, member
+    def __init__(self, machines: "ClusterMachines", number: int, member: Member | None) -> None:
+        self.machines, self.number, self.member = machines, number, member
         super().__init__()
 
     def answer(self, method: str, words: tuple, options: dict) -> Any:
         """What the process on the worker gives."""
         try:
             if self.member is None:
-                self.member = self.crew.first_member()
-            return self.crew.ask(self.member, self.number, method, words, options)
+                self.member = self.machines.first_member()
+            return self.machines.ask(self.member, self.number, method, words, options)
         except IncompleteError as error:
             raise WorkerDied(str(error)) from None
 
@@ -55,11 +55,11 @@ class Distant(Clerk):
         """Let the process on the worker end, without waiting for it."""
         super().close()
         if self.member is not None:
-            self.crew.dismiss(self.member, self.number)
+            self.machines.dismiss(self.member, self.number)
 
 
-class WorkerCrew:
-    """The workers of a cluster, as those who render a study; see ``studies.crew.Crew``.
+class ClusterMachines:
+    """The workers of a cluster, as the machines that render a study; see ``studies.workers.OtherMachines``.
 
     Args:
         args: the command line of ``accuracy``.
@@ -69,7 +69,6 @@ class WorkerCrew:
         self.cluster, self.args = cluster, args
         self.lock, self.numbers = threading.Lock(), count()
         self.measures: Member | None = None
-        self.assisting: set[str] = set()
         self.threads: dict[str, int] = {}
 
     @cached_property
@@ -90,19 +89,17 @@ class WorkerCrew:
         """How many processors the worker uses that measures."""
         return 1 if self.measures is None else self.threads.get(self.measures.address, 1)
 
-    def hire(self) -> Distant:
-        """A process on the worker that measures; the first one is hired by the thread in which Taichi may run here."""
+    def start_worker(self) -> Distant:
+        """A process on the worker that measures; the thread in which Taichi may run here asks first."""
         self.parcel  # noqa: B018 (loaded before other threads ask for it)
         with contextlib.suppress(IncompleteError):  # the first call tells it
             self.first_member(SOON)
         return Distant(self, next(self.numbers), self.measures)
 
-    def assistants(self) -> list[Clerk]:
-        """A process on each of the other workers that are there and have none yet."""
+    def helpers(self) -> list[Worker]:
+        """A process on each of the other workers that are there."""
         with self.lock:
-            there = [m for m in self.cluster.members.values() if m.state == "ready" and m.address not in self.assisting]
-            others = [m for m in there if m is not self.measures] if self.measures is not None else []
-            self.assisting |= {member.address for member in others}
+            others = [m for m in self.cluster.members.values() if m.state == "ready" and m is not self.measures]
         return [Distant(self, next(self.numbers), member) for member in others]
 
     def told(self) -> str:

@@ -1,6 +1,6 @@
 """Where the pictures of a study are rendered: one Taichi, its scenes and renderers, and the time of every block.
 
-The study itself knows no Taichi. It asks a ``Bench``, which is in a process of its own (``crew``), or in that of the
+The study itself knows no Taichi. It asks a ``Bench``, which is in a process of its own (``workers``), or in that of the
 caller where the scene is the caller's.
 """
 
@@ -14,29 +14,29 @@ from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.scene_data import SceneData
-from taichi_tracer.studies.convergence import Trial
 from taichi_tracer.studies.machine import describe_machine
 from taichi_tracer.studies.source import SceneFacts, Source
 from taichi_tracer.studies.variants import Variant, renderer_of
 from taichi_tracer.system import compiling, registry
 
 WARM_UP = 3  # samples: after them everything is compiled
-TRIAL = 8  # samples more, from which the plan learns what a sample takes and how large the error is
+TRIAL = 8  # samples more, from which the plan learns what a sample takes
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """What it took until a variant was ready, and what a short trial says about it.
+    """What it took until a variant was ready.
 
     Attributes:
         compile_seconds: beyond the time of rendering.
         new_kernels, seconds_to_save: kernels that were not in Taichi's folder, and what a second run is spared.
+        seconds_per_sample: of the picture, in a short trial.
     """
 
     compile_seconds: float
     new_kernels: int
     seconds_to_save: float
-    trial: Trial
+    seconds_per_sample: float
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Bench:
             max(0.0, took - WARM_UP * per_sample),
             compiling.kernels_made() - kernels,
             compiling.seconds_to_save() - before,
-            Trial(renderer.samples, renderer.error(), per_sample),
+            per_sample,
         )
 
     def render(

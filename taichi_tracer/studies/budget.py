@@ -5,9 +5,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, wait
 
-POLL = 0.1  # seconds between two looks at what the processes do
-SHORTEST = 0.5  # seconds: in less, nothing can be measured
-MOST_OVERRUN = 1.1  # times the budget: later than that, no study ends
+POLL = 0.1  # seconds between two looks at the clock and at the user
 CLOSING = 0.01, 0.4  # of the budget, and seconds: to end the processes and to make the tables
 # Of the budget, and seconds: what the caller gets afterwards is at most the larger one, because a slow start of a busy
 # moment does not mean that the files take as long.
@@ -40,20 +38,15 @@ class Budget:
         should_stop: Callable[[], bool],
     ) -> None:
         self.seconds, self.keep, self.tell, self.should_stop = seconds, keep, tell, should_stop
-        share, least = CLOSING
+        self.start_seconds = math.nan
         self.started = time.perf_counter() - spent
+        share, least = CLOSING
         self.end = self.started + seconds - max(share * seconds, least)
-        self.start_seconds, self.can_measure = math.nan, False
 
     @property
     def elapsed(self) -> float:
         """Seconds that are spent."""
         return time.perf_counter() - self.started
-
-    @property
-    def share(self) -> float:
-        """The share of the budget that is spent."""
-        return self.elapsed / self.seconds
 
     @property
     def left(self) -> float:
@@ -66,31 +59,19 @@ class Budget:
         share, seconds = MOST_RESERVE
         self.end -= min(self.keep * self.start_seconds, max(share * self.seconds, seconds))
 
-    def variant_is_ready(self) -> None:
-        """A variant is compiled: from now on something can be measured, for at least ``SHORTEST`` seconds."""
-        if not self.can_measure:
-            self.can_measure, self.end = True, max(self.end, time.perf_counter() + SHORTEST)
-
-    @property
-    def is_over(self) -> bool:
-        """Whether no time is left; before a variant is compiled, whether it would be too late to measure anything."""
-        late = 0.0 if self.can_measure else (MOST_OVERRUN - 1) * self.seconds - SHORTEST
-        return self.left + late <= 0
-
     def say(self, what: str) -> None:
         """Tell what is done.
 
         Raises:
             Stopped: the user wants to stop, or the time is over.
         """
-        self.tell(what, self.share)
-        if self.should_stop() or self.is_over:
+        self.tell(what, self.elapsed / self.seconds)
+        if self.should_stop() or self.left <= 0:
             raise Stopped
 
     def wait_for(self, future: Future, what: str):
         """The result of a call; meanwhile, look at the clock and at the user."""
-        while True:
+        self.say(what)
+        while not wait([future], timeout=POLL).done:
             self.say(what)
-            done, _ = wait([future], timeout=POLL)
-            if done:
-                return future.result()
+        return future.result()

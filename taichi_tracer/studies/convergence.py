@@ -4,12 +4,13 @@ The error of a picture is the root of the mean square difference of **all** of i
 fraction of the reference's mean; the reference's own error is taken off. Where the reference is not clearly better than
 the picture, the error that the picture tells of itself stands instead.
 
-The seconds of n samples are n times the seconds of one sample, which is the median over blocks of samples. The blocks
-of variants that are compared are rendered in turn, so that whatever else the machine does meets all of them alike.
+The seconds of n samples are n times the seconds of one sample, which is the median over blocks of samples. All
+variants render in the same rounds, so that whatever else the machine does meets all of them alike.
 """
 
 import math
 import statistics
+from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -27,7 +28,6 @@ TARGETS = (0.10, 0.05, 0.02, 0.01)  # relative RMSE
 MIDDLE = TARGETS[2]  # the target by which variants are ranked
 CLEAR = 1.5  # times the reference's own error: below it, the error of a picture cannot be told from that
 FEW_POINTS = 4  # of a curve with fewer, the slope is that of all; of others, that of the later half
-SLOPES = -0.75, -0.5  # of forecasts: the slope of independent samples, and the steepest that is believed
 QUANTILE = 1.96  # 95 % of a normal distribution lie within this number of standard deviations from its mean
 FEWEST_BLOCKS, ENOUGH_BLOCKS, UNKNOWN_FACTOR = 3, 5, 2.0  # see ``uncertainty``
 ENOUGH_RATIOS = 3  # of errors: then those of fewer samples are not asked
@@ -44,19 +44,11 @@ class Block(NamedTuple):
     """Some samples of every pixel, and what they took.
 
     Attributes:
-        turn: the same for blocks that were rendered one after the other, which can be compared best.
+        turn: the same for blocks of one round with equal samples, which can be compared best.
     """
 
-    turn: int
+    turn: Hashable
     samples: int
-    seconds: float
-
-
-class Trial(NamedTuple):
-    """The first samples of a variant: how many, the error that the picture tells, and the seconds of one sample."""
-
-    samples: int
-    error: float
     seconds: float
 
 
@@ -76,6 +68,7 @@ class Curve:
 
     Attributes:
         compile_seconds: until everything was compiled, beyond the time of rendering.
+        trial_seconds: of one sample, as long as there are no blocks.
         seconds_to_save: of these, what another run is spared, because the kernels are kept.
         found: seed → samples per pixel → (relative RMSE, relative error as the picture tells it).
         blocks: the times.
@@ -93,7 +86,7 @@ class Curve:
 
     variant: Variant
     compile_seconds: float
-    trial: Trial
+    trial_seconds: float
     seconds_to_save: float = 0.0
     found: dict[int, dict[int, tuple[float, float]]] = field(default_factory=dict)
     blocks: list[Block] = field(default_factory=list)
@@ -137,7 +130,7 @@ class Curve:
     def seconds_per_sample(self) -> float:
         """Seconds of one sample of every pixel: the median over blocks, each counted as often as it has samples."""
         if not self.blocks:
-            return self.trial.seconds
+            return self.trial_seconds
         return weighted_median([b.seconds / b.samples for b in self.blocks], [b.samples for b in self.blocks])
 
     @property
@@ -200,15 +193,6 @@ class Curve:
         if points and all(e <= target for _, e in points):
             return points[0][0]
         return crossing
-
-    def samples_to(self, target: float) -> float:
-        """The number of samples that will probably reach a relative error: a forecast."""
-        n, error, _ = self.trial
-        steepest, power = SLOPES
-        if self.found:
-            n, error = self.most_samples, self.last[1]
-            power = power if math.isnan(self.slope) else min(max(self.slope, steepest), power)
-        return n * max(error / target, 1e-9) ** (-1 / power) if error > 0 else math.inf
 
     @property
     def variance_times_time(self) -> float:

@@ -31,7 +31,7 @@ class WorkerDied(RuntimeError):
     """A worker ended in the middle of a call."""
 
 
-class Clerk(ABC):
+class Worker(ABC):
     """An object that is somewhere else: its methods are called by name, one after the other, in a thread of ours."""
 
     pid = 0  # of the process, if it is on this machine
@@ -66,7 +66,7 @@ class Clerk(ABC):
         self.calls.put(None)
 
 
-class Worker(Clerk):
+class WorkerProcess(Worker):
     """An object in a process of its own.
 
     Args:

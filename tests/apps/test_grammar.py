@@ -70,7 +70,7 @@ def test_other_modules_that_are_missing_are_no_wings(module):
 
 def test_the_study_begins_in_a_process_that_knows_its_bench():
     from taichi_tracer.apps.commands.accuracy import start_worker
-    from taichi_tracer.studies.crew import StudyWorker
+    from taichi_tracer.studies.workers import StudyWorker
 
     worker = start_worker()
     try:

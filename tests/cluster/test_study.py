@@ -42,7 +42,7 @@ class Answer:
 
 
 @pytest.fixture
-def crew():
+def two_machines():
     """Two workers, of which the second one has more threads."""
     found = {address: Member(address, state="ready") for address in ("tcp://a:1", "tcp://b:1")}
     cluster = SimpleNamespace(
@@ -56,38 +56,38 @@ def crew():
         return cluster.answer
 
     cluster.submit, cluster.pieces_for = submit, lambda member, parcel: []
-    return study.WorkerCrew(cluster, make_parser().parse_args(ARGS))
+    return study.ClusterMachines(cluster, make_parser().parse_args(ARGS))
 
 
-def test_the_worker_with_the_most_threads_measures_and_the_others_assist(crew):
-    first = crew.hire()
+def test_the_worker_with_the_most_threads_measures_and_the_others_help(two_machines):
+    first = two_machines.start_worker()
     assert first.ask("open", "a source", "cpu", ()).result(10) == "done"
-    second = crew.hire()  # another process on the same machine
+    second = two_machines.start_worker()  # another process on the same machine
     assert second.ask("facts", "a variant").result(10) == "done"
-    (other,) = crew.assistants()
+    (other,) = two_machines.helpers()
     assert other.ask("take", 1).result(10) == "done"
-    assert [(name, at) for name, at, _ in crew.cluster.asked] == [
+    assert [(name, at) for name, at, _ in two_machines.cluster.asked] == [
         ("open_study", "tcp://b:1"),
         ("study", "tcp://b:1"),
         ("study", "tcp://a:1"),
     ]
-    assert crew.processors == 8
-    assert "one worker, tcp://b:1, with 8 threads" in crew.told()
+    assert two_machines.processors == 8
+    assert "one worker, tcp://b:1, with 8 threads" in two_machines.told()
     for one in (first, second, other):
         one.close()
 
 
-def test_a_shipped_scene_travels_by_name_without_paths_of_the_sender(crew):
-    assert crew.parcel.files == ()
-    assert "secret" not in crew.parcel.options
-    assert "cornell_box" in crew.parcel.options
+def test_a_shipped_scene_travels_by_name_without_paths_of_the_sender(two_machines):
+    assert two_machines.parcel.files == ()
+    assert "secret" not in two_machines.parcel.options
+    assert "cornell_box" in two_machines.parcel.options
 
 
-def test_a_worker_that_has_gone_is_told(crew):
-    crew.cluster.answer = Answer(comes=False)
-    member = crew.cluster.members.pop("tcp://a:1")
+def test_a_worker_that_has_gone_is_told(two_machines):
+    two_machines.cluster.answer = Answer(comes=False)
+    member = two_machines.cluster.members.pop("tcp://a:1")
     with pytest.raises(WorkerDied, match="the worker tcp://a:1 has gone"):
-        crew.ask(member, 0, "render", (), {})
+        two_machines.ask(member, 0, "render", (), {})
 
 
 @pytest.mark.parametrize(
@@ -98,19 +98,19 @@ def test_a_worker_that_has_gone_is_told(crew):
         (RuntimeError("a traceback"), RuntimeError, "worker tcp://a:1: a traceback"),
     ],
 )
-def test_what_ends_a_call_is_told_in_its_words(crew, error, kind, told):
-    crew.cluster.answer = Answer(error=error)
+def test_what_ends_a_call_is_told_in_its_words(two_machines, error, kind, told):
+    two_machines.cluster.answer = Answer(error=error)
     with pytest.raises(kind, match=told):
-        crew.ask(crew.cluster.members["tcp://a:1"], 0, "render", (), {})
+        two_machines.ask(two_machines.cluster.members["tcp://a:1"], 0, "render", (), {})
 
 
-def test_a_cluster_without_a_worker_that_fits_ends_the_call(crew):
+def test_a_cluster_without_a_worker_that_fits_ends_the_call(two_machines):
     def look():
         raise IncompleteError("no worker of tcp://host:8786 can be used: Taichi 1.6.0 there, 1.7.4 here")
 
-    crew.cluster.look = look
+    two_machines.cluster.look = look
     with pytest.raises(WorkerDied, match=r"Taichi 1\.6\.0 there"):
-        crew.hire().ask("open").result(10)
+        two_machines.start_worker().ask("open").result(10)
 
 
 @pytest.mark.exhaustive

@@ -1,4 +1,4 @@
-"""The clock of a study: it ends in time for what comes afterwards, and not before anything was measured."""
+"""The clock of a study: it ends in time for what comes afterwards."""
 
 from types import SimpleNamespace
 
@@ -34,13 +34,11 @@ def test_a_slow_start_takes_no_more_than_a_share_of_the_budget(clock):
     assert study.left == pytest.approx(60 - 21 - 0.6 - 0.2 * 60)
 
 
-def test_a_variant_that_is_ready_too_late_is_measured_for_a_moment(clock):
+def test_it_ends_when_its_time_is_over(clock):
     study = made(keep=0.0)
-    clock.seconds = 60.0
-    study.say("compiling")
-    study.variant_is_ready()
-    assert study.left == budget.SHORTEST
-    clock.seconds = 61.0
+    clock.seconds = 58.0
+    study.say("rendering")
+    clock.seconds = 58.5
     with pytest.raises(budget.Stopped):
         study.say("rendering")
 

@@ -139,13 +139,3 @@ def test_the_interval_of_a_median_contains_it_in_95_of_100_cases(rng):
         factors = rng.lognormal(0, 0.3, (2000, n))
         held = [abs(np.log(np.median(f))) <= np.log(convergence.uncertainty(list(f))) for f in factors]
         assert np.mean(held) > 0.93, n
-
-
-def test_forecasts_follow_the_slope_that_was_measured():
-    curve = made_curve(-0.6, scale=0.02)
-    curve.found = {}
-    assert curve.samples_to(0.01) == pytest.approx(16 * (curve.trial.error / 0.01) ** 2)
-    curve = made_curve(-0.6, scale=0.02)
-    n, error = curve.most_samples, curve.last[1]
-    assert curve.samples_to(error / 2) == pytest.approx(n * 2 ** (1 / 0.6))
-    assert made_curve(-3.0).samples_to(1e-9) > made_curve(-3.0).most_samples * 10

@@ -2,16 +2,15 @@
 
 import math
 from concurrent.futures import Future
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.studies import accuracy_tables, budget, lanes, machine, schedule, variants
+from taichi_tracer.studies import accuracy_tables, budget, machine, schedule, variants
 from taichi_tracer.studies.bench import Prepared, Shot
-from taichi_tracer.studies.convergence import Curve, Trial
 from taichi_tracer.studies.source import Order, SceneFacts, Source
-from taichi_tracer.studies.variants import Variant
 from taichi_tracer.system.errors import InputError
 
 TRUE = np.ones((16, 16, 3))
@@ -37,7 +36,7 @@ class World:
             future.set_result(answer)
         done = {f for f in futures if f.done()}
         self.now = self.now if done else end
-        return done, set(futures) - done
+        return SimpleNamespace(done=done)
 
 
 class Process:
@@ -65,7 +64,7 @@ class Process:
         share = 0.5 if variant.film in self.known else 1.0
         self.known.add(variant.film)
         seconds = self.world.endless if variant.precision == "f64" else share * self.world.compiling
-        return seconds, Prepared(seconds, 5, seconds, Trial(11, self.error_of(variant, 11), self.world.per_sample))
+        return seconds, Prepared(seconds, 5, seconds, self.world.per_sample)
 
     def render(self, variant, _size, count, seed, _wants):
         self.samples = count if seed is not None else self.samples + count
@@ -99,8 +98,8 @@ def world_of(monkeypatch):
 
         monkeypatch.setattr(budget, "time", world)
         monkeypatch.setattr(budget, "wait", world.wait)
-        monkeypatch.setattr(lanes, "wait", world.wait)
-        monkeypatch.setattr(lanes, "StudyWorker", hired)
+        monkeypatch.setattr(schedule, "wait", world.wait)
+        monkeypatch.setattr(schedule, "StudyWorker", hired)
         monkeypatch.setattr(machine, "processors", lambda: 2)
         monkeypatch.setattr(machine, "busy_seconds", lambda: None)
         monkeypatch.setattr(schedule, "flip", lambda *_: (0.0, None))
@@ -172,49 +171,21 @@ def test_an_interrupted_study_has_what_was_done(world_of):
     assert study.notes[-1].startswith("The study was interrupted")
 
 
-def curve_of(variant, per_sample=0.01, error=0.5):
-    return Curve(variant, 1.0, Trial(16, error, per_sample))
-
-
-def test_variants_take_turns_unless_they_share_a_film():
-    plan = variants.plan()
-    found = schedule.waves([curve_of(v) for v in variants.by_priority(plan)])
-    assert sorted(c.variant.label for wave in found for c in wave) == sorted(v.label for v in plan)
-    for wave in found:
-        films = [curve.variant.film for curve in wave]
-        assert len(films) == len(set(films))
-    assert {"mis, niederreiter, f64", "mis, niederreiter, fast math"} <= {c.variant.label for c in found[0]}
-    assert found[0][0].variant == plan[0]
-
-
-def test_all_variants_get_equal_times_and_knobs_no_more_samples_than_the_base(world_of):
+def test_all_variants_double_their_samples_and_the_better_half_goes_on(world_of):
     world_of(compiling=0.5)
     study = study_in(60)
-    base, *others = [max(curve.found[1]) for curve in study.curves]
-    assert {max(c.found[1]) for c in study.curves if variants.is_of_the_chart(c.variant, study.base)} == {base}
-    assert max(others) == base
-    assert study.seeds == 3
+    pictures = {curve.variant.label: [max(levels) for levels in curve.found.values()] for curve in study.curves}
+    assert {tuple(samples[:3]) for samples in pictures.values()} == {(16, 32, 16)}
+    assert pictures["mis, niederreiter"][3:6] == [64, 128, 256]
+    assert study.seeds >= 3
+    most = max(max(samples) for samples in pictures.values())
+    assert max(pictures["mis, niederreiter"]) == most >= 4 * max(pictures["uniform, niederreiter"])
+    assert set(study.curves[0].found[2]) == {4, 8, 16, 32}
+    assert set(next(c for c in study.curves if c.variant.adaptive).found[2]) == {16, 32}
     assert 0 < study.equal_seconds * sum(c.shown is not None for c in study.curves) <= 0.05 * 60
 
 
-def test_pictures_are_compared_at_doubled_samples_and_at_the_last():
-    assert schedule.levels_up_to(Variant(), 16) == [4, 8, 16]
-    assert schedule.levels_up_to(Variant(), 22) == [4, 8, 16, 22]
-    assert schedule.levels_up_to(Variant(adaptive=True), 20) == [16, 20]
-    assert [schedule.power_of_two(n) for n in (1, 16, 31.9, 32, 1e9)] == [16, 16, 16, 32, 1 << 17]
-
-
-def test_the_next_of_the_race_is_who_may_still_win(world_of):
-    world_of(compiling=1.0)
-    order = Order(Source("box"), [Variant(), Variant("uniform")], (16, 16), 100.0, 3)
-    study = schedule.Schedule(order)
-    near, far = curve_of(Variant(), error=0.1), curve_of(Variant("uniform"), error=2.0)
-    for curve, error in ((near, 0.1), (far, 2.0)):
-        curve.found = {1: {16: (error, error)}}
-    study.curves = [far, near]
-    curve, samples = study.next_of_the_race()
-    assert curve is near
-    assert samples == pytest.approx(1.15 * 16 * 4, abs=2)  # to 5 %, half of 10 %
-    study.budget.end = 0.01
-    assert study.next_of_the_race() is None
-    assert study.next_with_few() is None
+def test_as_many_seeds_as_were_ordered_come_before_more_samples(world_of):
+    world_of(compiling=0.5)
+    order = Order(Source("box"), variants.plan(), (16, 16), 60, 10)
+    assert schedule.Schedule(order).run().seeds >= 8

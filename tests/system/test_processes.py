@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.system.processes import Worker, WorkerDied, serve
+from taichi_tracer.system.processes import WorkerDied, WorkerProcess, serve
 
 
 class Counter:
@@ -23,7 +23,7 @@ class Counter:
         return self.count
 
 
-class CountingWorker(Worker):
+class CountingWorker(WorkerProcess):
     """A ``Counter`` in a process of its own."""
 
     program = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); import test_processes as t; t.work()"

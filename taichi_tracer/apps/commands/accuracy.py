@@ -17,7 +17,7 @@ run = here_or_on_cluster("accuracy")
 
 def start_worker():
     """The first process of a study, which reads its modules while this one reads its own."""
-    from taichi_tracer.studies.crew import StudyWorker
+    from taichi_tracer.studies.workers import StudyWorker
 
     return StudyWorker()
 
