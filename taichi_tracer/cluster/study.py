@@ -10,12 +10,14 @@ import math
 import threading
 import time
 from argparse import Namespace
+from collections.abc import Callable
 from functools import cached_property
 from itertools import count
 from typing import Any
 
 from taichi_tracer.apps.accuracy import source_of
 from taichi_tracer.cluster import worker
+from taichi_tracer.cluster.helpers import Helpers
 from taichi_tracer.cluster.members import FIRST_LOOK, LOOK, Cluster, Member, last_line, later
 from taichi_tracer.cluster.parcel import Parcel, pack
 from taichi_tracer.files.disk import noting_reads
@@ -70,6 +72,7 @@ class ClusterMachines:
         self.lock, self.numbers = threading.Lock(), count()
         self.measures: Member | None = None
         self.threads: dict[str, int] = {}
+        self.helpers = Helpers([], (), Variant(), (0, 0))
 
     @cached_property
     def parcel(self) -> Parcel:
@@ -96,19 +99,31 @@ class ClusterMachines:
             self.first_member(SOON)
         return Distant(self, next(self.numbers), self.measures)
 
-    def helpers(self) -> list[Worker]:
-        """A process on each of the other workers that are there."""
+    def get_ready(self, bench: tuple, variant: Variant, size: tuple[int, int]) -> None:
+        """Let a process on each of the other workers that are there compile the reference."""
         with self.lock:
             others = [m for m in self.cluster.members.values() if m.state == "ready" and m is not self.measures]
-        return [Distant(self, next(self.numbers), member) for member in others]
+        self.helpers = Helpers([Distant(self, next(self.numbers), one) for one in others], bench, variant, size)
+
+    def begin(self, seed: int, first: int, seconds: float) -> None:
+        """Let the others render samples of the reference; see ``Helpers``."""
+        self.helpers.begin(seed, first, seconds)
+
+    def parts(self, wait_for: Callable) -> list[tuple[int, dict]]:
+        """What the others have rendered; see ``Helpers``."""
+        return self.helpers.parts(wait_for)
+
+    def end_helping(self) -> None:
+        """Let the processes of the others end."""
+        self.helpers.close()
 
     def told(self) -> str:
-        """The sentence of the report that says on which machine the times were measured."""
+        """The sentences of the report that say on which machine the times were measured, and who helped."""
         address = "" if self.measures is None else self.measures.address
         threads = "one thread" if self.processors == 1 else f"{self.processors} threads"
         return (
             f"Every time was measured on one worker, {address}, with {threads}: its seconds are those "
-            "of its machine, on which nobody has looked for other programs."
+            f"of its machine, on which nobody has looked for other programs. {self.helpers.told()}"
         )
 
     # ── Dask ──

@@ -5,6 +5,8 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, wait
 
+from taichi_tracer.studies.source import Order
+
 POLL = 0.1  # seconds between two looks at the clock and at the user
 CLOSING = 0.01, 0.4  # of the budget, and seconds: to end the processes and to make the tables
 # Of the budget, and seconds: what the caller gets afterwards is at most the larger one, because a slow start of a busy
@@ -20,8 +22,7 @@ class Budget:
     """The clock of a study.
 
     Args:
-        seconds: in all. spent: of these, what was spent before.
-        keep: what the caller needs afterwards, as a multiple of what starting a process takes.
+        order: of which it needs the budget, what was spent before, and what to keep for the caller.
         tell: called with what is done, and with the share of the budget that has passed.
         should_stop: whether the user has had enough.
 
@@ -29,19 +30,12 @@ class Budget:
         start_seconds: until the first process was ready; NaN before that.
     """
 
-    def __init__(
-        self,
-        seconds: float,
-        spent: float,
-        keep: float,
-        tell: Callable[[str, float], None],
-        should_stop: Callable[[], bool],
-    ) -> None:
-        self.seconds, self.keep, self.tell, self.should_stop = seconds, keep, tell, should_stop
+    def __init__(self, order: Order, tell: Callable[[str, float], None], should_stop: Callable[[], bool]) -> None:
+        self.seconds, self.keep, self.tell, self.should_stop = order.budget, order.keep, tell, should_stop
         self.start_seconds = math.nan
-        self.started = time.perf_counter() - spent
+        self.started = time.perf_counter() - order.spent
         share, least = CLOSING
-        self.end = self.started + seconds - max(share * seconds, least)
+        self.end = self.started + order.budget - max(share * order.budget, least)
 
     @property
     def elapsed(self) -> float:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from taichi_tracer.picture.bias import shift_of, unmet_light
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.metrics import relative_rmse
 from taichi_tracer.picture.progress import slope
@@ -33,11 +34,6 @@ FEWEST_BLOCKS, ENOUGH_BLOCKS, UNKNOWN_FACTOR = 3, 5, 2.0  # see ``uncertainty``
 ENOUGH_RATIOS = 3  # of errors: then those of fewer samples are not asked
 UNSEEN_SHARE = 0.1  # of the error of a picture: if unseen light may add more, the error measures chance
 ALIKE = 0.02  # of a logarithm: pictures whose errors differ by no more are the same
-BLOCK_SIDE = 8  # pixels: the side of the blocks on which the bias is tested
-MOST_OF_A_BLOCK = 3.0  # the largest z-score with which a block counts, so that one rare light cannot decide the test
-LIT = 0.01  # of the mean of the reference: darker pixels say nothing about which light was met
-# Of the lit pixels: how many a rare light must concern to be told; and of these, how many may have met it.
-RARE, FEW_MET = 0.05, 0.1
 
 
 class Block(NamedTuple):
@@ -207,7 +203,7 @@ class Curve:
         self.unseen = max(getattr(error, "unseen", 0.0) for error in last)
         if self.finals:
             finals = list(self.finals.values())
-            self.shift, self.shift_error, self.bias = shift_of(finals, truth, self.unseen)
+            self.shift, self.shift_error, self.bias = shift_of(finals, (truth.image, truth.variance), self.unseen)
             if not self.is_biased:
                 self.unmet = unmet_light(np.mean([image for image, _ in finals], axis=0), truth.image)
             if self.unmet is not None:
@@ -363,55 +359,3 @@ def error_of(image: np.ndarray, told: float, truth: Truth) -> float:
     """The error of a picture: against the reference, or as it tells itself where the reference is no better."""
     error = error_beyond(truth.error_of(image), truth.error)
     return float(told) if math.isnan(error) else error
-
-
-def shift_of(
-    finals: list[tuple[np.ndarray, np.ndarray]], truth: Truth, unseen: float = 0.0
-) -> tuple[float, float, float]:
-    """How the mean of pictures differs from that of the reference.
-
-    Args:
-        finals: (picture, variance of its pixels) for every seed.
-        unseen: what light that no sample met may add, as a fraction of the mean.
-
-    Returns:
-        The shift and its standard error, as fractions of the reference's mean; and a z-score. For this one, the
-        difference of every block of pixels is divided by its own standard error. A single block counts at most as
-        ``MOST_OF_A_BLOCK``, so that one pixel that met a rare light cannot look like a bias, while an estimator that is
-        wrong is so in many blocks. The z-score is no larger than that of the whole picture.
-    """
-    difference = np.mean([p for p, _ in finals], axis=0) - truth.image
-    variance = np.sum([np.nan_to_num(v) for _, v in finals], axis=0) / len(finals) ** 2 + np.nan_to_num(truth.variance)
-    spread = variance.sum(axis=2) / 3  # channels err together
-    shift = float(difference.mean()) / truth.mean
-    error = math.hypot(math.sqrt(spread.mean() / spread.size) / truth.mean, unseen)
-    d, v = (blocks_of(values) for values in (difference.mean(axis=2), spread))
-    side = min(BLOCK_SIDE, *difference.shape[:2])
-    certain = v > 0
-    if not certain.any() or error == 0:
-        return shift, error, math.nan
-    z = d[certain] / np.sqrt(v[certain] / side**2)
-    of_blocks = float(np.clip(z, -MOST_OF_A_BLOCK, MOST_OF_A_BLOCK).sum()) / math.sqrt(z.size)
-    return shift, error, math.copysign(min(abs(of_blocks), abs(shift) / error), of_blocks)
-
-
-def blocks_of(values: np.ndarray) -> np.ndarray:
-    """The means of square blocks of (h, w) values; what is left over at the ends is not in them."""
-    side = min(BLOCK_SIDE, *values.shape)
-    height, width = (n // side for n in values.shape)
-    return values[: height * side, : width * side].reshape(height, side, width, side).mean(axis=(1, 3)).ravel()
-
-
-def unmet_light(image: np.ndarray, reference: np.ndarray) -> tuple[int, int] | None:
-    """(pixels that met a rare light, pixels that it lights), or None if no light is rare.
-
-    In a picture whose samples seldom meet what lights the scene, nearly all of the pixels that this light brightens are
-    less than half as bright as in the reference, and the few that met it are more than twice as bright.
-    """
-    shown, true = image.sum(axis=2), reference.sum(axis=2)
-    lit = true > LIT * true.mean()
-    dark, bright = lit & (shown < true / 2), lit & (shown > 2 * true)
-    concerned = int(dark.sum() + bright.sum())
-    if concerned < RARE * lit.sum() or bright.sum() > FEW_MET * concerned:
-        return None
-    return int(bright.sum()), concerned

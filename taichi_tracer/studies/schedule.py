@@ -24,7 +24,7 @@ from taichi_tracer.studies.budget import POLL, Budget, Stopped
 from taichi_tracer.studies.convergence import TARGETS, Block, Curve, Shown, Study, Truth, error_of, scaled
 from taichi_tracer.studies.source import Order, SceneFacts, comparable
 from taichi_tracer.studies.variants import Variant, by_priority, is_of_the_chart, process_of, reference_variant
-from taichi_tracer.studies.workers import Helpers, InThisProcess, OtherMachines, StudyWorker
+from taichi_tracer.studies.workers import InThisProcess, OtherMachines, StudyWorker
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processes import Worker, WorkerDied
 
@@ -70,11 +70,10 @@ class Schedule:
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
         self.order, self.machines = order, machines
-        self.budget = Budget(order.budget, order.spent, order.keep, tell, should_stop)
+        self.budget = Budget(order, tell, should_stop)
         self.variants, self.base = list(order.variants), order.variants[0]
         self.workers: list[Worker | InThisProcess] = [] if first is None else [first]
         self.worker_of: dict[Variant, Worker | InThisProcess] = {}
-        self.helpers = Helpers([], order.bench, self.base, order.size)
         self.curves: list[Curve] = []
         self.truths: dict[tuple[str, float], Truth] = {}
         self.notes: list[str] = []
@@ -105,7 +104,8 @@ class Schedule:
                 raise NothingMeasured(self.why_nothing())
             return self.study(facts)
         finally:
-            self.helpers.close()
+            if self.machines is not None:
+                self.machines.end_helping()
             for worker in self.workers:
                 worker.close()
 
@@ -147,7 +147,7 @@ class Schedule:
         self.variants, self.notes = comparable(self.variants, facts)
         if self.machines is not None:
             variant = reference_variant(self.base, self.variants)
-            self.helpers = Helpers(self.machines.helpers(), self.order.bench, variant, self.order.size)
+            self.machines.get_ready(self.order.bench, variant, self.order.size)
         return facts
 
     def compile(self) -> None:
@@ -211,7 +211,8 @@ class Schedule:
             if key not in self.truths:
                 share = FURTHER_SHARE if self.truths else REFERENCE_SHARE
                 self.truths[key] = self.reference_of(variant, min(share * self.order.budget, 0.4 * self.budget.left))
-                self.helpers.close()  # so that nobody disturbs those that are measured
+                if self.machines is not None:
+                    self.machines.end_helping()  # so that nobody disturbs those that are measured
             self.truths[variant.lookup, variant.scale] = scaled(self.truths[key], variant.scale)
 
     def reference_of(self, variant: Variant, seconds: float) -> Truth:
@@ -223,10 +224,11 @@ class Schedule:
         while shot.error > GOOD_REFERENCE and self.budget.elapsed + CHUNK <= end:
             rest = min(2 * CHUNK, end - self.budget.elapsed)
             count = max(TIMED, int(rest / max(per_sample, 1e-6)) // TIMED * TIMED)
-            ranges = self.helpers.begin(REFERENCE_SEED, shot.samples + count, rest)
+            if self.machines is not None:
+                self.machines.begin(REFERENCE_SEED, shot.samples + count, rest)
             shot = self.render(worker, own, count, None, "variance", what)
             per_sample = shot.seconds / count
-            if parts := self.helpers.parts(ranges, self.budget.wait_for):
+            if self.machines is not None and (parts := self.machines.parts(self.budget.wait_for)):
                 shot = self.budget.wait_for(worker.ask("add", own, self.order.size, parts), "adding up the reference")
         if math.isnan(shot.error):
             scene = self.order.source.scene
@@ -334,7 +336,7 @@ class Schedule:
                 labels = "; ".join(v.label for v in variants)
                 self.notes.append(f"Not compared, because there was no time to {what} them: {labels}.")
         if self.machines is not None:
-            self.notes.append(f"{self.machines.told()} {self.helpers.told()}")
+            self.notes.append(self.machines.told())
         if self.budget.should_stop():
             self.notes.append("The study was interrupted: this is what was measured until then.")
         return Study(

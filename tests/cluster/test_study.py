@@ -64,16 +64,19 @@ def test_the_worker_with_the_most_threads_measures_and_the_others_help(two_machi
     assert first.ask("open", "a source", "cpu", ()).result(10) == "done"
     second = two_machines.start_worker()  # another process on the same machine
     assert second.ask("facts", "a variant").result(10) == "done"
-    (other,) = two_machines.helpers()
-    assert other.ask("take", 1).result(10) == "done"
+    two_machines.get_ready((), "a variant", (8, 8))
+    (other,) = two_machines.helpers.prepared
+    assert two_machines.helpers.prepared[other].result(10) == "done"
     assert [(name, at) for name, at, _ in two_machines.cluster.asked] == [
         ("open_study", "tcp://b:1"),
         ("study", "tcp://b:1"),
+        ("open_study", "tcp://a:1"),
         ("study", "tcp://a:1"),
     ]
     assert two_machines.processors == 8
     assert "one worker, tcp://b:1, with 8 threads" in two_machines.told()
-    for one in (first, second, other):
+    two_machines.end_helping()
+    for one in (first, second):
         one.close()
 
 

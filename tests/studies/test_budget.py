@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from taichi_tracer.studies import budget
+from taichi_tracer.studies.source import Order, Source
 
 
 @pytest.fixture
@@ -15,7 +16,7 @@ def clock(monkeypatch):
 
 
 def made(stop=lambda: False, **more):
-    return budget.Budget(**{"seconds": 60.0, "spent": 1.0, "keep": 2.0, "should_stop": stop} | more, tell=print)
+    return budget.Budget(Order(Source("cube"), (), (8, 8), 60.0, 3, spent=1.0, **{"keep": 2.0} | more), print, stop)
 
 
 def test_what_the_caller_does_afterwards_is_kept_for_it(clock):

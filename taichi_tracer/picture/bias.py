@@ -1,0 +1,66 @@
+"""Do pictures have the mean of a reference, and which light did they not meet?"""
+
+import math
+
+import numpy as np
+
+BLOCK_SIDE = 8  # pixels: the side of the blocks on which the bias is tested
+MOST_OF_A_BLOCK = 3.0  # the largest z-score with which a block counts, so that one rare light cannot decide the test
+LIT = 0.01  # of the mean of the reference: darker pixels say nothing about which light was met
+# Of the lit pixels: how many a rare light must concern to be told; and of these, how many may have met it.
+RARE, FEW_MET = 0.05, 0.1
+
+
+def shift_of(
+    pictures: list[tuple[np.ndarray, np.ndarray]], reference: tuple[np.ndarray, np.ndarray], unseen: float = 0.0
+) -> tuple[float, float, float]:
+    """How the mean of pictures differs from that of the reference.
+
+    Args:
+        pictures: (picture, variance of its pixels) for every seed. reference: its picture and variance.
+        unseen: what light that no sample met may add, as a fraction of the mean.
+
+    Returns:
+        The shift and its standard error, as fractions of the reference's mean; and a z-score. For this one, the
+        difference of every block of pixels is divided by its own standard error. A single block counts at most as
+        ``MOST_OF_A_BLOCK``, so that one pixel that met a rare light cannot look like a bias, while an estimator that is
+        wrong is so in many blocks. The z-score is no larger than that of the whole picture.
+    """
+    true, variance_of_true = reference
+    mean = float(true.mean())
+    difference = np.mean([p for p, _ in pictures], axis=0) - true
+    variance = np.sum([np.nan_to_num(v) for _, v in pictures], axis=0) / len(pictures) ** 2
+    variance += np.nan_to_num(variance_of_true)
+    spread = variance.sum(axis=2) / 3  # channels err together
+    shift = float(difference.mean()) / mean
+    error = math.hypot(math.sqrt(spread.mean() / spread.size) / mean, unseen)
+    d, v = (blocks_of(values) for values in (difference.mean(axis=2), spread))
+    side = min(BLOCK_SIDE, *difference.shape[:2])
+    certain = v > 0
+    if not certain.any() or error == 0:
+        return shift, error, math.nan
+    z = d[certain] / np.sqrt(v[certain] / side**2)
+    of_blocks = float(np.clip(z, -MOST_OF_A_BLOCK, MOST_OF_A_BLOCK).sum()) / math.sqrt(z.size)
+    return shift, error, math.copysign(min(abs(of_blocks), abs(shift) / error), of_blocks)
+
+
+def blocks_of(values: np.ndarray) -> np.ndarray:
+    """The means of square blocks of (h, w) values; what is left over at the ends is not in them."""
+    side = min(BLOCK_SIDE, *values.shape)
+    height, width = (n // side for n in values.shape)
+    return values[: height * side, : width * side].reshape(height, side, width, side).mean(axis=(1, 3)).ravel()
+
+
+def unmet_light(image: np.ndarray, reference: np.ndarray) -> tuple[int, int] | None:
+    """(pixels that met a rare light, pixels that it lights), or None if no light is rare.
+
+    In a picture whose samples seldom meet what lights the scene, nearly all of the pixels that this light brightens are
+    less than half as bright as in the reference, and the few that met it are more than twice as bright.
+    """
+    shown, true = image.sum(axis=2), reference.sum(axis=2)
+    lit = true > LIT * true.mean()
+    dark, bright = lit & (shown < true / 2), lit & (shown > 2 * true)
+    concerned = int(dark.sum() + bright.sum())
+    if concerned < RARE * lit.sum() or bright.sum() > FEW_MET * concerned:
+        return None
+    return int(bright.sum()), concerned
