@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from taichi_tracer.system import processors
+
 RUNS = 7
 LOOK = 0.5  # seconds over which the share of other programs is measured
-STAT = Path("/proc/stat")  # where Linux tells how long the processors were busy
 REST = 0.05  # seconds before each call, because threads of some libraries stay busy for a while after their work
 
 
@@ -53,15 +54,14 @@ def describe_machine() -> str:
         names = [line.split(":", 1)[1].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
         model = names[0] if names else model
     versions = ", ".join(f"{name} {_version(name)}" for name in ("taichi", "numpy", "mitsuba", "embreex", "trimesh"))
-    threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     now = f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d %H:%M} UTC"
     note_others()
-    return f"{now}; {model}, {threads} threads; Python {platform.python_version()}, {versions}\n"
+    return f"{now}; {model}, {processors.usable()} threads; Python {platform.python_version()}, {versions}\n"
 
 
 def note_others() -> None:
     """At the end of this process, print how busy other programs kept the processors: before, during and after it."""
-    if busy_seconds() is not None:
+    if processors.busy_seconds() is not None:
         before, since = busy_share_of_others(LOOK), moment()
 
         def tell() -> None:
@@ -89,15 +89,7 @@ def moment() -> tuple[float, float, float]:
     """(seconds of the clock, of all processors, of this process and the processes that it has started and awaited)."""
     times = os.times()
     own = times.user + times.system + times.children_user + times.children_system
-    return time.perf_counter(), busy_seconds() or 0.0, own
-
-
-def busy_seconds() -> float | None:
-    """Seconds since the start of the machine in which its processors were busy; None where the system does not tell."""
-    if not STAT.exists():
-        return None
-    user, nice, system, _idle, _waiting, *interrupts = map(int, STAT.read_text().split("\n", 1)[0].split()[1:9])
-    return (user + nice + system + sum(interrupts)) / os.sysconf("SC_CLK_TCK")
+    return time.perf_counter(), processors.busy_seconds() or 0.0, own
 
 
 def _version(name: str) -> str:

@@ -348,14 +348,9 @@ def scaled(truth: Truth, scale: float) -> Truth:
     return replace(truth, image=image, error=RelativeError(error, error, error), variance=variance)
 
 
-def error_beyond(measured: float, reference: float) -> float:
-    """The error of a picture from its difference to a reference that errs too; NaN where the reference is no better."""
-    if not measured > CLEAR * reference:
-        return 0.0 if measured == 0 else math.nan
-    return math.sqrt(measured**2 - reference**2)
-
-
 def error_of(image: np.ndarray, told: float, truth: Truth) -> float:
-    """The error of a picture: against the reference, or as it tells itself where the reference is no better."""
-    error = error_beyond(truth.error_of(image), truth.error)
-    return float(told) if math.isnan(error) else error
+    """The error of a picture: beyond that of the reference, or as it tells itself where the reference is no better."""
+    measured = truth.error_of(image)
+    if measured == 0 or measured > CLEAR * truth.error:
+        return math.sqrt(max(0.0, measured**2 - truth.error**2))
+    return float(told)

@@ -18,13 +18,13 @@ import numpy as np
 
 from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.metrics import flip, rel_mse
-from taichi_tracer.studies import machine
 from taichi_tracer.studies.bench import Prepared, Shot
 from taichi_tracer.studies.budget import POLL, Budget, Stopped
 from taichi_tracer.studies.convergence import TARGETS, Block, Curve, Shown, Study, Truth, error_of, scaled
 from taichi_tracer.studies.source import Order, SceneFacts, comparable
 from taichi_tracer.studies.variants import Variant, by_priority, is_of_the_chart, process_of, reference_variant
 from taichi_tracer.studies.workers import InThisProcess, OtherMachines, StudyWorker
+from taichi_tracer.system import processors
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processes import Worker, WorkerDied
 
@@ -77,7 +77,7 @@ class Schedule:
         self.curves: list[Curve] = []
         self.truths: dict[tuple[str, float], Truth] = {}
         self.notes: list[str] = []
-        self.others = machine.Others()
+        self.others = processors.Others()
         self.kernels_made, self.rounds, self.equal_seconds = 0, 0, 0.0
 
     def run(self) -> Study:
@@ -161,7 +161,8 @@ class Schedule:
         waiting = [(self.workers[0], first), *((None, variants) for variants in others)]
         busy: dict[Future, tuple[Worker | InThisProcess, list[Variant]]] = {}
         while waiting or busy:
-            while waiting and len(busy) < self.processors:
+            most = processors.usable() if self.machines is None else self.machines.processors
+            while waiting and len(busy) < most:
                 worker, variants = waiting.pop(0)
                 if worker is None:
                     worker = self.start_worker()
@@ -190,11 +191,6 @@ class Schedule:
             key = () if self.order.source.here else process_of(variant, self.base)
             found.setdefault(key, []).append(variant)
         return list(found.values())
-
-    @property
-    def processors(self) -> int:
-        """How many workers may compile at a time."""
-        return machine.processors() if self.machines is None else self.machines.processors
 
     def take(self, worker: Worker | InThisProcess, variant: Variant, result: Prepared) -> None:
         """Take what a worker has compiled."""

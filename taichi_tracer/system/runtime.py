@@ -22,7 +22,7 @@ import numpy as np
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system import trial
+from taichi_tracer.system import processors, trial
 from taichi_tracer.system.cache import cache_folder, only_writer, wanted_folder
 from taichi_tracer.system.errors import InputError, one_of
 
@@ -171,8 +171,7 @@ def patches() -> dict[str, str]:
 
 def workers(threads: int | None) -> int:
     """The number of threads that Taichi starts for a number of CPUs; None means all CPUs that this process may use."""
-    has_affinity = hasattr(os, "sched_getaffinity")  # not on macOS and Windows
-    cpus = len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count() or 1
+    cpus = processors.usable()
     return threads if threads is not None and threads < cpus else WORKERS_PER_CPU * (threads or cpus)
 
 

@@ -52,9 +52,10 @@ def test_blocks_of_one_turn_are_compared_with_each_other():
 
 
 def test_the_references_own_error_is_taken_off():
-    assert convergence.error_beyond(0.05, 0.03) == pytest.approx(0.04)
-    assert math.isnan(convergence.error_beyond(0.031, 0.03))
-    assert convergence.error_beyond(0.0, 0.0) == 0
+    ones = np.ones((8, 8, 3))
+    assert convergence.error_of(1.05 * ones, 1.0, made_truth(ones, 0.03)) == pytest.approx(0.04)
+    assert convergence.error_of(1.031 * ones, 0.02, made_truth(ones, 0.03)) == 0.02
+    assert convergence.error_of(ones, 1.0, made_truth(ones, 0.03)) == 0
 
 
 def test_a_light_that_is_hardly_met_is_told():

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from taichi_tracer.picture.error_estimate import RelativeError
-from taichi_tracer.studies import accuracy_tables, budget, machine, schedule, variants
+from taichi_tracer.studies import accuracy_tables, budget, schedule, variants
 from taichi_tracer.studies.bench import Prepared, Shot
 from taichi_tracer.studies.source import Order, SceneFacts, Source
+from taichi_tracer.system import processors
 from taichi_tracer.system.errors import InputError
 
 TRUE = np.ones((16, 16, 3))
@@ -100,8 +101,8 @@ def world_of(monkeypatch):
         monkeypatch.setattr(budget, "wait", world.wait)
         monkeypatch.setattr(schedule, "wait", world.wait)
         monkeypatch.setattr(schedule, "StudyWorker", hired)
-        monkeypatch.setattr(machine, "processors", lambda: 2)
-        monkeypatch.setattr(machine, "busy_seconds", lambda: None)
+        monkeypatch.setattr(processors, "usable", lambda: 2)
+        monkeypatch.setattr(processors, "busy_seconds", lambda: None)
         monkeypatch.setattr(schedule, "flip", lambda *_: (0.0, None))
         return world
 
