@@ -92,8 +92,7 @@ class Environment:
     def set_intensity(self, intensity: float) -> None:
         """Multiply all radiance by a finite number that is at least 0."""
         self._memory.check("environment")
-        if not 0 <= float(intensity) < math.inf:
-            raise InputError(f"environment: intensity must be a finite number of at least 0, not {intensity!r}")
+        check_intensity(intensity)
         self._intensity = float(intensity)
         self._write()
 
@@ -226,6 +225,12 @@ def checked(image, name: str) -> np.ndarray:
                 f"({wrong.any(axis=2).sum()} such texels); replace it by 0 or more"
             )
     return np.ascontiguousarray(pixels)
+
+
+def check_intensity(intensity: float) -> None:
+    """Raise an InputError unless all radiance can be multiplied by this number."""
+    if not 0 <= float(intensity) < math.inf:
+        raise InputError(f"environment: intensity must be a finite number of at least 0, not {intensity!r}")
 
 
 def load_environment(value: "ArrayLike | Path | Environment | None", **options: Any) -> Environment | None:

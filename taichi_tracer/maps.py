@@ -13,7 +13,7 @@ from taichi_tracer.files.picture import Picture
 from taichi_tracer.forms import Parts, Plan
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control, NameControl
-from taichi_tracer.integrators.path_settings import PathSettings
+from taichi_tracer.integrators.path_settings import DEFAULTS, PathSettings
 from taichi_tracer.integrators.paths import Paths
 from taichi_tracer.integrators.work import WorkMap, counted
 from taichi_tracer.options import RENDERER_DEFAULTS, RendererOptions, with_options
@@ -28,11 +28,12 @@ from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import HEAT, Scale, round_up
+from taichi_tracer.values import MAP_OF
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
 
-USUAL = "path"  # what is measured when nobody says it
+USUAL = MAP_OF.default  # what is measured when nobody says it
 MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
 COVERED = 99.5  # percent of the pixels that the automatic scale covers
 TILES, SMALLEST_TILE = 4096, 8  # of a picture that is timed: at most so many tiles, of at least so many pixels a side
@@ -53,6 +54,7 @@ class MapRenderer(ProgressiveRenderer):
     """
 
     name, what, jitters, has_own_display = "MapRenderer", "map", True, True
+    value_names = MAP_OF.name, *DEFAULTS
 
     @with_options(RendererOptions, RENDERER_DEFAULTS)
     def __init__(
@@ -117,6 +119,10 @@ class MapRenderer(ProgressiveRenderer):
         """Whether what is measured shows nothing in a scene without light."""
         return self.measured.needs_light
 
+    def values(self) -> dict[str, Any]:
+        """What is measured, and how long its paths are."""
+        return {MAP_OF.name: self.of, **self.path_settings.facts()}
+
     def controls(self) -> tuple[Control, ...]:
         """What is measured, and its own values."""
         names = [part.name for part in PARTS.all("integrator") if part.what in MEASURED]
@@ -124,7 +130,9 @@ class MapRenderer(ProgressiveRenderer):
 
     def change(self, name: str, value: Any) -> None:
         """Change a value of ``controls``."""
-        if name == "of":
+        if name in DEFAULTS:
+            self.path_settings.set(**{name: value})
+        elif name == MAP_OF.name:
             self.of = value
         else:
             self.measured.change(name, value)

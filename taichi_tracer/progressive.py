@@ -92,6 +92,7 @@ class ProgressiveRenderer(RenderedPicture):
     what = "view"  # the kind of integrators that it offers; messages use this word too
     jitters = False  # whether its pictures consist of random samples by default
     has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
+    value_names: tuple[str, ...] = ()  # which of ``values.VALUES`` it has
     scale: Scale | None = None  # what the colours mean, if they stand for numbers
 
     @with_options(RendererOptions, RENDERER_DEFAULTS)
@@ -201,9 +202,16 @@ class ProgressiveRenderer(RenderedPicture):
         """The values that can be changed while the picture is shown, as far as they have an effect at present."""
         return self.active.controls()
 
+    def values(self) -> dict[str, Any]:
+        """Name → present value of each of ``value_names``, in use or not."""
+        return {name: copy.copy(getattr(self, name)) for name in self.value_names}
+
     def change(self, name: str, value: Any) -> None:
-        """Change a value of ``controls``; see ``Integrator.change``."""
-        self.active.change(name, value)
+        """Change a value of ``controls``, or one of ``value_names``; see ``Integrator.change``."""
+        if name in self.value_names:
+            setattr(self, name, value)
+        else:
+            self.active.change(name, value)
 
     @property
     def srgb(self) -> bool:
@@ -309,7 +317,7 @@ class ProgressiveRenderer(RenderedPicture):
         """
         self.scene_data.check_alive()
         is_continued = self.samples > 0 and self.is_current()
-        target = Target(1 if spp is None and time is None and error is None else spp, time, error)
+        target = Target.of(spp, time, error)
         self.plan.expect(target, is_continued)
         self.seconds_before = self.rendered_seconds if is_continued else 0.0
         render_until(self, target, watch)

@@ -21,6 +21,7 @@ from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, seams
 from taichi_tracer.system.wings import wing
+from taichi_tracer.values import MAX_DISTANCE, OF_PATHS, WEIGHTS
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -34,6 +35,7 @@ class A1Renderer(ProgressiveRenderer):
     """Assignment 1: what did the eye ray hit? Six views of the hit (A1-15)."""
 
     name, what = "A1Renderer", "view"
+    value_names = (MAX_DISTANCE.name,)
     r, g, b = (factor / ID_COLOR_UNIT for factor in ID_COLOR)
 
     ShadeMode = modes.ShadeMode
@@ -212,6 +214,7 @@ class A3Renderer(A2Renderer):
     """
 
     name = "A3Renderer"
+    value_names = tuple(value.name for value in WEIGHTS)
 
     SampleMode = modes.LampSampleMode
 
@@ -286,6 +289,7 @@ class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
     """
 
     name, what, jitters = "A4Renderer", "path", True
+    value_names = tuple(value.name for value in OF_PATHS)
 
     ShadingMode = modes.ShadingMode
 

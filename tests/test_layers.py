@@ -29,7 +29,7 @@ MOST_LINES_OF_A_FILE, MOST_LINES_OF_A_FUNCTION, MOST_PARAMETERS = 450, 50, 7
 
 # From the bottom up: a file uses what stands before it. A folder's name stands for all of its files.
 LAYERS = (
-    "system",
+    "values system",
     "formulas ray ray_hits random_numbers tones",
     "brdfs",
     "materials geometry textures files",
@@ -63,7 +63,7 @@ MAP = {
     ),
     "the door to the fast forms, and the wing behind it, which nobody needs to read": "forms fast",
     "the picture, the scene's effects and options, what is underneath": (
-        "picture unseen effects background options camera_settings camera_calls scene_parts ray_hits maps system"
+        "picture unseen effects background options values camera_settings camera_calls scene_parts ray_hits maps system"
     ),
     "outside; each folder but files can be taken off": "files rt3 course studies teaching explain apps cluster",
 }
@@ -262,7 +262,6 @@ def parameters_of(function: ast.FunctionDef) -> int:
 # Files that have no test file of their own name and that no test imports → what tests them.
 TESTED_THROUGH = {
     "__main__": "test_packaging",
-    "apps.arguments": "apps/test_cli",
     "apps.compare": "apps/test_cli",
     "apps.effects": "apps/test_cli",
     "apps.export": "apps/test_cli",

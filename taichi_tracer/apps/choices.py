@@ -13,6 +13,7 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.values import MAX_DISTANCE
 
 NO_LIGHT = "none"  # the name for a scene without an environment, as on the command line
 
@@ -98,10 +99,11 @@ class Choices:
     # ── white, in the view of the distance ──
 
     def _take_white(self) -> None:
-        if isinstance(self.renderer, A1Renderer):
+        distance = self.renderer.values().get(MAX_DISTANCE.name)
+        if distance is not None:
             if self.white is None:
-                self.white = self.usual_white = self.renderer.max_distance
-            self.renderer.max_distance = self.white
+                self.white = self.usual_white = distance
+            self.renderer.change(MAX_DISTANCE.name, self.white)
 
     def set_white(self, distance: float | None) -> None:
         """Choose the distance that the view of the distance shows white."""
@@ -191,14 +193,11 @@ def made_like(
 
 
 def copy_values(former: ProgressiveRenderer, renderer: ProgressiveRenderer) -> None:
-    """Give a renderer the lengths of paths, or the weights, of a former one of the same class."""
-    if isinstance(former, MapRenderer) and isinstance(renderer, MapRenderer):
-        renderer.of = former.of
-        renderer.path_settings.set(**former.path_settings.facts())
-    if isinstance(former, A4Renderer) and isinstance(renderer, A4Renderer):
-        renderer.path_settings.set(**former.path_settings.facts())
-    if isinstance(former, A3Renderer) and isinstance(renderer, A3Renderer):
-        renderer.set_weights(mis_plight=former.mis_plight, mis_pbrdf=former.mis_pbrdf)
+    """Give a renderer the values of a former one that it has, too."""
+    known = renderer.values()
+    for name, value in former.values().items():
+        if name in known and value != known[name]:
+            renderer.change(name, value)
 
 
 def after(name: str, names: list[str]) -> str:

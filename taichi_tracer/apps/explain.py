@@ -26,7 +26,7 @@ def run(args: Namespace) -> int:
     picture = pictures[0]
     renderer_class, integrator = picture.views[0]
     renderer = picture.make_renderer(renderer_class, scene.load()).use(integrator)
-    samples = max(picture.spp, args.sample + 1)
+    samples = max(picture.target.spp, args.sample + 1)
     found = find(renderer, args, samples)
     if found is None:
         print(f"all {renderer.samples} samples of every pixel are finite")

@@ -82,7 +82,7 @@ def _integrator_of(picture: PictureRequest) -> Integrator:
     if issubclass(renderer_class, RT3Renderer):
         return Integrator(shown.name)
     if issubclass(renderer_class, A2Renderer):
-        return Integrator("direct", estimator=shown.name, spp=picture.spp)
+        return Integrator("direct", estimator=shown.name, spp=picture.target.spp)
     if shown.name not in SAME_AS:
         raise InputError(
             f"RT3 has no integrator that shows {shown.name!r}: known are normal, flat, depth_map, mis, ..."

@@ -7,15 +7,11 @@ import numpy as np
 
 import taichi_tracer
 from taichi_tracer.apps.requests import OF_LIGHT
-from taichi_tracer.apps.same_again import DISTANCE, position_of
-from taichi_tracer.integrators.one_sample import OneSampleMis
-from taichi_tracer.integrators.path_settings import DEFAULTS
+from taichi_tracer.apps.same_again import changed_values, position_of
 from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.lights.given import GivenLight
-from taichi_tracer.maps import USUAL, MapRenderer
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.renderer import A1Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import load_scene_data, name_of
 from taichi_tracer.system import runtime
@@ -96,23 +92,12 @@ def renderer_options(renderer: ProgressiveRenderer) -> dict[str, Any]:
 
 def value_lines(renderer: ProgressiveRenderer) -> list[str]:
     """What is changed of the renderer after it is made: values of the integrator, and how the picture is shown."""
-    lines, active = [], renderer.active
-    if isinstance(active, OneSampleMis) and active.weights != OneSampleMis.weights:
-        lines.append(call("renderer.set_weights", [repr(float(w)) for w in active.weights], {}))
-    if isinstance(renderer, MapRenderer) and renderer.of != USUAL:
-        lines.append(f"renderer.of = {renderer.of!r}")
-    if isinstance(renderer, A4Renderer | MapRenderer):
-        settings = {name: renderer.path_settings[name] for name in DEFAULTS}
-        changed = {name: value for name, value in settings.items() if value != DEFAULTS[name]}
-        lines += [call("renderer.path_settings.set", [], changed)] if changed else []
-    if isinstance(renderer, A1Renderer) and active.name == DISTANCE:
-        lines.append(f"renderer.max_distance = {renderer.max_distance!r}")
+    active = renderer.active
+    lines = [f"renderer.{name} = {plain(value)}" for name, value in changed_values(renderer).items()]
     if isinstance(active, BlinnPhong) and active.depth != BlinnPhong().depth:
         lines.append(call("renderer.set_mirrors", [repr(int(active.depth))], {}))
     if isinstance(active, DepthMap):
-        near, far = active.colors
-        depth = {"near_color": near, "far_color": far, "zmin": active.zmin, "zmax": active.zmax}
-        lines.append(call("renderer.set_depth", [], depth))
+        lines.append(call("renderer.set_depth", [], active.arguments()))
     if renderer.srgb and not renderer.has_own_display and not renderer.display.is_plain:
         shown = {"exposure": float(renderer.display.exposure), "tone": renderer.display.part.name}
         lines.append(call("renderer.set_display", [], shown))

@@ -8,12 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from taichi_tracer.apps.interruption import Interruption
-from taichi_tracer.apps.render_request import RenderRequest
 from taichi_tracer.apps.rescue import written
 from taichi_tracer.apps.words import note
 from taichi_tracer.files import checkpoint
 from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
-from taichi_tracer.picture.progress import Progress, two_digits
+from taichi_tracer.picture.progress import Progress, Target, two_digits
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import stopwatch
 from taichi_tracer.system.errors import InputError
@@ -27,15 +26,14 @@ SHORTEST = 1e-9  # seconds: keeps the share that is done a number before anythin
 def add_samples(
     renderer: ProgressiveRenderer,
     keeper: "Keeper",
-    spp: int | None,
-    request: RenderRequest,
+    target: Target,
     interruption: Interruption,
     render: Callable[..., object],
 ) -> None:
     """Render until a target is reached or a signal came, and keep a checkpoint if one is wanted."""
     kept = keeper.resume()
+    spp = None if target.spp is None else target.spp - kept
     if spp is not None:
-        spp -= kept
         if spp <= 0:
             return
     with Bar(renderer) as bar:
@@ -49,7 +47,7 @@ def add_samples(
 
         interruption.is_rendering = True
         try:
-            render(spp=spp, time=request.time, error=request.error, watch=watch)
+            render(spp=spp, time=target.time, error=target.error, watch=watch)
         except Stopped:
             pass
         except KeyboardInterrupt:  # within a sample: some pixels may have it, so that nothing can go on from there

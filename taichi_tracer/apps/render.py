@@ -85,7 +85,7 @@ def run_watched(args: Namespace, elsewhere: "Elsewhere | None", watch: stopwatch
                 with Interruption() as interruption:
                     is_in_place &= make_picture(renderer, picture, request, path, clock, interruption, render)
                 if interruption.number is not None:
-                    of = "" if request.spp is None else f" of {request.spp}"
+                    of = "" if args.spp is None else f" of {args.spp}"
                     print(f"taichi-tracer: {interruption.word} after {renderer.samples}{of} samples", file=sys.stderr)
                     return interruption.exit_code
                 if watch is not None:
@@ -204,7 +204,7 @@ def make_picture(
     keeper = Keeper(renderer, request.checkpoint, request.checkpoint_every)
     incomplete = None
     try:
-        add_samples(renderer, keeper, request.samples_of(picture), request, interruption, render)
+        add_samples(renderer, keeper, picture.target, interruption, render)
     except IncompleteError as error:
         incomplete = InputError(f"{error} after {renderer.samples} samples: {keeper.kept_at_end(path)}")
     is_in_place = keeper.is_in_place

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from taichi_tracer.apps.options import BY_BOUNCE, OPTIONS, words_of
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
-from taichi_tracer.apps.same_again import DISTANCE
 from taichi_tracer.apps.words import PICTURE_FOLDER, note, taken
 from taichi_tracer.files.disk import make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable
@@ -15,6 +15,7 @@ from taichi_tracer.picture.aovs import Aov, channel_names, find_aovs
 from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import Display
+from taichi_tracer.values import VALUES
 
 
 @dataclass(frozen=True)
@@ -23,8 +24,6 @@ class RenderRequest:
 
     Attributes:
         output: a file or a folder; None is where the scene file says, or ``PICTURE_FOLDER``.
-        spp, time, error: what ends the rendering, as for ``ProgressiveRenderer.render``. Where all are None, it is the
-            samples of the picture.
         bounces: (first, last) of the light that each picture counts, see ``PathSettings``; empty is one picture of all.
         checkpoint: a file to go on from, and to keep samples in every ``checkpoint_every`` seconds; or None.
         aovs: the raw arrays that each file has beside its picture.
@@ -34,29 +33,30 @@ class RenderRequest:
     scene: SceneRequest
     pictures: tuple[PictureRequest, ...]
     output: str | None
-    spp: int | None
-    time: float | None
-    error: float | None
     bounces: tuple[Bounces, ...]
     checkpoint: str | None
     checkpoint_every: float
     aovs: tuple[Aov, ...]
     profile: bool
 
-    def samples_of(self, picture: PictureRequest) -> int | None:
-        """How many samples end the rendering of a picture; None where only time or error do."""
-        return picture.spp if self.spp is None and self.time is None and self.error is None else self.spp
-
 
 def render_of(args: Namespace) -> RenderRequest:
     """What the options of ``render`` ask for."""
     scene, pictures = scene_and_pictures_of(args)
-    if args.max_distance is not None and all(one.name != DISTANCE for picture in pictures for _, one in picture.views):
-        note(f"--max-distance {args.max_distance:g} changes nothing here: it belongs to the view {DISTANCE!r}")
+    note_unused(args, pictures)
     if args.bounces:
         check_pictures_by_bounce(args, pictures)
-    error = None if args.error is None else args.error / 100
-    return taken(RenderRequest, args, scene=scene, pictures=pictures, error=error, aovs=find_aovs(args.aov))
+    return taken(RenderRequest, args, scene=scene, pictures=pictures, aovs=find_aovs(args.aov))
+
+
+def note_unused(args: Namespace, pictures: Sequence[PictureRequest]) -> None:
+    """Tell the user which options change nothing, because no picture has the value that they change."""
+    views = [view for picture in pictures for view in picture.views]
+    for option in (one for one in OPTIONS.values() if one.value and one is not BY_BOUNCE):
+        value, words = VALUES[option.value], words_of(**{option.name: getattr(args, option.name)})
+        shown = [one.name for renderer_class, one in views if option.value in renderer_class.value_names]
+        if words and (not shown or value.of not in ("", *shown)):
+            note(f"{' '.join(words)} changes nothing here: it belongs to {value.owner}")
 
 
 def check_pictures_by_bounce(args: Namespace, pictures: Sequence[PictureRequest]) -> None:
@@ -67,7 +67,7 @@ def check_pictures_by_bounce(args: Namespace, pictures: Sequence[PictureRequest]
                 raise InputError(f"--bounces needs paths, and {integrator.name} has none: use --estimator path")
         for one in args.bounces:
             check_bounces(one)
-        check_terms(args.bounces, dict(picture.paths).get("max_bounces", DEFAULTS["max_bounces"]))
+        check_terms(args.bounces, dict(picture.values).get("max_bounces", DEFAULTS["max_bounces"]))
     if len(args.bounces) > 1:
         given = [name for name in ("time", "error", "adaptive") if getattr(args, name)]
         if given:

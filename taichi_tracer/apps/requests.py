@@ -4,35 +4,42 @@ The functions called ``…_of`` read argparse's namespace, at the top of a comma
 return. Names of parts are looked up in the registry, after the files of ``--parts`` were loaded.
 """
 
+import warnings
 from argparse import Namespace
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from taichi_tracer.apps.names import VIEW, View, find_views
+from taichi_tracer.apps.options import BY_BOUNCE, OPTIONS, words_of
 from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
-from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
+from taichi_tracer.camera import ProjectiveCamera, change_projection, check_view, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.environment import Environment, load_environment
+from taichi_tracer.effects import MODES
+from taichi_tracer.environment import LOOKUPS, Environment, check_intensity, load_environment
 from taichi_tracer.formulas.camera_frame import up_of
-from taichi_tracer.formulas.view import without_angle
-from taichi_tracer.maps import MapRenderer, find_measured
+from taichi_tracer.formulas.view import HANDEDNESS, without_angle
+from taichi_tracer.integrators import one_sample, path_settings
+from taichi_tracer.maps import find_measured
 from taichi_tracer.picture.crop import crop_pixels
+from taichi_tracer.picture.progress import Target
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_data, scene_of_document
 from taichi_tracer.system import runtime
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.stopwatch import TAICHI, part
 from taichi_tracer.tones.display import Display
+from taichi_tracer.values import WEIGHTS
 
 if TYPE_CHECKING:
     from taichi_tracer.rt3.document import Document, Shot
 
 OF_LIGHT = ("intensity", "rotation", "lookup")  # arguments of ``Environment`` beside its image
 QUICK = 4  # a quick picture has a quarter of the width and of the height
-Options = tuple[tuple[str, object], ...]  # names with values, of options that were given
+Values = tuple[tuple[str, Any], ...]  # names of ``values.VALUES`` with what was given for them
 WHOLE = 0.0, 1.0, 0.0, 1.0  # the crop window of the whole frame
 
 
@@ -54,7 +61,7 @@ class MachineRequest:
 
     def words(self) -> list[str]:
         """The options that ask for the same."""
-        return options_of(arch=self.arch, precision=self.precision) + ["--fast-math"] * self.fast_math
+        return words_of(**vars(self))
 
 
 @dataclass(frozen=True)
@@ -131,20 +138,9 @@ class SceneRequest:
 
     def words(self) -> list[str]:
         """The options that make this scene, but for its name and that of its environment."""
-        words = [word for path in self.parts for word in ("--parts", path)]
-        words += options_of(intersector=self.intersector, triangle_test=self.triangle_test, effects=self.effects)
-        words += [] if self.environment is None else options_of(**self.environment.options)
-        words += options_of(brdfs=",".join(self.brdfs) or None, lights=",".join(self.lights) or None)
-        words += options_of(smooth=self.smooth)
-        words += ["--up-axis", self.up_axis] * (self.up_axis != "y")
-        words += options_of(lamp_choice=self.lamp_choice) + ["--two-sided-lamps"] * self.two_sided_lamps
-        return words + ["--plain"] * self.plain + self.machine.words()
-
-
-def options_of(**values) -> list[str]:
-    """The words that give these values to the options of the same names; nothing for None."""
-    options = {f"--{name.replace('_', '-')}": value for name, value in given(**values).items()}
-    return [word for option, value in options.items() for word in (option, str(value))]
+        names = [f.name for f in fields(self) if f.name in OPTIONS and f.name != "environment"]
+        light = {} if self.environment is None else self.environment.options
+        return words_of(**{name: getattr(self, name) for name in names}, **light) + self.machine.words()
 
 
 # ── a picture ──
@@ -198,13 +194,11 @@ class PictureRequest:
         crop_window: (x0, x1, y0, y1), the part that is rendered, in fractions of the frame.
         views: what to show, one picture each.
         names_view: whether the command line says what to show.
-        spp: samples per pixel.
+        target: when its rendering ends.
         shot: what the scene file says; None for a mesh.
         filename: where the scene file wants it; None where it says nothing, or something else is shown.
         display: exposure and tone curve, for what shows light or colour.
-        max_distance: what the view of the distance shows white; None is what fits the scene.
-        paths, weights: what is asked of ``PathSettings``, and of ``A3Renderer.set_weights``.
-        map_of: the name of what maps of work measure; None is what they usually measure.
+        values: what is asked of the renderer, if it has such a value.
     """
 
     width: int
@@ -212,16 +206,13 @@ class PictureRequest:
     crop_window: tuple[float, ...]
     views: tuple[View, ...]
     names_view: bool
-    spp: int
+    target: Target
     shot: "Shot | None"
     filename: str | None
     camera: CameraRequest
     samples: SamplesRequest
     display: Display
-    max_distance: float | None
-    map_of: str | None
-    paths: Options
-    weights: Options
+    values: Values
 
     @property
     def crop(self) -> tuple[int, int, int, int]:
@@ -253,16 +244,10 @@ class PictureRequest:
         options = given(sampler=samples.sampler, jitter=samples.jitter or None)
         options |= {"seed": samples.seed, "adaptive": samples.adaptive, "first_sample": samples.first_sample}
         renderer = renderer_class(scene_data=scene, camera=self.make_camera(scene), crop=self.crop, **options)
-        if isinstance(renderer, MapRenderer) and self.map_of is not None:
-            renderer.of = self.map_of
-        if isinstance(renderer, A4Renderer | MapRenderer):
-            renderer.path_settings.set(**dict(self.paths))
-        if isinstance(renderer, A3Renderer):
-            renderer.set_weights(**dict(self.weights))
-        if self.shot is not None and hasattr(renderer, "set_values"):  # the renderer of RT3 has it
-            renderer.set_values(self.shot.integrator)
-        if self.max_distance is not None and isinstance(renderer, A1Renderer):
-            renderer.max_distance = self.max_distance
+        known = renderer.values().keys()
+        for name, value in self.values:
+            if name in known:
+                renderer.change(name, value)
         return renderer.set_display(self.display.exposure, self.display.tone)
 
 
@@ -292,6 +277,8 @@ def scene_of(args: Namespace, document: "Document | None", needs_light: bool) ->
     Args:
         needs_light: whether something is to be shown that light has to be simulated for.
     """
+    if args.intensity is not None:
+        check_intensity(args.intensity)
     asked = environment_of(args, document)
     is_usual = asked is None and needs_light and args.environment is None and not args.lights
     return taken(
@@ -304,11 +291,6 @@ def scene_of(args: Namespace, document: "Document | None", needs_light: bool) ->
         machine=taken(MachineRequest, args),
         up_axis=up_axis_of(args),
     )
-
-
-def asked(args: Namespace, *names: str) -> Options:
-    """The options of these names that are given, with their values."""
-    return tuple((name, getattr(args, name)) for name in names if getattr(args, name) is not None)
 
 
 def up_axis_of(args: Namespace) -> str:
@@ -330,11 +312,12 @@ def environment_of(args: Namespace, document: "Document | None") -> EnvironmentR
 
 def pictures_of(args: Namespace, document: "Document | None") -> tuple[PictureRequest, ...]:
     """The pictures to be made: those of the scene file, or one; what the command line says counts instead."""
+    check_names(args)
     return tuple(_picture_of(args, shot) for shot in ([None] if document is None else document.shots))
 
 
 def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
-    (width, height), view, spp, window, filename = size(PICTURE_SIZE), VIEW, 1, WHOLE, None
+    (width, height), view, spp, window, filename = size(PICTURE_SIZE), VIEW, None, WHOLE, None
     if shot is not None:
         width, height, integrator, spp = shot.film.width, shot.film.height, shot.integrator, shot.integrator.spp
         view = integrator.estimator if integrator.name == "direct" else integrator.name
@@ -351,19 +334,69 @@ def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
         crop_window=window if args.crop is None else tuple(args.crop),
         views=find_views(view if args.view is None else args.view),
         names_view=args.view is not None,
-        spp=spp if args.spp is None else args.spp,
+        target=target_of(args, spp),
         shot=shot,
         filename=filename if args.view is None else None,
         camera=taken(CameraRequest, args),
         samples=taken(SamplesRequest, args),
         display=Display(args.exposure, args.tone),
-        map_of=None if args.map_of is None else find_measured(args.map_of),
-        paths=asked(args, "max_bounces", "rr_start_bounce", "rr_termination_probability", "roulette"),
-        weights=asked(args, "mis_plight", "mis_pbrdf"),
+        values=values_of(args, shot),
     )
     if not picture.display.is_plain and not any(integrator.srgb for _, integrator in picture.views):
         shown = ", ".join(integrator.name for _, integrator in picture.views)
         advice = "give what shows light, as with --estimator mis"
         raise InputError(f"{picture.display}: {shown} shows data, which neither of them changes: {advice}")
     crop_pixels(picture.crop_window, width, height)  # a window without pixels is an error before any work is done
+    check_camera(picture)
     return picture
+
+
+def target_of(args: Namespace, spp: int | None) -> Target:
+    """When the rendering ends: as the command line says, or after so many samples."""
+    error = None if args.error is None else args.error / 100
+    is_said = any(value is not None for value in (args.spp, args.time, error))
+    return Target.of(args.spp if is_said else spp, args.time, error)
+
+
+def values_of(args: Namespace, shot: "Shot | None") -> Values:
+    """The values of renderers that the command line gives, or the scene file.
+
+    Raises:
+        InputError: one of them is out of its range.
+    """
+    asked = dict(shot.integrator.values) if shot is not None else {}
+    words = {o.value: getattr(args, o.name) for o in OPTIONS.values() if o.value and o is not BY_BOUNCE}
+    asked |= given(**words)
+    if "of" in asked:
+        asked["of"] = find_measured(asked["of"])
+    path_settings.check(**{name: asked.get(name, usual) for name, usual in path_settings.DEFAULTS.items()})
+    one_sample.check(**{value.name: asked.get(value.name, value.default) for value in WEIGHTS})
+    return tuple(asked.items())
+
+
+# ── wrong words, before a scene is loaded ──
+
+
+def check_names(args: Namespace) -> None:
+    """Raise an InputError for a name that is none."""
+    for option in OPTIONS.values():
+        said = getattr(args, option.name, None) if option.part else None
+        for name in said if isinstance(said, tuple) else given(name=said).values():
+            PARTS.find(option.part, name)
+    for name, known in (("effects", MODES), ("lookup", LOOKUPS), ("handedness", HANDEDNESS)):
+        if getattr(args, name, None) not in (None, *known):
+            raise one_of(name, getattr(args, name), known)
+
+
+def check_camera(picture: PictureRequest) -> None:
+    """Raise an InputError if there is no such camera. The place of a mesh's own is not known yet: any stands for it."""
+    camera, view = picture.camera, {"eye": (0, 0, 1), "at": (0, 0, 0), "up": (0, 1, 0)}
+    if picture.shot is not None:
+        view = picture.shot.view
+    elif camera.eye is None or camera.at is None:
+        camera = replace(camera, eye=None, at=None, up=None)
+    elif camera.up is None:
+        view["up"] = np.eye(3)[np.abs(np.subtract(camera.at, camera.eye)).argmin()]  # not along the gaze
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the camera itself warns
+        check_view(picture.width, picture.height, **camera.applied_to(view, picture.width / picture.height))

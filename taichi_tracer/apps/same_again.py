@@ -3,20 +3,18 @@
 import shlex
 from collections.abc import Sequence
 from inspect import signature
+from typing import Any
 
-from taichi_tracer.apps.requests import options_of
+from taichi_tracer.apps.options import OPTIONS, words_of
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.integrators.one_sample import OneSampleMis
-from taichi_tracer.integrators.path_settings import DEFAULTS
 from taichi_tracer.integrators.path_settings import name_of as name_of_bounces
-from taichi_tracer.maps import MapRenderer
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.renderer import A1Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_data_loader import name_of
 from taichi_tracer.system.digits import digits
 from taichi_tracer.system.registry import PARTS
+from taichi_tracer.values import BOUNCES, VALUES
 
 DISTANCE = "distance"  # the view that has a white of its own
 
@@ -37,27 +35,28 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     words += ["--jitter"] * (renderer.jitter and not renderer.jitters) + ["--adaptive"] * renderer.adaptive
     words += renderer.display.words() if renderer.srgb and not renderer.has_own_display else []
     words += ["--size", f"{renderer.width}x{renderer.height}"]
-    if isinstance(renderer, A1Renderer) and renderer.active.name == DISTANCE:
-        words += ["--max-distance", f"{renderer.max_distance:.9g}"]
     return shlex.join([*words, *camera_words(renderer.camera)])
 
 
+def changed_values(renderer: ProgressiveRenderer) -> dict[str, Any]:
+    """The values of a renderer that are not the defaults, and that the picture in use may depend on."""
+    known = ((VALUES[name], value) for name, value in renderer.values().items() if name in VALUES)
+    return {of.name: value for of, value in known if value != of.default and of.of in ("", renderer.active.name)}
+
+
 def value_words(renderer: ProgressiveRenderer) -> list[str]:
-    """The options for the values of the integrator that are not the defaults: lengths of paths, or weights."""
-    if isinstance(renderer.active, OneSampleMis) and renderer.active.weights != OneSampleMis.weights:
-        mis_plight, mis_pbrdf = renderer.active.weights
-        return options_of(mis_plight=mis_plight, mis_pbrdf=mis_pbrdf)
-    words = ["--map-of", renderer.of] if isinstance(renderer, MapRenderer) else []
-    if not isinstance(renderer, A4Renderer | MapRenderer):
-        return []
-    changed = {name: value for name, value in renderer.path_settings.facts().items() if value != DEFAULTS[name]}
-    return words + options_of(**changed | {"bounces": ",".join(bounce_words(renderer)) or None})
+    """The options for these values."""
+    options = {option.value: name for name, option in OPTIONS.items() if option.value}
+    words = {options[name]: value for name, value in changed_values(renderer).items()}
+    if "bounces" in words:
+        words["bounces"] = name_of_light(renderer)
+    return words_of(**words)
 
 
-def bounce_words(renderer: ProgressiveRenderer) -> list[str]:
-    """The name of the bounces whose light is shown, as ``--bounces`` takes it; nothing if all of it is shown."""
-    bounces = renderer.bounces if isinstance(renderer, A4Renderer) else None
-    return [] if bounces is None else [name_of_bounces(bounces)]
+def name_of_light(renderer: ProgressiveRenderer) -> str:
+    """The name of the bounces whose light is shown, as ``--bounces`` takes it; "" if all of it is shown."""
+    bounces = renderer.values().get(BOUNCES.name)
+    return "" if bounces is None else name_of_bounces(bounces)
 
 
 def with_choice(words: Sequence[str], argument: str, kind: str, name: str) -> list[str]:

@@ -23,7 +23,7 @@ from taichi_tracer.apps.display import can_open_window, screen_size
 from taichi_tracer.apps.panels import PLOT_HEIGHT, Panels, wrap
 from taichi_tracer.apps.plot import draw_curves
 from taichi_tracer.apps.requests import scene_and_pictures_of
-from taichi_tracer.apps.same_again import as_command, bounce_words, camera_words, position_of
+from taichi_tracer.apps.same_again import as_command, camera_words, name_of_light, position_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Screen, first_size
 from taichi_tracer.apps.server import serve
 from taichi_tracer.apps.session import Session
@@ -92,7 +92,8 @@ def write_all(renderer: ProgressiveRenderer, folder: Path) -> list[Path]:
 def save(renderer: ProgressiveRenderer, folder: Path) -> Path:
     """Write what the renderer shows now to <folder>/<scene>_<view>.png; InputError where that cannot be."""
     folder.mkdir(parents=True, exist_ok=True)
-    bounces = "".join(f"_bounce_{name}" for name in bounce_words(renderer))
+    light = name_of_light(renderer)
+    bounces = light and f"_bounce_{light}"
     path = folder / f"{Path(renderer.scene_data.source).stem}_{renderer.active.name}{bounces}.png"
     check_writable(path)
     renderer.save(path)
@@ -249,7 +250,7 @@ class Viewer:
         """What the curves of all estimators have in common: light, scene and camera, and nothing of the estimator."""
         scene, camera = self.choices.scene, position_of(self.renderer.camera)
         parts = scene.ray_intersector.triangle_test, scene.lamps.choice.name, self.choices.environment
-        return (*parts, *bounce_words(self.renderer), *((name, repr(value)) for name, value in camera.items()))
+        return (*parts, name_of_light(self.renderer), *((name, repr(value)) for name, value in camera.items()))
 
     def tell(self, *texts: str) -> None:
         """Show texts in the panel."""

@@ -89,5 +89,5 @@ class Elsewhere:
         """Add samples to the renderer's film until the first of the targets is reached."""
         if self.parcel is None:
             raise RuntimeError("the scene must be loaded first")
-        target = Target(1 if spp is None and time is None and error is None else spp, time, error)
+        target = Target.of(spp, time, error)
         self.statistics.append(Sharing(self.cluster, renderer, self.parcel, which, target).run(watch))

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from taichi_tracer.apps.arguments import add_display_options, add_picture_options
+from taichi_tracer.apps.options import add_display_options, add_picture_options
 from taichi_tracer.files.disk import make_folder, read_bytes, replace_file
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.scene_data_loader import name_of, shipped_scenes

@@ -14,6 +14,7 @@ from taichi_tracer.integrators.direct_light import DirectLight
 from taichi_tracer.integrators.next_event import light_along, sample_of_lights
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import register
+from taichi_tracer.values import WEIGHTS
 
 
 @register
@@ -26,7 +27,7 @@ class OneSampleMis(DirectLight):
     """
 
     name, label, aliases = "mis_one_sample", "MIS, one sample", ()
-    weights = (0.5, 0.5)
+    weights = WEIGHTS[0].default, WEIGHTS[1].default
     _numbers: LiveNumbers | None = None
     _changes = 0
 
@@ -56,11 +57,7 @@ class OneSampleMis(DirectLight):
         Raises:
             InputError: one of them is negative or not finite, or both are 0.
         """
-        for name, weight in (("mis_plight", light), ("mis_pbrdf", brdf)):
-            if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0 <= weight < float("inf"):
-                raise InputError(f"{name} must be a number of at least 0, not {weight!r}")
-        if light + brdf == 0:
-            raise InputError("mis_plight and mis_pbrdf must not both be 0")
+        check(mis_plight=light, mis_pbrdf=brdf)
         if (light, brdf) != self.weights:
             self.weights = light, brdf
             self._changes += 1
@@ -101,3 +98,12 @@ class OneSampleMis(DirectLight):
                 share = ti.select(pdf_brdf > 0, 1 / (1 - p_light + p_light * pdf / pdf_brdf), 0.0)
             L = surface.weight(w_i) * light * share
         return L
+
+
+def check(**weights: float) -> None:
+    """Raise an InputError if one of the weights is negative or not finite, or if all are 0."""
+    for name, weight in weights.items():
+        if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0 <= weight < float("inf"):
+            raise InputError(f"{name} must be a number of at least 0, not {weight!r}")
+    if sum(weights.values()) == 0:
+        raise InputError(f"{' and '.join(weights)} must not both be 0")

@@ -7,6 +7,7 @@ import taichi as ti
 
 from taichi_tracer.integrators.controls import BouncesControl, Control, LiveNumbers, NameControl, Slider
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.values import OF_PATHS
 
 MOST_BOUNCES = 64  # A4-2
 ROULETTES = ("course", "throughput")
@@ -14,13 +15,7 @@ ROULETTES = ("course", "throughput")
 # section 14.2.1, and Mitsuba 3 use the same cap).
 MOST_SURVIVAL = 0.95
 MOST_SLIDER_Q = 0.95  # the right end of the slider; 1 would end every path
-DEFAULTS: dict[str, Any] = {
-    "max_bounces": 5,
-    "rr_start_bounce": 3,
-    "rr_termination_probability": 0.0,
-    "roulette": "course",
-    "bounces": None,
-}
+DEFAULTS: dict[str, Any] = {value.name: value.default for value in OF_PATHS}
 
 Bounces = tuple[int, int | None]  # (first, last); None: no end
 

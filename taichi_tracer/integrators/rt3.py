@@ -4,6 +4,7 @@ A ray that hits nothing shows the background, see ``SceneInKernels.behind``.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -112,6 +113,11 @@ class DepthMap(RT3Integrator):
             raise InputError(f"depth_map: zmin must be less than zmax, not {zmin:g} and {zmax:g}")
         self.colors, self.zmin, self.zmax = (tuple(near_color), tuple(far_color)), zmin, zmax
         self._memory: memory.Memory | None = None
+
+    def arguments(self) -> dict[str, Any]:
+        """What makes the same again."""
+        near, far = self.colors
+        return {"near_color": near, "far_color": far, "zmin": self.zmin, "zmax": self.zmax}
 
     def facts(self) -> dict:
         """Everything that the bits of a picture depend on, for checkpoints."""

@@ -28,7 +28,7 @@ RECENT = 16  # the number of passes over which the time of a sample is measured
 SURE = 3  # passes from which the time of a pass is known well enough to decide by it
 
 
-@dataclass
+@dataclass(frozen=True)
 class Target:
     """The targets of a rendering. It ends when the first of them is reached; None is no target.
 
@@ -50,6 +50,11 @@ class Target:
             value = getattr(self, name)
             if value is not None and not 0 < value < math.inf:
                 raise InputError(f"render: {name} must be more than 0, not {value!r}")
+
+    @classmethod
+    def of(cls, spp: int | None = None, time: float | None = None, error: float | None = None) -> "Target":
+        """The targets that were given, or one sample per pixel."""
+        return cls(1 if spp is None and time is None and error is None else spp, time, error)
 
     def passes(self, pixels: int) -> float:
         """Roughly how many passes over all pixels come before the end, as far as this is known beforehand."""

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -85,8 +86,13 @@ class Integrator:
     name: str = "flat"
     depth: dict = field(default_factory=dict)
     estimator: str = "mis"
-    spp: int = 1
+    spp: int | None = None
     mirrors: int = 5
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """What it says of the renderer's values, see ``RT3Renderer.values``."""
+        return {**self.depth, "mirrors": self.mirrors}
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,8 @@ from taichi_tracer.integrators.rt3 import DepthMap
 from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.rt3.document import Integrator as Chosen
 from taichi_tracer.rt3.document import Shot
-from taichi_tracer.system.registry import register
+from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import seams
 from taichi_tracer.system.types import Numbers
 
@@ -29,6 +28,7 @@ class RT3Renderer(ProgressiveRenderer):
     """A picture of a scene with one of RT3's integrators. Arguments as for ``ProgressiveRenderer``."""
 
     name, what = "RT3Renderer", "integrator"
+    value_names = "near_color", "far_color", "zmin", "zmax", "mirrors"
 
     def set_integrator_flat(self) -> "Self":
         """Show the materials' colours."""
@@ -66,11 +66,22 @@ class RT3Renderer(ProgressiveRenderer):
         """Set how many mirrors one after the other "blinn_phong" follows."""
         self._replace(BlinnPhong(depth))
 
-    def set_values(self, of: Chosen) -> None:
-        """Set what a scene file says about its integrator."""
-        if of.depth:
-            self.set_depth(**of.depth)
-        self.set_mirrors(of.mirrors)
+    def values(self) -> dict[str, Any]:
+        """The arguments of ``set_depth``, and the ``mirrors`` that "blinn_phong" follows."""
+        depth: Any = self._own(PARTS.find("integrator", "depth_map"))
+        blinn_phong: Any = self._own(PARTS.find("integrator", "blinn_phong"))
+        return depth.arguments() | {"mirrors": blinn_phong.depth}
+
+    def change(self, name: str, value: Any) -> None:
+        """Change one of ``values``."""
+        values = self.values()
+        mirrors = values.pop("mirrors")
+        if name in values:
+            self.set_depth(**values | {name: value})
+        elif name == "mirrors" and value != mirrors:
+            self.set_mirrors(value)
+        elif name != "mirrors":
+            super().change(name, value)
 
     def _replace(self, integrator: Integrator) -> None:
         self._integrators[integrator.name] = integrator
@@ -96,5 +107,6 @@ def renderer_of(scene_data: "SceneData", shot: Shot | None = None, **options: An
     if shot.integrator.name == "direct":
         return A2Renderer(scene_data, **options).use(shot.integrator.estimator)
     renderer = RT3Renderer(scene_data, **options).use(shot.integrator.name)
-    renderer.set_values(shot.integrator)
+    for name, value in shot.integrator.values.items():
+        renderer.change(name, value)
     return renderer

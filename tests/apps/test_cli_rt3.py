@@ -68,9 +68,9 @@ def test_options_win(scene):
     (picture,), paths = asked()
     assert (picture.width, picture.height, picture.crop) == (32, 24, (16, 32, 12, 24))
     assert [choice.name for _, choice in picture.views] == ["flat"]
-    assert (picture.spp, paths) == (1, ["pictures/ball.png"])
+    assert (picture.target.spp, paths) == (1, ["pictures/ball.png"])
     (picture,), paths = asked("--size", "20x10", "--crop", "0", "1", "0", "0.5", "--view", "mis", "--spp", "3")
-    assert (picture.width, picture.height, picture.crop, picture.spp) == (20, 10, (0, 20, 0, 5), 3)
+    assert (picture.width, picture.height, picture.crop, picture.target.spp) == (20, 10, (0, 20, 0, 5), 3)
     assert [choice.name for _, choice in picture.views] == ["mis"]
     assert paths == ["renders/scene_mis.png"]
     (picture,), paths = asked("--quick", "-o", "b.ppm")
@@ -80,7 +80,7 @@ def test_options_win(scene):
 def test_every_picture_of_a_document_has_its_file(scene, capsys):
     scene(tail='<integrator type="direct" estimator="brdf" spp="9"/><render_again/>')
     found, paths = asked()
-    assert [picture.spp for picture in found] == [1, 9]
+    assert [picture.target.spp for picture in found] == [1, 9]
     assert [picture.views[0][1].name for picture in found] == ["flat", "brdf"]
     assert paths == ["pictures/ball.png", "pictures/ball_2.png"]
     assert asked("-o", "there/")[1] == ["there/ball.png", "there/ball_2.png"]

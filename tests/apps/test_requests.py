@@ -76,7 +76,7 @@ def test_light_is_added_only_where_there_is_none():
     assert environment_of("--view", "normal,mis") == "studio"
     assert environment_of("--view", "mis", "--environment", "white") == "white"
     assert environment_of("--view", "mis", "--environment", "none") is None
-    assert environment_of("--view", "mis", "--lights", "a_lamp") is None
+    assert environment_of("--view", "mis", "--lights", "point") is None
 
 
 def test_a_camera_takes_what_is_given_and_leaves_the_rest():

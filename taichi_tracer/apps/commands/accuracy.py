@@ -1,6 +1,7 @@
 """``taichi-tracer accuracy``: its arguments."""
 
-from taichi_tracer.apps.arguments import (
+from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
+from taichi_tracer.apps.options import (
     add_camera_options,
     add_cluster_option,
     add_light_options,
@@ -8,7 +9,6 @@ from taichi_tracer.apps.arguments import (
     add_scene_argument,
     add_surface_options,
 )
-from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
 from taichi_tracer.apps.words import LIGHT, at_least_one, names, positive, size, whole, wholes
 
 HELP = "what accuracy costs in time"
@@ -28,7 +28,7 @@ def add_arguments(parser: Parser) -> None:
     add_scene_argument(parser)
     add_parts_option(parser)
     add_light_options(parser, f"or none (default: the scene's own light, or {LIGHT} where it has none)")
-    add_surface_options(parser, names_lamp_choice=False)
+    add_surface_options(parser)
     knobs = parser.add_argument_group("what is compared", "names with commas, or all; those with a star if not given")
     for name in ("estimators", "samplers", "precisions", "intersectors", "triangle-tests", "lookups", "forms"):
         keyword = name.replace("-", " ")

@@ -1,7 +1,7 @@
 """``taichi-tracer effects``: its arguments."""
 
-from taichi_tracer.apps.arguments import add_camera_options, add_scene_options
 from taichi_tracer.apps.grammar import Parser, later
+from taichi_tracer.apps.options import add_camera_options, add_scene_options
 from taichi_tracer.apps.words import PICTURE_SIZE, size
 
 HELP = "what each effect costs, and what the scene saves without it"

@@ -1,8 +1,8 @@
 """``taichi-tracer explain``: its arguments."""
 
-from taichi_tracer.apps.arguments import add_picture_options, add_scene_options
 from taichi_tracer.apps.grammar import Parser, later
-from taichi_tracer.apps.words import at_least_one, whole
+from taichi_tracer.apps.options import SPP, add, add_picture_options, add_scene_options
+from taichi_tracer.apps.words import whole
 
 HELP = "every number on the way from one pixel to its colour"
 run = later("explain:run")
@@ -19,9 +19,7 @@ def add_arguments(parser: Parser) -> None:
     which.add_argument("--worst", action="store_true", help="the pixel with the largest standard error")
     which.add_argument("--non-finite", action="store_true", help="the first sample that is infinite or not a number")
     which.add_argument("--sample", type=whole, default=0, metavar="K", help="which sample of it (default: %(default)s)")
-    which.add_argument(
-        "--spp", type=at_least_one, metavar="N", help="samples per pixel (default: the scene file's, or 1)"
-    )
+    add(which, [SPP])
     parser.add_argument("--json", metavar="FILE", help="write all steps as JSON, too")
     parser.add_argument("--html", metavar="FILE", help="write a page with drawings, too")
     parser.lists = ("pictures", "scenes")

@@ -1,7 +1,7 @@
 """``taichi-tracer export``: its arguments."""
 
-from taichi_tracer.apps.arguments import add_parts_option, add_picture_options, add_scene_argument
 from taichi_tracer.apps.grammar import Parser, later
+from taichi_tracer.apps.options import add_parts_option, add_picture_options, add_scene_argument
 
 HELP = "write a scene and its camera as RT3 XML"
 run = later("export:run")

@@ -1,7 +1,7 @@
 """``taichi-tracer grade``: its arguments."""
 
-from taichi_tracer.apps.arguments import add_cluster_option
 from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
+from taichi_tracer.apps.options import add_cluster_option
 from taichi_tracer.apps.words import at_least_one, whole
 
 HELP = "grade the submissions of an assignment"

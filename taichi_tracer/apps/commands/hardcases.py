@@ -3,8 +3,8 @@
 from argparse import Namespace
 from pathlib import Path
 
-from taichi_tracer.apps.arguments import add_parts_option
 from taichi_tracer.apps.grammar import Parser
+from taichi_tracer.apps.options import add_parts_option
 
 HELP = "do hard cases stay numerically stable, and what does that cost"
 

@@ -1,7 +1,7 @@
 """``taichi-tracer info``: its arguments."""
 
-from taichi_tracer.apps.arguments import add_picture_options, add_scene_options
 from taichi_tracer.apps.grammar import Parser, later
+from taichi_tracer.apps.options import add_picture_options, add_scene_options
 
 HELP = "what a scene is made of, and which code a picture of it runs"
 run = later("info:run")

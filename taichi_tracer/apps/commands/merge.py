@@ -1,7 +1,7 @@
 """``taichi-tracer merge``: its arguments."""
 
-from taichi_tracer.apps.arguments import add_display_options, add_parts_option
 from taichi_tracer.apps.grammar import Parser, later
+from taichi_tracer.apps.options import add_display_options, add_parts_option
 
 HELP = "add the samples of two checkpoints of one picture"
 run = later("merge:run")

@@ -1,10 +1,16 @@
 """``taichi-tracer render``: its arguments."""
 
-from argparse import ArgumentParser
-
-from taichi_tracer.apps.arguments import add_cluster_option, add_display_options, add_picture_options, add_scene_options
 from taichi_tracer.apps.grammar import Parser, here_or_on_cluster
-from taichi_tracer.apps.words import PICTURE_FOLDER, at_least_one, bounces, names, positive, whole
+from taichi_tracer.apps.options import (
+    BY_BOUNCE,
+    add,
+    add_cluster_option,
+    add_display_options,
+    add_picture_options,
+    add_scene_options,
+    add_when_to_stop,
+)
+from taichi_tracer.apps.words import PICTURE_FOLDER, names
 
 HELP = "write pictures of a scene"
 run = here_or_on_cluster("render")
@@ -15,14 +21,7 @@ def add_arguments(parser: Parser) -> None:
     add_scene_options(parser)
     add_picture_options(parser)
     add_display_options(parser)
-    parser.add_argument(
-        "--bounces",
-        type=bounces,
-        default=(),
-        metavar="LIST",
-        help="one picture for the light after each of these numbers of bounces, such as 0,1,2,3+ or 0,1-4, and one "
-        "with all of them side by side: FILE_bounce_0.png ..., FILE_bounces.png",
-    )
+    add(parser, [BY_BOUNCE])
     add_when_to_stop(parser)
     add_cluster_option(parser, "take the samples")
     parser.add_argument(
@@ -51,21 +50,3 @@ def add_arguments(parser: Parser) -> None:
         help="tell where the time goes, from the start of Python to the file, in a table and in FILE.profile.html",
     )
     parser.lists = ("pictures", "tones", "aovs", "scenes")
-
-
-def add_when_to_stop(parser: ArgumentParser) -> None:
-    """Add when the rendering ends, and how it goes on another time."""
-    targets = parser.add_argument_group(
-        "when to stop", "at the first that is reached; else the samples of the scene file, or 1"
-    )
-    targets.add_argument("--spp", type=at_least_one, metavar="N", help="samples per pixel")
-    targets.add_argument("--time", type=positive, metavar="SECONDS", help="seconds of rendering, without compiling")
-    targets.add_argument("--error", type=positive, metavar="PERCENT", help="estimated relative RMSE of the picture")
-    targets.add_argument("--adaptive", action="store_true", help="more samples where the error is larger")
-    keeping = parser.add_argument_group("stopping and going on")
-    keeping.add_argument("--checkpoint", metavar="FILE", help="keep the samples there, and go on from it if it exists")
-    keeping.add_argument(
-        "--checkpoint-every", type=positive, default=30, metavar="SECONDS", help="how often (default: %(default)s)"
-    )
-    what = "index of the first sample, to render parts elsewhere (default: %(default)s)"
-    keeping.add_argument("--first-sample", type=whole, metavar="K", help=what)

@@ -1,7 +1,7 @@
 """``taichi-tracer samples``: its arguments."""
 
-from taichi_tracer.apps.arguments import add_parts_option
 from taichi_tracer.apps.grammar import Parser, later
+from taichi_tracer.apps.options import add_parts_option
 from taichi_tracer.apps.words import PICTURE_FOLDER, at_least_one, number, size, whole
 
 HELP = "where samples of the light go"

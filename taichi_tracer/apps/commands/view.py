@@ -1,7 +1,7 @@
 """``taichi-tracer view``: its arguments."""
 
-from taichi_tracer.apps.arguments import add_display_options, add_picture_options, add_scene_options
 from taichi_tracer.apps.grammar import Parser, later
+from taichi_tracer.apps.options import add_display_options, add_picture_options, add_scene_options
 
 HELP = "open the interactive window"
 run = later("viewer:run")
