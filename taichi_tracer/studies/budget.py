@@ -8,7 +8,7 @@ from concurrent.futures import Future, wait
 from taichi_tracer.studies.source import Order
 
 POLL = 0.1  # seconds between two looks at the clock and at the user
-CLOSING = 0.01, 0.4  # of the budget, and seconds: to end the processes and to make the tables
+CLOSING = 0.03, 0.6  # of the budget, and seconds: to end the processes and to make the tables
 # Of the budget, and seconds: what the caller gets afterwards is at most the larger one, because a slow start of a busy
 # moment does not mean that the files take as long.
 MOST_RESERVE = 0.2, 1.8

@@ -58,7 +58,8 @@ class Schedule:
     Attributes:
         workers: all that were started; the first one reads the scene, and renders the first variant.
         worker_of: the worker of each variant that is compiled. curves: what these have reached.
-        truths: look-up and resolution → what pictures are compared with.
+        truths: look-up → what pictures are compared with.
+        overhead: how much longer a round takes than its samples alone.
     """
 
     def __init__(
@@ -75,10 +76,10 @@ class Schedule:
         self.workers: list[Worker | InThisProcess] = [] if first is None else [first]
         self.worker_of: dict[Variant, Worker | InThisProcess] = {}
         self.curves: list[Curve] = []
-        self.truths: dict[tuple[str, float], Truth] = {}
+        self.truths: dict[str, Truth] = {}
         self.notes: list[str] = []
         self.others = processors.Others()
-        self.kernels_made, self.rounds, self.equal_seconds = 0, 0, 0.0
+        self.kernels_made, self.rounds, self.equal_seconds, self.overhead = 0, 0, 0.0, 1.0
 
     def run(self) -> Study:
         """Measure.
@@ -203,13 +204,11 @@ class Schedule:
     def render_references(self) -> None:
         """The pictures with which all others are compared."""
         for variant in [curve.variant for curve in self.curves]:
-            key = variant.lookup, 1.0
-            if key not in self.truths:
-                share = FURTHER_SHARE if self.truths else REFERENCE_SHARE
-                self.truths[key] = self.reference_of(variant, min(share * self.order.budget, 0.4 * self.budget.left))
+            if variant.lookup not in self.truths:
+                seconds = (FURTHER_SHARE if self.truths else REFERENCE_SHARE) * self.order.budget
+                self.truths[variant.lookup] = self.reference_of(variant, min(seconds, 0.4 * self.budget.left))
                 if self.machines is not None:
                     self.machines.end_helping()  # so that nobody disturbs those that are measured
-            self.truths[variant.lookup, variant.scale] = scaled(self.truths[key], variant.scale)
 
     def reference_of(self, variant: Variant, seconds: float) -> Truth:
         """A picture by multiple importance sampling, for at most that many seconds, and how far it is off."""
@@ -236,16 +235,16 @@ class Schedule:
     def measure(self) -> None:
         """Rounds of all variants, the pictures to be shown, rounds of the better half, and whoever has few pictures."""
         variants, samples = list(self.curves), FLOOR
-        while len(variants) > 1 and samples * seconds_of(variants) > EVERYBODY * self.budget.left:
+        while len(variants) > 1 and not self.fits(variants, samples, EVERYBODY):
             variants.pop()
-        while samples * seconds_of(variants) <= EVERYBODY * self.budget.left:
+        while self.fits(variants, samples, EVERYBODY):
             self.round(variants, samples)
             samples *= 2
-        while self.rounds < self.order.seeds and FLOOR * seconds_of(variants) <= EVERYBODY * self.budget.left:
+        while self.rounds < self.order.seeds and self.fits(variants, FLOOR, EVERYBODY / 2):
             self.round(variants, FLOOR)
         self.render_pictures()
         while variants := sorted(variants, key=self.rank)[: len(variants) // 2]:
-            while samples * seconds_of(variants) <= self.budget.left / min(2, len(variants)):
+            while self.fits(variants, samples, 0.5 if len(variants) > 1 else 1.0):
                 self.round(variants, samples)
                 samples *= 2
         while fitting := [c for c in self.curves if FLOOR * c.seconds_per_sample <= self.budget.left]:
@@ -255,6 +254,10 @@ class Schedule:
                 most //= 2
             self.round([curve], most)
 
+    def fits(self, curves: Sequence[Curve], samples: int, share: float) -> bool:
+        """Whether a round of some variants takes no more than a share of the time that is left."""
+        return samples * self.overhead * seconds_of(curves) <= share * self.budget.left
+
     def rank(self, curve: Curve) -> tuple[bool, float]:
         """Smaller for variants that stay longer: those of the chart, and of these the most efficient ones."""
         return not is_of_the_chart(curve.variant, self.base), curve.variance_times_time
@@ -263,11 +266,13 @@ class Schedule:
         """One more picture of each variant, which is compared whenever its samples have doubled."""
         self.look()
         self.rounds += 1
+        begun, expected = self.budget.elapsed, samples * seconds_of(curves)
         for curve in curves:
             seed, level = len(curve.found) + 1, PILOT if curve.variant.adaptive else FIRST_SAMPLES
             while level <= samples:
                 self.advance(curve, seed, level)
                 level *= 2
+        self.overhead = max(1.0, (self.budget.elapsed - begun) / expected)
 
     def advance(self, curve: Curve, seed: int, level: int) -> None:
         """Bring a picture to so many samples, in calls that are short, and compare it."""
@@ -310,7 +315,7 @@ class Schedule:
 
     def truth_of(self, curve: Curve) -> Truth:
         """What the pictures of a variant are compared with."""
-        return self.truths[curve.variant.lookup, curve.variant.scale]
+        return scaled(self.truths[curve.variant.lookup], curve.variant.scale)
 
     # ── what was found ──
 
@@ -323,13 +328,9 @@ class Schedule:
             curve.is_biased = curve.variant.is_path and curve.variant.max_bounces < bounces
             curve.judge(self.truth_of(curve))
         compiled, measured = set(self.worker_of), {curve.variant for curve in curves}
-        missing = {
-            "compile": [v for v in by_priority(self.variants) if v not in compiled],
-            "measure": [v for v in by_priority(self.variants) if v in compiled - measured],
-        }
-        for what, variants in missing.items():
-            if variants:
-                labels = "; ".join(v.label for v in variants)
+        for what, missing in ("compile", set(self.variants) - compiled), ("measure", compiled - measured):
+            if missing:
+                labels = "; ".join(v.label for v in by_priority(self.variants) if v in missing)
                 self.notes.append(f"Not compared, because there was no time to {what} them: {labels}.")
         if self.machines is not None:
             self.notes.append(self.machines.told())
@@ -341,7 +342,7 @@ class Schedule:
             self.order.budget,
             min(len(curve.found) for curve in curves),
             curves,
-            {v.lookup: self.truths[v.lookup, 1.0] for v in measured},
+            {v.lookup: self.truths[v.lookup] for v in measured},
             equal_seconds=self.equal_seconds,
             reference_bounces=bounces if self.base.is_path else None,
             notes=self.notes,

@@ -1,7 +1,8 @@
 """The ways to render one picture that a study of accuracy compares."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from taichi_tracer.environment import LOOKUPS
 from taichi_tracer.integrators import path_settings
@@ -15,6 +16,20 @@ from taichi_tracer.system.registry import PARTS
 NO_ROULETTE, COURSE, BY_THROUGHPUT = "none", *path_settings.ROULETTES
 MAX_BOUNCES, RR_START = 5, 3  # the defaults of ``PathSettings``
 REFERENCE_LAMPS = "hierarchy"  # of the reference, where choices of lamps are compared: it has the least noise
+
+ROULETTES: dict[Any, str] = {NO_ROULETTE: "no roulette", BY_THROUGHPUT: "roulette by throughput"}
+# Attribute of ``Variant`` → what a value of it is called; values of others are names already.
+WORDS: dict[str, Callable[[Any], str]] = {
+    "fast_math": lambda is_on: "fast math" if is_on else "no fast math",
+    "adaptive": lambda is_on: "adaptive" if is_on else "no adaptive",
+    "scale": lambda scale: f"resolution x {scale:g}",
+    "intersector": lambda name: name or "the scene's own intersector",
+    "plain": lambda is_on: "plain forms" if is_on else "fast forms",
+    "lamp_choice": lambda name: f"lamps by {name}" if name else "the scene's own choice of lamps",
+    "max_bounces": lambda n: "1 bounce" if n == 1 else f"{n} bounces",
+    "roulette": lambda q: ROULETTES.get(q) or f"roulette q = {q}",
+    "rr_start_bounce": lambda n: f"after bounce {n}",
+}
 
 
 @dataclass(frozen=True)
@@ -61,21 +76,7 @@ class Variant:
     def setting(self, knob: str) -> str:
         """One knob in words."""
         value = getattr(self, knob)
-        if knob == "plain":
-            return "plain forms" if value else "fast forms"
-        if knob == "intersector":
-            return "the scene's own intersector" if value is None else value
-        if knob == "lamp_choice":
-            return "the scene's own choice of lamps" if value is None else f"lamps by {value}"
-        if knob == "max_bounces":
-            return f"{value} bounce" if value == 1 else f"{value} bounces"
-        if knob == "roulette":
-            named = {NO_ROULETTE: "no roulette", BY_THROUGHPUT: "roulette by throughput"}
-            return named.get(value) or f"roulette q = {value}"
-        if knob == "rr_start_bounce":
-            return f"after bounce {value}"
-        words = {"fast_math": "fast math", "adaptive": "adaptive", "scale": f"resolution x {self.scale:g}"}
-        return words.get(knob, str(value)) if value is not False else f"no {words[knob]}"
+        return WORDS[knob](value) if knob in WORDS else str(value)
 
     @property
     def scene(self) -> tuple:

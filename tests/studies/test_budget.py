@@ -21,25 +21,25 @@ def made(stop=lambda: False, **more):
 
 def test_what_the_caller_does_afterwards_is_kept_for_it(clock):
     study = made()
-    assert study.left == pytest.approx(60 - 1 - 0.6)  # 1 % to end the processes
+    assert study.left == pytest.approx(60 - 1 - 1.8)  # 3 % to end the processes
     clock.seconds = 2.0
     study.process_is_ready()
     assert study.start_seconds == 3.0
-    assert study.left == pytest.approx(60 - 3 - 0.6 - 2 * 3)
+    assert study.left == pytest.approx(60 - 3 - 1.8 - 2 * 3)
 
 
 def test_a_slow_start_takes_no_more_than_a_share_of_the_budget(clock):
     study = made()
     clock.seconds = 20.0
     study.process_is_ready()
-    assert study.left == pytest.approx(60 - 21 - 0.6 - 0.2 * 60)
+    assert study.left == pytest.approx(60 - 21 - 1.8 - 0.2 * 60)
 
 
 def test_it_ends_when_its_time_is_over(clock):
     study = made(keep=0.0)
-    clock.seconds = 58.0
+    clock.seconds = 57.0
     study.say("rendering")
-    clock.seconds = 58.5
+    clock.seconds = 57.5
     with pytest.raises(budget.Stopped):
         study.say("rendering")
 
