@@ -12,12 +12,11 @@ from taichi_tracer.apps.words import given, taken
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.scene_data_loader import find_scene
-from taichi_tracer.studies import accuracy_report, accuracy_tables, convergence, schedule, variants
+from taichi_tracer.studies import accuracy_report, accuracy_sentences, accuracy_tables, convergence, schedule, variants
 from taichi_tracer.studies.source import Order, Source
 from taichi_tracer.studies.workers import OtherMachines
 from taichi_tracer.system.digits import digits
 
-EFFICIENCIES = ("roulette", "lamp_choice")
 FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
 
 
@@ -166,7 +165,7 @@ def as_text(study: convergence.Study) -> list[str]:
         )
     if any(row["time factor"] > accuracy_tables.CERTAIN for row in rows):
         lines.append("~ this time is uncertain by more than half")
-    for rows in (accuracy_tables.bounce_table(study), *(accuracy_tables.efficiency_of(study, k) for k in EFFICIENCIES)):
+    for rows in accuracy_tables.questions(study).values():
         lines += ["", *columns(rows)] if rows else []
     lines += ["", *(f"- {sentence}" for sentence in accuracy_tables.summary(study))]
     return lines
@@ -184,7 +183,7 @@ def short(seconds: float) -> str:
 
 def columns(rows: list[dict]) -> list[str]:
     """Rows of names and numbers as lines of text, with errors in percent."""
-    shown = [list(rows[0]), *(list(row.values()) for row in accuracy_tables.in_words(rows))]
+    shown = [list(rows[0]), *(list(row.values()) for row in accuracy_sentences.in_words(rows))]
     widths = [max(len(str(row[i])) for row in shown) for i in range(len(shown[0]))]
     return ["  ".join(str(value).rjust(width) for value, width in zip(row, widths, strict=True)) for row in shown]
 

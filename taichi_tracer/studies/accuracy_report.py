@@ -7,16 +7,17 @@ forth between a line and a legend.
 import math
 from pathlib import Path
 from threading import Thread
-from typing import NamedTuple
 
 import numpy as np
 
 from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.picture.error_estimate import percent
+from taichi_tracer.studies import accuracy_sentences as sentences
 from taichi_tracer.studies import accuracy_tables as tables
 from taichi_tracer.studies import drawing
-from taichi_tracer.studies.accuracy_tables import knob_table, main_curves, show
+from taichi_tracer.studies.accuracy_sentences import show, told
+from taichi_tracer.studies.accuracy_tables import main_curves
 from taichi_tracer.studies.convergence import TARGETS, Curve, Study
 from taichi_tracer.studies.drawing import COLOURS, FONT, GRID, INK
 from taichi_tracer.tones.heat import heat
@@ -44,23 +45,11 @@ summary { cursor: pointer; font-size: 1.1em; margin: 0.6em 0; }
 """
 
 
-class Shape(NamedTuple):
-    """The sizes of the charts of a page, in inches, and what of the width is left and right of the axes.
-
-    Attributes:
-        name: of the class in the page, and of the identifiers in the drawings.
-    """
-
-    name: str
-    width: float
-    height: float
-    sides: dict[str, tuple[float, float]]
-
-
-SHAPES = (
-    Shape("broad", 12, 6.6, {"curves": (0.075, 0.69), "knobs": (0.25, 0.72), "wait": (0.12, 0.82)}),
-    Shape("narrow", 6.4, 7, {"curves": (0.13, 0.6), "knobs": (0.33, 0.68), "wait": (0.2, 0.72)}),
-)
+# Of the charts of the page: inches of width and height, and where the axes begin and end, in fractions of the width.
+SHAPES = {
+    "broad": (12, 6.6, {"curves": (0.075, 0.69), "knobs": (0.25, 0.72), "wait": (0.12, 0.82)}),
+    "narrow": (6.4, 7, {"curves": (0.13, 0.6), "knobs": (0.33, 0.68), "wait": (0.2, 0.72)}),
+}
 
 
 def get_ready() -> None:
@@ -96,7 +85,7 @@ def draw(study: Study):
     figure = Figure(figsize=(19, 9), facecolor=drawing.PAPER)
     figure.suptitle(study.facts.title, x=0.05, y=0.985, ha="left", fontsize=FONT + 5, color=INK)
     draw_curves(study, figure.add_axes((0.05, 0.085, 0.36, 0.84)))
-    rows = len(knob_rows(study))
+    rows = len(tables.knob_rows(study))
     height = min(0.06 * rows, 0.48)
     if rows:
         draw_knobs(study, figure.add_axes((0.70, 0.91 - height, 0.16, height)))
@@ -109,17 +98,19 @@ def chart(study: Study, name: str) -> str:
     return f"<div class='chart'>{''.join(chart_in(study, name, shape) for shape in SHAPES)}</div>"
 
 
-def chart_in(study: Study, name: str, shape: Shape) -> str:
+def chart_in(study: Study, name: str, shape: str) -> str:
     """A chart as SVG in one shape, with values that appear under the mouse."""
     from matplotlib.figure import Figure
 
-    rows = {"knobs": len(knob_rows(study)), "wait": len(waits(study)[1])}
-    height = 1.3 + 0.42 * rows[name] if name in rows else shape.height
-    figure = Figure(figsize=(shape.width, height), facecolor="none")
-    left, right = shape.sides[name]
+    rows = {"knobs": len(tables.knob_rows(study)), "wait": len(waits(study)[1])}
+    width, height, sides = SHAPES[shape]
+    if name in rows:
+        height = 1.3 + 0.42 * rows[name]
+    figure = Figure(figsize=(width, height), facecolor="none")
+    left, right = sides[name]
     axes = figure.add_axes((left, 0.72 / height, right - left, 1 - 1.15 / height))
     draw_it = {"curves": draw_curves, "knobs": draw_knobs, "wait": draw_wait}[name]
-    return f"<div class='{shape.name}'>{drawing.svg_of(figure, f'{shape.name}-{name}', draw_it(study, axes))}</div>"
+    return f"<div class='{shape}'>{drawing.svg_of(figure, f'{shape}-{name}', draw_it(study, axes))}</div>"
 
 
 def draw_curves(study: Study, axes) -> dict[str, list[str]]:
@@ -143,7 +134,7 @@ def draw_curves(study: Study, axes) -> dict[str, list[str]]:
             for s, e, n in zip(seconds, errors, curve.samples[known], strict=True)
         ]
         text = curve.variant.label if len(samplers) > 1 else without_sampler(curve)
-        if axes.figure.get_figwidth() <= SHAPES[-1].width:  # no room: the colour and its first label say which it is
+        if axes.figure.get_figwidth() <= SHAPES["narrow"][0]:  # no room: the colour and its first label say which it is
             text = without_sampler(curve) if is_first else curve.variant.sampler
         ends.append((seconds[-1], errors[-1], f"{text}: {percent(errors[-1] / 100)}", colour, is_first))
     prepare_curves(study, axes)
@@ -166,10 +157,10 @@ def prepare_curves(study: Study, axes) -> None:
     small = {"fontsize": FONT - 2, "textcoords": "offset points"}
     if truth > y0:
         axes.axhspan(y0, truth, color="#8a97a5", alpha=0.13, linewidth=0)
-        told = f"reference: {percent(study.truth.error)}; below, pictures\ntell their own error"
+        words = f"reference: {percent(study.truth.error)}; below, pictures\ntell their own error"
         is_broad = math.log(truth / y0) > ROOM_FOR_TWO_LINES * math.log(y1 / y0)
         place = {"xytext": (0, -3), "va": "top"} if is_broad else {"xytext": (0, 3), "va": "bottom"}
-        drawing.write(axes, told, (0.01, truth), xycoords=("axes fraction", "data"), **place, **small)
+        drawing.write(axes, words, (0.01, truth), xycoords=("axes fraction", "data"), **place, **small)
     x = np.array([x0, x0**0.65 * x1**0.35, x1])
     guide = 0.75 * y1 * (x / x0) ** -0.5
     axes.loglog(x, guide, color=INK, linestyle=":", linewidth=1.2)
@@ -194,20 +185,9 @@ def label_ends(axes, ends: list) -> None:
         drawing.write(axes, text, (x, y), colour, **beside, fontweight=weight, arrowprops=arrow)
 
 
-def knob_rows(study: Study) -> list[dict]:
-    """The rows of ``knob_table`` in which one knob is turned from the first variant, estimators left to the curves."""
-    return [
-        row
-        for row in knob_table(study)
-        if row["knob"] != "estimator"
-        and row["with"] == study.base.estimator
-        and row["from"] == study.base.setting(row["knob"].replace(" ", "_"))
-    ]
-
-
 def draw_knobs(study: Study, axes) -> dict[str, list[str]]:
     """For each knob, by which factor it changes the seconds of a sample and the error, with 95 % intervals."""
-    rows, titles = knob_rows(study), {}
+    rows, titles = tables.knob_rows(study), {}
     for i, row in enumerate(rows):
         for name, offset, marker, colour in (("time", -0.16, "o", TIME), ("error", 0.16, "D", ERROR)):
             ratio, low, high = row[name], row[f"{name} low"], row[f"{name} high"]
@@ -226,21 +206,12 @@ def draw_knobs(study: Study, axes) -> dict[str, list[str]]:
     axes.set_xscale("log")
     axes.set_xlim(low, high)
     axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_yticks(range(len(rows)), [name_of(row) for row in rows])
+    axes.set_yticks(range(len(rows)), [sentences.named(row, sentences.BESIDE_CHARTS) for row in rows])
     drawing.set_ticks(axes.xaxis, low, high, lambda v: f"{v:g} ×")
     drawing.dress(axes, "times that of the first variant")
     drawing.write(axes, "● time", (0, 1.02), TIME, va="bottom")
     drawing.write(axes, "◆ error", (1, 1.02), ERROR, va="bottom", ha="right")
     return titles
-
-
-def name_of(row: dict) -> str:
-    """What a row turns, in words that fit beside a chart."""
-    if row["knob"] == "sampler":
-        return f"{row['to']} numbers"
-    names = {"plain forms": "readable code (--plain)", "adaptive": "adaptive sampling", "f64": "Float64"}
-    names |= {"moller_trumbore": "Möller–Trumbore", "resolution x 0.5": "half the resolution"}
-    return f"{row['to']} look-up" if row["knob"] == "lookup" else names.get(row["to"], row["to"])
 
 
 def in_short(ratio: float, low: float, high: float) -> str:
@@ -271,8 +242,8 @@ def draw_wait(study: Study, axes) -> dict[str, list[str]]:
             axes.barh([i], [part], 0.62, left=left, color=colour, alpha=1.0 if name != "render" or is_reached else 0.35)
             left += part
         farthest = max(farthest, left)
-        told = f" {left:.1f} s" if is_reached else f" {percent(curve.last[1])} after {left:.1f} s"
-        drawing.write(axes, told, (left, i), xycoords="data", va="center")
+        words = f" {left:.1f} s" if is_reached else f" {percent(curve.last[1])} after {left:.1f} s"
+        drawing.write(axes, words, (left, i), xycoords="data", va="center")
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_xlim(0, max(farthest, 1e-3) * 1.05)
     axes.set_yticks(range(len(rows)), [without_sampler(curve) for curve, _ in rows])
@@ -288,140 +259,79 @@ def draw_wait(study: Study, axes) -> dict[str, list[str]]:
 
 def as_html(study: Study) -> str:
     """The whole page: findings first, then the charts, the tables, and the pictures."""
+    contents = {
+        "curves": chart(study, "curves"),
+        "knobs": chart(study, "knobs") if tables.knob_rows(study) else None,
+        "wait": chart(study, "wait"),
+        **{knob: table(rows) for knob, rows in tables.questions(study).items()},
+        "pictures": pictures(study),
+        "costs": table(costs(study)),
+        "changes": table(changes(study)),
+        "about": "",
+    }
+    more = {
+        "wait": ["compiled" if study.kernels_made else "kept", "shared"],
+        "costs": ["fewer bounces"] if any(curve.is_biased for curve in study.curves) else [],
+        "about": [] if study.reference_bounces is None else ["most bounces"],
+    }
     findings = "".join(f"<li>{page.html.escape(sentence)}</li>" for sentence in tables.summary(study))
-    parts = [f"<ul class='findings'>{findings}</ul>", "<h2>Error against time</h2>", chart(study, "curves")]
-    parts.append(
-        note(
-            "Lines are the mean over the random seeds, bands their spread; solid lines have the first sampler, dashed "
-            "lines another one. Point at a dot for its numbers. The error is the root mean square difference of all "
-            "pixels to the reference, as a fraction of its mean."
-        )
-    )
-    if knob_rows(study):
-        parts += ["<h2>What each knob changes</h2>", chart(study, "knobs")]
-        parts.append(
-            note(
-                f"Times those of {study.base.label}. Bars are 95 % intervals; what is pale is noise: it cannot be told "
-                "from 1."
-            )
-        )
-    parts += ["<h2>What you wait for</h2>", chart(study, "wait"), note(of_the_wait(study))]
-    for title, content in tables_of_questions(study).items():
-        parts += [f"<h2>{title}</h2>", content]
-    parts += [*pictures(study), "<h2>The numbers</h2>", table_of_costs(study), table_of_knobs(study)]
-    return page.page(f"What accuracy costs in time: {study.facts.title}", [*parts, note(about(study))], STYLE)
+    parts = [f"<ul class='findings'>{findings}</ul>"]
+    for name, content in contents.items():
+        if content is not None:
+            title, _, note = told([name, *more.get(name, [])], {"study": study}, sentences.PAGE).partition("\n")
+            parts += [f"<h2>{title}</h2>" if title else "", content, page.paragraph(note, "note") if note else ""]
+    return page.page(f"What accuracy costs in time: {study.facts.title}", parts, STYLE)
 
 
-def note(text: str) -> str:
-    """A paragraph below a chart or a table."""
-    return page.paragraph(text, "note")
+def table(rows: list[dict]) -> str | None:
+    """Rows in words, if there are any, under the names of their columns."""
+    return page.table(sentences.in_words(rows), list(rows[0])) if rows else None
 
 
-def of_the_wait(study: Study) -> str:
-    """What the chart of waits says, and how compilation was counted."""
-    kept = (
-        f"Kernels that were compiled anew: {study.kernels_made}; a second run finds them, and is spared that."
-        if study.kernels_made
-        else "An earlier run had compiled all kernels: the first run on a machine compiles for longer."
-    )
-    shared = "An estimator that was compiled after another one shares with it what both need."
-    return f"Compiling happens once for each picture that is rendered by a new process. {kept} {shared}"
-
-
-def about(study: Study) -> str:
-    """How everything was measured."""
-    width, height = study.size
-    text = (
-        f"{width}×{height} pixels, each variant rendered with {study.seeds} random seed{'s' * (study.seeds > 1)} or "
-        f"more, {study.seconds:.0f} s of a budget of {study.budget:g} s ({study.facts.machine}). The reference has "
-        f"{study.truth.samples} samples per pixel and a relative error of {study.truth.error} itself, which was taken "
-        "off; where a picture is nearly as good as the reference, its error is what it tells of itself."
-    )
-    if study.reference_bounces is not None:
-        text += f" In the reference, light bounces at most {study.reference_bounces} times."
-    return text
-
-
-def table_of_costs(study: Study) -> str:
-    """A table of the seconds to each error, and of the numbers that they follow from."""
+def costs(study: Study) -> list[dict]:
+    """The seconds to each error, and the numbers that they follow from."""
     rows = []
-    for curve, numbers in zip(study.curves, tables.efficiency_table(study), strict=True):
-        row = {"variant": numbers["variant"]}
-        row |= {f"to {t:.0%}": tables.show_seconds(curve.seconds_to(t)) for t in TARGETS}
-        row["best error"] = f"{percent(curve.last[1])} after {curve.last[0]:.3g} s"
-        row["ms per sample"] = show(numbers["ms per sample"]) + " (uncertain)" * (curve.time_factor > tables.CERTAIN)
-        rows.append(row | {name: show(numbers[name]) for name in ("variance x time", "compile s", "bias z")})
-    text = (
-        "All seconds are of rendering, and were measured; nothing is extrapolated. A bias z beyond ±4 would mean that "
-        "the variant or the reference is biased; “?” stands where a rare light was hardly met, so that nothing can be "
-        "said."
-    )
-    if any(curve.is_biased for curve in study.curves):
-        text += (
-            " Paths with fewer bounces than the reference are biased: no further sample adds the light that they miss."
-        )
-    return page.table(rows, list(rows[0])) + note(text)
-
-
-def tables_of_questions(study: Study) -> dict[str, str]:
-    """Title → table, for bounces, roulettes and choices of lamps, as far as they were compared."""
-    of_bounces = (
-        "Missing light is a bias: it does not become smaller with more samples, as noise does. Both are in percent of "
-        "the mean of the reference. Time is a multiple of that of the most bounces."
-    )
-    of_efficiency = (
-        "Time and variance, at equal samples, are multiples of those of the first row. Efficiency is "
-        "1/(variance × time): what has twice the efficiency reaches the same error in half of the time."
-    )
-    found = {
-        "What bounces bring": (tables.bounce_table(study), of_bounces),
-        "What roulette saves": (tables.efficiency_of(study, "roulette"), of_efficiency),
-        "Which lamp?": (tables.efficiency_of(study, "lamp_choice"), of_efficiency),
-    }
-    return {
-        title: page.table(tables.in_words(rows), list(rows[0])) + note(text)
-        for title, (rows, text) in found.items()
-        if rows
-    }
-
-
-def table_of_knobs(study: Study) -> str:
-    """A table of what turning one knob alone changes."""
-    rows = [
-        {
-            **{name: row[name] for name in ("knob", "from", "to", "with")},
-            "time of a sample": tables.ratio_in_words(row["time low"], row["time high"], row["time"]),
-            "error at equal samples": tables.ratio_in_words(row["error low"], row["error high"], row["error"]),
-            "error² x time": show(row["error² x time"]),
+    for row in tables.efficiency_table(study):
+        seconds = {t: row[f"s to {t:.0%}"] for t in TARGETS}
+        words = {
+            "variant": row["variant"],
+            **{f"to {t:.0%}": "not reached" if math.isnan(s) else f"{s:.3g} s" for t, s in seconds.items()},
+            "best error": f"{percent(row['last error'])} after {row['after s']:.3g} s",
+            "ms per sample": show(row["ms per sample"]) + " (uncertain)" * (row["time factor"] > tables.CERTAIN),
         }
-        for row in knob_table(study)
-    ]
-    text = (
-        "Both are multiples of those before the change, with 95 % intervals. Where error² × time is below 1, the "
-        "change pays: it reaches the same error sooner."
-    )
-    return page.table(rows, list(rows[0])) + note(text) if rows else ""
+        rows.append(words | {name: row[name] for name in ("variance x time", "compile s", "bias z")})
+    return rows
 
 
-def pictures(study: Study) -> list[str]:
+def changes(study: Study) -> list[dict]:
+    """What turning one knob alone changes."""
+    rows = []
+    for row in tables.knob_table(study):
+        words = {name: row[name] for name in ("knob", "from", "to", "with")}
+        for name, column in (("time", "time of a sample"), ("error", "error at equal samples")):
+            ratio = {"ratio": row[name], "low": row[f"{name} low"], "high": row[f"{name} high"]}
+            words[column] = told([tables.kind_of_ratio(**ratio)], ratio, sentences.RATIOS)
+        rows.append(words | {"error² x time": row["error² x time"]})
+    return rows
+
+
+def pictures(study: Study) -> str | None:
     """For every variant: the picture after the same time, where it is wrong, and the reference beside it."""
     shown = [c for c in study.curves if c.shown is not None]
     if not shown:
-        return []
+        return None
     truths = [study.truths[c.variant.lookup].image for c in shown]
     maps = [np.abs(c.shown.image - truth).mean(axis=2) for c, truth in zip(shown, truths, strict=True)]
     largest = float(np.quantile(np.concatenate([m.ravel() for m in maps]), WHITE))
     of_mean = largest / max(study.truth.mean, 1e-30)
-    parts = [f"<h2>Pictures after the same {study.equal_seconds:.2g} s of rendering</h2>"]
-    parts += [note("Error in each pixel, on one scale for all maps:")]
-    parts.append(page.scale_of_heat(f"{percent(of_mean)} of the mean brightness, or more"))
-    cards: dict[bool, list[str]] = {True: [], False: []}
+    cards: dict[bool, str] = {True: "", False: ""}
     main = [c for c in main_curves(study) if c.variant.sampler == study.base.sampler]
     for curve, truth, errors in zip(shown, truths, maps, strict=True):
-        cards[any(curve is c for c in main)].append(card(curve, truth, heat(errors, largest)))
+        cards[curve in main] += card(curve, truth, heat(errors, largest))
     if cards[False]:
-        cards[True].append(f"<details><summary>The other variants</summary>{''.join(cards[False])}</details>")
-    return parts + cards[True]
+        cards[True] += f"<details><summary>The other variants</summary>{cards[False]}</details>"
+    scale = page.scale_of_heat(f"{percent(of_mean)} of the mean brightness, or more")
+    return page.paragraph(sentences.PICTURES, "note") + scale + cards[True]
 
 
 def card(curve: Curve, reference: np.ndarray, errors: np.ndarray) -> str:

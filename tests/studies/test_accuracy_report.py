@@ -101,7 +101,7 @@ def test_files_agree(study):
 
 
 def test_what_was_not_reached_is_no_number(study):
-    table = accuracy_report.table_of_costs(study)
+    table = accuracy_report.table(accuracy_report.costs(study))
     assert "not reached" in table
     assert "about" not in table
     assert math.isnan(study.curves[1].seconds_to(0.01))
