@@ -65,7 +65,7 @@ class Curve:
     Attributes:
         compile_seconds: until everything was compiled, beyond the time of rendering.
         trial_seconds: of one sample, as long as there are no blocks.
-        seconds_to_save: of these, what another run is spared, because the kernels are kept.
+        seconds_to_save: of compiling, what another run is spared, because the kernels are kept.
         found: seed → samples per pixel → (relative RMSE, relative error as the picture tells it).
         blocks: the times.
         pilots: seconds of pilots of adaptive sampling, before the first sample of a picture.
@@ -298,15 +298,12 @@ def uncertainty(values: list[float]) -> float:
 def time_ratio(base: Curve, other: Curve) -> tuple[float, float, float]:
     """(seconds of a sample over those of another variant, the ends of its 95 % interval).
 
-    Blocks of the same turn are compared with each other, if there are enough of them.
+    Blocks of the same turn are compared with each other.
     """
     by_turn = {b.turn: b.seconds / b.samples for b in base.blocks}
     ratios = [b.seconds / b.samples / by_turn[b.turn] for b in other.blocks if b.turn in by_turn]
-    if len(ratios) >= FEWEST_BLOCKS:
-        ratio, factor = statistics.median(ratios), uncertainty(ratios)
-    else:
-        ratio = other.seconds_per_sample / base.seconds_per_sample
-        factor = math.exp(math.hypot(math.log(base.time_factor), math.log(other.time_factor)))
+    factor = uncertainty(ratios)
+    ratio = statistics.median(ratios or [other.seconds_per_sample / base.seconds_per_sample])
     return ratio, ratio / factor, ratio * factor
 
 

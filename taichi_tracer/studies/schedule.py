@@ -18,12 +18,12 @@ import numpy as np
 
 from taichi_tracer.picture.adaptive import PILOT
 from taichi_tracer.picture.metrics import flip, rel_mse
-from taichi_tracer.studies.bench import Prepared, Shot
+from taichi_tracer.studies.bench import Shot
 from taichi_tracer.studies.budget import POLL, Budget, Stopped
 from taichi_tracer.studies.convergence import TARGETS, Block, Curve, Shown, Study, Truth, error_of, scaled
 from taichi_tracer.studies.source import Order, SceneFacts, comparable
 from taichi_tracer.studies.variants import Variant, by_priority, is_of_the_chart, process_of, reference_variant
-from taichi_tracer.studies.workers import InThisProcess, OtherMachines, StudyWorker
+from taichi_tracer.studies.workers import AnyWorker, InThisProcess, OtherMachines, StudyWorker
 from taichi_tracer.system import processors
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processes import Worker, WorkerDied
@@ -73,8 +73,8 @@ class Schedule:
         self.order, self.machines = order, machines
         self.budget = Budget(order, tell, should_stop)
         self.variants, self.base = list(order.variants), order.variants[0]
-        self.workers: list[Worker | InThisProcess] = [] if first is None else [first]
-        self.worker_of: dict[Variant, Worker | InThisProcess] = {}
+        self.workers: list[AnyWorker] = [] if first is None else [first]
+        self.worker_of: dict[Variant, AnyWorker] = {}
         self.curves: list[Curve] = []
         self.truths: dict[str, Truth] = {}
         self.notes: list[str] = []
@@ -127,7 +127,7 @@ class Schedule:
 
     # ── reading and compiling ──
 
-    def start_worker(self) -> Worker | InThisProcess:
+    def start_worker(self) -> AnyWorker:
         """One more worker on the machine that measures."""
         if self.order.source.here:
             worker = InThisProcess()
@@ -158,9 +158,9 @@ class Schedule:
         cannot measure. It finishes its kernel, which is kept for the next run.
         """
         first, *others = self.by_process()
-        waiting: list[tuple[Worker | InThisProcess | None, list[Variant]]]
+        waiting: list[tuple[AnyWorker | None, list[Variant]]]
         waiting = [(self.workers[0], first), *((None, variants) for variants in others)]
-        busy: dict[Future, tuple[Worker | InThisProcess, list[Variant]]] = {}
+        busy: dict[Future, tuple[AnyWorker, list[Variant]]] = {}
         while waiting or busy:
             most = processors.usable() if self.machines is None else self.machines.processors
             while waiting and len(busy) < most:
@@ -172,7 +172,10 @@ class Schedule:
             self.budget.say(f"compiling {'; '.join(variants[0].label for _, variants in busy.values())}")
             for future in wait(busy, timeout=POLL, return_when=FIRST_COMPLETED).done:
                 worker, variants = busy.pop(future)
-                self.take(worker, variants.pop(0), future.result())
+                variant, made = variants.pop(0), future.result()
+                self.kernels_made += made.new_kernels
+                self.curves.append(Curve(variant, made.compile_seconds, made.seconds_per_sample, made.seconds_to_save))
+                self.worker_of[variant] = worker
                 if variants:
                     waiting.insert(0, (worker, variants))
             share = self.budget.elapsed / self.order.budget
@@ -192,12 +195,6 @@ class Schedule:
             key = () if self.order.source.here else process_of(variant, self.base)
             found.setdefault(key, []).append(variant)
         return list(found.values())
-
-    def take(self, worker: Worker | InThisProcess, variant: Variant, result: Prepared) -> None:
-        """Take what a worker has compiled."""
-        self.kernels_made += result.new_kernels
-        self.curves.append(Curve(variant, result.compile_seconds, result.seconds_per_sample, result.seconds_to_save))
-        self.worker_of[variant] = worker
 
     # ── the references ──
 
@@ -237,22 +234,23 @@ class Schedule:
         variants, samples = list(self.curves), FLOOR
         while len(variants) > 1 and not self.fits(variants, samples, EVERYBODY):
             variants.pop()
-        while self.fits(variants, samples, EVERYBODY):
-            self.round(variants, samples)
+        self.round(variants, samples)
+        while self.fits(variants, 2 * samples, EVERYBODY):
             samples *= 2
+            self.round(variants, samples)
         while self.rounds < self.order.seeds and self.fits(variants, FLOOR, EVERYBODY / 2):
             self.round(variants, FLOOR)
         self.render_pictures()
         while variants := sorted(variants, key=self.rank)[: len(variants) // 2]:
-            while self.fits(variants, samples, 0.5 if len(variants) > 1 else 1.0):
-                self.round(variants, samples)
+            while self.fits(variants, 2 * samples, 0.5 if len(variants) > 1 else 1.0):
                 samples *= 2
-        while fitting := [c for c in self.curves if FLOOR * c.seconds_per_sample <= self.budget.left]:
-            curve = min(fitting, key=lambda c: len(c.found))
-            most = max(curve.most_samples, FLOOR)
-            while most > FLOOR and most * curve.seconds_per_sample > self.budget.left:
-                most //= 2
-            self.round([curve], most)
+                self.round(variants, samples)
+        while fitting := [curve for curve in self.curves if self.fits([curve], FLOOR, 1.0)]:
+            curve = min(fitting, key=lambda curve: len(curve.found))
+            samples = max(curve.most_samples, FLOOR)
+            while samples > FLOOR and not self.fits([curve], samples, 1.0):
+                samples //= 2
+            self.round([curve], samples)
 
     def fits(self, curves: Sequence[Curve], samples: int, share: float) -> bool:
         """Whether a round of some variants takes no more than a share of the time that is left."""
@@ -293,7 +291,7 @@ class Schedule:
             curve.finals[seed] = shot.image.astype(np.float64), shot.variance
 
     def render(
-        self, worker: Worker | InThisProcess, variant: Variant, samples: int, seed: int | None, wants: str, what: str
+        self, worker: AnyWorker, variant: Variant, samples: int, seed: int | None, wants: str, what: str
     ) -> Shot:
         """Samples of a variant's picture; see ``Bench.render``."""
         call = worker.ask("render", variant, self.order.size, samples, seed, wants)

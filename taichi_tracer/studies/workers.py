@@ -53,6 +53,9 @@ class InThisProcess:
         self.bench = None
 
 
+AnyWorker = Worker | InThisProcess
+
+
 class OtherMachines(Protocol):
     """Other machines that render a study: everything is measured on one, and the others help with the reference.
 

@@ -190,3 +190,11 @@ def test_as_many_seeds_as_were_ordered_come_before_more_samples(world_of):
     world_of(compiling=0.5)
     order = Order(Source("box"), variants.plan(), (16, 16), 60, 10)
     assert schedule.Schedule(order).run().seeds >= 8
+
+
+def test_a_slow_scene_has_one_variant_at_least(world_of):
+    world = world_of(compiling=0.5, per_sample=0.4)
+    study = study_in(20)
+    assert [curve.variant.label for curve in study.curves] == ["mis, niederreiter"]
+    assert "no time to measure them: " in study.notes[-1]
+    assert world.now <= 22
