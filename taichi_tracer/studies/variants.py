@@ -203,12 +203,10 @@ def is_of_the_chart(variant: Variant, base: Variant) -> bool:
 
 def by_priority(variants: Sequence[Variant]) -> list[Variant]:
     """The variants, the ones that a short study keeps first: the base, estimators, then knobs, then all samplers."""
-    base = variants[0]
+    groups = {(): 0, ("estimator",): 1, ("sampler",): 2, ("estimator", "sampler"): 4}
 
     def rank(variant: Variant) -> tuple[int, int]:
-        changed = set(variant.differences(base))
-        kinds = [set(), {"estimator"}, {"sampler"}, {"estimator", "sampler"}]
-        group = (0, 1, 2, 4)[kinds.index(changed)] if changed in kinds else 3
+        group = groups.get(tuple(variant.differences(variants[0])), 3)
         return 5 if variant.plain else group, variants.index(variant)
 
     return sorted(variants, key=rank)
