@@ -300,7 +300,7 @@ class Schedule:
     def render_pictures(self) -> None:
         """A picture of each variant after the same time, at most as long as the best one takes to the second target."""
         own = [c for c in self.curves if not ALIKE & set(c.variant.differences(self.base)) and c.variant.scale == 1]
-        share = min(PICTURES_SHARE * self.order.budget, self.budget.left / 2) / len(own)
+        share = min(PICTURES_SHARE * self.order.budget, max(0.0, self.budget.left) / 2) / max(1, len(own))
         reached = [c.seconds_to(TARGETS[1]) for c in own]
         self.equal_seconds = min([share, *(seconds for seconds in reached if seconds > 0)])
         for curve in own:

@@ -198,3 +198,11 @@ def test_a_slow_scene_has_one_variant_at_least(world_of):
     assert [curve.variant.label for curve in study.curves] == ["mis, niederreiter"]
     assert "no time to measure them: " in study.notes[-1]
     assert world.now <= 22
+
+
+def test_pictures_of_fewer_pixels_alone_are_not_shown(world_of):
+    world_of(compiling=0.5)
+    order = Order(Source("box"), variants.plan(estimators=("mis",), scales=(0.5,)), (16, 16), 20, 3)
+    study = schedule.Schedule(order).run()
+    assert study.curves
+    assert all(curve.shown is None for curve in study.curves)
