@@ -9,7 +9,7 @@ import numpy as np
 
 from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
-from taichi_tracer.formulas.camera_frame import camera_frame, world_axes
+from taichi_tracer.formulas.camera_frame import USUAL_HANDEDNESS, camera_frame, world_axes
 from taichi_tracer.system.errors import InputError
 
 SPEED = 1.5  # units per second, along every axis (A1-16), in a scene whose longest side is within this range:
@@ -65,7 +65,7 @@ class Pose:
     eye: np.ndarray
     at: np.ndarray
     up: np.ndarray
-    handedness: str = "left"
+    handedness: str = USUAL_HANDEDNESS
     window: tuple[float, float, float, float] | None = None
 
     @classmethod
@@ -165,7 +165,7 @@ def turn(pose: Pose, drag_right: float, drag_up: float) -> Pose:
     up = pose.up / np.linalg.norm(pose.up)
     offset = pose.eye - pose.at
     # Turning about up by a positive angle moves the eye along −(up × z_c): to the left of a left-handed picture.
-    side = 1.0 if pose.handedness == "left" else -1.0
+    side = 1.0 if pose.handedness == USUAL_HANDEDNESS else -1.0
     offset = rotate(offset, up, side * drag_right * ORBIT_ANGLE)
     from_pole = math.acos(np.clip(np.dot(offset, up) / np.linalg.norm(offset), -1.0, 1.0))
     lower = min(max(from_pole + drag_up * ORBIT_ANGLE, POLE_ANGLE), math.pi - POLE_ANGLE) - from_pole

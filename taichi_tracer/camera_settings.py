@@ -10,7 +10,7 @@ import taichi.math as tm
 from taichi.lang import impl
 from taichi.lang.expr import Expr
 
-from taichi_tracer.formulas.view import DEFAULT_WINDOW, HANDEDNESS, View, words_of
+from taichi_tracer.formulas.view import DEFAULT_WINDOW, DEFAULTS, View, words_of
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.annotations import AbstractAnnotation
 from taichi_tracer.system.errors import InputError, one_of
@@ -104,7 +104,7 @@ class CameraSettings(metaclass=AbstractAnnotation):
         at: Numbers = (0.0, 0.0, 0.0),
         up: Numbers = (0.0, 1.0, 0.0),
         fov: float | None = None,
-        handedness: str = HANDEDNESS[0],
+        handedness: str = DEFAULTS["handedness"],
         **window: "Unpack[WindowOptions]",
     ) -> None:
         self.width, self.height = width, height
@@ -150,7 +150,7 @@ class CameraSettings(metaclass=AbstractAnnotation):
     @classmethod
     def view_of(cls, values: dict[str, Any]) -> View:
         """The view of the constructor's arguments, with the default of the angle and of the window."""
-        values = {"handedness": HANDEDNESS[0], "frame_aspect": None, "focal_distance": 1.0, **only_known(values)}
+        values = {**DEFAULTS, **only_known(values)}
         fov, window = values.get("fov"), values.get("screen_window")
         if isinstance(window, str) and window != DEFAULT_WINDOW:
             raise one_of("screen_window", window, [DEFAULT_WINDOW, "or four numbers"])
@@ -250,7 +250,7 @@ class CameraSettings(metaclass=AbstractAnnotation):
     def __repr__(self) -> str:
         values = self.parameters()
         del values["projection"]
-        words = words_of(values, usual={"handedness": HANDEDNESS[0], "focal_distance": 1})
+        words = words_of(values, usual=DEFAULTS)
         return f"{type(self).__name__}({', '.join([str(self.width), str(self.height), *words])})"
 
     def _load(self) -> None:

@@ -14,8 +14,7 @@ from taichi_tracer.camera import ProjectiveCamera, make_camera
 from taichi_tracer.effects import MODES
 from taichi_tracer.environment import LOOKUPS, Environment
 from taichi_tracer.files.shipped import shipped_environments
-from taichi_tracer.formulas.camera_frame import UP_AXES
-from taichi_tracer.formulas.view import HANDEDNESS
+from taichi_tracer.formulas.camera_frame import HANDEDNESS, UP_AXES
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.progressive import ProgressiveRenderer

@@ -18,8 +18,8 @@ from taichi_tracer.camera import ProjectiveCamera, change_projection, check_view
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.effects import MODES
 from taichi_tracer.environment import LOOKUPS, Environment, check_intensity, load_environment
-from taichi_tracer.formulas.camera_frame import up_of
-from taichi_tracer.formulas.view import HANDEDNESS, without_angle
+from taichi_tracer.formulas.camera_frame import HANDEDNESS, up_of
+from taichi_tracer.formulas.view import without_angle
 from taichi_tracer.integrators import one_sample, path_settings
 from taichi_tracer.maps import find_measured
 from taichi_tracer.picture.crop import crop_pixels

@@ -12,6 +12,8 @@ SMALLEST_SINE = 1e-6
 # The smallest distance from the eye to a scene that is a single point, so that the two differ in f32: as a length, and
 # relative to the point's largest coordinate.
 SMALLEST_DISTANCE, SMALLEST_SHARE = 1e-30, 1e-5
+HANDEDNESS = ("left", "right")
+USUAL_HANDEDNESS = HANDEDNESS[0]  # as in the courses (C-5)
 UP_AXES = {"y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}  # the direction that is up in a scene, by the name of its axis
 # The view of a scene without a camera of its own: from the front, turned by the first angle to the side and raised by
 # the second, in degrees. No side of a box is then seen edge-on, and its front is larger than its side and its top.
@@ -20,7 +22,7 @@ DEFAULT_FOV = 40.0  # degrees; more would show near parts much larger than far o
 MARGIN = 0.06  # of the picture's half, between the outermost point and the edge
 
 
-def camera_frame(eye: np.ndarray, at: np.ndarray, up: np.ndarray, handedness: str = "left") -> np.ndarray:
+def camera_frame(eye: np.ndarray, at: np.ndarray, up: np.ndarray, handedness: str = USUAL_HANDEDNESS) -> np.ndarray:
     """(4, 4) float64 camera-to-world matrix [x_c y_c z_c eye; 0 0 0 1] (A1-6, A1-8); the camera looks along +z_c.
 
     x_c = up × z_c is the frame of the courses. It shows right-handed data mirrored; ``handedness="right"`` negates x_c
@@ -40,7 +42,7 @@ def camera_frame(eye: np.ndarray, at: np.ndarray, up: np.ndarray, handedness: st
         raise InputError(f"camera: up {show(up)} is parallel to the gaze {show(gaze)}: choose another up")
     x_c = side / np.linalg.norm(side)
     y_c = np.cross(z_c, x_c)
-    if handedness == "right":
+    if handedness != USUAL_HANDEDNESS:
         x_c = -x_c
     matrix = np.eye(4)
     matrix[:3, :] = np.stack([x_c, y_c, z_c, eye], axis=1)

@@ -8,12 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.formulas.camera_frame import camera_frame, default_window, fovy_window, numbers, show
+from taichi_tracer.formulas.camera_frame import (
+    HANDEDNESS,
+    USUAL_HANDEDNESS,
+    camera_frame,
+    default_window,
+    fovy_window,
+    numbers,
+    show,
+)
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.types import Numbers
 
-HANDEDNESS = ("left", "right")
 PLACE = ("eye", "at", "up")
+DEFAULTS: dict[str, Any] = {"handedness": USUAL_HANDEDNESS, "frame_aspect": None, "focal_distance": 1.0}
 # Asks for the default window of RT-3. A perspective camera without any window would take its default angle instead.
 DEFAULT_WINDOW = "default"
 
@@ -35,10 +43,10 @@ class View:
     at: np.ndarray
     up: np.ndarray
     fov: float | None = None
-    handedness: str = HANDEDNESS[0]
+    handedness: str = DEFAULTS["handedness"]
     screen_window: np.ndarray | None = None
-    frame_aspect: float | None = None
-    focal_distance: float = 1.0
+    frame_aspect: float | None = DEFAULTS["frame_aspect"]
+    focal_distance: float = DEFAULTS["focal_distance"]
 
     @classmethod
     def checked(cls, values: dict[str, Any], check_fov: Callable) -> "View":
