@@ -10,7 +10,7 @@ import taichi.math as tm
 from taichi.lang import impl
 from taichi.lang.expr import Expr
 
-from taichi_tracer.formulas.view import DEFAULT_WINDOW, DEFAULTS, View, words_of
+from taichi_tracer.formulas.view import DEFAULT_WINDOW, DEFAULTS, CameraView, words_of
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.annotations import AbstractAnnotation
 from taichi_tracer.system.errors import InputError, one_of
@@ -82,7 +82,7 @@ class CameraSettings(metaclass=AbstractAnnotation):
             focal_distance: the distance from the eye to the window, along the gaze (RT-5); 1 if it is not given.
 
     Attributes:
-        view: the checked ``View``.
+        view: the checked ``CameraView``.
         version: counts changes, so that a renderer knows when its samples belong to an older picture.
         camera_to_world, half_size, centre: fields of ``compute_matrix``, ``compute_half_size``, ``compute_centre``.
         x, y, z: fields of the camera's axes in world space, the first three columns of ``compute_matrix``.
@@ -144,11 +144,11 @@ class CameraSettings(metaclass=AbstractAnnotation):
         if {"fov", "screen_window"} & set(given):
             self.view = self.view_of({**vars(self.view), "fov": None, "screen_window": None, **given})
         else:
-            self.view = View.checked({**vars(self.view), **given}, self.check_fov)
+            self.view = CameraView.checked({**vars(self.view), **given}, self.check_fov)
         self._load()
 
     @classmethod
-    def view_of(cls, values: dict[str, Any]) -> View:
+    def view_of(cls, values: dict[str, Any]) -> CameraView:
         """The view of the constructor's arguments, with the default of the angle and of the window."""
         values = {**DEFAULTS, **only_known(values)}
         fov, window = values.get("fov"), values.get("screen_window")
@@ -158,7 +158,7 @@ class CameraSettings(metaclass=AbstractAnnotation):
             "fov": cls.default_fov if fov is None and window is None else fov,
             "screen_window": None if isinstance(window, str) else window,
         }
-        return View.checked({**values, **shown}, cls.check_fov)
+        return CameraView.checked({**values, **shown}, cls.check_fov)
 
     @classmethod
     @abstractmethod
@@ -216,7 +216,7 @@ class CameraSettings(metaclass=AbstractAnnotation):
 
     @Setting
     def screen_window(self) -> Any:
-        """(l, r, b, t) at the focal distance: see ``View.window``. A new window replaces an angle."""
+        """(l, r, b, t) at the focal distance: see ``CameraView.window``. A new window replaces an angle."""
         return self.view.window(self.width / self.height)
 
     @property
@@ -300,6 +300,6 @@ class CameraSettings(metaclass=AbstractAnnotation):
 def only_known(values: Mapping[str, Any]) -> dict[str, Any]:
     """The same values of a view; a TypeError if one of them has an unknown name."""
     for name in values:
-        if name not in View.__dataclass_fields__:
+        if name not in CameraView.__dataclass_fields__:
             raise TypeError(f"a camera got an unexpected keyword argument {name!r}")
     return dict(values)

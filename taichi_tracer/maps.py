@@ -33,7 +33,7 @@ from taichi_tracer.values import MAP_OF
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
 
-USUAL = MAP_OF.default  # what is measured when nobody says it
+USUALLY_MEASURED = MAP_OF.default  # what is measured when nobody says it
 MEASURED = "view", "estimator", "path"  # kinds of integrators that can be measured
 COVERED = 99.5  # percent of the pixels that the automatic scale covers
 TILES, SMALLEST_TILE = 4096, 8  # of a picture that is timed: at most so many tiles, of at least so many pixels a side
@@ -63,7 +63,7 @@ class MapRenderer(ProgressiveRenderer):
         width: int = 512,
         height: int = 512,
         *,
-        of: str = USUAL,
+        of: str = USUALLY_MEASURED,
         **options: "Unpack[RendererOptions]",
     ) -> None:
         self._chosen_display: Display | None = None

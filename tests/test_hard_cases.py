@@ -19,7 +19,7 @@ from taichi_tracer.studies.hard import meshes, oracle, report
 from taichi_tracer.studies.hard.catalogue import LEVELS, all_cases, all_renderer_cases
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces
 from taichi_tracer.studies.hard.many_triangles import AxisParallel, Lattice, Windows
-from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, Mode, Promise, all_modes, promise_of
+from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, Promise, RayMode, all_modes, promise_of
 from taichi_tracer.studies.hard.shading_cases import Brdfs, OwnBrdf
 from taichi_tracer.studies.hard.single_triangles import UnitTriangles
 from taichi_tracer.system.registry import PARTS
@@ -135,7 +135,7 @@ def test_every_mode_is_tried():
     assert {str(m) for m in modes} >= {"watertight f32 bvh", "moller_trumbore f64 brute_force fast_math"}
     more = all_modes(with_plain=True)
     for found in (modes, more):
-        first = [found.index(Mode(m.triangle_test, m.precision, m.fast_math, "brute_force")) for m in found]
+        first = [found.index(RayMode(m.triangle_test, m.precision, m.fast_math, "brute_force")) for m in found]
         assert all(k <= i for i, k in enumerate(first))
     assert {str(m) for m in more if m.plain} >= {"watertight f32 bvh plain", "moller_trumbore f64 bvh plain fast_math"}
 
@@ -154,7 +154,7 @@ def test_every_mode_and_every_scene_has_a_part_in_the_quick_run():
 def small(mode_of="watertight", precision="f32", intersector="brute_force", cases=None):
     """The suite on a few small cases in one mode."""
     few = [ClosedSphere("ball", "unit", 8.0, (0, 0, 0), 8, 5), Lattice(), AxisParallel(), UnitTriangles(), Windows()]
-    mode = Mode(mode_of, precision, False, intersector)
+    mode = RayMode(mode_of, precision, False, intersector)
     return hard_cases.run("quick", cases=few if cases is None else cases, modes=[mode], renderer=False)
 
 
@@ -274,8 +274,8 @@ def test_promises():
     assert strict.is_kept("t_unit", 5e-7, 1e-7) is False
     assert strict.is_kept("t_unit", np.nan, 1e-7) is False
     assert strict.is_kept("double_hits", 9, 1e-7) is None
-    assert promise_of(Mode("anything", "f32", False, "bvh")).zero == frozenset(COUNTS)
-    assert promise_of(Mode("watertight", "f32", True, "bvh")).zero == frozenset()
+    assert promise_of(RayMode("anything", "f32", False, "bvh")).zero == frozenset(COUNTS)
+    assert promise_of(RayMode("watertight", "f32", True, "bvh")).zero == frozenset()
 
 
 # ── the command ──
@@ -286,7 +286,7 @@ def canned(monkeypatch):
     """A run that takes no time; ``fail`` breaks a promise."""
 
     def make(fail=False, **findings):
-        mode = Mode("watertight", "f32", False, "bvh")
+        mode = RayMode("watertight", "f32", False, "bvh")
         found = {
             "edge_leaks": int(fail),
             "edge_rays": 100,
@@ -295,7 +295,7 @@ def canned(monkeypatch):
         } | findings
         verdict = hard_cases.verdict_of(mode, promise_of(mode), "closed sphere at 0", 100, found)
         row = hard_cases.Row(mode, found, (123.4, 130.0), np.ones((4, 4, 3)))
-        result = hard_cases.Result("quick", {"python": "3"}, [row], [verdict])
+        result = hard_cases.SuiteResult("quick", {"python": "3"}, [row], [verdict])
         monkeypatch.setattr(hard_cases, "run", lambda *args, **options: result)
 
     return make
@@ -372,14 +372,14 @@ def test_what_cannot_be_written_is_known_before_the_run(words, tmp_path, monkeyp
 
 # ── what the page says of modes ──
 
-PLAIN_MODE = Mode("watertight", "f32", False, "bvh")
-OTHER_MODE = Mode("moller_trumbore", "f32", False, "bvh")
+PLAIN_MODE = RayMode("watertight", "f32", False, "bvh")
+OTHER_MODE = RayMode("moller_trumbore", "f32", False, "bvh")
 
 
 def result_of(times, other_times, verdicts=()):
     """A result with two modes."""
     rows = [hard_cases.Row(PLAIN_MODE, {}, times), hard_cases.Row(OTHER_MODE, {}, other_times)]
-    return hard_cases.Result("quick", {"python": "3"}, rows, list(verdicts))
+    return hard_cases.SuiteResult("quick", {"python": "3"}, rows, list(verdicts))
 
 
 @pytest.mark.parametrize(
@@ -415,9 +415,9 @@ def test_the_default_mode_is_the_one_that_a_scene_has_and_is_told(f32):
 
 def test_weak_modes_are_folded_and_failures_are_not():
     verdicts = [
-        hard_cases.Verdict("a", "case", 10, {"edge_leaks": 1}, broken=["edge_leaks"]),
-        hard_cases.Verdict("b", "case", 10, {"edge_leaks": 2}, weak=["edge_leaks"]),
-        hard_cases.Verdict("c", "case", 10, {"edge_leaks": 0}),
+        hard_cases.CaseVerdict("a", "case", 10, {"edge_leaks": 1}, broken=["edge_leaks"]),
+        hard_cases.CaseVerdict("b", "case", 10, {"edge_leaks": 2}, weak=["edge_leaks"]),
+        hard_cases.CaseVerdict("c", "case", 10, {"edge_leaks": 0}),
     ]
     page = report.page(result_of((100,), (100,), verdicts))
     (inside,) = re.findall(r"<details>(.*?)</details>", page)

@@ -8,7 +8,7 @@ from pathlib import Path
 from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import CameraRequest, up_axis_of
 from taichi_tracer.apps.rescue import written_bytes
-from taichi_tracer.apps.words import given, taken
+from taichi_tracer.apps.words import given, request_from
 from taichi_tracer.files.disk import check_place, make_folder
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.scene_data_loader import find_scene
@@ -21,7 +21,7 @@ FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
 
 
 @dataclass(frozen=True)
-class View:
+class ViewChange:
     """Where the camera is: the options of the command line, applied to the parameters of a scene's camera.
 
     It is a class and no function within a function, because it is sent to other processes.
@@ -52,7 +52,7 @@ def run(args: Namespace, machines: OtherMachines | None = None) -> int:
         raise
     if report is not None:
         accuracy_report.get_ready()
-    with Interruption() as interruption, Bar(order.budget, args.started) as bar:
+    with Interruption() as interruption, StudyBar(order.budget, args.started) as bar:
         study = schedule.measure(
             replace(order, spent=time.perf_counter() - args.started),
             tell=bar.show,
@@ -90,13 +90,13 @@ def study_of(args: Namespace) -> Order:
 
 def source_of(args: Namespace) -> Source:
     """Where the scenes of the study come from."""
-    camera, (width, height) = taken(CameraRequest, args), args.size
+    camera, (width, height) = request_from(CameraRequest, args), args.size
     of_scene = {"brdfs": args.brdfs, "lights": args.lights, "up_axis": up_axis_of(args)}
     return Source(
         args.scene,
         args.environment,
         of_scene | {"two_sided_lamps": args.two_sided_lamps},
-        view_of=View(camera, width / height),
+        view_of=ViewChange(camera, width / height),
         **given(intensity=args.intensity, rotation=args.rotation),
     )
 
@@ -188,7 +188,7 @@ def columns(rows: list[dict]) -> list[str]:
     return ["  ".join(str(value).rjust(width) for value, width in zip(row, widths, strict=True)) for row in shown]
 
 
-class Bar:
+class StudyBar:
     """A progress bar of the budget on stderr, when that is a terminal."""
 
     def __init__(self, budget: float, started: float) -> None:

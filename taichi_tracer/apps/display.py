@@ -26,7 +26,7 @@ TRIAL_SECONDS = 20.0  # a window that takes longer to open is of no use
 
 
 @dataclass(frozen=True)
-class Verdict:
+class WindowVerdict:
     """Whether a window can be opened.
 
     Attributes:
@@ -38,18 +38,18 @@ class Verdict:
     remedy: str = ""
 
 
-def can_open_window() -> Verdict:
+def can_open_window() -> WindowVerdict:
     """Whether ``ti.ui.Window`` will open: facts answer where they suffice, else a child process tries it."""
     if not ti._lib.core.GGUI_AVAILABLE:
-        return Verdict(False, "this build of Taichi has no windows", "pip install --force-reinstall taichi")
+        return WindowVerdict(False, "this build of Taichi has no windows", "pip install --force-reinstall taichi")
     display = find_display()
     if not display.can_open:
         return display
     devices = runtime.vulkan_devices()
     if sys.platform != "darwin" and len(devices) == 0:
-        return Verdict(False, "no Vulkan driver was found", vulkan_remedy())
+        return WindowVerdict(False, "no Vulkan driver was found", vulkan_remedy())
     if is_certain():
-        return Verdict(True, f"{display.reason}; Vulkan on {devices[0].name}")
+        return WindowVerdict(True, f"{display.reason}; Vulkan on {devices[0].name}")
     return try_in_child()
 
 
@@ -62,19 +62,21 @@ def is_certain() -> bool:
     return sys.platform != "darwin" and not remote
 
 
-def find_display() -> Verdict:
+def find_display() -> WindowVerdict:
     """Whether there is a screen to open a window on."""
     if not sys.platform.startswith("linux"):
-        return Verdict(True, "the desktop")
+        return WindowVerdict(True, "the desktop")
     name = os.environ.get("DISPLAY", "")
     if name == "":
         if os.environ.get("WAYLAND_DISPLAY", "") != "":
-            return Verdict(False, "Wayland without X11, which Taichi's windows need", "install and start xwayland")
+            return WindowVerdict(
+                False, "Wayland without X11, which Taichi's windows need", "install and start xwayland"
+            )
         remedy = "run it on a desktop, or with: xvfb-run -s '-screen 0 1280x1024x24'"
-        return Verdict(False, "no display (DISPLAY is not set)", remedy)
+        return WindowVerdict(False, "no display (DISPLAY is not set)", remedy)
     if not x11_opens(name):
-        return Verdict(False, f"the display {name!r} cannot be opened", "check DISPLAY, or `xhost` and `ssh -X`")
-    return Verdict(True, f"display {name}")
+        return WindowVerdict(False, f"the display {name!r} cannot be opened", "check DISPLAY, or `xhost` and `ssh -X`")
+    return WindowVerdict(True, f"display {name}")
 
 
 def x11_opens(name: str) -> bool:
@@ -131,7 +133,7 @@ def vulkan_remedy() -> str:
     return "install the newest driver of your graphics card"
 
 
-def try_in_child() -> Verdict:
+def try_in_child() -> WindowVerdict:
     """Open a window in another process, which may die of it."""
     environment = {**os.environ, "TI_SKIP_VERSION_CHECK": "ON", "ENABLE_TAICHI_HEADER_PRINT": "0"}
     try:
@@ -139,8 +141,8 @@ def try_in_child() -> Verdict:
             [sys.executable, "-c", TRIAL], env=environment, capture_output=True, text=True, timeout=TRIAL_SECONDS
         )
     except subprocess.TimeoutExpired:
-        return Verdict(False, f"a trial window did not open within {TRIAL_SECONDS:g} s", vulkan_remedy())
+        return WindowVerdict(False, f"a trial window did not open within {TRIAL_SECONDS:g} s", vulkan_remedy())
     if "opened" in child.stdout:
-        return Verdict(True, "a trial window opened")
+        return WindowVerdict(True, "a trial window opened")
     last = (child.stderr.strip().splitlines() or ["no message"])[-1]
-    return Verdict(False, f"a trial window failed: {last}", vulkan_remedy())
+    return WindowVerdict(False, f"a trial window failed: {last}", vulkan_remedy())

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from taichi_tracer.apps.names import find_estimator
 from taichi_tracer.apps.requests import CameraRequest, SceneRequest, document_of, scene_of
-from taichi_tracer.apps.words import given, taken
+from taichi_tracer.apps.words import given, request_from
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies import effects
 
@@ -16,7 +16,7 @@ def run(args: Namespace) -> int:
     """Print the receipt and the table; 1 when a picture differs, which none should."""
     needs_light = find_estimator(args.estimator).needs_light
     request = replace(scene_of(args, document_of(args.scene), needs_light), effects="scene")
-    camera, (width, height) = taken(CameraRequest, args), args.size
+    camera, (width, height) = request_from(CameraRequest, args), args.size
 
     def load(scene: SceneRequest) -> SceneData:
         """A scene, seen from where the camera is."""

@@ -12,7 +12,7 @@ from taichi_tracer.files import read
 from taichi_tracer.formulas.camera_frame import view_of_points
 from taichi_tracer.geometry import clean, visible_points
 from taichi_tracer.renderer import A2Renderer
-from taichi_tracer.rt3.document import Document, FilmSettings, Integrator, Shot, read_rt3
+from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot, read_rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.rt3.write import as_rt3
 from taichi_tracer.scene_data_loader import find_scene, own_view
@@ -76,15 +76,15 @@ def _default_view(document: Document, scene: Path, up_axis: str, aspect: float) 
     return view_of_points(points, up_axis, aspect=min(1.0, aspect)) if own is None else own
 
 
-def _integrator_of(picture: PictureRequest) -> Integrator:
+def _integrator_of(picture: PictureRequest) -> IntegratorSettings:
     """The integrator that shows what was asked for."""
     renderer_class, shown = picture.views[0]
     if issubclass(renderer_class, RT3Renderer):
-        return Integrator(shown.name)
+        return IntegratorSettings(shown.name)
     if issubclass(renderer_class, A2Renderer):
-        return Integrator("direct", estimator=shown.name, spp=picture.target.spp)
+        return IntegratorSettings("direct", estimator=shown.name, spp=picture.target.spp)
     if shown.name not in SAME_AS:
         raise InputError(
             f"RT3 has no integrator that shows {shown.name!r}: known are normal, flat, depth_map, mis, ..."
         )
-    return Integrator(SAME_AS[shown.name])
+    return IntegratorSettings(SAME_AS[shown.name])

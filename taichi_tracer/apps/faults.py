@@ -12,7 +12,7 @@ from pathlib import Path
 PLACE = re.compile(r'^File "(.+)", line (\d+), in (.+):$', re.MULTILINE)  # as Taichi tells places, the innermost last
 
 
-def told(error: Exception, parts: Sequence[str]) -> str | None:
+def text_of_fault(error: Exception, parts: Sequence[str]) -> str | None:
     """The line for an error that arose in the code of one of the files; None where it did not.
 
     Of an error in a kernel that names none of the files, the last line is told: a part that lacks a method is missed by

@@ -13,12 +13,12 @@ from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions
 from taichi_tracer.teaching.base import Assignment
-from taichi_tracer.teaching.grade import Settings, grade_class
+from taichi_tracer.teaching.grade import GradingSettings, grade_class
 from taichi_tracer.teaching.marks import Mark, Rules, most_points, plain, read_rules
-from taichi_tracer.teaching.sandbox import Level, best_level
+from taichi_tracer.teaching.sandbox import WallLevel, best_level
 
 
-def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
+def run(args: Namespace, elsewhere: "GradesElsewhere | None" = None) -> int:
     """Grade, print a line for each submission, and write what was asked for.
 
     Args:
@@ -37,7 +37,7 @@ def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
     level = best_level(args.trust) if elsewhere is None else elsewhere.walls(args.trust, found)
     if level.name == "limits":
         note("there are no walls but limits: grade only what you would run yourself (docs/teaching_security.md)")
-    settings = Settings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)
+    settings = GradingSettings(level, seed=args.seed, jobs=args.jobs, anew=args.anew)
     watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
     grades = grade_class if elsewhere is None else elsewhere.grade_class
     marks = grades(assignment, found, rules, settings, watch)
@@ -46,10 +46,10 @@ def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
     return 0
 
 
-class Elsewhere(Protocol):
+class GradesElsewhere(Protocol):
     """Who grades on other machines."""
 
-    def walls(self, trust: bool, found: Sequence[submissions.Submission]) -> Level:
+    def walls(self, trust: bool, found: Sequence[submissions.Submission]) -> WallLevel:
         """The walls in words; an InputError for submissions that cannot be sent."""
 
     def grade_class(
@@ -57,7 +57,7 @@ class Elsewhere(Protocol):
         assignment: Assignment,
         found: Sequence[submissions.Submission],
         rules: Rules,
-        settings: Settings,
+        settings: GradingSettings,
         watch: Callable[[Mark], Any] | None,
     ) -> list[Mark]:
         """As ``teaching.grade.grade_class``."""
@@ -81,7 +81,7 @@ def write(
     assignment: Assignment,
     found: Sequence[submissions.Submission],
     marks: Sequence[Mark],
-    settings: Settings,
+    settings: GradingSettings,
 ) -> None:
     """Write the files that were asked for."""
     if args.gradescope is not None:
@@ -104,14 +104,14 @@ def line_of(mark: Mark) -> str:
     return "; ".join([f"{head} {rest}", *(f"{reason}: −{percent:g} %" for reason, percent in mark.deductions)])
 
 
-def summary(marks: Sequence[Mark], level: Level) -> str:
+def summary(marks: Sequence[Mark], level: WallLevel) -> str:
     """The last line that is printed: the mean, and the walls."""
     mean = sum(mark.score for mark in marks) / len(marks)
     plural = "s" * (len(marks) > 1)
     return f"{len(marks)} submission{plural}, mean {mean:.4g} of {most_points(marks):g}; walls: {level}"
 
 
-def as_json(assignment: Assignment, marks: Sequence[Mark], settings: Settings) -> str:
+def as_json(assignment: Assignment, marks: Sequence[Mark], settings: GradingSettings) -> str:
     """Everything as JSON."""
     facts = {"assignment": assignment.name, "title": assignment.title, "seed": settings.seed}
     facts |= {"level": str(settings.level), "submissions": [mark.facts() for mark in marks]}

@@ -13,9 +13,9 @@ from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.digits import digits, digits_of
 from taichi_tracer.system.registry import PARTS
 
-SMALL = 8  # pixels on a side: the receipt is the same for every size
+RECEIPT_SIZE = 8  # pixels on a side: the receipt is the same for every size
 MEASURED = 64  # pixels on a side of the picture whose compilation is timed: rendering it takes no time beside that
-USUAL = "brdf"  # the estimator whose compilation is timed when the command line names none
+TIMED_ESTIMATOR = "brdf"  # the estimator whose compilation is timed when the command line names none
 
 
 def run(args: Namespace) -> int:
@@ -23,7 +23,7 @@ def run(args: Namespace) -> int:
     request, (picture, *_) = scene_and_pictures_of(args)
     scene = request.load()
     (renderer_class, integrator), *_ = picture.views
-    small = replace(picture, width=SMALL, height=SMALL, crop_window=(0, 1, 0, 1))
+    small = replace(picture, width=RECEIPT_SIZE, height=RECEIPT_SIZE, crop_window=(0, 1, 0, 1))
     renderer = small.make_renderer(renderer_class, scene).use(integrator.name)
     lines = [*describe(renderer), *own_parts(request.parts)]
     print("\n".join(lines))
@@ -50,7 +50,7 @@ def describe(renderer: ProgressiveRenderer) -> list[str]:
     lines += ["", f"materials ({len(scene.materials)})", *material_table(scene)]
     lines += ["", "effects, and the forms that run", *(f"  {line}" for line in renderer.receipt())]
     if scene.effects.is_lit:
-        estimator = renderer.active.name if isinstance(renderer, A2Renderer) else USUAL
+        estimator = renderer.active.name if isinstance(renderer, A2Renderer) else TIMED_ESTIMATOR
         lines += [f"  {line}" for line in cost_of_light(scene, estimator)]
     return lines
 

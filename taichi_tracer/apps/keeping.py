@@ -36,19 +36,19 @@ def add_samples(
     if spp is not None:
         if spp <= 0:
             return
-    with Bar(renderer) as bar:
+    with SampleBar(renderer) as bar:
 
         def watch(progress: Progress) -> None:
             """After each sample: bring the bar up to date, keep a checkpoint if it is due, and stop after a signal."""
             bar.show(progress)
             keeper.keep_sometimes()
             if interruption.number is not None:
-                raise Stopped
+                raise RenderingStopped
 
         interruption.is_rendering = True
         try:
             render(spp=spp, time=target.time, error=target.error, watch=watch)
-        except Stopped:
+        except RenderingStopped:
             pass
         except KeyboardInterrupt:  # within a sample: some pixels may have it, so that nothing can go on from there
             interruption.number = interruption.number or signal.SIGINT
@@ -58,7 +58,7 @@ def add_samples(
     keeper.keep()
 
 
-class Stopped(Exception):
+class RenderingStopped(Exception):
     """The rendering was interrupted after a whole sample."""
 
 
@@ -105,7 +105,7 @@ class Keeper:
                 self.is_in_place = written(Path(self.path), self.renderer.save_checkpoint) == Path(self.path)
 
 
-class Bar:
+class SampleBar:
     """A progress bar on stderr, when that is a terminal and the work is long: samples, seconds, error, seconds left."""
 
     def __init__(self, renderer: ProgressiveRenderer) -> None:

@@ -100,7 +100,7 @@ UP_AXIS = Option(
     "y|z",
     default="y",
 )
-PARTS = Option(
+PARTS_OPTION = Option(
     "parts",
     "run a Python file that registers parts of your own by @tt.register: their names can then be given as those of the "
     "package; may be given several times",
@@ -268,7 +268,7 @@ KEEPING = Group(
 # What every picture has, also of a command that has no option for it.
 OF_PICTURES = (*DISPLAY.options, *WHEN_TO_STOP.options, FIRST_SAMPLE)
 GROUPS = FAR_LIGHT, SURFACES, COMPILED, RAYS, MACHINE, PICTURE, DISPLAY, PATHS, MIS, CAMERA, WHEN_TO_STOP, KEEPING
-ALONE = UP_AXIS, PARTS, LOOKUP, BY_BOUNCE
+ALONE = UP_AXIS, PARTS_OPTION, LOOKUP, BY_BOUNCE
 OPTIONS = {option.name: option for option in (*ALONE, *(option for group in GROUPS for option in group.options))}
 
 
@@ -302,7 +302,7 @@ def add_scene_argument(parser: ArgumentParser) -> None:
 
 def add_parts_option(parser: ArgumentParser) -> None:
     """Add the files that register parts of the user."""
-    add(parser, [PARTS, COURSE])
+    add(parser, [PARTS_OPTION, COURSE])
 
 
 def add_scene_options(parser: ArgumentParser) -> None:

@@ -36,7 +36,7 @@ VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is n
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
-def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
+def run(args: Namespace, elsewhere: "RendersElsewhere | None" = None) -> int:
     """Render and write every view that was asked for.
 
     Args:
@@ -53,7 +53,7 @@ def run(args: Namespace, elsewhere: "Elsewhere | None" = None) -> int:
         stopwatch.stop()
 
 
-def run_watched(args: Namespace, elsewhere: "Elsewhere | None", watch: stopwatch.Stopwatch | None) -> int:
+def run_watched(args: Namespace, elsewhere: "RendersElsewhere | None", watch: stopwatch.Stopwatch | None) -> int:
     """``run``, while a stopwatch runs if there is one."""
     request = render_of(args)
     paths = paths_of(request)
@@ -225,7 +225,7 @@ def make_picture(
     return is_in_place
 
 
-class Elsewhere(Protocol):
+class RendersElsewhere(Protocol):
     """Who takes samples on other machines."""
 
     def loaded(self, scene: SceneData) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from taichi_tracer.apps.options import BY_BOUNCE, OPTIONS, words_of
 from taichi_tracer.apps.requests import PictureRequest, SceneRequest, scene_and_pictures_of
-from taichi_tracer.apps.words import PICTURE_FOLDER, note, taken
+from taichi_tracer.apps.words import PICTURE_FOLDER, note, request_from
 from taichi_tracer.files.disk import make_folder
 from taichi_tracer.files.images import EIGHT_BITS, HAVE_CHANNELS, check_writable
 from taichi_tracer.integrators.path_settings import DEFAULTS, Bounces, check_bounces, check_terms, name_of
@@ -46,7 +46,7 @@ def render_of(args: Namespace) -> RenderRequest:
     note_unused(args, pictures)
     if args.bounces:
         check_pictures_by_bounce(args, pictures)
-    return taken(RenderRequest, args, scene=scene, pictures=pictures, aovs=find_aovs(args.aov))
+    return request_from(RenderRequest, args, scene=scene, pictures=pictures, aovs=find_aovs(args.aov))
 
 
 def note_unused(args: Namespace, pictures: Sequence[PictureRequest]) -> None:

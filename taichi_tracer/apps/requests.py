@@ -13,7 +13,7 @@ import numpy as np
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.options import BY_BOUNCE, OPTIONS, words_of
-from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, size, taken
+from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, request_from, size
 from taichi_tracer.camera import ProjectiveCamera, change_projection, check_view, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.effects import MODES
@@ -281,14 +281,14 @@ def scene_of(args: Namespace, document: "Document | None", needs_light: bool) ->
         check_intensity(args.intensity)
     asked = environment_of(args, document)
     is_usual = asked is None and needs_light and args.environment is None and not args.lights
-    return taken(
+    return request_from(
         SceneRequest,
         args,
         name=args.scene,
         document=document,
         environment=EnvironmentRequest(LIGHT, args.intensity, args.rotation, args.lookup) if is_usual else asked,
         is_usual=is_usual,
-        machine=taken(MachineRequest, args),
+        machine=request_from(MachineRequest, args),
         up_axis=up_axis_of(args),
     )
 
@@ -326,7 +326,7 @@ def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
         width, height = args.size
     if args.quick:
         width, height = max(1, width // QUICK), max(1, height // QUICK)
-    picture = taken(
+    picture = request_from(
         PictureRequest,
         args,
         width=width,
@@ -337,8 +337,8 @@ def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
         target=target_of(args, spp),
         shot=shot,
         filename=filename if args.view is None else None,
-        camera=taken(CameraRequest, args),
-        samples=taken(SamplesRequest, args),
+        camera=request_from(CameraRequest, args),
+        samples=request_from(SamplesRequest, args),
         display=Display(args.exposure, args.tone),
         values=values_of(args, shot),
     )

@@ -30,7 +30,7 @@ def note(text: str) -> None:
         print(f"taichi-tracer: note: {text}", file=sys.stderr)
 
 
-def taken(request: type[Request], args: argparse.Namespace, **others: object) -> Request:
+def request_from(request: type[Request], args: argparse.Namespace, **others: object) -> Request:
     """A frozen request whose fields are the options of the same names; lists become tuples.
 
     Args:

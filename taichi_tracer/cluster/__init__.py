@@ -92,7 +92,7 @@ def render(
         InputError: an option is wrong, or no scheduler answers. IncompleteError: the cluster was lost on the way; what
             came is in ``checkpoint``.
     """
-    from taichi_tracer.cluster.command import Elsewhere
+    from taichi_tracer.cluster.command import OnCluster
     from taichi_tracer.files.disk import noting_reads
     from taichi_tracer.system.errors import InputError
 
@@ -100,7 +100,7 @@ def render(
     if checkpoint is not None:
         check_checkpoint(checkpoint, args.adaptive)
     with opened(cluster) as connection, noting_reads() as paths:
-        (scene_request, picture), elsewhere = requests(args), Elsewhere(connection, args, paths)
+        (scene_request, picture), elsewhere = requests(args), OnCluster(connection, args, paths)
         loaded = scene_request.load()
         elsewhere.loaded(loaded)
         (renderer_class, integrator), *others = picture.views
@@ -247,7 +247,7 @@ def grade(
     from taichi_tracer.cluster import grading
     from taichi_tracer.cluster.jobs import in_order
     from taichi_tracer.teaching import catalogue, submissions
-    from taichi_tracer.teaching.grade import Settings
+    from taichi_tracer.teaching.grade import GradingSettings
     from taichi_tracer.teaching.marks import Rules, read_rules
 
     grading.check(assignment, [])
@@ -255,7 +255,7 @@ def grade(
     rules = Rules() if weights is None else read_rules(Path(weights), graded)
     found = in_order(submissions.find(Path(path).expanduser(), graded.files))
     grading.check(assignment, found)
-    settings = Settings(grading.level_of(trust), seed=seed, anew=anew)
+    settings = GradingSettings(grading.level_of(trust), seed=seed, anew=anew)
     numbers = {one.key: i for i, one in enumerate(found)}
     report = None if watch is None else lambda mark: watch(numbers[mark.key], mark)
     with opened(cluster) as connection:

@@ -24,7 +24,7 @@ def render(args: Namespace) -> int:
         raise InputError("--profile measures the process that renders, and on a cluster others do: not --cluster")
     tell_of_parts(args)
     with noting_reads() as paths, Cluster(args.cluster, note) as cluster:
-        return render_command.run(args, Elsewhere(cluster, args, paths))
+        return render_command.run(args, OnCluster(cluster, args, paths))
 
 
 def accuracy(args: Namespace) -> int:
@@ -50,7 +50,7 @@ def grade(args: Namespace) -> int:
     return grading.run(args)
 
 
-class Elsewhere:
+class OnCluster:
     """The workers of a cluster, which take samples for ``apps.render.run``.
 
     Args:

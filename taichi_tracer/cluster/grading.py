@@ -17,17 +17,17 @@ from taichi_tracer.files.disk import read_bytes
 from taichi_tracer.system.errors import IncompleteError, InputError, one_of
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import Assignment
-from taichi_tracer.teaching.grade import Settings, keep, kept_at, read, with_rules
+from taichi_tracer.teaching.grade import GradingSettings, keep, kept_at, read, with_rules
 from taichi_tracer.teaching.marks import Mark, Rules, mark_of
-from taichi_tracer.teaching.sandbox import Level
+from taichi_tracer.teaching.sandbox import WallLevel
 from taichi_tracer.teaching.submissions import Submission
 
 OF_WORKERS = "the strongest of its worker"  # walls, where limits alone are enough
 
 
-def level_of(trust: bool) -> Level:
+def level_of(trust: bool) -> WallLevel:
     """The walls that every worker has to have; with ``trust``, which of them one has is known there alone."""
-    return Level(OF_WORKERS if trust else "bwrap")
+    return WallLevel(OF_WORKERS if trust else "bwrap")
 
 
 def check(assignment: str, found: Sequence[Submission]) -> None:
@@ -45,7 +45,7 @@ def grade_class(
     assignment: Assignment,
     found: Sequence[Submission],
     rules: Rules,
-    settings: Settings,
+    settings: GradingSettings,
     watch: Callable[[Mark], Any] | None = None,
 ) -> list[Mark]:
     """As ``teaching.grade.grade_class``, on the workers of a cluster.
@@ -104,7 +104,7 @@ class Graders:
     def __init__(self, cluster: Cluster, assignment: str) -> None:
         self.assignment, self.grade_class = assignment, partial(grade_class, cluster)
 
-    def walls(self, trust: bool, found: Sequence[Submission]) -> Level:
+    def walls(self, trust: bool, found: Sequence[Submission]) -> WallLevel:
         """The walls in words: each worker has its own, and the report of each student names them."""
         check(self.assignment, found)
         if trust:

@@ -9,7 +9,7 @@ import numpy as np
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, submissions
-from taichi_tracer.teaching.grade import Settings, grade
+from taichi_tracer.teaching.grade import GradingSettings, grade
 from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.sandbox import best_level
 
@@ -30,7 +30,7 @@ def mark_of_zip(assignment: str, name: str, content: bytes, seed: int, trust: bo
         path = Path(place) / name
         replace_file(path, content)
         (one,) = submissions.find(path, graded.files)
-        mark, pictures = grade(reference, one, Settings(best_level(trust), seed=seed))
+        mark, pictures = grade(reference, one, GradingSettings(best_level(trust), seed=seed))
     buffer = io.BytesIO()
     np.savez(buffer, **pictures)
     return {"facts": mark.facts(), "pictures": buffer.getvalue()}

@@ -22,7 +22,7 @@ from taichi_tracer.system.errors import IncompleteError, InputError
 DEPTH = 2  # ranges that a worker has: one that it renders, and one that waits, so that it never does
 DIRECT = 4  # parts that come here one by one: for so few, the workers need not add up
 FAN_IN = 8  # parts that one step of the tree adds up
-SOON = 1.0  # seconds between two collections of what is done, at least
+COLLECT_EVERY = 1.0  # seconds between two collections of what is done, at least
 COST_OF_COLLECTING = 0.05  # the fraction of the time that collecting may take
 WAIT = 0.1  # seconds between two looks at the workers, unless one of them ends something
 TRIES = 5  # how often the same thing may fail before the rendering ends
@@ -296,7 +296,7 @@ class Sharing:
             return
         ready = self.book.ready()
         is_last = self.book.is_given and not self.book.given
-        due = max(SOON, self.cost / COST_OF_COLLECTING)
+        due = max(COLLECT_EVERY, self.cost / COST_OF_COLLECTING)
         members = self.cluster.ready(self.parcel, self.which, self.facts)
         if ready and members and (is_last or time.perf_counter() - self.collected_at > due):
             is_direct = self.book.doubles or len(ready) <= DIRECT

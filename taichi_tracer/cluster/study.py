@@ -28,7 +28,7 @@ from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import IncompleteError, InputError
 from taichi_tracer.system.processes import Worker, WorkerDied
 
-SOON = 2.0  # seconds in which a worker may come before the study waits for it beside other things
+WAIT_FOR_WORKER = 2.0  # seconds in which a worker may come before the study waits for it beside other things
 FETCH = 60.0  # seconds in which an answer has to come after it is there
 
 
@@ -96,7 +96,7 @@ class ClusterMachines:
         """A process on the worker that measures; the thread in which Taichi may run here asks first."""
         self.parcel  # noqa: B018 (loaded before other threads ask for it)
         with contextlib.suppress(IncompleteError):  # the first call tells it
-            self.first_member(SOON)
+            self.first_member(WAIT_FOR_WORKER)
         return Distant(self, next(self.numbers), self.measures)
 
     def get_ready(self, bench: tuple, variant: Variant, size: tuple[int, int]) -> None:

@@ -47,7 +47,7 @@ class Course:
         runtime.ensure()
         found = files.load(folder)
         self.folder = found.folder
-        self.errors = {name: told(error, found.folder / name) for name, error in found.errors.items()}
+        self.errors = {name: text_of_error(error, found.folder / name) for name, error in found.errors.items()}
         self._members = {name: members_of(cls) for name, cls in borders.borders_of(found.classes).items()}
         self._former: list[tuple[Any, str, Any]] = []
         files_of = {name: f"{cls.__module__.rpartition('.')[2]}.py" for name, cls in found.classes.items()}
@@ -114,7 +114,7 @@ class Course:
         return "\n".join([*lines, *(f"not used: {text}" for text in self.errors.values())])
 
 
-class BoundKernel:
+class StudentKernel:
     """A kernel that is assigned to a class: an object that is asked for it gets the kernel with this object."""
 
     def __init__(self, kernel: Any) -> None:
@@ -132,10 +132,10 @@ class BoundKernel:
 def members_of(border: type) -> dict[str, Any]:
     """What a border defines."""
     members = {name: value for name, value in vars(border).items() if name not in LEFT}
-    return {n: BoundKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for n, v in members.items()}
+    return {n: StudentKernel(v) if getattr(v, "_is_wrapped_kernel", False) else v for n, v in members.items()}
 
 
-def told(error: BaseException, file: Path) -> str:
+def text_of_error(error: BaseException, file: Path) -> str:
     """What is wrong with a file, in one line that begins with the file and the line."""
     line = error.lineno if isinstance(error, SyntaxError) else None
     trace = error.__traceback__

@@ -107,10 +107,10 @@ class Explanation:
     @property
     def conclusion(self) -> list[str]:
         """What the sample and the pixel come to, a line each."""
-        lines = [f"this sample    {told('value', self.value)}"]
+        lines = [f"this sample    {text_of_value('value', self.value)}"]
         if self.samples > 1:
-            lines.append(f"the pixel      {told('mean', self.mean)} of {self.samples} samples")
-            lines.append(f"               {told('standard error', self.error)}")
+            lines.append(f"the pixel      {text_of_value('mean', self.mean)} of {self.samples} samples")
+            lines.append(f"               {text_of_value('standard error', self.error)}")
         lines.append(f"work           {self.work}")
         if not self.is_complete:
             lines.append("               the sample takes more steps than are kept: the last ones are missing")
@@ -246,7 +246,7 @@ def lines_of(steps: list[Step], depth: int) -> list[str]:
     lines = []
     for step in grouped(steps):
         indent = "  " * depth
-        values = "  ".join(told(name, value) for name, value in step.values.items())
+        values = "  ".join(text_of_value(name, value) for name, value in step.values.items())
         verdict = f"  → {step.verdict}" if step.verdict else ""
         lines.append(f"{indent}{step.name:<{max(1, 30 - len(indent))}} {values}{verdict}".rstrip())
         lines += lines_of(step.steps, depth + 1)
@@ -266,7 +266,7 @@ def grouped(steps: list[Step]) -> list[Step]:
     return shown
 
 
-def told(name: str, value: Any) -> str:
+def text_of_value(name: str, value: Any) -> str:
     """ "name = value"."""
     short = name.rpartition(".")[2]
     if short in WORDS:
@@ -285,7 +285,7 @@ def number(value: Any) -> str:
 
 def as_html(step: Step, depth: int) -> str:
     """A step, with what is within it."""
-    values = " &ensp; ".join(html.escape(told(name, value)) for name, value in step.values.items())
+    values = " &ensp; ".join(html.escape(text_of_value(name, value)) for name, value in step.values.items())
     verdict = f" <em>{html.escape(step.verdict)}</em>" if step.verdict else ""
     head = f"<b>{html.escape(step.name)}</b> &ensp; <code>{values}</code>{verdict}"
     if not step.steps:

@@ -16,7 +16,7 @@ from taichi_tracer.system.observed import Observer, after, observed, observed_sc
 
 
 @dataclass(frozen=True)
-class Form:
+class NotedMethod:
     """What is noted of a method.
 
     Attributes:
@@ -35,49 +35,52 @@ class Form:
 
 
 CAMERA = {
-    "generate_ray": Form(gave=("",), is_group=True),
-    "generate_ndc_coords": Form(gave=("ndc",)),
-    "generate_camera_coords": Form(gave=("camera_coords",)),
+    "generate_ray": NotedMethod(gave=("",), is_group=True),
+    "generate_ndc_coords": NotedMethod(gave=("ndc",)),
+    "generate_camera_coords": NotedMethod(gave=("camera_coords",)),
 }
-NUMBERS = {"next_2d": Form("random numbers", gave=("xi",)), "next_2d_of_term": Form("random numbers", gave=("xi",))}
+NUMBERS = {
+    "next_2d": NotedMethod("random numbers", gave=("xi",)),
+    "next_2d_of_term": NotedMethod("random numbers", gave=("xi",)),
+}
 INTERSECTOR = {
-    "query_ray": Form(got=("ray",), gave=("",), is_group=True),
-    "query_segment": Form(got=("ray", "t_min", "t_max"), gave=("",), is_group=True),
-    "is_occluded": Form(got=("ray", "t_max"), gave=("is_blocked",), is_group=True),
-    "intersect_triangle": Form(got=("triangle_id",), gave=("",), is_limited=True),
+    "query_ray": NotedMethod(got=("ray",), gave=("",), is_group=True),
+    "query_segment": NotedMethod(got=("ray", "t_min", "t_max"), gave=("",), is_group=True),
+    "is_occluded": NotedMethod(got=("ray", "t_max"), gave=("is_blocked",), is_group=True),
+    "intersect_triangle": NotedMethod(got=("triangle_id",), gave=("",), is_limited=True),
 }
 SCENE = {
-    "emitted": Form(gave=("L_e",)),
-    "visible": Form("light from a direction", ("w_i",), ("L_i",), is_group=True),
-    "reflected_single": Form("lights that are sampled one by one", gave=("L",), is_group=True),
-    "is_blocked": Form("shadow ray", ("w_i", "distance"), ("is_blocked",), is_group=True),
-    "met": Form("the ray that leaves the surface", ("ray",), (), is_group=True),
+    "emitted": NotedMethod(gave=("L_e",)),
+    "visible": NotedMethod("light from a direction", ("w_i",), ("L_i",), is_group=True),
+    "reflected_single": NotedMethod("lights that are sampled one by one", gave=("L",), is_group=True),
+    "is_blocked": NotedMethod("shadow ray", ("w_i", "distance"), ("is_blocked",), is_group=True),
+    "met": NotedMethod("the ray that leaves the surface", ("ray",), (), is_group=True),
 }
 LIGHTS = {
-    "sample": Form("a sample of the lights", ("xi",), ("w_i", "distance", "L_i", "pdf"), is_group=True),
-    "pdf": Form("the lights' density", ("w_i",), ("pdf",)),
-    "arriving": Form("light that arrives", gave=("L_i",)),
+    "sample": NotedMethod("a sample of the lights", ("xi",), ("w_i", "distance", "L_i", "pdf"), is_group=True),
+    "pdf": NotedMethod("the lights' density", ("w_i",), ("pdf",)),
+    "arriving": NotedMethod("light that arrives", gave=("L_i",)),
 }
 SURFACE = {
-    "sample": Form("a direction from the BRDF", ("xi",), ("w_i",)),
-    "eval": Form("f_r", ("w_i",), ("f_r",)),
-    "pdf": Form("the BRDF's density", ("w_i",), ("pdf",)),
-    "weight": Form("f_r cos / pdf", ("w_i",), ("weight",)),
+    "sample": NotedMethod("a direction from the BRDF", ("xi",), ("w_i",)),
+    "eval": NotedMethod("f_r", ("w_i",), ("f_r",)),
+    "pdf": NotedMethod("the BRDF's density", ("w_i",), ("pdf",)),
+    "weight": NotedMethod("f_r cos / pdf", ("w_i",), ("weight",)),
 }
 OWN = {"radiance", "prepare", "facts", "controls", "change", "notes", "needs_hit"}  # of an integrator: not noted
 
 
-def recorded(part: Any, log: Log, forms: Mapping[str, Form]) -> Any:
+def recorded(part: Any, log: Log, forms: Mapping[str, NotedMethod]) -> Any:
     """A copy of a part whose methods are noted."""
     return observed(part, noted(log, forms))
 
 
-def noted(log: Log, forms: Mapping[str, Form]) -> dict[str, Observer]:
+def noted(log: Log, forms: Mapping[str, NotedMethod]) -> dict[str, Observer]:
     """The observers that note methods."""
     return {name: noted_method(log, form.step or name, form) for name, form in forms.items()}
 
 
-def noted_method(log: Log, step: str, form: Form) -> Observer:
+def noted_method(log: Log, step: str, form: NotedMethod) -> Observer:
     """The observer that notes the arguments and the result of a method."""
 
     def observer(part: Any, call: Callable, *arguments: Any) -> Any:
@@ -165,5 +168,5 @@ def recorded_integrator(integrator: Any, log: Log) -> Any:
         if name.startswith("_") or name in OWN or not getattr(function, "_is_taichi_function", False):
             continue
         gave = ("w_i", "f_cos_over_pdf") if name in ("sample", "direction") else (name,)
-        forms[name] = Form(gave=gave, is_group=True)
+        forms[name] = NotedMethod(gave=gave, is_group=True)
     return recorded(integrator, log, forms)

@@ -26,7 +26,7 @@ MAX_LEAF = 8  # the largest number of triangles in a leaf; the heuristic usually
 COST_OF_BOX = 1.2  # the cost of visiting a node of a small tree, in units of the cost of one triangle test
 # Up to this number of triangles, numpy tries every plane, in 13 ms for a thousand of them. The kernel takes 1 ms, but a
 # new process needs 45 ms to load it, and 0.15 s to translate it for the first time.
-SMALL = 3072
+FEW_PRIMITIVES = 3072
 TINY = 256  # up to this number of triangles, numpy splits blocks too: rays gain up to 5 %, and the start loses 4 ms
 MEDIUM = 8192  # up to this number of triangles, one task of the kernel builds the whole tree, in 4 ms
 BATCH = 1 << 18  # triangles between two updates of the progress bar of a long build
@@ -59,12 +59,12 @@ def build(box: np.ndarray, at_once: int = BLOCK) -> BinaryTree:
     """The tree over (F, 6) boxes, F ≥ 1.
 
     Args:
-        at_once: how many items a ray tests at the cost of one. A tree of more than ``SMALL`` items is split where the
-            parts need the fewest such tests. Thus the leaves of triangles, tested in blocks, are full more often, and
-            their memory is a seventh smaller.
+        at_once: how many items a ray tests at the cost of one. A tree of more than ``FEW_PRIMITIVES`` items is split
+            where the parts need the fewest such tests. Thus the leaves of triangles, tested in blocks, are full more
+            often, and their memory is a seventh smaller.
     """
     n = len(box)
-    if n <= SMALL:
+    if n <= FEW_PRIMITIVES:
         return build_small(box)
     order, starts = np.arange(n, dtype=np.int32), np.zeros(1, np.int32)
     if n > MEDIUM:

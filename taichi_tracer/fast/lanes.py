@@ -21,7 +21,7 @@ lanes = ti.types.vector(LANES, real)
 flags = ti.types.vector(LANES, ti.i32)
 
 
-class Components:
+class LaneComponents:
     """A vector whose components are vectors of lanes, or numbers that all lanes share.
 
     A formula of ``formulas`` takes it in place of a ``vec3``, and then computes all lanes at once.
@@ -33,7 +33,7 @@ class Components:
         self.x, self.y, self.z = (impl.expr_init(component) for component in (x, y, z))
 
     def __sub__(self, other):
-        return Components(self.x - other.x, self.y - other.y, self.z - other.z)
+        return LaneComponents(self.x - other.x, self.y - other.y, self.z - other.z)
 
     @in_kernels
     def dot(self, other):
@@ -44,18 +44,18 @@ class Components:
     def cross(self, other):
         """What ``tm.cross`` calls."""
         x, y, z = other.x, other.y, other.z
-        return Components(self.y * z - self.z * y, self.z * x - self.x * z, self.x * y - self.y * x)
+        return LaneComponents(self.y * z - self.z * y, self.z * x - self.x * z, self.x * y - self.y * x)
 
 
 @in_kernels
 def components(x, y, z):
-    """``Components`` in a kernel."""
-    return Components(x, y, z)
+    """``LaneComponents`` in a kernel."""
+    return LaneComponents(x, y, z)
 
 
 @ti.func
 def shared(v):
-    """``Components`` that all lanes share: those of a ``vec3``."""
+    """``LaneComponents`` that all lanes share: those of a ``vec3``."""
     return components(v.x, v.y, v.z)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.mtl import find_library, read_mtl
-from taichi_tracer.files.text import SPACES, Block, Lines, all_numbers, name_in, number, read_text, shapes
+from taichi_tracer.files.text import SPACES, KeywordLines, Lines, all_numbers, name_in, number, read_text, shapes
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
@@ -75,7 +75,7 @@ def read_obj(path: str | Path) -> Mesh:
     )
 
 
-def _colors(positions: Block) -> np.ndarray | None:
+def _colors(positions: KeywordLines) -> np.ndarray | None:
     """(V, 3) linear colours, from x y z r g b in sRGB, from 0 to 1 or to 255; None if a vertex has none."""
     rows = _rows_at_once(positions, COLOURED)
     if rows is None:
@@ -84,7 +84,7 @@ def _colors(positions: Block) -> np.ndarray | None:
     return linear_from_srgb(np.clip(colors / (255 if (colors > 1).any() else 1), 0, 1))
 
 
-def _coordinates(lines: Lines, polygons: "Polygons", faces: Block, path: Path) -> np.ndarray:
+def _coordinates(lines: Lines, polygons: "Polygons", faces: KeywordLines, path: Path) -> np.ndarray:
     """(corners, 2) the texture coordinates of all corners of all polygons; 0 for a corner that has none."""
     block = lines.take(b"vt").without_comments()
     ids = _resolve(polygons.texture, polygons, faces, block, "texture coordinate", path)
@@ -122,7 +122,7 @@ def fan(sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([first_corner, second_corner, second_corner + 1], axis=-1), polygon_of
 
 
-def _rows(block: Block, path: Path, count: int = 3) -> tuple[np.ndarray, int]:
+def _rows(block: KeywordLines, path: Path, count: int = 3) -> tuple[np.ndarray, int]:
     """(n, count) float64 from ``v``, ``vn`` or ``vt`` lines, and the largest number of words of a line.
 
     Everything after these numbers (w, a colour) is ignored.
@@ -133,7 +133,7 @@ def _rows(block: Block, path: Path, count: int = 3) -> tuple[np.ndarray, int]:
     return rows if rows is not None else _rows_one_by_one(block, path, count)
 
 
-def _rows_at_once(block: Block, count: int) -> tuple[np.ndarray, int] | None:
+def _rows_at_once(block: KeywordLines, count: int) -> tuple[np.ndarray, int] | None:
     known, which = shapes(block.text, WORDS)
     words = np.array([shape.count(b"x") for shape in known])
     widths = words[which]
@@ -148,7 +148,7 @@ def _rows_at_once(block: Block, count: int) -> tuple[np.ndarray, int] | None:
     return numbers[(np.cumsum(widths) - widths)[:, None] + np.arange(count)], most
 
 
-def _rows_one_by_one(block: Block, path: Path, count: int) -> tuple[np.ndarray, int]:
+def _rows_one_by_one(block: KeywordLines, path: Path, count: int) -> tuple[np.ndarray, int]:
     rows, most = [], 0
     for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
         words = line.split()
@@ -175,7 +175,7 @@ class Polygons:
     texture: np.ndarray
 
 
-def _polygons(block: Block, path: Path) -> Polygons:
+def _polygons(block: KeywordLines, path: Path) -> Polygons:
     if len(block) == 0:
         return Polygons(*np.zeros((4, 0), np.int64))
     polygons = _polygons_at_once(block)
@@ -199,7 +199,7 @@ def _columns(shape: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray, int] | N
     return vertex, normal, texture, int(ends[-1])
 
 
-def _polygons_at_once(block: Block) -> Polygons | None:
+def _polygons_at_once(block: KeywordLines) -> Polygons | None:
     known, which = shapes(block.text, DIGITS)
     columns = [_columns(shape) for shape in known]
     if None in columns:
@@ -229,7 +229,7 @@ def _polygons_at_once(block: Block) -> Polygons | None:
     return polygons if (polygons.vertex != 0).all() else None
 
 
-def _polygons_one_by_one(block: Block, path: Path) -> Polygons:
+def _polygons_one_by_one(block: KeywordLines, path: Path) -> Polygons:
     sizes, corners = [], []
     for line_number, line in zip(block.numbers.tolist(), block.lines(), strict=True):
         where, words = f"{path}:{line_number}", line.split()
@@ -253,7 +253,9 @@ def _corner(word: str, where: str) -> tuple[int, int, int]:
     return vertex, normal or 0, texture or 0
 
 
-def _resolve(ids: np.ndarray, polygons: Polygons, faces: Block, of: Block, what: str, path: Path) -> np.ndarray:
+def _resolve(
+    ids: np.ndarray, polygons: Polygons, faces: KeywordLines, of: KeywordLines, what: str, path: Path
+) -> np.ndarray:
     """int32 ids that count from 0, from the indices of the file; −1 for none."""
     count = len(of)
     if ids.min(initial=0) >= 0 and ids.max(initial=0) <= count:

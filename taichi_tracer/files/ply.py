@@ -25,7 +25,7 @@ COORDINATES = ["x", "y", "z"]
 
 
 @dataclass
-class Element:
+class PlyElement:
     """An element of the header.
 
     Attributes:
@@ -66,13 +66,13 @@ def without_strips(raw: bytes) -> bytes:
     return header + kept + rows.tobytes()
 
 
-def elements_of(lines: list[str]) -> tuple[list[str], list[Element]]:
+def elements_of(lines: list[str]) -> tuple[list[str], list[PlyElement]]:
     """The lines of a header that stand before the first element, and the elements."""
     first, elements = [], []
     for line in lines:
         words = line.split()
         if words[:1] == ["element"]:
-            elements.append(Element(words[1], int(words[2]), [line]))
+            elements.append(PlyElement(words[1], int(words[2]), [line]))
         elif not elements:
             first.append(line)
         else:
@@ -84,7 +84,7 @@ def elements_of(lines: list[str]) -> tuple[list[str], list[Element]]:
     return first, elements
 
 
-def split_text(elements: list[Element], body: bytes) -> tuple[bytes, np.ndarray]:
+def split_text(elements: list[PlyElement], body: bytes) -> tuple[bytes, np.ndarray]:
     """The rows of the vertices, and the ids of all strips with ``RESTART`` after each."""
     lines = iter([line for line in body.splitlines() if line.strip()])
     kept, lists = [], []
@@ -102,7 +102,7 @@ def split_text(elements: list[Element], body: bytes) -> tuple[bytes, np.ndarray]
     return b"".join(line + b"\n" for line in kept), joined(lists)
 
 
-def split_binary(elements: list[Element], body: bytes, order: str) -> tuple[bytes, np.ndarray]:
+def split_binary(elements: list[PlyElement], body: bytes, order: str) -> tuple[bytes, np.ndarray]:
     """The same as ``split_text``, for a binary file; ``order`` is < or >, the order of the bytes of a number."""
     kept, lists, at = [], [], 0
     for element in elements:
@@ -127,14 +127,14 @@ def split_binary(elements: list[Element], body: bytes, order: str) -> tuple[byte
     return b"".join(kept), joined(lists)
 
 
-def read(element: Element, body: bytes, dtype: str, count: int, at: int) -> np.ndarray:
+def read(element: PlyElement, body: bytes, dtype: str, count: int, at: int) -> np.ndarray:
     """Some numbers of a binary file; an InputError if they are not there."""
     if count < 0 or at + count * np.dtype(dtype).itemsize > len(body):
         raise cut_short(element)
     return np.frombuffer(body, dtype, count, at)
 
 
-def cut_short(element: Element) -> InputError:
+def cut_short(element: PlyElement) -> InputError:
     """The error for a file that ends within an element."""
     return InputError(f"the file is cut short: it ends within its {element.count} rows of {element.name}")
 
@@ -192,17 +192,17 @@ def plain_triangles(raw: bytes) -> tuple[np.ndarray, np.ndarray] | None:
     return found, rows["ids"].astype(np.int32)
 
 
-def names_of(element: Element) -> list[str]:
+def names_of(element: PlyElement) -> list[str]:
     """The names of the properties of an element."""
     return [line.split()[-1] for line in element.lines if line.startswith("property ")]
 
 
-def is_of_points(element: Element) -> bool:
+def is_of_points(element: PlyElement) -> bool:
     """Whether an element has the coordinates of vertices and nothing else."""
     return element.name == VERTICES and names_of(element) == COORDINATES and not any(c for c, _ in element.properties)
 
 
-def is_of_triangles(element: Element) -> bool:
+def is_of_triangles(element: PlyElement) -> bool:
     """Whether an element has at least one polygon, and nothing but a list of vertex ids for each."""
     is_list = len(element.properties) == 1 and element.properties[0][0] != ""
     return element.name == FACES and element.count > 0 and is_list and names_of(element)[0] in LISTS

@@ -81,7 +81,7 @@ def all_numbers(text: bytes, dtype: type) -> np.ndarray | None:
 
 
 @dataclass(frozen=True)
-class Block:
+class KeywordLines:
     """All lines of one keyword, without the keyword.
 
     Attributes:
@@ -101,11 +101,11 @@ class Block:
         """The lines without their ends."""
         return [decode(line) for line in self.text.split(b"\n")[:-1]]
 
-    def without_comments(self) -> "Block":
+    def without_comments(self) -> "KeywordLines":
         """The same lines without their comments, which begin with ``#``."""
         if b"#" not in self.text:
             return self
-        return Block(COMMENT.sub(b"", self.text), self.ids, self.numbers)
+        return KeywordLines(COMMENT.sub(b"", self.text), self.ids, self.numbers)
 
 
 class Lines:
@@ -121,7 +121,7 @@ class Lines:
         self.starts[indented] = [INDENT.match(text, start).end() for start in self.starts[indented].tolist()]
         self.joints = np.flatnonzero(self.bytes == ord("\r")) if b"\r" in text else np.zeros(0, np.int64)
 
-    def take(self, keyword: bytes) -> Block:
+    def take(self, keyword: bytes) -> KeywordLines:
         """The lines that begin with this word. Blanks replace the word, so that no later call finds these lines."""
         ids = np.arange(len(self.starts))
         for k, letter in enumerate(keyword):
@@ -130,7 +130,7 @@ class Lines:
         for k in range(len(keyword)):
             self.bytes[self.starts[ids] + k] = BLANK
         numbers = 1 + ids + np.searchsorted(self.joints, self.starts[ids])
-        return Block(self._runs(ids), ids, numbers)
+        return KeywordLines(self._runs(ids), ids, numbers)
 
     def _runs(self, ids: np.ndarray) -> bytes:
         """The text of some lines. Neighbouring lines are copied together."""

@@ -27,7 +27,7 @@ DEFAULT_WINDOW = "default"
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class CameraView:
     """What a camera shows, for pictures of any size. The window of a view without ``fov`` and window is that of RT-3.
 
     Attributes:
@@ -49,7 +49,7 @@ class View:
     focal_distance: float = DEFAULTS["focal_distance"]
 
     @classmethod
-    def checked(cls, values: dict[str, Any], check_fov: Callable) -> "View":
+    def checked(cls, values: dict[str, Any], check_fov: Callable) -> "CameraView":
         """The view with these attributes, which may be any sequences of numbers.
 
         Args:

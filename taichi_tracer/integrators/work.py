@@ -25,7 +25,7 @@ SCATTERING = "eval_cosine", "weight"
 
 
 @ti.data_oriented
-class Tally:
+class WorkTally:
     """What one sample does, counted in variables of the kernel that is being compiled."""
 
     @in_kernels
@@ -67,7 +67,7 @@ class WorkMap(Integrator):
     Args:
         name, label: as for ``Integrator``.
         unit: of the number.
-        number: a function that gives the number from a ``Tally``, while a kernel is compiled; None for a map that is
+        number: what gives the number from a ``WorkTally``, while a kernel is compiled; None for a map that is
             not the mean of such numbers.
         is_timed: whether the number is the time that a sample takes.
         shows_error: whether the map shows the standard error of the picture that is measured.
@@ -80,7 +80,7 @@ class WorkMap(Integrator):
         name: str,
         label: str,
         unit: str,
-        number: Callable[[Tally], Any] | None = None,
+        number: Callable[[WorkTally], Any] | None = None,
         is_timed: bool = False,
         shows_error: bool = False,
     ) -> None:
@@ -100,9 +100,9 @@ register(WorkMap("standard_error", "Standard error", "standard error of the mean
 register(WorkMap("seconds", "Seconds", "seconds per sample on one core", is_timed=True))
 
 
-def counted(parts: Any, number: Callable[[Tally], Any]) -> Any:
+def counted(parts: Any, number: Callable[[WorkTally], Any]) -> Any:
     """The parts of a sample (``forms.Parts``), observed: the film gets a number of what the sample did."""
-    tally = Tally()
+    tally = WorkTally()
     scene = counted_scene(parts.scene, tally)
     eye_rays = copy.copy(parts.eye_rays)
     eye_rays.intersector = scene.ray_intersector
@@ -120,7 +120,7 @@ def _grey(number):
     return tm.vec3(ti.cast(number, float))
 
 
-def counted_scene(scene: Any, tally: Tally) -> Any:
+def counted_scene(scene: Any, tally: WorkTally) -> Any:
     """A copy of the part of a scene that kernels use, whose rays, surfaces and lights are counted."""
 
     def of_lights(part, found, x, n, xi):

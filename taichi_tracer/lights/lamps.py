@@ -37,7 +37,7 @@ from taichi_tracer.system.varying import varying
 NEAR = 3.0
 # In units of the square of the scene's longest side: only a small part of a scene is near to lamps that are smaller
 # than this. There, the time that every sample would take is worth more.
-SMALL = 0.1
+SMALL_LAMP = 0.1
 
 
 @ti.data_oriented
@@ -53,7 +53,7 @@ class Lamps(Light):
     Attributes:
         count: the number of lamps.
         has_near: whether a surface may be near a lamp. It is asked once, for the whole scene: the code for this case is
-            compiled only if a lamp is larger than ``SMALL``.
+            compiled only if a lamp is larger than ``SMALL_LAMP``.
     """
 
     name = "lamps"
@@ -66,7 +66,7 @@ class Lamps(Light):
         self.count = varying(len(self.table))
         self._memory: memory.Memory | None = None
         size = np.ptp(geometry.mesh.vertices, axis=0).max() if len(geometry.mesh.vertices) > 0 else 0.0
-        is_large = self.table.areas.max(initial=0) > SMALL * size * size
+        is_large = self.table.areas.max(initial=0) > SMALL_LAMP * size * size
         self.has_near = bool(is_large) and not choice.keeps_area and not choice.samples_points
 
     def prepare(self) -> None:

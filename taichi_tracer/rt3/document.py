@@ -76,7 +76,7 @@ class FilmSettings:
 
 
 @dataclass(frozen=True)
-class Integrator:
+class IntegratorSettings:
     """What a picture shows.
 
     Attributes:
@@ -101,7 +101,7 @@ class Shot:
 
     view: dict
     film: FilmSettings
-    integrator: Integrator
+    integrator: IntegratorSettings
 
 
 @dataclass
@@ -151,7 +151,7 @@ class _Reader:
         self.lookat: tuple[dict, str] | None = None
         self.camera: tuple[dict, str] | None = None
         self.film: FilmSettings | None = None
-        self.integrator = Integrator()
+        self.integrator = IntegratorSettings()
         self.result = Document(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)), [])
         self.said_since = False
 
@@ -288,14 +288,18 @@ class _Reader:
             depth |= {k: v for k in ("zmin", "zmax") if (v := element.number(k)) is not None}
             if depth.get("zmin", -math.inf) >= depth.get("zmax", math.inf):
                 raise element.error(f"zmin {depth['zmin']:g} must be less than zmax {depth['zmax']:g}")
-            self.integrator = Integrator(name, depth)
+            self.integrator = IntegratorSettings(name, depth)
         elif name == "direct":
             estimator = element.text("estimator") or "mis"
-            self.integrator = Integrator(name, estimator=estimator, spp=element.whole("spp", "samples", default=16))
+            self.integrator = IntegratorSettings(
+                name, estimator=estimator, spp=element.whole("spp", "samples", default=16)
+            )
         elif name == "blinn_phong":
-            self.integrator = Integrator(name, mirrors=element.whole("depth", default=5, least=0, most=MOST_MIRRORS))
+            self.integrator = IntegratorSettings(
+                name, mirrors=element.whole("depth", default=5, least=0, most=MOST_MIRRORS)
+            )
         else:
-            self.integrator = Integrator(name)
+            self.integrator = IntegratorSettings(name)
 
     def take_background(self, element: Element) -> None:
         """What stands behind the world (RT-7, C-13)."""

@@ -17,7 +17,7 @@ from taichi_tracer.lights.directional_light import DirectionalLight
 from taichi_tracer.lights.point_light import PointLight
 from taichi_tracer.lights.spot_light import SpotLight
 from taichi_tracer.materials import Material
-from taichi_tracer.rt3.document import AGGREGATORS, Document, FilmSettings, Integrator
+from taichi_tracer.rt3.document import AGGREGATORS, Document, FilmSettings, IntegratorSettings
 from taichi_tracer.rt3.elements import MOST_BYTES, MOST_ELEMENTS
 from taichi_tracer.system.errors import InputError
 
@@ -96,7 +96,7 @@ def _film(film: FilmSettings) -> str:
     )
 
 
-def _integrator(integrator: Integrator) -> str:
+def _integrator(integrator: IntegratorSettings) -> str:
     if integrator.name == "direct":
         return tag("integrator", type="direct", estimator=integrator.estimator, spp=integrator.spp)
     if integrator.name == "blinn_phong":

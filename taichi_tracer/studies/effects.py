@@ -26,7 +26,7 @@ USUAL, EVERYTHING, PLAIN = "as the scene needs", "everything", "the plain forms"
 
 
 @dataclass(frozen=True)
-class Variant:
+class CompiledVariant:
     """One way to compile the same picture.
 
     Attributes:
@@ -84,8 +84,8 @@ def measure(
     width: int = 512,
     height: int = 512,
     sampler: str = DEFAULT_SAMPLER,
-) -> list[Variant]:
-    """A ``Variant`` for the scene as it is, for each effect more, for all of them, and for the forms that are read.
+) -> list[CompiledVariant]:
+    """A ``CompiledVariant`` for the scene as it is, for each effect more, for all, and for the forms that are read.
 
     Args:
         scene: compiled for what it calls for.
@@ -116,7 +116,9 @@ def measure(
             seconds[name].append(timed(renderer, SPP) / SPP)
     medians = {name: statistics.median(values) for name, values in seconds.items()}
     return [
-        Variant(name, first[name] - medians[name], 1e3 * medians[name], np.array_equal(pictures[name], pictures[USUAL]))
+        CompiledVariant(
+            name, first[name] - medians[name], 1e3 * medians[name], np.array_equal(pictures[name], pictures[USUAL])
+        )
         for name in renderers
     ]
 
@@ -129,7 +131,7 @@ def timed(renderer: ProgressiveRenderer, spp: int) -> float:
     return time.perf_counter() - start
 
 
-def table(variants: list[Variant]) -> list[str]:
+def table(variants: list[CompiledVariant]) -> list[str]:
     """Lines of text: what each variant took, and how much more than the first."""
     base = variants[0]
     width = max(len(v.name) for v in variants)

@@ -13,10 +13,19 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from taichi_tracer.studies.hard.case import Case, Placed, Rays, Stage, seconds_of
+from taichi_tracer.studies.hard.case import Case, CaseRays, Placed, Stage, seconds_of
 from taichi_tracer.studies.hard.catalogue import LEVELS, Level, all_cases, all_renderer_cases
 from taichi_tracer.studies.hard.closed_meshes import RED, leak_map
-from taichi_tracer.studies.hard.modes import COUNTS, DEFAULT, REFERENCE, T_CLASSES, Mode, Promise, all_modes, promise_of
+from taichi_tracer.studies.hard.modes import (
+    COUNTS,
+    DEFAULT,
+    REFERENCE,
+    T_CLASSES,
+    Promise,
+    RayMode,
+    all_modes,
+    promise_of,
+)
 from taichi_tracer.studies.machine import machine_facts
 from taichi_tracer.system import runtime
 
@@ -30,7 +39,7 @@ LONG_CASE = "closed sphere at 0"
 
 
 @dataclass
-class Verdict:
+class CaseVerdict:
     """One case in one mode.
 
     Attributes:
@@ -61,7 +70,7 @@ class Row:
         times: nanoseconds per ray of ``scene.intersect``, of each run that was timed.
     """
 
-    mode: Mode
+    mode: RayMode
     findings: dict[str, float]
     times: tuple[float, ...]
     leak_map: np.ndarray | None = None
@@ -88,13 +97,13 @@ class Row:
 
 
 @dataclass
-class Result:
+class SuiteResult:
     """What the suite found, and the machine on which it ran."""
 
     level: str
     machine: dict[str, str]
     rows: list[Row]
-    verdicts: list[Verdict]
+    verdicts: list[CaseVerdict]
 
     @property
     def passed(self) -> bool:
@@ -102,7 +111,7 @@ class Result:
         return not any(verdict.broken for verdict in self.verdicts)
 
 
-def modes_of(level: str) -> list[Mode]:
+def modes_of(level: str) -> list[RayMode]:
     """The modes that a level tries."""
     return all_modes(with_plain=LEVELS[level].has_plain)
 
@@ -110,11 +119,11 @@ def modes_of(level: str) -> list[Mode]:
 def run(
     level: str = "default",
     cases: list[Case] | None = None,
-    modes: list[Mode] | None = None,
+    modes: list[RayMode] | None = None,
     renderer: bool = True,
     with_leak_maps: bool = False,
     progress: Callable[[str], None] = lambda what: None,
-) -> Result:
+) -> SuiteResult:
     """Run the suite. Starts Taichi several times: scenes made before become unusable.
 
     Args:
@@ -150,12 +159,12 @@ def run(
     finally:
         if before is not None:
             runtime.init(before.arch, before.precision, before.fast_math, force=True)
-    return Result(level, machine, rows, verdicts)
+    return SuiteResult(level, machine, rows, verdicts)
 
 
 def run_mode(
-    mode: Mode, size: Level, stages: list[Stage], rays: dict[str, Rays], references: dict, with_leak_maps: bool
-) -> tuple[Row, list[Verdict]]:
+    mode: RayMode, size: Level, stages: list[Stage], rays: dict[str, CaseRays], references: dict, with_leak_maps: bool
+) -> tuple[Row, list[CaseVerdict]]:
     """All cases in one mode; ``references`` keeps the answers of brute force, which the others must equal."""
     promise, verdicts, times, picture = promise_of(mode), [], [], None
     for stage in stages:
@@ -183,7 +192,7 @@ def run_mode(
     return Row(mode, totals(verdicts), tuple(times), picture), verdicts
 
 
-def difference_from_brute_force(mode: Mode, case: Case, on: Placed, references: dict) -> dict[str, int]:
+def difference_from_brute_force(mode: RayMode, case: Case, on: Placed, references: dict) -> dict[str, int]:
     """How many of the answers that brute force gave are others here."""
     key = (mode.triangle_test, mode.precision, mode.fast_math, case.name)
     answers = [(hits.triangle_id, hits.distance, hits.barycentric_coords) for hits in on.intersected]
@@ -221,9 +230,9 @@ def times_per_ray(on: Placed, count: int) -> list[float]:
     return [1e9 * seconds_of(lambda: on.scene.intersect(origins, directions), times=1) / count for _ in range(BURST)]
 
 
-def verdict_of(mode: Mode, promise: Promise, case: str, rays: int, findings: dict[str, float]) -> Verdict:
+def verdict_of(mode: RayMode, promise: Promise, case: str, rays: int, findings: dict[str, float]) -> CaseVerdict:
     """What of the findings a promise excludes, and what is merely not right."""
-    verdict = Verdict(str(mode), case, rays, findings)
+    verdict = CaseVerdict(str(mode), case, rays, findings)
     for name, value in findings.items():
         kept = promise.is_kept(name, value, mode.epsilon)
         if kept is False:
@@ -233,7 +242,7 @@ def verdict_of(mode: Mode, promise: Promise, case: str, rays: int, findings: dic
     return verdict
 
 
-def totals(verdicts: list[Verdict]) -> dict[str, float]:
+def totals(verdicts: list[CaseVerdict]) -> dict[str, float]:
     """Counts of all cases added, errors at their largest."""
     total: dict[str, float] = {}
     for verdict in verdicts:
@@ -243,7 +252,7 @@ def totals(verdicts: list[Verdict]) -> dict[str, float]:
     return total
 
 
-def renderer_verdicts(mode: Mode, size: Level) -> list[Verdict]:
+def renderer_verdicts(mode: RayMode, size: Level) -> list[CaseVerdict]:
     """The cases of the rest of the renderer; without fast_math each promises that nothing is wrong."""
     name = f"renderer {mode.precision}{' fast_math' if mode.fast_math else ''}"
     promise = Promise() if mode.fast_math else Promise(zero=frozenset(COUNTS))
@@ -260,7 +269,7 @@ def renderer_verdicts(mode: Mode, size: Level) -> list[Verdict]:
     return verdicts
 
 
-def as_json(result: Result) -> dict:
+def as_json(result: SuiteResult) -> dict:
     """The result as strings, lists, dictionaries and finite numbers: None stands for one that is not finite."""
     content = {
         "suite": "hardcases",
@@ -298,7 +307,7 @@ def cells(row: Row) -> list[str]:
     ]
 
 
-def table(result: Result) -> list[str]:
+def table(result: SuiteResult) -> list[str]:
     """Lines of text: a row for every mode, what did not hold, and what the safer modes cost."""
     head = ["mode", *COLUMNS]
     body = [[str(row.mode), *cells(row)] for row in result.rows]
@@ -326,7 +335,7 @@ def default_line() -> str:
     return f"The default is the mode {DEFAULT}."
 
 
-def ratios(result: Result) -> list[str]:
+def ratios(result: SuiteResult) -> list[str]:
     """What the safer choice costs over the other, all else equal.
 
     The modes are timed one after the other, while other programs come and go. A difference counts only if it is larger
@@ -342,7 +351,7 @@ def ratios(result: Result) -> list[str]:
             ({"fast_math": True}, "fast_math"),
             ({"plain": False}, "the fast form"),
         ):
-            other = Mode(**(asdict(mode) | change))
+            other = RayMode(**(asdict(mode) | change))
             if other == mode or other not in rows:
                 continue
             ratio = row.ns_per_ray / rows[other].ns_per_ray
@@ -355,7 +364,7 @@ def ratios(result: Result) -> list[str]:
     return lines
 
 
-def outcomes(result: Result) -> list[str]:
+def outcomes(result: SuiteResult) -> list[str]:
     """PASS or FAIL per case and mode: the ones that hold in one line, the others with what was found."""
     lines = []
     for mode in dict.fromkeys(v.mode for v in result.verdicts):

@@ -37,7 +37,7 @@ MOST_SHADOWS, MOST_HITS = 1 << 22, 1 << 19  # answers that are kept at a time: 1
 
 
 @dataclass(frozen=True)
-class Rays:
+class PixelRays:
     """Rays of one sample of every pixel.
 
     Attributes:
@@ -68,7 +68,7 @@ class SampleParts:
     eye: float
     shading: float
     share: float
-    rays_counted: Rays
+    rays_counted: PixelRays
     seconds: float
 
 
@@ -207,7 +207,7 @@ class Anatomy:
         """The number of the next sample."""
         return self.renderer.first_sample + self.renderer.film.samples
 
-    def count(self) -> Rays:
+    def count(self) -> PixelRays:
         """Count the rays of one sample, and prepare a place for each answer's number."""
         r = self.renderer
         r.kernel_scene().lights.prepare(r.active.samples_lights)
@@ -217,7 +217,7 @@ class Anatomy:
         self.counted = self.answers.first_shadow.to_numpy(), self.answers.first_hit.to_numpy()
         shadows, hits = (int(counts.sum(dtype=np.int64)) for counts in self.counted)
         taken = (self.columns[1] - self.columns[0]) * (self.rows[1] - self.rows[0])
-        return Rays(taken, shadows, hits - (taken if self.traces_eye_rays else 0))
+        return PixelRays(taken, shadows, hits - (taken if self.traces_eye_rays else 0))
 
     def strips(self, seconds: float, budget: float) -> list[tuple[int, int]]:
         """Ranges of columns to measure, whose answers fit into memory; some are left out to keep within a budget.

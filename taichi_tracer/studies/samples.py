@@ -26,7 +26,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.registry import PARTS
 
 CHUNK = 1 << 20  # samples of one call of a kernel
-MOST = 100_000_000  # samples, which are counted within a minute or two
+MOST_SAMPLES = 100_000_000  # samples, which are counted within a minute or two
 MAP_SIZE = 256, 128
 UNIFORM, IMPORTANCE = "uniform", "importance"
 
@@ -215,9 +215,9 @@ def lamp_counts(
 
 
 def check_count(count: int) -> None:
-    """Raise an InputError for a number of samples that is not from 1 to ``MOST``."""
-    if not 1 <= count <= MOST:
-        raise InputError(f"samples: count must be from 1 to {MOST:,}, not {count:,}")
+    """Raise an InputError for a number of samples that is not from 1 to ``MOST_SAMPLES``."""
+    if not 1 <= count <= MOST_SAMPLES:
+        raise InputError(f"samples: count must be from 1 to {MOST_SAMPLES:,}, not {count:,}")
 
 
 def centre_of_view(scene: SceneData) -> tuple[np.ndarray, np.ndarray]:

@@ -27,7 +27,7 @@ from taichi_tracer.system.errors import InputError, StaleSceneError
 from taichi_tracer.system.runtime import ensure
 
 ALIGNMENT = 64  # bytes: the largest vector that a CPU reads at once
-MOST = (1 << 31) - 1  # numbers: kernels count in i32
+MOST_NUMBERS = (1 << 31) - 1  # numbers: kernels count in i32
 LETTERS = "ijkl"
 # Taichi's lists of axes, such as ``ti.ij``, whose elements do not tell which axes they are: id of the list → numbers.
 AXES = {
@@ -49,7 +49,7 @@ def are_possible() -> bool:
     return ensure().arch == "cpu" and are_arguments and not ti.cfg.debug
 
 
-class Block:
+class ArrayBlock:
     """A ``dense`` node of a tree of fields: cells, each of which holds one element of its fields and inner blocks.
 
     Args:
@@ -63,12 +63,12 @@ class Block:
         self.counts = {axis: int(count) for axis, count in zip(numbers, counts, strict=True)}
         self.children: list[Any] = []  # blocks and fields
 
-    def dense(self, axes: Sequence[Any], counts: Sequence[int] | int) -> "Block":
+    def dense(self, axes: Sequence[Any], counts: Sequence[int] | int) -> "ArrayBlock":
         """Another block in each cell of this one."""
-        self.children.append(Block(axes, counts))
+        self.children.append(ArrayBlock(axes, counts))
         return self.children[-1]
 
-    def place(self, *fields: Any) -> "Block":
+    def place(self, *fields: Any) -> "ArrayBlock":
         """Give fields an element in each cell, in the order of the calls."""
         for field in fields:
             members = field._members if isinstance(field, StructField) else [field]
@@ -81,20 +81,20 @@ class Block:
     def fields(self) -> Iterator[Any]:
         """All fields of this block, and of the blocks in it."""
         for child in self.children:
-            if isinstance(child, Block):
+            if isinstance(child, ArrayBlock):
                 yield from child.fields()
             else:
                 yield child
 
     def form(self) -> Any:
         """The axes, the counts, the types and the order of everything in this block."""
-        found = [child.form() if isinstance(child, Block) else kind_of(child) for child in self.children]
+        found = [child.form() if isinstance(child, ArrayBlock) else kind_of(child) for child in self.children]
         return tuple(self.counts.items()), tuple(found)
 
     def grow(self, node: Any) -> None:
         """Make a node of Taichi's tree hold what this block holds."""
         for child in self.children:
-            if isinstance(child, Block):
+            if isinstance(child, ArrayBlock):
                 child.grow(node.dense(child.axes, list(child.counts.values())))
             else:
                 node.place(child)
@@ -110,7 +110,7 @@ class Block:
 
     def has_fixed_cells(self) -> bool:
         """Whether the size of a cell is the same for all data: inner blocks with one axis have counts of the code."""
-        inner = [child for child in self.children if isinstance(child, Block)]
+        inner = [child for child in self.children if isinstance(child, ArrayBlock)]
         return all(len(block.counts) == 1 and block.has_fixed_cells() for block in inner)
 
     def share(self, cells: np.ndarray, outer: tuple[int, ...], variable: frozenset[int], block: np.ndarray) -> None:
@@ -127,7 +127,7 @@ class Block:
         variable |= set(own[:-1] if self.has_fixed_cells() else own)
         for k, child in enumerate(self.children):
             part = cells[f"_{k}"]
-            if isinstance(child, Block):
+            if isinstance(child, ArrayBlock):
                 child.share(part, axes, variable, block)
             else:
                 order = np.argsort(axes, kind="stable").tolist()
@@ -138,18 +138,18 @@ class Block:
                 child.variable_axes = variable
 
 
-class Builder(Block):
+class Builder(ArrayBlock):
     """The root of a tree of fields, in place of ``ti.FieldsBuilder``."""
 
     def finalize(self) -> list["ArrayField"]:
         """Allocate the memory of all fields, which is 0. Returns the fields."""
         found = [converted(field) for field in self.fields()]
-        loose = Block()  # of the fields that have one element each
+        loose = ArrayBlock()  # of the fields that have one element each
         loose.children += [child for child in self.children if isinstance(child, ArrayField)]
-        blocks = [block for block in [loose, *self.children] if isinstance(block, Block) and block.children]
+        blocks = [block for block in [loose, *self.children] if isinstance(block, ArrayBlock) and block.children]
         for block in blocks:
             cell, counts = block.element()
-            if math.prod(counts) * cell.itemsize // 4 > MOST:
+            if math.prod(counts) * cell.itemsize // 4 > MOST_NUMBERS:
                 raise InputError(f"an array of {' x '.join(map(str, counts))} elements is too large for a kernel")
             memory = aligned(math.prod(counts) * cell.itemsize)
             block.share(memory.view(cell).reshape(counts), (), frozenset(), memory)

@@ -32,7 +32,7 @@ WIDTH = 78  # columns of the line of a part in a terminal
 
 
 @dataclass(frozen=True)
-class Result:
+class CheckedPart:
     """What was found about one part, and how long it took."""
 
     part: Part
@@ -81,7 +81,7 @@ class Report:
     """The results of a check. ``print`` shows it as text, and a notebook as a page."""
 
     assignment: Assignment
-    results: list[Result] = field(default_factory=list)
+    results: list[CheckedPart] = field(default_factory=list)
 
     @property
     def points(self) -> float:
@@ -217,19 +217,19 @@ def check(
     return report
 
 
-def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, watch: Watch) -> Result:
+def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, watch: Watch) -> CheckedPart:
     """Run one part in this process, and judge it; then look for what is wrong."""
     start = time.monotonic()
     inputs = assignment.inputs(part, seed)
     found = answer(part, student, solution_of(assignment), inputs, dict(assignment.classes))
     if found.status != OK:
-        result = Result(part, verdict_without_answer(found), (), found.seconds)
+        result = CheckedPart(part, verdict_without_answer(found), (), found.seconds)
         watch(result.lines())
         return result
     right = kept_expected(assignment, part, inputs)
     if has_own_distribution(part, student):
         part = replace(part, judge=replace(part.judge, only_means=True))
-    result = Result(part, part.judge(inputs, found.arrays, right), (), found.seconds)
+    result = CheckedPart(part, part.judge(inputs, found.arrays, right), (), found.seconds)
     watch(result.lines_of_verdict())
     if result.verdict.status == RIGHT or not part.replaces:
         return result

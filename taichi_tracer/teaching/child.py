@@ -1,6 +1,6 @@
 """The loop of a submission's process: it computes numbers, which the grader judges in another process.
 
-The grader starts the process (``sandbox.Child``), sends requests as frames, and reads frames with the answers:
+The grader starts it (``sandbox.SubmissionProcess``), sends requests as frames, and reads frames with the answers:
 
     {"do": "hello"}                                     → {"status": "ok"}: Taichi can be started here
     {"do": "load", "assignment", "folder", "files"}     → {"errors": {file: what went wrong}}

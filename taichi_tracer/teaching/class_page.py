@@ -12,11 +12,11 @@ from taichi_tracer.files import page
 from taichi_tracer.files.disk import replace_file
 from taichi_tracer.teaching import boxes
 from taichi_tracer.teaching.base import RIGHT, STATUSES, Assignment, Verdict
-from taichi_tracer.teaching.grade import Settings, pictures_of
+from taichi_tracer.teaching.grade import GradingSettings, pictures_of
 from taichi_tracer.teaching.marks import Mark, PartMark, most_points
 from taichi_tracer.teaching.submissions import Submission
 
-SMALL = 96  # pixels: of a picture on the page of the class
+THUMBNAIL = 96  # pixels: of a picture on the page of the class
 MOST_SMALL = 60  # pictures of one part on the page of the class
 MOST_SLOWEST = 10
 BINS = 10  # of the distribution
@@ -30,7 +30,7 @@ svg line { stroke: var(--grid); }
 
 
 def write(
-    folder: Path, assignment: Assignment, found: Sequence[Submission], marks: Sequence[Mark], settings: Settings
+    folder: Path, assignment: Assignment, found: Sequence[Submission], marks: Sequence[Mark], settings: GradingSettings
 ) -> Path:
     """Write index.html and a page for each student below a folder; returns the path of index.html."""
     (folder / "students").mkdir(parents=True, exist_ok=True)
@@ -61,8 +61,8 @@ def file_names(marks: Sequence[Mark]) -> dict[str, str]:
 
 
 def thumbnail(image: np.ndarray) -> np.ndarray:
-    """Every k-th pixel of a picture, so that its width is not much more than ``SMALL``."""
-    step = max(1, image.shape[1] // SMALL)
+    """Every k-th pixel of a picture, so that its width is not much more than ``THUMBNAIL``."""
+    step = max(1, image.shape[1] // THUMBNAIL)
     return image[::step, ::step]
 
 
@@ -121,7 +121,7 @@ def class_page(
     marks: Sequence[Mark],
     files: dict[str, str],
     small: dict[str, list[tuple[Mark, np.ndarray, np.ndarray]]],
-    settings: Settings,
+    settings: GradingSettings,
 ) -> str:
     """The page of the class."""
     scores = np.array([mark.score for mark in marks])
@@ -236,10 +236,12 @@ def slowest_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
 
 def row_of_pictures(name: str, entries: list[tuple[Mark, np.ndarray, np.ndarray]]) -> str:
     """The pictures of a part side by side: the right one first, wrong ones with a frame."""
-    figures = [page.picture(entries[0][2], "right", SMALL)]
+    figures = [page.picture(entries[0][2], "right", THUMBNAIL)]
     for mark, image, _ in entries:
         is_right = next(part.status for part in mark.parts if part.name == name) == RIGHT
-        figures.append(f"<span class='{'' if is_right else 'bad'}'>{page.picture(image, mark.student, SMALL)}</span>")
+        figures.append(
+            f"<span class='{'' if is_right else 'bad'}'>{page.picture(image, mark.student, THUMBNAIL)}</span>"
+        )
     return f"<h2>{html.escape(name)}</h2>" + "".join(figures)
 
 

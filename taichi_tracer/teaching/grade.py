@@ -36,7 +36,7 @@ from taichi_tracer.teaching.judges import Samples
 from taichi_tracer.teaching.marks import Mark, PartMark, Rules, deductions, mark_of, plain
 from taichi_tracer.teaching.reference import Reference, fingerprint
 from taichi_tracer.teaching.running import LONGEST_MESSAGE, NOT_ASKED, NOT_ASKED_TEXT, OK, OPTIONAL_TEXT
-from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, Child, ChildEnded, Level
+from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, ChildEnded, SubmissionProcess, WallLevel
 from taichi_tracer.teaching.submissions import RefusedError, Submission
 from taichi_tracer.teaching.walls import Limits
 
@@ -47,7 +47,7 @@ KEPT_SHAPE = np.float16  # of pictures for the reports
 
 
 @dataclass(frozen=True)
-class Settings:
+class GradingSettings:
     """How a class is graded.
 
     Attributes:
@@ -57,7 +57,7 @@ class Settings:
         finds: whether wrong answers are explained.
     """
 
-    level: Level
+    level: WallLevel
     limits: Limits = Limits()
     seed: int = 1
     jobs: int = 1
@@ -70,7 +70,7 @@ class Stop:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._children: set[Child] = set()
+        self._children: set[SubmissionProcess] = set()
         self._is_set = False
 
     def __bool__(self) -> bool:
@@ -83,14 +83,14 @@ class Stop:
             for child in self._children:
                 child.hurry()
 
-    def add(self, child: Child) -> None:
+    def add(self, child: SubmissionProcess) -> None:
         """A process that has to end if the grading stops."""
         with self._lock:
             self._children.add(child)
             if self._is_set:
                 child.hurry()
 
-    def remove(self, child: Child) -> None:
+    def remove(self, child: SubmissionProcess) -> None:
         """A process that ends by itself."""
         with self._lock:
             self._children.discard(child)
@@ -103,7 +103,7 @@ def grade_class(
     assignment: Assignment,
     found: Sequence[Submission],
     rules: Rules,
-    settings: Settings,
+    settings: GradingSettings,
     watch: Callable[[Mark], Any] | None = None,
 ) -> list[Mark]:
     """The marks of some submissions, in their order, whatever the order in which they are ready.
@@ -138,7 +138,7 @@ def with_rules(mark: Mark, submitted: Submission, rules: Rules, assignment: Assi
     return replace(mark, parts=parts, imports=imports, deductions=deductions(rules, submitted, imports))
 
 
-def grade_or_read(reference: Reference, submitted: Submission, settings: Settings, stop: Stop) -> Mark:
+def grade_or_read(reference: Reference, submitted: Submission, settings: GradingSettings, stop: Stop) -> Mark:
     """The mark of a submission that was graded before, or else a new one, which is kept."""
     place = kept_at(reference.assignment, submitted, settings.seed)
     known = None if settings.anew else read(place)
@@ -154,7 +154,7 @@ def grade_or_read(reference: Reference, submitted: Submission, settings: Setting
 
 
 def grade(
-    reference: Reference, submitted: Submission, settings: Settings, stop: Stop | None = None
+    reference: Reference, submitted: Submission, settings: GradingSettings, stop: Stop | None = None
 ) -> tuple[Mark, dict[str, np.ndarray]]:
     """The mark of one submission without the rules of a course, and the pictures "PART/yours" and so on."""
     assignment = reference.assignment
@@ -188,10 +188,10 @@ def grade(
 class Runner:
     """Asks a submission's process for one part after the other, and starts it anew where a part has ended it."""
 
-    def __init__(self, reference: Reference, folder: Path, settings: Settings, stop: Stop) -> None:
+    def __init__(self, reference: Reference, folder: Path, settings: GradingSettings, stop: Stop) -> None:
         self.reference, self.folder, self.settings, self.stop = reference, folder, settings, stop
         self.printed = ""
-        self._child: Child | None = None
+        self._child: SubmissionProcess | None = None
         self._loaded: tuple[str, ...] = ()  # the files that the process has loaded; () for all
         self._bad: dict[tuple[str, ...], ChildEnded] = {}  # files whose loading ends the process
         self._late = 0
@@ -303,7 +303,7 @@ class Runner:
         if self.stop:
             raise ChildEnded("the grader was stopped")
         assignment = self.reference.assignment
-        self._child = Child(
+        self._child = SubmissionProcess(
             self.folder, self.settings.level, limits, self.reference.kernels, reads=(assignment.folder,)
         )
         self.stop.add(self._child)

@@ -81,14 +81,14 @@ def test(number: int, part: PartMark) -> dict:
         "score": part.earned,
         "max_score": part.points,
         "status": "passed" if part.status == RIGHT else "failed",
-        "output": told(part),
+        "output": feedback_on(part),
         "output_format": "md",
         "tags": [part.topic],
         "visibility": "visible",
     }
 
 
-def told(part: PartMark) -> str:
+def feedback_on(part: PartMark) -> str:
     """What a student reads about a part, in Markdown."""
     lines = [f"**{part.status}**: {escaped(part.message)}"]
     if part.first_wrong:

@@ -16,7 +16,7 @@ import sys
 from dataclasses import dataclass
 
 from taichi_tracer.teaching import walls
-from taichi_tracer.teaching.walls import Limits, World
+from taichi_tracer.teaching.walls import Limits, Surroundings
 
 POLL = 0.2  # seconds between two looks at the memory
 FAILED = 71  # exit code of a process that could not make its walls
@@ -31,7 +31,7 @@ class Task:
         requests, answers, line: descriptors of the pipes, and of the socket between the grader and the keeper.
     """
 
-    world: World
+    world: Surroundings
     limits: Limits | None
     requests: int
     answers: int
@@ -48,7 +48,7 @@ class Task:
         values = json.loads(words)
         world = values["world"] | {"reads": tuple(values["world"]["reads"])}
         limits = None if values["limits"] is None else Limits(**values["limits"])
-        return cls(**values | {"world": World(**world), "limits": limits})
+        return cls(**values | {"world": Surroundings(**world), "limits": limits})
 
 
 def main(words: str) -> None:

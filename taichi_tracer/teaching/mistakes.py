@@ -65,7 +65,7 @@ def find(
     right = part.judge.agrees(inputs, answers, expected)
     if right.all():
         return []
-    case, clock = Case(assignment, part, inputs, answers, expected), Clock(seconds)
+    case, clock = WrongAnswers(assignment, part, inputs, answers, expected), TimeLimit(seconds)
     single = [(mistake,) for mistake in assignment.mistakes_of(part)]
     tried = [one for one in single if is_kept(assignment, part, one, inputs)]
     fitting = [one for one in tried if case.fits(one)]
@@ -78,7 +78,7 @@ def find(
     if not fitting and len(tried) == len(single):
         fitting = case.fitting_pairs(clock)
     if fitting:
-        return [told(part, combination, len(right)) for combination in fitting]
+        return [finding_of(part, combination, len(right)) for combination in fitting]
     shown = getattr(part.judge, "told", dict)  # means, in place of the statistics of random answers
     told_of = describe(inputs, shown(answers), shown(expected), right)
     if len(tried) < len(single):
@@ -86,7 +86,7 @@ def find(
     return [Finding((), float((~right).mean()), text, "", part.topic) for text in told_of]
 
 
-class Clock:
+class TimeLimit:
     """Says whether there is time for one more attempt, which may take as long as the longest so far.
 
     Args:
@@ -109,7 +109,7 @@ class Clock:
 
 
 @dataclass(frozen=True)
-class Case:
+class WrongAnswers:
     """Wrong answers to a part, with what is needed to compare them with those of mistakes."""
 
     assignment: Assignment
@@ -130,7 +130,7 @@ class Case:
             return False
         return bool(judge.agrees(self.inputs, self.answers, wrong).all())
 
-    def fitting_pairs(self, clock: "Clock") -> list[tuple[Mistake, Mistake]]:
+    def fitting_pairs(self, clock: "TimeLimit") -> list[tuple[Mistake, Mistake]]:
         """The pairs of mistakes that explain every answer; the likely ones are tried first, and only these."""
         fitting: list[tuple[Mistake, Mistake]] = []
         found_at = -1.0
@@ -201,7 +201,7 @@ def distance(yours: np.ndarray, expected: np.ndarray, first: np.ndarray, second:
     return float(np.clip(np.where(np.isfinite(relative), relative, off != 0), 0, 1).mean())
 
 
-def told(part: Part, combination: Sequence[Mistake], count: int) -> Finding:
+def finding_of(part: Part, combination: Sequence[Mistake], count: int) -> Finding:
     """The finding of mistakes that explain all answers."""
     names = tuple(mistake.name for mistake in combination)
     called = getattr(part.judge, "called", "inputs")

@@ -16,10 +16,10 @@ from taichi_tracer.teaching import mistakes
 from taichi_tracer.teaching.base import Arrays, Assignment, Part
 from taichi_tracer.teaching.kept import arrays_in, cache_folder, joined, keep_arrays, parted
 from taichi_tracer.teaching.running import OK
-from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, Child, ChildEnded, Level
+from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, ChildEnded, SubmissionProcess, WallLevel
 
 SECONDS_TO_FIND = 600.0  # after which the search for mistakes is given up
-TRUSTED = Level("limits")
+TRUSTED = WallLevel("limits")
 
 
 class Reference:
@@ -33,7 +33,7 @@ class Reference:
         self.assignment, self.seed = assignment, seed
         self.folder = cache_folder() / "classes" / f"{assignment.name}-{fingerprint(assignment)[:16]}"
         self.inputs = {part.name: assignment.inputs(part, seed) for part in assignment.parts}
-        self._child: Child | None = None
+        self._child: SubmissionProcess | None = None
         self._lock = threading.Lock()
 
     def __enter__(self) -> "Reference":
@@ -87,11 +87,11 @@ class Reference:
             raise InputError(f"{where} is {reply['status']}: {reply['message']}")
         return arrays
 
-    def _trusted(self) -> Child:
+    def _trusted(self) -> SubmissionProcess:
         """The process of the solution, which is started when it is first needed."""
         if self._child is None:
             self.folder.mkdir(parents=True, exist_ok=True)
-            child = Child(None, TRUSTED, None, keep=self.folder)
+            child = SubmissionProcess(None, TRUSTED, None, keep=self.folder)
             try:
                 child.ask({"do": "load", "assignment": str(self.assignment.folder)}, wall=SECONDS_TO_LOAD)
             except ChildEnded as error:

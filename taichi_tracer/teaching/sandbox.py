@@ -1,7 +1,7 @@
 """The grader's side of a submission's process: it starts the process, asks it, and ends it in time.
 
-``Child.ask`` sends one request and waits for one answer, no longer than the limits allow. Nothing that the process
-sends is trusted: the answer has to be a frame with the ticket of the request, and what is printed is cut.
+``SubmissionProcess.ask`` sends one request and waits for one answer, no longer than the limits allow. Nothing that
+the process sends is trusted: the answer has to be a frame with the ticket of the request, and what is printed is cut.
 """
 
 import contextlib
@@ -25,7 +25,7 @@ import taichi_tracer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import frames, keeper, temporary, walls
 from taichi_tracer.teaching.kept import VARIABLE, cache_folder
-from taichi_tracer.teaching.walls import Limits, World
+from taichi_tracer.teaching.walls import Limits, Surroundings
 
 PACKAGE = Path(taichi_tracer.__file__).resolve().parent
 SECONDS_TO_LOAD = 120.0  # of the clock, for importing Taichi, the solution and the submission
@@ -36,7 +36,7 @@ KEPT_VARIABLES = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PAT
 
 
 @dataclass(frozen=True)
-class Level:
+class WallLevel:
     """How submissions are walled in on this machine.
 
     Attributes:
@@ -62,7 +62,7 @@ class ChildEnded(Exception):
         self.reason, self.is_late = reason, is_late
 
 
-class Child:
+class SubmissionProcess:
     """A process that runs a submission, or the solution.
 
     Args:
@@ -76,7 +76,7 @@ class Child:
     def __init__(
         self,
         files: Path | None,
-        level: Level,
+        level: WallLevel,
         limits: Limits | None = None,
         kernels: Path | None = None,
         keep: Path | None = None,
@@ -94,12 +94,12 @@ class Child:
         (self.given / "cache").mkdir(exist_ok=True)
         (self.given / "tmp").mkdir(exist_ok=True)
         user = walls.USER + secrets.randbelow(10_000_000) if level.user else None
-        world = World(level.name, str(self.given), readable(reads), user)
+        world = Surroundings(level.name, str(self.given), readable(reads), user)
         if user is not None:
             walls.give_folder_to(world.given, user)
         self._start(world)
 
-    def _start(self, world: World) -> None:
+    def _start(self, world: Surroundings) -> None:
         """Start the keeper, and through it the process."""
         (requests, to_requests), (from_answers, answers) = os.pipe(), os.pipe()
         line, self._line = socket.socketpair()
@@ -134,7 +134,7 @@ class Child:
         self._line.setblocking(False)
         self._decoder = frames.Decoder()
 
-    def __enter__(self) -> "Child":
+    def __enter__(self) -> "SubmissionProcess":
         return self
 
     def __exit__(self, *_error) -> None:
@@ -317,7 +317,7 @@ def readable(reads: Iterable[Path]) -> tuple[str, ...]:
     return (*_libraries(), *(str(p) for p in more), *(str(p.resolve()) for p in more))
 
 
-def environment(world: World, is_trusted: bool) -> dict[str, str]:
+def environment(world: Surroundings, is_trusted: bool) -> dict[str, str]:
     """The environment of a process: nothing of the teacher's that Python does not need."""
     kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
     if is_trusted:
@@ -345,14 +345,14 @@ def check_system() -> None:
 
 
 @cache
-def problem_of(level: Level, starts_taichi: bool = True) -> str | None:
+def problem_of(level: WallLevel, starts_taichi: bool = True) -> str | None:
     """Why a level does not work on this machine, in one line; None if it works. It is tried, with Taichi or without."""
     if level.name == "bwrap" and sys.platform != "linux":
         return "bubblewrap runs on Linux only"
     if level.name == "bwrap" and shutil.which("bwrap") is None:
         return "bubblewrap is not installed: apt-get install bubblewrap"
     try:
-        with Child(None, level, Limits()) as child:
+        with SubmissionProcess(None, level, Limits()) as child:
             child.ask({"do": "hello", "starts_taichi": starts_taichi}, wall=SECONDS_TO_LOAD)
     except ChildEnded as error:
         if level.name == "limits":
@@ -362,14 +362,14 @@ def problem_of(level: Level, starts_taichi: bool = True) -> str | None:
     return None
 
 
-def candidates() -> list[Level]:
+def candidates() -> list[WallLevel]:
     """Every level, the strongest first. Bubblewrap stops more than a user of its own does."""
     users = (True, False) if hasattr(os, "geteuid") and os.geteuid() == 0 else (False,)
-    return [Level(name, user) for name in walls.LEVELS for user in users]
+    return [WallLevel(name, user) for name in walls.LEVELS for user in users]
 
 
 @cache
-def best_level(trust: bool = False) -> Level:
+def best_level(trust: bool = False) -> WallLevel:
     """The strongest level that works on this machine.
 
     Args:

@@ -36,7 +36,7 @@ def as_class(original: Any, cls: type, *arguments: Any, **named: Any) -> Any:
     """A copy of ``original`` that belongs to ``cls``; a new object if ``cls`` has a constructor of its own."""
     if cls.__init__ is not type(original).__init__:  # type: ignore[misc]
         return cls(*arguments, **named)
-    return of(cls, **vars(original))
+    return bare(cls, **vars(original))
 
 
 @lru_cache(maxsize=8)
@@ -105,7 +105,7 @@ def intersector(cls: type, inputs: Arrays) -> Any:
     return original
 
 
-def of(cls: type, **attributes: Any) -> Any:
+def bare(cls: type, **attributes: Any) -> Any:
     """An object of the class under test that was not constructed, with attributes that its methods need."""
     made = cls.__new__(cls)
     made.__dict__.update(attributes)

@@ -147,7 +147,7 @@ def unpack(submitted: Submission, target: Path, files: Sequence[str]) -> Unpacke
     return look_at(target, files)
 
 
-class Names:
+class EntryNames:
     """The names of the entries so far: at most so many, each a plain path within the folder, no two alike."""
 
     def __init__(self) -> None:
@@ -195,7 +195,7 @@ class Room:
 def unpack_zip(path: Path, target: Path) -> None:
     """Unpack a zip file, entry by entry."""
     check_end(path)
-    names, room = Names(), Room(MOST_BYTES)
+    names, room = EntryNames(), Room(MOST_BYTES)
     try:
         with zipfile.ZipFile(path) as archive:
             for entry in archive.infolist():
@@ -258,7 +258,7 @@ def entry_chunks(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Iterator[b
 
 def copy_folder(source: Path, target: Path) -> None:
     """Copy the plain files of a folder; links are not followed."""
-    names, room = Names(), Room(MOST_BYTES)
+    names, room = EntryNames(), Room(MOST_BYTES)
     for file in sorted(source.rglob("*")):
         relative = PurePosixPath(file.relative_to(source).as_posix())
         if is_ignored(relative):

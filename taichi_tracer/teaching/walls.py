@@ -56,7 +56,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class World:
+class Surroundings:
     """Where a submission runs.
 
     Attributes:
@@ -150,7 +150,7 @@ def outermost(paths: Iterable[str]) -> list[str]:
     return found
 
 
-def bwrap_command(world: World) -> list[str]:
+def bwrap_command(world: Surroundings) -> list[str]:
     """The words before a command that let bubblewrap make its world: what Python needs, read only, and ``WORK``."""
     words = ["bwrap", "--unshare-all", "--die-with-parent", "--new-session", "--cap-drop", "ALL"]
     shown = outermost([*SYSTEM, *world.reads, world.given])
@@ -218,7 +218,7 @@ def end_descendants(most_rounds: int = 1000) -> None:
                 return
 
 
-def copy_into_world(world: World) -> None:
+def copy_into_world(world: Surroundings) -> None:
     """Copy the given files into the folder in which the submission may write, and go there."""
     if world.folder != world.given:
         shutil.copytree(world.given, world.folder, dirs_exist_ok=True)

@@ -30,7 +30,7 @@ from taichi_tracer.unseen.narrow_lobes import is_like_mirror
 
 NEAR = np.radians(10.0)  # wide enough that a picture with few samples has near misses, and a sky is even within it
 LEVELS = (1 / 4, 1 / 40, 1 / 400)  # of the largest radiance: where each level ends below
-SMALL = 0.005  # of the sphere: what is larger is met by many rays
+SMALL_SPOT = 0.005  # of the sphere: what is larger is met by many rays
 MATTERS = 0.01  # of all the light: what has less is not missed
 ROWS = 64  # of the map of directions that are near; it has twice as many columns
 KINDS = ("eye rays", "mirrors", "lobes")
@@ -43,7 +43,7 @@ ENOUGH = 1000  # look-ups that met a level: more need not be counted
 
 
 @dataclass(frozen=True)
-class Level:
+class BrightLevel:
     """A level of brightness of an environment.
 
     Attributes:
@@ -91,7 +91,7 @@ class NearMisses:
         return cls(levels, near.astype(np.int64), met.astype(np.int64), arrays["near_per_pixel"].astype(np.int64))
 
 
-def levels_of(environment: Environment) -> tuple[tuple[Level, ...], np.ndarray]:
+def levels_of(environment: Environment) -> tuple[tuple[BrightLevel, ...], np.ndarray]:
     """The levels that are small and matter, and the map of directions.
 
     Returns:
@@ -103,7 +103,7 @@ def levels_of(environment: Environment) -> tuple[tuple[Level, ...], np.ndarray]:
     edges = np.cos(np.pi * np.arange(h + 1) / h)
     solid_angle = np.repeat((edges[:-1] - edges[1:])[:, None] * 2 * np.pi / w, w, axis=1)
     light = brightness * solid_angle
-    found: list[Level] = []
+    found: list[BrightLevel] = []
     zones = np.zeros((ROWS, 2 * ROWS), np.uint8)
     cells, areas = _centres(ROWS, 2 * ROWS)
     high = np.inf
@@ -111,7 +111,7 @@ def levels_of(environment: Environment) -> tuple[tuple[Level, ...], np.ndarray]:
         low = fraction * brightness.max()
         is_level = (brightness >= low) & (brightness < high)
         of_sphere = solid_angle[brightness >= low].sum() / (4 * np.pi)
-        if of_sphere > SMALL or low == 0:
+        if of_sphere > SMALL_SPOT or low == 0:
             break
         if light[is_level].sum() > MATTERS * light.sum():
             rows, columns = np.nonzero(is_level)
@@ -120,7 +120,7 @@ def levels_of(environment: Environment) -> tuple[tuple[Level, ...], np.ndarray]:
             is_near = (cells @ spot.T).max(axis=2) > np.cos(NEAR + np.pi / ROWS / 2)
             share = solid_angle[is_level].sum() / areas[is_near].sum()
             zones |= is_near.astype(np.uint8) << len(found)
-            found.append(Level(low, high, float(brightness[is_level].max()), float(share)))
+            found.append(BrightLevel(low, high, float(brightness[is_level].max()), float(share)))
         high = low
     return tuple(found), zones
 
@@ -143,7 +143,7 @@ class NearMissCounter:
         width, height: the size of the picture in pixels.
     """
 
-    def __init__(self, light, levels: tuple[Level, ...], zones: np.ndarray, width: int, height: int) -> None:
+    def __init__(self, light, levels: tuple[BrightLevel, ...], zones: np.ndarray, width: int, height: int) -> None:
         self.light, self.levels = light, levels
         self._memory = memory.Memory()
         fields = self._memory.fields

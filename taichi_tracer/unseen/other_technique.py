@@ -9,8 +9,8 @@ sample in the solid angle 1/q around ω_i. A sample of the estimator, with the d
 probability P = p / q. If the pixel has n samples, n P of them meet this light.
 
 Such numbers are added up over all pixels of the picture, and over all directions that are about as rare: up to
-``ALIKE`` times as probable. If the sum is below ``KNOWN``, the light is most likely missing everywhere. With E_ik of
-the samples k = 1 … K of pixel i that are so rare, and 0 instead of the others, the mean square error grows by
+``ABOUT_AS_RARE`` times as probable. If the sum is below ``KNOWN``, the light is most likely missing everywhere. With
+E_ik of the samples k = 1 … K of pixel i that are so rare, and 0 instead of the others, the mean square error grows by
 
     u² = (1/N) Σ_i ((1/K) Σ_k E_ik)².
 
@@ -41,8 +41,8 @@ from taichi_tracer.unseen.near_misses import counter_for
 from taichi_tracer.unseen.unseen_light import KNOWN, unseen_light
 
 SAMPLES = 4  # of the other technique, in each pixel that is looked at
-MOST = 128  # pixels along each side that are looked at; of larger pictures, one pixel of each tile
-ALIKE = 4.0  # directions that are up to so many times as probable are counted together
+MOST_TILES = 128  # pixels along each side that are looked at; of larger pictures, one pixel of each tile
+ABOUT_AS_RARE = 4.0  # directions that are up to so many times as probable are counted together
 SAFETY = 1.2  # times u: the tiles and the few samples of a pixel make u rough
 SEED = 0x85EBCA6B  # combined with the seed of the picture, so that these samples are not its own
 SPHERE = 4 * math.pi  # the solid angle of all directions
@@ -128,7 +128,7 @@ class OtherTechnique:
         self.is_of, self.scene = (parts.scene, parts.integrator, crop, techniques), parts.scene
         x0, x1, self.x0, self.y0 = crop[0], crop[1], crop[0], crop[2]
         size = x1 - x0, crop[3] - crop[2]
-        self.step = math.ceil(max(size) / MOST)
+        self.step = math.ceil(max(size) / MOST_TILES)
         self.columns, self.rows = (-(-n // self.step) for n in size)
         self.pixels = size[0] * size[1]
         self.near_misses = counter_for(parts.scene, self.columns, self.rows) if "brdf" in techniques else None
@@ -187,7 +187,7 @@ class OtherTechnique:
             return np.full(light.shape, np.inf)
         each = self.pixels / (self.rows * self.columns * SAMPLES)
         total = np.concatenate([[0.0], np.cumsum(rare_first) * each])
-        found = total[np.searchsorted(rare_first, ALIKE * chance, side="right")]
+        found = total[np.searchsorted(rare_first, ABOUT_AS_RARE * chance, side="right")]
         return np.where(is_lit, found, np.inf)
 
     def missed(self, samples: float) -> float:

@@ -40,7 +40,7 @@ def test_a_display_that_does_not_answer(monkeypatch):
 
 def test_without_vulkan(monkeypatch):
     monkeypatch.setattr(display.sys, "platform", "linux")
-    monkeypatch.setattr(display, "find_display", lambda: display.Verdict(True, "a display"))
+    monkeypatch.setattr(display, "find_display", lambda: display.WindowVerdict(True, "a display"))
     monkeypatch.setattr(runtime, "vulkan_devices", list)
     verdict = display.can_open_window()
     assert not verdict.can_open
@@ -49,11 +49,11 @@ def test_without_vulkan(monkeypatch):
 
 
 def test_a_local_display_and_a_device_are_enough(monkeypatch):
-    monkeypatch.setattr(display, "find_display", lambda: display.Verdict(True, "display :0"))
+    monkeypatch.setattr(display, "find_display", lambda: display.WindowVerdict(True, "display :0"))
     monkeypatch.setattr(runtime, "vulkan_devices", lambda: SOFTWARE)
     monkeypatch.setattr(display, "is_certain", lambda: True)
     monkeypatch.setattr(display, "try_in_child", lambda: pytest.fail("nothing was left to try"))
-    assert display.can_open_window() == display.Verdict(True, "display :0; Vulkan on llvmpipe")
+    assert display.can_open_window() == display.WindowVerdict(True, "display :0; Vulkan on llvmpipe")
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,7 @@ def test_the_doctor_finds_nothing_to_fail_on(capsys):
 def test_what_is_missing_is_told_with_its_remedy(monkeypatch):
     monkeypatch.setattr(doctor.importlib.util, "find_spec", lambda name: None)
     monkeypatch.setitem(sys.modules, "OpenImageIO", None)  # importing it fails
-    no_window = display.Verdict(False, "no screen", "plug one in")
+    no_window = display.WindowVerdict(False, "no screen", "plug one in")
     monkeypatch.setattr(display, "can_open_window", lambda: no_window)
     told = "\n".join(str(line) for line in doctor.examine())
     assert "taichi_tracer[notebook]" in told

@@ -12,7 +12,7 @@ from taichi_tracer.apps import grade as command
 from taichi_tracer.apps.cli import main
 from taichi_tracer.teaching import sandbox
 from taichi_tracer.teaching.marks import Mark, PartMark
-from taichi_tracer.teaching.sandbox import Level, best_level
+from taichi_tracer.teaching.sandbox import WallLevel, best_level
 
 PARTS = (
     PartMark("Sums.add", "sums", 2.0, 0.5, "wrong", "10 of 20"),
@@ -37,7 +37,7 @@ def classroom(tmp_path, monkeypatch):
         return marks
 
     monkeypatch.setattr(command, "grade_class", grade_class)
-    monkeypatch.setattr(command, "best_level", lambda trust: Level("limits" if trust else "bwrap"))
+    monkeypatch.setattr(command, "best_level", lambda trust: WallLevel("limits" if trust else "bwrap"))
     (tmp_path / "class").mkdir()
     for name in ("123456781", "123456782"):
         sums.zipped(tmp_path / "class" / f"{name}.zip", {"sums.py": sums.submission()})

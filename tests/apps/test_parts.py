@@ -11,7 +11,7 @@ from PIL import Image
 import taichi_tracer as tt
 from taichi_tracer.apps import viewer
 from taichi_tracer.apps.cli import main, make_parser
-from taichi_tracer.apps.display import Verdict
+from taichi_tracer.apps.display import WindowVerdict
 from taichi_tracer.apps.words import as_value
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.studies.hard.catalogue import all_renderer_cases
@@ -270,7 +270,7 @@ def test_the_viewer_has_a_button_for_each_and_repeats_the_file(parts, monkeypatc
         self.save_picture()
         shown.append(panel.buttons)
 
-    monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(True, "pretended"))
+    monkeypatch.setattr(viewer, "can_open_window", lambda: WindowVerdict(True, "pretended"))
     monkeypatch.setattr(viewer.Viewer, "run", run)
     words = ["--view", "heat", "--size", "24", "--camera", "fisheye", "--intersector", "mine", "--plain"]
     assert main(["view", "cornell_box", *parts, *words]) == 0
@@ -287,7 +287,7 @@ def test_the_viewer_has_a_button_for_each_and_repeats_the_file(parts, monkeypatc
 
 
 def test_without_a_window_the_views_of_the_file_are_written_too(parts, monkeypatch, tmp_path):
-    monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(False, "no screen", "plug one in"))
+    monkeypatch.setattr(viewer, "can_open_window", lambda: WindowVerdict(False, "no screen", "plug one in"))
     monkeypatch.setattr(viewer, "save", lambda renderer, folder: tmp_path / renderer.active.name)
     monkeypatch.setattr(tt.A1Renderer, "render", lambda self, spp: self)
     written = []
@@ -322,7 +322,7 @@ def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeyp
 
     def run(level, **_options):
         tried.append((hard_cases.modes_of(level), all_renderer_cases()))
-        return hard_cases.Result(level, {}, [], [])
+        return hard_cases.SuiteResult(level, {}, [], [])
 
     monkeypatch.setattr(hard_cases, "run", run)
     assert main(["hardcases", "--quick", *parts]) == 0
@@ -340,11 +340,11 @@ def test_hard_cases_try_an_intersector_a_triangle_test_and_a_brdf(parts, monkeyp
 @pytest.mark.exhaustive
 def test_hard_cases_find_what_is_wrong_with_parts_of_ones_own(parts):
     from taichi_tracer.studies.hard.closed_meshes import ClosedSphere
-    from taichi_tracer.studies.hard.modes import Mode
+    from taichi_tracer.studies.hard.modes import RayMode
 
     load_parts(parts[1])
     ball = [ClosedSphere("ball", "unit", 8.0, (0, 0, 0), 8, 5)]
-    modes = [Mode(OWN_TEST, "f32", False, "mine"), Mode("half_triangles", "f32", False, "bvh")]
+    modes = [RayMode(OWN_TEST, "f32", False, "mine"), RayMode("half_triangles", "f32", False, "bvh")]
     result = hard_cases.run("quick", cases=ball, modes=modes, renderer=True)
     by_mode = {(v.mode, v.case): v for v in result.verdicts}
     assert by_mode["half_triangles f32 bvh", "ball"].word == "FAIL"

@@ -14,7 +14,7 @@ import taichi_tracer as tt
 from taichi_tracer import camera_controller
 from taichi_tracer.apps import panels, viewer
 from taichi_tracer.apps.cli import make_parser
-from taichi_tracer.apps.display import Verdict
+from taichi_tracer.apps.display import WindowVerdict
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Layout
 from taichi_tracer.apps.words import as_value
@@ -389,7 +389,7 @@ def test_data_has_no_exposure(renderer, tmp_path):
 @pytest.mark.long
 def test_on_a_terminal_a_browser_takes_the_place_of_a_window(small_renderer, tmp_path, monkeypatch, capsys):
     served = []
-    monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(False, "no screen", "plug one in"))
+    monkeypatch.setattr(viewer, "can_open_window", lambda: WindowVerdict(False, "no screen", "plug one in"))
     monkeypatch.setattr(viewer, "serve", lambda session: served.append(session.renderer) or 0)
     assert viewer.show(small_renderer, tmp_path, offers_browser=True) == 0
     assert served == [small_renderer]
@@ -398,7 +398,7 @@ def test_on_a_terminal_a_browser_takes_the_place_of_a_window(small_renderer, tmp
 
 
 def test_without_a_window_every_view_is_written(small_renderer, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(viewer, "can_open_window", lambda: Verdict(False, "no screen", "plug one in"))
+    monkeypatch.setattr(viewer, "can_open_window", lambda: WindowVerdict(False, "no screen", "plug one in"))
     assert viewer.show(small_renderer, tmp_path / "renders") == 0
     out = capsys.readouterr().out
     assert "no screen" in out

@@ -11,7 +11,7 @@ import pytest
 import taichi_tracer as tt
 from taichi_tracer.cluster import grading
 from taichi_tracer.teaching import catalogue, submissions
-from taichi_tracer.teaching.grade import Settings
+from taichi_tracer.teaching.grade import GradingSettings
 from taichi_tracer.teaching.marks import Mark, PartMark, Rules, read_rules
 
 NAMES = "123456781", "123456782"
@@ -62,7 +62,7 @@ def found(tmp_path, monkeypatch):
 
 
 def graded(found, rules=None, watch=None, trust=False, **settings):
-    made = Settings(grading.level_of(trust), **settings)
+    made = GradingSettings(grading.level_of(trust), **settings)
     return grading.grade_class(Cluster(), catalogue.load("rt3"), found, rules or Rules(), made, watch)
 
 

@@ -58,7 +58,7 @@ def test_a_class_is_graded_as_by_the_command(tmp_path, monkeypatch):
     from pathlib import Path
 
     from taichi_tracer.teaching import catalogue, submissions
-    from taichi_tracer.teaching.grade import Settings, grade_class
+    from taichi_tracer.teaching.grade import GradingSettings, grade_class
     from taichi_tracer.teaching.marks import read_rules
     from taichi_tracer.teaching.sandbox import best_level
 
@@ -73,7 +73,7 @@ def test_a_class_is_graded_as_by_the_command(tmp_path, monkeypatch):
     marks = tt.cluster.grade("rt3", tmp_path / "class", cluster="local:2", trust=True, weights=weights)
     assignment = catalogue.load("rt3")
     rules, found = read_rules(weights, assignment), submissions.find(tmp_path / "class", assignment.files)
-    alone = grade_class(assignment, found, rules, Settings(best_level(trust=True), anew=True))
+    alone = grade_class(assignment, found, rules, GradingSettings(best_level(trust=True), anew=True))
     assert [mark.student for mark in marks] == ["123456789", "234567890"]
     assert [mark.score for mark in marks] == [mark.score for mark in alone]
     assert [mark.deductions for mark in marks] == [mark.deductions for mark in alone]

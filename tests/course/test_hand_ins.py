@@ -10,10 +10,10 @@ import taichi_tracer as tt
 from taichi_tracer.course import borders, files
 from taichi_tracer.teaching import catalogue
 from taichi_tracer.teaching.base import MISSING, RIGHT
-from taichi_tracer.teaching.grade import Settings, grade
+from taichi_tracer.teaching.grade import GradingSettings, grade
 from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.running import OPTIONAL_TEXT
-from taichi_tracer.teaching.sandbox import Level
+from taichi_tracer.teaching.sandbox import WallLevel
 from taichi_tracer.teaching.stubs import is_placeholder
 from taichi_tracer.teaching.submissions import find
 from taichi_tracer.teaching.walls import Limits
@@ -110,7 +110,7 @@ def marks(path: Path, name: str, finds: bool = False) -> dict:
     assignment = catalogue.load(name)
     with Reference(assignment, 1) as reference:
         (submitted,) = find(path, assignment.files)
-        found, _ = grade(reference, submitted, Settings(Level("limits"), Limits(), finds=finds))
+        found, _ = grade(reference, submitted, GradingSettings(WallLevel("limits"), Limits(), finds=finds))
     assert found.refused == ""
     assert found.imports == ()
     return {part.name: part for part in found.parts if part.points > 0 or part.message == OPTIONAL_TEXT}

@@ -5,7 +5,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.explain.log import Log
-from taichi_tracer.explain.recorded import Form, given_names, recorded
+from taichi_tracer.explain.recorded import NotedMethod, given_names, recorded
 
 
 @ti.data_oriented
@@ -29,9 +29,9 @@ def ask(part: ti.template(), log: ti.template(), is_on: ti.i32) -> float:
 
 
 FORMS = {
-    "outer": Form("the outer one", got=("x",), gave=("total",), is_group=True),
-    "pair": Form(got=("y",), gave=("total", "both"), is_limited=True),
-    "absent": Form(),
+    "outer": NotedMethod("the outer one", got=("x",), gave=("total",), is_group=True),
+    "pair": NotedMethod(got=("y",), gave=("total", "both"), is_limited=True),
+    "absent": NotedMethod(),
 }
 
 pytestmark = pytest.mark.usefixtures("f32")

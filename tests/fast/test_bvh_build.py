@@ -12,7 +12,7 @@ pytestmark = pytest.mark.usefixtures("f32")
 
 @pytest.mark.parametrize("name", BOXES)
 def test_a_small_tree_is_one(name, rng):
-    box = np.ascontiguousarray(BOXES[name](rng)[: bvh_build.SMALL], np.float32)
+    box = np.ascontiguousarray(BOXES[name](rng)[: bvh_build.FEW_PRIMITIVES], np.float32)
     check(box, bvh_build.build(box))
 
 
@@ -88,7 +88,7 @@ def test_with_fast_math_the_tree_is_one(name, rng, monkeypatch):
         start("f32")
 
 
-@pytest.mark.parametrize("count", [2, 36, bvh_build.TINY, bvh_build.SMALL])
+@pytest.mark.parametrize("count", [2, 36, bvh_build.TINY, bvh_build.FEW_PRIMITIVES])
 def test_a_small_tree_is_as_good_as_the_kernels(count, rng, monkeypatch):
     box = random_boxes(rng, count).astype(np.float32)
     small = expected_cost(bvh_build.build(box))

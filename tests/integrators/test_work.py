@@ -4,7 +4,7 @@ import pytest
 import taichi as ti
 import taichi.math as tm
 
-from taichi_tracer.integrators.work import Tally
+from taichi_tracer.integrators.work import WorkTally
 
 pytestmark = pytest.mark.usefixtures("f32")
 
@@ -28,6 +28,6 @@ def work(tally: ti.template()) -> ti.types.vector(5, ti.i32):
 
 
 def test_every_sample_begins_at_zero_and_a_direction_counts_once():
-    tally = Tally()
+    tally = WorkTally()
     for _ in range(2):
         assert list(work(tally)) == [3, 1, 3, 1, 2]

@@ -5,12 +5,19 @@ import dataclasses
 import pytest
 
 from taichi_tracer.studies.profile import FILM_TAKES, RAYS, SHADING, Profile, as_page, described
-from taichi_tracer.studies.sample_parts import Rays, SampleParts
+from taichi_tracer.studies.sample_parts import PixelRays, SampleParts
 from taichi_tracer.system.compiling import Kernel
 from taichi_tracer.system.stopwatch import EYE_RAYS, IMPORTS, OTHER, PARTS, SAMPLES, Stopwatch
 
 PARTED = SampleParts(
-    whole=0.08, film=0.01, rays=0.04, eye=0.0, shading=0.03, share=0.25, rays_counted=Rays(100, 50, 25), seconds=1.5
+    whole=0.08,
+    film=0.01,
+    rays=0.04,
+    eye=0.0,
+    shading=0.03,
+    share=0.25,
+    rays_counted=PixelRays(100, 50, 25),
+    seconds=1.5,
 )
 
 
@@ -40,7 +47,7 @@ def test_eye_rays_of_the_plain_form_are_a_part_of_the_samples(profile):
 
 
 def test_without_further_rays_there_is_no_row_of_them(profile):
-    view = dataclasses.replace(profile, parts=dataclasses.replace(PARTED, rays=0.0, rays_counted=Rays(100, 0, 0)))
+    view = dataclasses.replace(profile, parts=dataclasses.replace(PARTED, rays=0.0, rays_counted=PixelRays(100, 0, 0)))
     assert RAYS not in dict(view.rows())
     assert [kind for kind, _, _ in view.rays()] == ["eye rays"]
 
@@ -53,7 +60,7 @@ def test_samples_that_were_not_taken_apart_are_one_row(profile):
     assert whole.rays() == []
     text = as_page(whole)
     assert "MyRenderer replaces shade_ray" in text
-    assert "Rays</h2>" not in text
+    assert "PixelRays</h2>" not in text
 
 
 def test_the_text_and_the_page_have_every_row(profile):

@@ -59,6 +59,8 @@ def test_no_table_shows_minus_zero():
     lines = [
         hits._repr_html_(),
         accuracy_report.show(-0.0),
-        *effects.table([effects.Variant("a", -0.001, 1.0, True), effects.Variant("b", -0.0, 1.0, True)]),
+        *effects.table(
+            [effects.CompiledVariant("a", -0.001, 1.0, True), effects.CompiledVariant("b", -0.0, 1.0, True)]
+        ),
     ]
     assert [line for line in lines if re.search(r"-0(\.0+)?(?![.\d])", line)] == []

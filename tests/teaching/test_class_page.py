@@ -10,11 +10,11 @@ import pytest
 from taichi_tracer.teaching import catalogue, class_page
 from taichi_tracer.teaching import grade as grading
 from taichi_tracer.teaching.base import STATUSES, Verdict
-from taichi_tracer.teaching.checking import Report, Result
-from taichi_tracer.teaching.grade import Settings
+from taichi_tracer.teaching.checking import CheckedPart, Report
+from taichi_tracer.teaching.grade import GradingSettings
 from taichi_tracer.teaching.marks import Mark, PartMark
 from taichi_tracer.teaching.mistakes import Finding
-from taichi_tracer.teaching.sandbox import Level
+from taichi_tracer.teaching.sandbox import WallLevel
 from taichi_tracer.teaching.submissions import Submission
 
 EVIL = "<script>document.title='hacked'</script>"
@@ -75,7 +75,7 @@ def folder(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(class_page, "pictures_of", lambda *args: pictures)
         assignment = type("Assignment", (), {"title": "A & B"})
-        class_page.write(place, assignment, found, MARKS, Settings(Level("bwrap")))
+        class_page.write(place, assignment, found, MARKS, GradingSettings(WallLevel("bwrap")))
     return place
 
 
@@ -144,10 +144,11 @@ def check_page(tmp_path):
     numbers = {whose: {"ray direction": [[0.123456, -1, 2]] * 4} for whose in ("input", "yours", "right")}
     found = (Finding(("x",), 1.0, "all 300 pixels agree with: pixel corner instead of centre", "Where is the centre?"),)
     results = [
-        Result(part, Verdict(status, 0.5, f"{EVIL} {status}")) for part, status in zip(parts, STATUSES, strict=False)
+        CheckedPart(part, Verdict(status, 0.5, f"{EVIL} {status}"))
+        for part, status in zip(parts, STATUSES, strict=False)
     ]
-    results[1] = Result(parts[1], Verdict("wrong", 0.5, "3 of 300 are wrong", numbers), found, 1.5)
-    results.append(Result(parts[-1], Verdict("wrong", 0.5, "many pixels are wrong", {}, images)))
+    results[1] = CheckedPart(parts[1], Verdict("wrong", 0.5, "3 of 300 are wrong", numbers), found, 1.5)
+    results.append(CheckedPart(parts[-1], Verdict("wrong", 0.5, "many pixels are wrong", {}, images)))
     path = tmp_path / "check.html"
     path.write_text(Report(catalogue.load("a1"), results).page(), encoding="utf-8")
     return path

@@ -15,7 +15,7 @@ from teaching.hostile import ATTACKS
 
 from taichi_tracer.teaching import catalogue, walls
 from taichi_tracer.teaching import grade as grading
-from taichi_tracer.teaching.grade import Settings, Stop, grade, grade_class
+from taichi_tracer.teaching.grade import GradingSettings, Stop, grade, grade_class
 from taichi_tracer.teaching.marks import Rules
 from taichi_tracer.teaching.reference import Reference
 from taichi_tracer.teaching.sandbox import best_level
@@ -122,7 +122,7 @@ def test_an_attack_costs_only_its_own_marks(name, reference, level, listener, pl
     others = [reference.expected, fingerprint(victim), fingerprint(Path(walls.__file__).parents[1])]
     start = time.monotonic()
 
-    mark, _ = grade(reference, handed_in(tmp_path, code), Settings(level, LIMITS, finds=False))
+    mark, _ = grade(reference, handed_in(tmp_path, code), GradingSettings(level, LIMITS, finds=False))
 
     print(name, [(part.status, part.message) for part in mark.parts])
     assert time.monotonic() - start < MOST_SECONDS
@@ -163,7 +163,7 @@ def classroom(place):
 @pytest.fixture(scope="module")
 def marks(assignment, classroom, level):
     """Their marks."""
-    return grade_class(assignment, find(classroom, assignment.files), Rules(), Settings(level, LIMITS))
+    return grade_class(assignment, find(classroom, assignment.files), Rules(), GradingSettings(level, LIMITS))
 
 
 def points(marks) -> dict[str, dict[str, float]]:
@@ -188,7 +188,7 @@ def test_each_student_gets_what_is_right(marks):
 @pytest.mark.long
 def test_marks_do_not_depend_on_order_or_jobs(marks, assignment, classroom, level):
     backwards = list(reversed(find(classroom, assignment.files)))
-    again = grade_class(assignment, backwards, Rules(), Settings(level, LIMITS, jobs=3, anew=True))
+    again = grade_class(assignment, backwards, Rules(), GradingSettings(level, LIMITS, jobs=3, anew=True))
     assert [mark.student for mark in again] == [one.student for one in backwards]
     assert points(again) == points(marks)
     without_seconds = [[(part.status, part.message, part.first_wrong) for part in mark.parts] for mark in again[::-1]]
@@ -199,13 +199,13 @@ def test_marks_do_not_depend_on_order_or_jobs(marks, assignment, classroom, leve
 def test_what_was_graded_is_not_graded_again(marks, assignment, classroom, level, monkeypatch):
     monkeypatch.setattr(grading, "Child", None)
     found = find(classroom, assignment.files)
-    assert points(grade_class(assignment, found, Rules(), Settings(level, LIMITS))) == points(marks)
+    assert points(grade_class(assignment, found, Rules(), GradingSettings(level, LIMITS))) == points(marks)
 
 
 @pytest.mark.exhaustive
 def test_another_seed_has_other_inputs_and_the_same_marks(marks, assignment, classroom, level):
     (one,) = [one for one in find(classroom, assignment.files) if one.student == "123456782"]
-    (mark,) = grade_class(assignment, [one], Rules(), Settings(level, LIMITS, seed=7))
+    (mark,) = grade_class(assignment, [one], Rules(), GradingSettings(level, LIMITS, seed=7))
     first = next(mark for mark in marks if mark.student == "123456782")
     assert earned(mark) == earned(first)
     assert mark.parts[0].first_wrong != first.parts[0].first_wrong
@@ -215,10 +215,10 @@ def test_another_seed_has_other_inputs_and_the_same_marks(marks, assignment, cla
 def test_hard_coded_answers_fail(reference, level, tmp_path):
     values = (reference.inputs["Sums.add"]["a"] + reference.inputs["Sums.add"]["b"]).tolist()
     code = sums.submission("import numpy as np", f"return np.array({values})")
-    mark, _ = grade(reference, handed_in(tmp_path, code), Settings(level, LIMITS))
+    mark, _ = grade(reference, handed_in(tmp_path, code), GradingSettings(level, LIMITS))
     assert earned(mark) == sums.RIGHT
     with Reference(reference.assignment, 2) as other:
-        mark, _ = grade(other, handed_in(tmp_path, code), Settings(level, LIMITS, finds=False))
+        mark, _ = grade(other, handed_in(tmp_path, code), GradingSettings(level, LIMITS, finds=False))
     assert earned(mark)["Sums.add"] == 0
 
 
@@ -227,7 +227,7 @@ def test_a_stopped_grading_ends_soon_and_keeps_nothing(reference, assignment, le
     slow = handed_in(tmp_path, sums.submission(add="import time\ntime.sleep(1000)"))
     stop, start = Stop(), time.monotonic()
     threading.Timer(2.0, stop.set).start()
-    settings = Settings(level, Limits(wall=500))
+    settings = GradingSettings(level, Limits(wall=500))
     mark = grading.grade_or_read(reference, slow, settings, stop)
     assert time.monotonic() - start < 20
     assert mark.score == 0

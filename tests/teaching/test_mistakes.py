@@ -188,7 +188,7 @@ def test_an_attempt_begins_only_if_it_may_end_in_time(monkeypatch):
     """An attempt may take as long as the longest one before it."""
     now = [100.0]
     monkeypatch.setattr(mistakes.time, "monotonic", lambda: now[0])
-    clock = mistakes.Clock(3.0)
+    clock = mistakes.TimeLimit(3.0)
     told = []
     while clock.has_time():
         with clock.running():

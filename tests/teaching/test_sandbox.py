@@ -15,7 +15,7 @@ from teaching import sums
 
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import sandbox, temporary, walls
-from taichi_tracer.teaching.sandbox import Child, ChildEnded, Level, best_level, ended
+from taichi_tracer.teaching.sandbox import ChildEnded, SubmissionProcess, WallLevel, best_level, ended
 from taichi_tracer.teaching.walls import Limits
 
 INPUTS = {"a": np.ones(20), "b": np.ones(20)}
@@ -37,17 +37,17 @@ def level(request):
     return request.param
 
 
-def started(assignment, tmp_path, add: str, level: Level | None = None, **limits) -> Child:
+def started(assignment, tmp_path, add: str, level: WallLevel | None = None, **limits) -> SubmissionProcess:
     """A process that has loaded a submission, without Taichi."""
     (tmp_path / "files").mkdir()
     (tmp_path / "files" / "sums.py").write_text(sums.submission(add=add))
-    child = Child(tmp_path / "files", level or Level("limits"), Limits(**limits), reads=(assignment,))
+    child = SubmissionProcess(tmp_path / "files", level or WallLevel("limits"), Limits(**limits), reads=(assignment,))
     request = {"do": "load", "assignment": str(assignment), "folder": "submission", "starts_taichi": False}
     child.ask(request, wall=100)
     return child
 
 
-def is_gone(child: Child) -> bool:
+def is_gone(child: SubmissionProcess) -> bool:
     """Whether nothing is left of a process."""
     return child._process.poll() is not None and not child.given.exists()
 
@@ -129,7 +129,7 @@ def test_how_a_process_ended_is_told(facts, told, is_late):
 
 def test_the_environment_has_nothing_of_the_teacher(monkeypatch):
     monkeypatch.setenv("PASSWORD", "x")
-    found = sandbox.environment(walls.World("limits", "/x"), is_trusted=False)
+    found = sandbox.environment(walls.Surroundings("limits", "/x"), is_trusted=False)
     assert "PASSWORD" not in found
     assert "TAICHI_TRACER_CACHE" not in found
     assert found["HOME"] == "/x"
@@ -161,11 +161,11 @@ def test_limits_alone_are_taken_by_trust_only(best):
 @pytest.mark.skipif(sys.platform != "linux", reason="bubblewrap runs on Linux only")
 def test_why_bubblewrap_does_not_work_is_one_line_with_a_remedy(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert "apt-get install bubblewrap" in sandbox.problem_of.__wrapped__(Level("bwrap"))
+    assert "apt-get install bubblewrap" in sandbox.problem_of.__wrapped__(WallLevel("bwrap"))
     refusing = tmp_path / "bwrap"  # as a container does that allows no namespaces
     refusing.write_text("#!/bin/sh\necho 'bwrap: No permissions\n to create new namespace'\nexit 1\n")
     refusing.chmod(0o755)
-    problem = sandbox.problem_of.__wrapped__(Level("bwrap"), starts_taichi=False)
+    problem = sandbox.problem_of.__wrapped__(WallLevel("bwrap"), starts_taichi=False)
     assert "a container refuses namespaces" in problem
     assert problem.endswith("(bwrap: No permissions to create new namespace)")
 
@@ -189,7 +189,8 @@ import numpy as np
 from taichi_tracer.teaching import sandbox
 from taichi_tracer.teaching.walls import Limits
 folder, assignment, level, user = sys.argv[1:]
-child = sandbox.Child(Path(folder), sandbox.Level(level, user == "True"), Limits(wall=400), reads=(assignment,))
+walls = sandbox.WallLevel(level, user == "True")
+child = sandbox.SubmissionProcess(Path(folder), walls, Limits(wall=400), reads=(assignment,))
 child.ask({"do": "load", "assignment": assignment, "folder": "submission", "starts_taichi": False}, wall=100)
 print(child.given, flush=True)
 child.ask({"do": "run", "part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from taichi_tracer.teaching import walls
-from taichi_tracer.teaching.walls import Limits, World
+from taichi_tracer.teaching.walls import Limits, Surroundings
 
 
 @pytest.mark.parametrize(
@@ -25,7 +25,7 @@ def test_paths_within_others_are_shown_once(paths, kept):
 
 
 def test_the_words_of_bubblewrap(tmp_path):
-    words = walls.bwrap_command(World("bwrap", str(tmp_path), ("/usr/lib/python3",)))
+    words = walls.bwrap_command(Surroundings("bwrap", str(tmp_path), ("/usr/lib/python3",)))
     assert words[0] == "bwrap"
     assert "--unshare-all" in words
     at = words.index(str(tmp_path))
@@ -34,8 +34,8 @@ def test_the_words_of_bubblewrap(tmp_path):
 
 
 def test_the_folder_to_write_in():
-    assert World("limits", "/x").folder == "/x"
-    assert World("bwrap", "/x").folder == walls.WORK
+    assert Surroundings("limits", "/x").folder == "/x"
+    assert Surroundings("bwrap", "/x").folder == walls.WORK
     assert not os.path.exists(walls.WORK), "it would hide what is there, such as the package"
 
 

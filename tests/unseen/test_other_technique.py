@@ -9,7 +9,7 @@ import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.unseen.other_technique import ALIKE, SAFETY, SAMPLES, OtherTechnique, other_techniques
+from taichi_tracer.unseen.other_technique import ABOUT_AS_RARE, SAFETY, SAMPLES, OtherTechnique, other_techniques
 from taichi_tracer.unseen.unseen_light import KNOWN
 
 SIZE = 12
@@ -110,12 +110,12 @@ def test_light_that_is_about_as_rare_is_counted_together():
     other = OtherTechnique.__new__(OtherTechnique)
     other.rows, other.columns, other.pixels, other.near_misses = 1, 2, 80, None
     light, chance = np.ones((SAMPLES, 1, 2)), np.full((SAMPLES, 1, 2), 1e-3)
-    chance[:, 0, 1] = 1e-3 * ALIKE * 1.01
+    chance[:, 0, 1] = 1e-3 * ABOUT_AS_RARE * 1.01
     light[0, 0, 0] = 0  # what is dark is not counted
     found = other.meetings(light, chance)
     each = 80 / (2 * SAMPLES)
     np.testing.assert_allclose(found[1:, 0, 0], 1e-3 * (SAMPLES - 1) * each)
-    np.testing.assert_allclose(found[:, 0, 1], (1e-3 * (SAMPLES - 1) + 1.01e-3 * ALIKE * SAMPLES) * each)
+    np.testing.assert_allclose(found[:, 0, 1], (1e-3 * (SAMPLES - 1) + 1.01e-3 * ABOUT_AS_RARE * SAMPLES) * each)
     assert np.isinf(found[0, 0, 0])
     other.found = [(light, found)]
     n = KNOWN / found[1, 0, 0] * 0.99  # the left pixel is just missed, the right one was met

@@ -19,7 +19,7 @@ from taichi_tracer.ray_hits import RayHits, ray_from
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
 from taichi_tracer.studies.hard.meshes import join
-from taichi_tracer.studies.hard.modes import Mode
+from taichi_tracer.studies.hard.modes import RayMode
 from taichi_tracer.system import runtime
 
 LAST_XI = 1 - 2.0**-24  # the largest random number
@@ -27,7 +27,7 @@ ROUNDING = 16  # how many ε of its farthest corner a ray may pass a triangle by
 
 
 @dataclass
-class Rays:
+class CaseRays:
     """Rays of one case, and what their judge has to know of each: arrays with a row per ray, all f32-representable."""
 
     origins: np.ndarray
@@ -39,18 +39,18 @@ class Rays:
     def __len__(self) -> int:
         return len(self.origins)
 
-    def __getitem__(self, rows) -> "Rays":
+    def __getitem__(self, rows) -> "CaseRays":
         """Some of the rays: a slice, their numbers, or a bool for each."""
         known = {name: values[rows] for name, values in self.known.items()}
         windows = [t if np.ndim(t) == 0 else t[rows] for t in (self.t_min, self.t_max)]
-        return Rays(self.origins[rows], self.directions[rows], *windows, known)
+        return CaseRays(self.origins[rows], self.directions[rows], *windows, known)
 
 
-def joined(parts: Sequence[Rays]) -> Rays:
+def joined(parts: Sequence[CaseRays]) -> CaseRays:
     """The rays of several parts, one after the other; all of which know the same of their rays, and have no window."""
     known = {name: np.concatenate([part.known[name] for part in parts]) for name in parts[0].known}
     origins = np.concatenate([part.origins for part in parts])
-    return Rays(origins, np.concatenate([part.directions for part in parts]), known=known)
+    return CaseRays(origins, np.concatenate([part.directions for part in parts]), known=known)
 
 
 class Case(ABC):
@@ -71,18 +71,18 @@ class Case(ABC):
         """Vertices and faces."""
 
     @abstractmethod
-    def rays(self, rng, count: int) -> Rays:
+    def rays(self, rng, count: int) -> CaseRays:
         """About ``count`` rays."""
 
     @abstractmethod
-    def judge(self, on: "Placed", rays: Rays, epsilon: float) -> dict[str, float]:
+    def judge(self, on: "Placed", rays: CaseRays, epsilon: float) -> dict[str, float]:
         """Findings, named as in ``modes.COUNTS``, and the number of rays they are out of where it matters."""
 
     def rng(self, chunk: int = 0):
         """Random numbers that depend on the case alone."""
         return np.random.default_rng([zlib.crc32(self.name.encode()), chunk])
 
-    def gathered(self, count: int) -> Rays:
+    def gathered(self, count: int) -> CaseRays:
         """The rays of the case, the same in every mode, in a random order so that any first part of them will do."""
         rays = self.rays(self.rng(), count)
         return rays[self.rng(1).permutation(len(rays))]
@@ -99,7 +99,7 @@ class RendererCase(ABC):
 
 
 @dataclass
-class Tally:
+class CaseTally:
     """What a ``RendererCase`` counts: how many things were tried, and how many answers are wrong, or are NaN."""
 
     tried: int = 0
@@ -160,7 +160,7 @@ class Placed:
         self.vertices, self.faces = vertices, faces
         self.intersected = []
 
-    def intersect(self, rays: Rays, **window) -> RayHits:
+    def intersect(self, rays: CaseRays, **window) -> RayHits:
         """The scene's answers; they are kept, to be compared with those of other intersectors."""
         window = {"t_min": rays.t_min, "t_max": rays.t_max} | window
         hits = self.scene.intersect(rays.origins, rays.directions, **window)
@@ -176,7 +176,7 @@ class Placed:
         """(n, 3, 3) corners of own triangles."""
         return self.vertices[self.faces[ids]]
 
-    def meet(self, rays: Rays, ids: np.ndarray) -> np.ndarray:
+    def meet(self, rays: CaseRays, ids: np.ndarray) -> np.ndarray:
         """t of every ray on one own triangle each, whatever lies before it; ∞ where it misses."""
         dtype = runtime.dtype()
         distance = np.empty(len(rays), dtype)
@@ -198,7 +198,7 @@ def _rows(values) -> np.ndarray:
     return np.ascontiguousarray(values, runtime.dtype())
 
 
-def false_hits(on: Placed, rays: Rays, ids: np.ndarray, epsilon: float, most: int = 20_000) -> int:
+def false_hits(on: Placed, rays: CaseRays, ids: np.ndarray, epsilon: float, most: int = 20_000) -> int:
     """How many rays hit a triangle that they pass by farther than rounding explains.
 
     A corner seen from the origin is rounded by ε/2 of its distance, and the projection along the ray adds a few more.
@@ -233,7 +233,7 @@ class Stage:
         self.firsts = np.cumsum([0] + [len(faces) for _, faces in self.meshes])[:-1]
         self.num_triangles = len(self.mesh[1])
 
-    def build(self, mode: Mode) -> dict[str, Placed]:
+    def build(self, mode: RayMode) -> dict[str, Placed]:
         """The scene in a mode, by case."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # some triangles cannot be hit: that is what the case is about

@@ -17,7 +17,7 @@ from taichi_tracer.studies.hard.many_triangles import (
     OneCentroid,
     Windows,
 )
-from taichi_tracer.studies.hard.modes import Mode
+from taichi_tracer.studies.hard.modes import RayMode
 from taichi_tracer.studies.hard.shading_cases import Accumulation, Brdfs, Furnace, OppositeNormals, OwnBrdf
 from taichi_tracer.studies.hard.single_triangles import FarOrigins, Grazing, InThePlane, Slivers, UnitTriangles
 from taichi_tracer.studies.hard.view_cases import (
@@ -50,7 +50,7 @@ class Level:
     has_plain: bool = False
     paths: tuple[type[RendererCase], ...] = path_cases.USUAL
 
-    def covers(self, stage: str, mode: Mode) -> bool:
+    def covers(self, stage: str, mode: RayMode) -> bool:
         """Whether a mode goes through a scene. In part, each scene meets the modes that most depend on it."""
         if self.is_whole:
             return True

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from taichi_tracer.studies.hard.case import Case, Placed, Rays, Stage, false_hits, joined, not_numbers
+from taichi_tracer.studies.hard.case import Case, CaseRays, Placed, Stage, false_hits, joined, not_numbers
 from taichi_tracer.studies.hard.meshes import as_f32, edges_of, join, normals_of, sphere, unit_rows
-from taichi_tracer.studies.hard.modes import Mode
+from taichi_tracer.studies.hard.modes import RayMode
 
 FACING = 0.75  # cosine from which on all triangles around a point face an origin outside: no silhouette is near
 MAP_SIZE = 320  # pixels, of a leak map
@@ -38,7 +38,7 @@ class ClosedSphere(Case):
             return inside
         return joined([inside, self._from_outside(rng, count // 4)])
 
-    def edge_rays(self, rng, count: int) -> Rays:
+    def edge_rays(self, rng, count: int) -> CaseRays:
         """Rays from inside, all at edges: for long runs."""
         return self._from_inside(rng, count, vertices=False)
 
@@ -60,7 +60,7 @@ class ClosedSphere(Case):
         origin = as_f32(self.centre + (target - self.centre) * rng.uniform(0.5, 0.8, (count, 1)) + aside)
         direction = as_f32(target - origin)
         none = np.zeros(count, bool)
-        return Rays(origin, direction, known={"is_vertex": is_vertex, "is_outside": none, "edge": edge})
+        return CaseRays(origin, direction, known={"is_vertex": is_vertex, "is_outside": none, "edge": edge})
 
     def _from_outside(self, rng, count):
         """As from inside, where all triangles around the target face the origin."""
@@ -71,9 +71,9 @@ class ClosedSphere(Case):
         direction = as_f32(target - origin)
         sure = (unit_rows(direction) * unit_rows(target - self.centre)).sum(axis=1) < -FACING
         known = {"is_vertex": is_vertex, "is_outside": np.ones(count, bool), "edge": edge}
-        return Rays(origin, direction, known=known)[sure]
+        return CaseRays(origin, direction, known=known)[sure]
 
-    def leaks(self, on: Placed, rays: Rays, hits) -> np.ndarray:
+    def leaks(self, on: Placed, rays: CaseRays, hits) -> np.ndarray:
         """From inside: no own triangle was met. From outside: none, or one on the far side."""
         ids = on.own(hits)
         far_side = rays.known["is_outside"] & (ids >= 0)
@@ -103,7 +103,7 @@ class ClosedSphere(Case):
         """Rays that start where others hit: x + 1e-6 n would be x itself in f32 from |x| ≥ 32 on."""
         directions = self.rng(2).normal(size=(len(ids), 3))
         origins = on.leave(ids, barycentrics, directions)
-        again = on.meet(Rays(origins, directions), ids)
+        again = on.meet(CaseRays(origins, directions), ids)
         return {"self_hits": int(np.isfinite(again).sum()), "self_hit_rays": len(ids)}
 
     def _double_hits(self, on, rays):
@@ -115,7 +115,7 @@ class ClosedSphere(Case):
         return {"double_hits": int(both.sum()), "double_hit_rays": len(rays)}
 
 
-def leaks_in(leaks: np.ndarray, rays: Rays) -> dict[str, int]:
+def leaks_in(leaks: np.ndarray, rays: CaseRays) -> dict[str, int]:
     """How many of the rays at edges and of those at vertices leak."""
     is_vertex = rays.known["is_vertex"]
     return {
@@ -195,18 +195,18 @@ class LeavingSurfaces(Case):
         close = np.arange(count)[:, None] % 5 == 0
         directions = np.where(close, flat * np.sqrt(1 - sine**2) + n * sine, directions)
         points = self.vertices[self.faces[ids, 0]]
-        return Rays(points, as_f32(directions), known={"ids": ids, "barycentrics": barycentrics})
+        return CaseRays(points, as_f32(directions), known={"ids": ids, "barycentrics": barycentrics})
 
     def judge(self, on, rays, epsilon):
         """No ray meets the triangle that it leaves."""
         ids = rays.known["ids"]
         origins = on.leave(ids, rays.known["barycentrics"], rays.directions)
-        again = on.meet(Rays(origins, rays.directions), ids)
+        again = on.meet(CaseRays(origins, rays.directions), ids)
         no_origin = ~np.isfinite(origins).all(axis=1)
         return {"self_hits": int(np.isfinite(again).sum()), "self_hit_rays": len(ids), "nan": int(no_origin.sum())}
 
 
-def leak_map(mode: Mode, size: int = MAP_SIZE) -> np.ndarray:
+def leak_map(mode: RayMode, size: int = MAP_SIZE) -> np.ndarray:
     """(size, size, 3) in [0, 1], top row first: what an eye within a closed sphere sees, red where a ray gets out.
 
     The sphere is white, and lit from inside; the background is red.

@@ -3,14 +3,14 @@
 import numpy as np
 
 from taichi_tracer.studies.hard import oracle
-from taichi_tracer.studies.hard.case import Case, Rays, false_hits, not_numbers, seconds_of
+from taichi_tracer.studies.hard.case import Case, CaseRays, false_hits, not_numbers, seconds_of
 from taichi_tracer.studies.hard.meshes import as_f32, box, height_field, join, separate, sphere
 
 AMONG = 50_000  # copies of a triangle, and triangles with one centroid
 DENORMAL = 2.0**-140
 
 
-def nearest_exactly(rays: Rays, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def nearest_exactly(rays: CaseRays, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(id, t) of the nearest of all triangles that each ray meets, edges included, of equals the lowest id; −1, ∞."""
     best, best_t = np.full(len(rays), -1), np.full(len(rays), np.inf)
     for i, triangle in enumerate(corners):
@@ -27,7 +27,7 @@ class Exact(Case):
     most = 600
     is_strict = True  # whether of the triangles at the same t it must be the first
 
-    def with_truth(self, rays: Rays) -> Rays:
+    def with_truth(self, rays: CaseRays) -> CaseRays:
         """The rays, and what they meet."""
         rays = rays[: self.most]
         ids, t = nearest_exactly(rays, self.vertices[self.faces])
@@ -75,7 +75,7 @@ class Lattice(Exact):
         ]
         side = rng.choice([-8.0, 8.0], (count, 1))
         directions = np.concatenate([rng.integers(-3, 4, (count, 1)), side, rng.integers(-3, 4, (count, 1))], axis=1)
-        return self.with_truth(Rays(target - directions, directions))
+        return self.with_truth(CaseRays(target - directions, directions))
 
 
 class AxisParallel(Exact):
@@ -112,7 +112,7 @@ class AxisParallel(Exact):
         rows = np.arange(count)
         origins[rows, axis] = np.where(axis == 1, 64, 0) - 7 * sign
         directions[rows, axis] = sign
-        return self.with_truth(Rays(origins, directions))
+        return self.with_truth(CaseRays(origins, directions))
 
 
 class Damaged(Exact):
@@ -152,7 +152,7 @@ class Damaged(Exact):
             rng.integers(-3, 4, (count, 3)) + [32, 0, 0] + np.where(np.arange(count)[:, None] % 2, 0, 0.37)
         )
         directions = rng.integers(-4, 5, (count, 3)).astype(float)
-        return self.with_truth(Rays(origins, directions)[np.abs(directions).max(axis=1) == 4])
+        return self.with_truth(CaseRays(origins, directions)[np.abs(directions).max(axis=1) == 4])
 
 
 class AboutASphere(Case):
@@ -168,7 +168,7 @@ class AboutASphere(Case):
     def rays(self, rng, count):
         """Origins and targets are spread about the centre."""
         origins = as_f32(rng.normal(size=(count, 3)) * 3 + self.centre)
-        return Rays(origins, as_f32(rng.normal(size=(count, 3)) * 1.5 + self.centre - origins))
+        return CaseRays(origins, as_f32(rng.normal(size=(count, 3)) * 1.5 + self.centre - origins))
 
 
 class DirectionLengths(AboutASphere):
@@ -189,7 +189,7 @@ class DirectionLengths(AboutASphere):
     def judge(self, on, rays, epsilon):
         """The same triangle, and t over the length the same number."""
         hits, scale = on.intersect(rays), rays.known["scale"]
-        scaled = on.intersect(Rays(rays.origins, rays.directions * scale[:, None]))
+        scaled = on.intersect(CaseRays(rays.origins, rays.directions * scale[:, None]))
         same_t = (scaled.distance * scale == hits.distance) | ~hits.is_hit
         return {
             "wrong": int(((scaled.triangle_id != hits.triangle_id) | ~same_t).sum()),
@@ -242,12 +242,12 @@ class IllegalRays(Case):
         at = (place >= 3) & (place < 6)
         directions[rows[at], place[at] - 3] = value[at]
         directions[place == 6] = rng.choice([0.0, -0.0], ((place == 6).sum(), 3))
-        return Rays(origins, directions)
+        return CaseRays(origins, directions)
 
     def judge(self, on, rays, epsilon):
         """All miss, at once."""
         hits = on.intersect(rays)
-        legal = Rays(
+        legal = CaseRays(
             np.broadcast_to([-64.0, 0, 0], rays.origins.shape), as_f32(self.rng(3).normal(size=rays.origins.shape))
         )
         of_legal = seconds_of(lambda: on.scene.intersect(legal.origins, legal.directions))
@@ -278,7 +278,7 @@ class Duplicates(Case):
         """At the inside."""
         origins = as_f32(rng.uniform(-1, 1, (count, 3)) + [0, 0, 3])
         target = rng.dirichlet((2, 2, 2), count) @ self.mesh()[0]
-        return Rays(origins, as_f32(target - origins))
+        return CaseRays(origins, as_f32(target - origins))
 
     def judge(self, on, rays, epsilon):
         """The first copy answers, always."""
@@ -313,7 +313,7 @@ class OneCentroid(Case):
                 t = oracle.dot(corners[:, 0] - o, n) / oracle.dot(d, n)
                 surely = (oracle.margin(o, d, corners) > 1e-4) & (t > 0)
             nearest[i] = t[surely].min(initial=np.inf)
-        return Rays(origins, directions, known={"t": nearest})
+        return CaseRays(origins, directions, known={"t": nearest})
 
     def judge(self, on, rays, epsilon):
         """Nothing that is surely hit is passed over."""

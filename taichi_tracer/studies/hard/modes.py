@@ -18,7 +18,7 @@ REFERENCE = "brute_force"  # the intersector that all others must equal
 
 
 @dataclass(frozen=True)
-class Mode:
+class RayMode:
     """One way to intersect rays.
 
     Attributes:
@@ -54,17 +54,17 @@ class Mode:
         return f"{self.triangle_test} {self.precision} {self.intersector}{rest}"
 
 
-def default_mode() -> Mode:
+def default_mode() -> RayMode:
     """The mode that runs if nobody chooses one, from the signatures that decide it."""
     scene, start = (inspect.signature(function).parameters for function in (SceneData, runtime.init))
     chosen = (scene["triangle_test"], start["precision"], start["fast_math"], scene["intersector"])
-    return Mode(*(parameter.default for parameter in chosen))
+    return RayMode(*(parameter.default for parameter in chosen))
 
 
 DEFAULT = default_mode()
 
 
-def all_modes(with_plain: bool = False) -> list[Mode]:
+def all_modes(with_plain: bool = False) -> list[RayMode]:
     """Every mode, those of one start of Taichi together, and brute force first: the others must equal it.
 
     Args:
@@ -83,7 +83,7 @@ def all_modes(with_plain: bool = False) -> list[Mode]:
             if has_fast_form(cls) and cls.name != REFERENCE
         ]
     return [
-        Mode(test, precision, fast_math, intersector, plain)
+        RayMode(test, precision, fast_math, intersector, plain)
         for fast_math in (False, True)
         for precision in PRECISIONS
         for test, intersector, plain in ways
@@ -143,7 +143,7 @@ EVERYTHING = frozenset(COUNTS)
 WITH_FAST_MATH = Promise()  # the compiler may assume that there is no NaN and no rounding: nothing can be promised
 
 
-def promise_of(mode: Mode) -> Promise:
+def promise_of(mode: RayMode) -> Promise:
     """What a mode promises. A triangle test without a line in ``ZERO``, such as your own, must never be wrong."""
     if mode.fast_math:
         return WITH_FAST_MATH

@@ -13,7 +13,7 @@ from taichi_tracer.materials import Material
 from taichi_tracer.renderer import A4Renderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.studies.hard import oracle
-from taichi_tracer.studies.hard.case import RendererCase, Tally
+from taichi_tracer.studies.hard.case import CaseTally, RendererCase
 from taichi_tracer.studies.hard.meshes import box, join, separate, sphere
 from taichi_tracer.system.registry import PARTS
 
@@ -99,7 +99,7 @@ class ClosedRoom(RendererCase):
         renderer = A4Renderer(scene, 48, 48)
         renderer.max_bounces = MOST_BOUNCES
         truth = self.emission * sum(self.albedo**k for k in range(MOST_BOUNCES + 1))
-        found = Tally()
+        found = CaseTally()
         for way, spp in zip(WAYS, (16, 4, 4), strict=True):
             image, _, nan = rendered(renderer, way, spp)
             off = np.abs(image[..., 0] / truth - 1)
@@ -130,7 +130,7 @@ class MirrorCorridor(RendererCase):
         window = (-0.5, 0.5, -0.5, 0.5)
         camera = OrthographicCamera(8, 8, eye=(0.1, 0.2, 0.5), at=(0.1, 0.2, -1), up=(0, 1, 0), screen_window=window)
         renderer = A4Renderer(scene, camera=camera)
-        found = Tally()
+        found = CaseTally()
         for way in WAYS:
             for bounces in (0, 1, 2, MOST_BOUNCES):
                 renderer.max_bounces = bounces
@@ -163,7 +163,7 @@ class LampInPlace(RendererCase):
         camera = from_above(self.size, self.half, 4, self.turn)
         renderer = A4Renderer(scene, camera=camera, jitter=False, sampler="independent")
         renderer.max_bounces = 1
-        points, found = floor_points(self.size, self.half), Tally()
+        points, found = floor_points(self.size, self.half), CaseTally()
         truth = np.array([[self.radiance(p) for p in row] for row in points])
         sees_floor = self.sees_floor(points)
         for way in ("explicit", "path"):
@@ -253,7 +253,10 @@ class DegenerateLamps(RendererCase):
         vertices = np.concatenate([*broken[:3], self.corners, *broken[3:]])
         lamps = vertices, np.arange(len(vertices)).reshape(-1, 3)
         good = 2 + 3  # the triangle's number: two of the floor, and three broken ones, come before it
-        truth, found = np.array([[reflected(p, self.corners) for p in row] for row in floor_points(9, 1.0)]), Tally()
+        truth, found = (
+            np.array([[reflected(p, self.corners) for p in row] for row in floor_points(9, 1.0)]),
+            CaseTally(),
+        )
         for choice in PARTS.names("lamp choice"):
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # of the triangles that were dropped
@@ -282,7 +285,7 @@ class NoLampAtAll(RendererCase):
             warnings.simplefilter("ignore", UserWarning)
             scene = SceneData(mesh_of([square(2), line], [FLOOR, lamp()]))
         renderer = A4Renderer(scene, camera=Camera(8, 8, eye=(0, 3, 0.1), at=(0, 0, 0)))
-        found = Tally()
+        found = CaseTally()
         for way in WAYS:
             image, _, nan = rendered(renderer, way, 4)
             found.add((image != 0).any(axis=2), nan)
@@ -303,7 +306,7 @@ class ExtremeRadiance(RendererCase):
         """Divided by Ke, both pictures and their errors are the same, and the mean is that of Lambert's formula."""
         corners = np.array([[-1.0, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1]])
         truth = np.array([[reflected(p, corners) for p in row] for row in floor_points(9, 1.0)])
-        pictures, errors, found = [], [], Tally()
+        pictures, errors, found = [], [], CaseTally()
         for radiance in (1e30, 1e-30):
             scene = SceneData(mesh_of([square(2), quad(*corners)], [FLOOR, lamp(radiance)]))
             renderer = A4Renderer(scene, camera=from_above(9, 1.0), jitter=False)
@@ -336,7 +339,7 @@ class MillionTriangleLamp(RendererCase):
         """Straight below a ball of radius R at the height h, E = π L (R/h)², whichever choice is made."""
         ball = sphere(1000, 501, self.radius, (0, self.height, 0))
         truth = ALBEDO * (self.radius / self.height) ** 2
-        found = Tally()
+        found = CaseTally()
         for choice in PARTS.names("lamp choice"):
             scene = SceneData(mesh_of([square(2), ball], [FLOOR, lamp()]), lamp_choice=choice)
             renderer = A4Renderer(scene, camera=from_above(16, 0.01), sampler="independent")

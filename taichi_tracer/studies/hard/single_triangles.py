@@ -3,7 +3,7 @@
 import numpy as np
 
 from taichi_tracer.studies.hard import oracle
-from taichi_tracer.studies.hard.case import Case, Rays
+from taichi_tracer.studies.hard.case import Case, CaseRays
 from taichi_tracer.studies.hard.meshes import as_f32, separate, unit_rows
 
 SURELY_INSIDE = 0.05  # barycentric coordinates above it leave no doubt that the ray hits
@@ -49,7 +49,7 @@ class DistanceCase(Case):
         origins, directions, ids = origins[inside], directions[inside], ids[inside]
         position, t = oracle.exact_hit(origins, directions, corners[inside])
         ahead = (position == 1) & (t > 0)
-        return Rays(origins[ahead], directions[ahead], known={"ids": ids[ahead], "t": t[ahead]})
+        return CaseRays(origins[ahead], directions[ahead], known={"ids": ids[ahead], "t": t[ahead]})
 
     def judge(self, on, rays, epsilon):
         """Every ray must hit; the finding is the relative error of t."""
@@ -170,7 +170,7 @@ class InThePlane(Case):
         directions = a * e1 + b * e2
         some = directions.any(axis=1)
         origins = corners[:, 0] + p * e1 + q * e2
-        return Rays(origins[some], directions[some].astype(float), known={"ids": ids[some]})
+        return CaseRays(origins[some], directions[some].astype(float), known={"ids": ids[some]})
 
     def judge(self, on, rays, epsilon):
         """No ray hits."""

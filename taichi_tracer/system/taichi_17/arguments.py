@@ -26,7 +26,7 @@ from taichi.lang.struct import StructField, _IntermediateStruct
 from taichi_tracer.system import arrays
 from taichi_tracer.system.errors import StaleSceneError
 from taichi_tracer.system.taichi_17 import questions, shared
-from taichi_tracer.system.taichi_17.components import Components
+from taichi_tracer.system.taichi_17.components import LooseComponents
 from taichi_tracer.system.varying import KINDS, VaryingInt
 
 FIELDS = (arrays.ScalarArray, arrays.MatrixArray)
@@ -292,7 +292,7 @@ def subscripting(usual: Callable) -> Callable:
         if kind is StructField and readings and type(value._members[0]) in (*FIELDS, StructField):
             members = {name: subscript(builder, one, *indices) for name, one in value._items}
             return _IntermediateStruct({**members, "__struct_methods": value.struct_methods})
-        if kind is Components and not any(isinstance(one, slice) for one in indices):
+        if kind is LooseComponents and not any(isinstance(one, slice) for one in indices):
             return value.part(*flat(usual, indices, len(value.argument.of.own)))
         return usual(builder, value, *indices, skip_reordered=skip_reordered)
 
@@ -315,7 +315,7 @@ def element_of(usual: Callable, argument: Argument, indices: tuple[Any, ...]) ->
     if index is None or argument.first:
         index = argument.first if index is None else index + argument.first
     if argument.of.own and not argument.is_vector:
-        return Components(argument, index)
+        return LooseComponents(argument, index)
     return argument.at(index)
 
 

@@ -10,7 +10,7 @@ from taichi.lang import impl, matrix
 from taichi.lang.expr import Expr
 
 
-class Components(Expr):
+class LooseComponents(Expr):
     """A vector or a matrix whose numbers are read one by one, because its cells are not multiples of its size."""
 
     def __init__(self, argument: Any, index: Any) -> None:
@@ -45,7 +45,7 @@ class Components(Expr):
             raise ti.TaichiSyntaxError(f"vec{len(known)} only has attributes={known}, got=('{letters}',)")
         return self.component(places[0]) if len(places) == 1 else Some(self, places)
 
-    def _assign(self, other: Any) -> "Components":
+    def _assign(self, other: Any) -> "LooseComponents":
         values = Expr(other) if isinstance(other, (list, tuple)) else other
         own = self.argument.of.own
         if isinstance(values, Expr) and values.is_tensor() and tuple(values.get_shape()) != own:
@@ -72,9 +72,9 @@ class Components(Expr):
 
 
 class Some(Expr):
-    """Some numbers of ``Components``, in any order."""
+    """Some numbers of ``LooseComponents``, in any order."""
 
-    def __init__(self, of: Components, places: list[int]) -> None:
+    def __init__(self, of: LooseComponents, places: list[int]) -> None:
         self.of, self.places = of, places
         made = Expr([of.component(k) for k in places])
         self.ptr, self.dbg_info, self.ptr_type_checked = made.ptr, made.dbg_info, made.ptr_type_checked

@@ -195,7 +195,7 @@ class Missing:
     """What stands for an attribute that an object does not have."""
 
 
-class Names(dict):
+class NotedNames(dict):
     """The names that a function of a kernel can use besides its own, which are noted as they are asked for.
 
     Args:
@@ -225,7 +225,7 @@ class Names(dict):
 
 def naming(usual: Callable) -> Callable:
     """``kernel_impl._get_global_vars``, whose names are noted."""
-    return functools.wraps(usual)(lambda function: Names(usual(function), function))
+    return functools.wraps(usual)(lambda function: NotedNames(usual(function), function))
 
 
 def note_static(of: Any, name: str, value: Any) -> None:

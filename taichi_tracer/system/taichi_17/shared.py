@@ -15,7 +15,7 @@ from typing import Any
 from taichi_tracer.system import arrays
 from taichi_tracer.system.taichi_17.questions import Notes, noting
 
-MOST = 8  # kernels that are remembered for each function
+MOST_KERNELS = 8  # kernels that are remembered for each function
 
 
 class Known:
@@ -74,7 +74,7 @@ def sharing(usual: Callable) -> Callable:
         notes.forget_objects()
         if is_shared:
             known.insert(0, Known(notes, kernel, launch, features))
-            del known[MOST:]
+            del known[MOST_KERNELS:]
 
     return materialize
 

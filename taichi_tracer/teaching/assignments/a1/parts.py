@@ -215,7 +215,7 @@ def run_view(name: str):
     """A function that runs one view on all hits."""
 
     def run(renderer_class: type, inputs: Arrays) -> Arrays:
-        renderer = stand_ins.of(renderer_class, _integrators={"distance": SimpleNamespace(max_distance=10.0)})
+        renderer = stand_ins.bare(renderer_class, _integrators={"distance": SimpleNamespace(max_distance=10.0)})
         shade = getattr(renderer, f"shade_{name}")
 
         @ti.func

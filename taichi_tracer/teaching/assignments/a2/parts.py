@@ -79,7 +79,7 @@ def means(rng: np.random.Generator) -> Arrays:
 
 def run_mean(renderer_class: type, inputs: Arrays) -> Arrays:
     """The mean with the next sample."""
-    renderer = stand_ins.of(renderer_class)
+    renderer = stand_ins.bare(renderer_class)
     return rows(renderer.running_mean, inputs, ["mean", "sample", "count"], {"new mean": 3})
 
 
@@ -128,14 +128,14 @@ def repeats(rng: np.random.Generator) -> Arrays:
 
 def run_uniform(sampler_class: type, inputs: Arrays) -> Arrays:
     """Samples of each set."""
-    first, direct = int(inputs["set"][0]), stand_ins.of(sampler_class).sample_direction
+    first, direct = int(inputs["set"][0]), stand_ins.bare(sampler_class).sample_direction
     found = samples(direct, {}, [], {"direction": 3}, 4 * SAMPLES, range(first, first + len(inputs["set"])))
     return {"direction": statistics(found["direction"])}
 
 
 def run_uniform_pdf(sampler_class: type, inputs: Arrays) -> Arrays:
     """The density, the same for every direction."""
-    density = stand_ins.of(sampler_class).evaluate_probability
+    density = stand_ins.bare(sampler_class).evaluate_probability
     return rows(density, {}, [], {"probability": 1}, range(len(inputs["set"])))
 
 
@@ -164,7 +164,7 @@ def few_surfaces(rng: np.random.Generator) -> Arrays:
 
 def run_brdf_sample(brdf_class: type, inputs: Arrays) -> Arrays:
     """Directions on each surface."""
-    brdf = stand_ins.of(brdf_class)
+    brdf = stand_ins.bare(brdf_class)
 
     @ti.func
     def w_i(Kd, Ns, w_o, normal):
@@ -200,7 +200,7 @@ def run_brdf(name: str, answer: str, width: int):
     """A function that evaluates a method of the BRDF for all pairs of directions."""
 
     def run(brdf_class: type, inputs: Arrays) -> Arrays:
-        function = getattr(stand_ins.of(brdf_class), name)
+        function = getattr(stand_ins.bare(brdf_class), name)
 
         @ti.func
         def value(Kd, Ns, w_o, w_i, normal):
@@ -229,7 +229,7 @@ def few_rough_surfaces(rng: np.random.Generator) -> Arrays:
 
 def run_microfacet_sample(brdf_class: type, inputs: Arrays) -> Arrays:
     """Directions on each surface."""
-    brdf = stand_ins.of(brdf_class)
+    brdf = stand_ins.bare(brdf_class)
 
     @ti.func
     def w_i(alpha, F0, w_o, normal):
@@ -253,7 +253,7 @@ def run_microfacet(name: str, answer: str, width: int):
     """A function that evaluates a method for all pairs of directions."""
 
     def run(brdf_class: type, inputs: Arrays) -> Arrays:
-        function = getattr(stand_ins.of(brdf_class), name)
+        function = getattr(stand_ins.bare(brdf_class), name)
 
         @ti.func
         def value(alpha, F0, w_o, w_i, normal):

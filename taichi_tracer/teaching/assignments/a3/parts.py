@@ -28,7 +28,7 @@ def triangles(rng: np.random.Generator) -> Arrays:
 
 def run_area(sampler_class: type, inputs: Arrays) -> Arrays:
     """The area of each triangle."""
-    return rows(stand_ins.of(sampler_class).compute_triangle_area, inputs, ["v0", "v1", "v2"], {"area": 1})
+    return rows(stand_ins.bare(sampler_class).compute_triangle_area, inputs, ["v0", "v1", "v2"], {"area": 1})
 
 
 def lights(rng: np.random.Generator) -> Arrays:
@@ -54,7 +54,7 @@ def light_sampler(sampler_class: type, inputs: Arrays, has_cdf: bool = True):
     for i in range(TRIANGLES if has_cdf else 0):
         fields["cdf"][i] = areas[: i + 1].sum() / areas.sum()
     total = float(areas.sum())
-    made = stand_ins.of(sampler_class, n_emissive_triangles=TRIANGLES, total_area=total, **fields)
+    made = stand_ins.bare(sampler_class, n_emissive_triangles=TRIANGLES, total_area=total, **fields)
     made.geometry = stand_ins.geometry(inputs)
     return made
 
@@ -123,13 +123,13 @@ def densities(rng: np.random.Generator) -> Arrays:
 
 def run_conversion(renderer_class: type, inputs: Arrays) -> Arrays:
     """The densities per solid angle."""
-    renderer = stand_ins.of(renderer_class)
+    renderer = stand_ins.bare(renderer_class)
     return rows(renderer.to_solid_angle, inputs, ["pdf", "distance", "cos_light"], {"pdf_solid_angle": 1})
 
 
 def run_heuristic(renderer_class: type, inputs: Arrays) -> Arrays:
     """The weights."""
-    return rows(stand_ins.of(renderer_class).power_heuristic, inputs, ["pdf", "other_pdf"], {"weight": 1})
+    return rows(stand_ins.bare(renderer_class).power_heuristic, inputs, ["pdf", "other_pdf"], {"weight": 1})
 
 
 # ── environments ──

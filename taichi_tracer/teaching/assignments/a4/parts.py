@@ -30,7 +30,7 @@ def bounces(rng: np.random.Generator) -> Arrays:
 def run_throughput(renderer_class: type, inputs: Arrays) -> Arrays:
     """The throughputs after the bounces."""
     names = ["throughput", "f_r", "cosine", "pdf"]
-    return rows(stand_ins.of(renderer_class).next_throughput, inputs, names, {"throughput": 3})
+    return rows(stand_ins.bare(renderer_class).next_throughput, inputs, names, {"throughput": 3})
 
 
 def games(rng: np.random.Generator) -> Arrays:
@@ -42,7 +42,7 @@ def games(rng: np.random.Generator) -> Arrays:
 
 def run_roulette(renderer_class: type, inputs: Arrays) -> Arrays:
     """The throughputs after many games of each row."""
-    play = stand_ins.of(renderer_class).play_roulette
+    play = stand_ins.bare(renderer_class).play_roulette
     found = samples(play, inputs, ["throughput", "q"], {"throughput": 3}, SAMPLES)
     return {"throughput": statistics(found["throughput"])}
 
