@@ -68,7 +68,7 @@ def text_of(error: Exception, words: Sequence[str], parts: Sequence[str]) -> str
         command = next((word for word in words if not word.startswith("-")), "")
         return f" {command}: this installation has no taichi_tracer/{wing}"
     is_users = isinstance(error, (InputError, StaleSceneError, OSError))
-    text = str(error) if is_users else load("faults:told")(error, parts)
+    text = str(error) if is_users else load("faults:text_of_fault")(error, parts)
     return None if text is None else f": error: {' '.join(text.split())}"
 
 
