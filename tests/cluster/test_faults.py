@@ -31,7 +31,7 @@ def _short(monkeypatch):
     """Short ranges, so that a small picture has many."""
     start("f32")
     monkeypatch.setattr(ranges, "SECONDS", 0.05)
-    monkeypatch.setattr(sharing, "SOON", 0.1)
+    monkeypatch.setattr(sharing, "COLLECT_EVERY", 0.1)
 
 
 class Watch:

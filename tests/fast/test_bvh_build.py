@@ -19,7 +19,7 @@ def test_a_small_tree_is_one(name, rng):
 @pytest.mark.long
 @pytest.mark.parametrize("name", BOXES)
 def test_the_tree_is_one(name, rng, monkeypatch):
-    monkeypatch.setattr(bvh_build, "SMALL", 0)
+    monkeypatch.setattr(bvh_build, "FEW_PRIMITIVES", 0)
     box = np.ascontiguousarray(BOXES[name](rng), np.float32)
     check(box, bvh_build.build(box))
 
@@ -92,7 +92,7 @@ def test_with_fast_math_the_tree_is_one(name, rng, monkeypatch):
 def test_a_small_tree_is_as_good_as_the_kernels(count, rng, monkeypatch):
     box = random_boxes(rng, count).astype(np.float32)
     small = expected_cost(bvh_build.build(box))
-    monkeypatch.setattr(bvh_build, "SMALL", 0)
+    monkeypatch.setattr(bvh_build, "FEW_PRIMITIVES", 0)
     assert small <= 1.02 * expected_cost(bvh_build.build(box))
 
 

@@ -197,7 +197,7 @@ def test_marks_do_not_depend_on_order_or_jobs(marks, assignment, classroom, leve
 
 @pytest.mark.long
 def test_what_was_graded_is_not_graded_again(marks, assignment, classroom, level, monkeypatch):
-    monkeypatch.setattr(grading, "Child", None)
+    monkeypatch.setattr(grading, "SubmissionProcess", None)
     found = find(classroom, assignment.files)
     assert points(grade_class(assignment, found, Rules(), GradingSettings(level, LIMITS))) == points(marks)
 
