@@ -15,7 +15,7 @@ from taichi_tracer.camera import ProjectiveCamera
 from taichi_tracer.camera_calls import through_pixel
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system.seams import why_replaced
-from taichi_tracer.system.stopwatch import EYE_RAYS, LIGHTS, SAMPLES, part
+from taichi_tracer.system.stopwatch import EYE_RAYS, LIGHTS, SAMPLES, stage
 from taichi_tracer.system.wings import is_there, wing
 
 NO_FAST_FORMS = "this installation has no fast forms"
@@ -62,7 +62,7 @@ class EyeRays:
         return ray, hit
 
 
-class Parts(NamedTuple):
+class SampleParts(NamedTuple):
     """What a sample is made of. Who watches samples puts observed copies in the places of some: ``system.observed``."""
 
     scene: Any  # a ``SceneInKernels``
@@ -111,7 +111,7 @@ class Plan:
 
     def prepared_scene(self) -> Any:
         """The part of the scene that kernels use, whose lights have their tables."""
-        with part(LIGHTS):
+        with stage(LIGHTS):
             scene = self.renderer.kernel_scene()
             scene.lights.prepare(self.renderer.active.samples_lights)
         return scene
@@ -119,15 +119,15 @@ class Plan:
     def take(self, index: int) -> None:
         """Take one sample for every pixel."""
         scene = self.prepared_scene()
-        with part(EYE_RAYS, waits=True):
+        with stage(EYE_RAYS, waits=True):
             self.trace_eye_rays(index)
-        with part(SAMPLES, waits=True):
+        with stage(SAMPLES, waits=True):
             self.take_each(scene, index)
 
     def take_each(self, scene: Any, index: int) -> None:
         """Take one sample for every pixel, pixel by pixel."""
         r = self.renderer
-        r._take_sample(r.parts(scene, self.integrator(scene)), r.seed, index)
+        r._take_sample(r.sample_parts(scene, self.integrator(scene)), r.seed, index)
 
     def follow(self, other: "Plan") -> None:
         """Take over the choices of another renderer's plan, and its eye rays if they are the same."""

@@ -10,7 +10,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.files.picture import Picture
-from taichi_tracer.forms import Parts, Plan
+from taichi_tracer.forms import Plan, SampleParts
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control, NameControl
 from taichi_tracer.integrators.path_settings import DEFAULTS, PathSettings
@@ -158,13 +158,13 @@ class MapRenderer(ProgressiveRenderer):
         scene = self.kernel_scene()
         scene.lights.prepare(self.measured.samples_lights)
         key = self.map, self.measured, scene
-        parts = self._parts.get(key, lambda: self._watched(self.parts(scene, self.measured)))
+        parts = self._parts.get(key, lambda: self._watched(self.sample_parts(scene, self.measured)))
         if self.map.is_timed:
             self._add_times(self.seconds_of_tiles(parts, index), index)
         else:
             self._take_sample(parts, self.seed, index)
 
-    def _watched(self, parts: Parts) -> Parts:
+    def _watched(self, parts: SampleParts) -> SampleParts:
         """The parts of a sample as the map in use watches them."""
         if self.map.is_timed:
             return parts._replace(film=self._tile)
@@ -175,7 +175,7 @@ class MapRenderer(ProgressiveRenderer):
         """The tile that is timed."""
         return SomePixels(in_order=True)
 
-    def seconds_of_tiles(self, parts: Parts, index: int) -> np.ndarray:
+    def seconds_of_tiles(self, parts: SampleParts, index: int) -> np.ndarray:
         """(tiles across, tiles upwards) seconds that a sample of a pixel takes on one core, as the mean of a tile.
 
         A kernel has no clock. Therefore the tiles are rendered one after the other, each by one thread, and the time

@@ -15,7 +15,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.camera import ProjectiveCamera, change_projection, make_camera
-from taichi_tracer.forms import EyeRays, Form, Parts, Plan, plan_of
+from taichi_tracer.forms import EyeRays, Form, Plan, SampleParts, plan_of
 from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.integrators.controls import Control
 from taichi_tracer.integrators.direct_light import UniformSphere
@@ -34,7 +34,7 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.held import held
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, fit, in_kernels, replaced, seams, why_replaced
-from taichi_tracer.system.stopwatch import LIGHTS, part
+from taichi_tracer.system.stopwatch import LIGHTS, stage
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
 from taichi_tracer.unseen.other_technique import OtherTechnique, missed_light
@@ -242,9 +242,9 @@ class ProgressiveRenderer(RenderedPicture):
         """Take the value of a pixel: as one sample, or as the final value if samples are not random."""
         self.film.record(x, y, value, index)
 
-    def parts(self, scene: SceneInKernels, integrator: Integrator) -> Parts:
+    def sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
         """What a sample of this picture is made of, for ``_take_sample``."""
-        parts = Parts(scene, integrator, self.eye_rays, self.sampler, self.shares, self.film)
+        parts = SampleParts(scene, integrator, self.eye_rays, self.sampler, self.shares, self.film)
         return self.film.unseen.watched(parts)
 
     @property
@@ -252,10 +252,10 @@ class ProgressiveRenderer(RenderedPicture):
         """What watches the samples that are taken, see ``unseen.near_misses``; None if nobody does."""
         return self.film.unseen.counter
 
-    def plain_parts(self, scene: SceneInKernels, integrator: Integrator) -> Parts:
+    def plain_sample_parts(self, scene: SceneInKernels, integrator: Integrator) -> SampleParts:
         """The parts of a sample for who looks at it in its plain form: nothing stands in, and nobody watches."""
         eyes = EyeRays(self.scene_data, self.camera, self.jitter, "shade_ray" not in self.replaced)
-        return Parts(scene, integrator, eyes, self.sampler, self.shares, self.film)
+        return SampleParts(scene, integrator, eyes, self.sampler, self.shares, self.film)
 
     @in_kernels
     def radiance(self, scene, integrator, ray, hit, rng):
@@ -344,7 +344,7 @@ class ProgressiveRenderer(RenderedPicture):
 
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
-        with part(LIGHTS, waits=True):
+        with stage(LIGHTS, waits=True):
             environment = self.scene_data.environment if self.shows_light else None
             self.film.unseen.begin(environment, self.kernel_scene, self.width, self.height)
         self.reset()

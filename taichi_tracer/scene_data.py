@@ -36,7 +36,7 @@ from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.reuse import Reused
 from taichi_tracer.system.seams import replaced
-from taichi_tracer.system.stopwatch import BUILD, LIGHTS, part
+from taichi_tracer.system.stopwatch import BUILD, LIGHTS, stage
 from taichi_tracer.textures import Textures
 
 if TYPE_CHECKING:
@@ -105,10 +105,10 @@ class SceneData:
         if self.textures is not None:
             self.textures.put(tables)
         self.geometry.load(self._memory, tables)
-        with part(BUILD, waits=True):
+        with stage(BUILD, waits=True):
             self.ray_intersector, form = make_intersector(chosen, self.geometry, chosen_test, self.fast)
         self.forms = (form,)
-        with part(LIGHTS):
+        with stage(LIGHTS):
             choice = lamp_choice_of(given["lamp_choice"], mesh)
             self.lamps = Lamps(self.geometry, self.material_library, choice, given["two_sided_lamps"])
         self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)

@@ -16,7 +16,7 @@ from taichi_tracer.background import Background
 from taichi_tracer.brdfs.base import Brdf
 from taichi_tracer.effects import Effects
 from taichi_tracer.environment import Environment
-from taichi_tracer.forms import Parts
+from taichi_tracer.forms import SampleParts
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.environment_light import EnvironmentLight
@@ -140,10 +140,10 @@ def rendered(scene, spp=2, **options):
     return A2Renderer(scene, 8, 8, **options).use("mis").render(spp)
 
 
-def specialisations(owner) -> list[Parts]:
+def specialisations(owner) -> list[SampleParts]:
     """The parts for which Taichi compiled the kernel of a sample of a renderer."""
     keys = ProgressiveRenderer._take_sample._primal.mapper.mapping
-    return [Parts(*(part() for part in parts)) for renderer, parts, *_ in keys if renderer() is owner]
+    return [SampleParts(*(part() for part in parts)) for renderer, parts, *_ in keys if renderer() is owner]
 
 
 @pytest.mark.long

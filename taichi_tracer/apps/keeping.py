@@ -16,7 +16,7 @@ from taichi_tracer.picture.progress import Progress, Target, two_digits
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system import stopwatch
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.system.stopwatch import part
+from taichi_tracer.system.stopwatch import stage
 
 SHOW_PROGRESS_AFTER = 1.0  # seconds: shorter work is over before a bar could be read
 BAR = "{desc} {percentage:3.0f}%|{bar}| {postfix}"
@@ -101,7 +101,7 @@ class Keeper:
     def keep(self) -> None:
         """Write now, if there is where to and what."""
         if self.path is not None and self.renderer.samples > 0:
-            with part(stopwatch.WRITE):
+            with stage(stopwatch.WRITE):
                 self.is_in_place = written(Path(self.path), self.renderer.save_checkpoint) == Path(self.path)
 
 

@@ -26,7 +26,7 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system import compiling, stopwatch
 from taichi_tracer.system.errors import IncompleteError, InputError
-from taichi_tracer.system.stopwatch import READ, part
+from taichi_tracer.system.stopwatch import READ, stage
 from taichi_tracer.system.wings import wing
 
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
@@ -74,7 +74,7 @@ def run_watched(args: Namespace, elsewhere: "RendersElsewhere | None", watch: st
         made = {}
         for j, ((renderer_class, integrator), places) in enumerate(zip(picture.views, views, strict=True)):
             if renderer_class not in made:
-                with part(stopwatch.FILM):
+                with stage(stopwatch.FILM):
                     made[renderer_class] = picture.make_renderer(renderer_class, scene)
             renderer = made[renderer_class].use(integrator.name)
             shown = []
@@ -210,7 +210,7 @@ def make_picture(
     is_in_place = keeper.is_in_place
     if renderer.samples > 0:
         encoding = renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
-        with part(stopwatch.WRITE, waits=True):
+        with stage(stopwatch.WRITE, waits=True):
             image = renderer.film.own_pixels(renderer.image())
             place = written_picture(path, image, channels, **encoding)
         times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
@@ -256,7 +256,7 @@ class Clock:
     def load(self, scene: SceneRequest) -> SceneData:
         """Load a scene, and remember how long that took."""
         start = time.perf_counter()
-        with part(READ, waits=True):
+        with stage(READ, waits=True):
             loaded = scene.load()
         self.before = f"start {start - self.started:.2f} s, scene {time.perf_counter() - start:.2f} s"
         return loaded

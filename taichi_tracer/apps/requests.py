@@ -30,7 +30,7 @@ from taichi_tracer.scene_data_loader import find_scene, is_document, load_scene_
 from taichi_tracer.system import runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.system.stopwatch import TAICHI, part
+from taichi_tracer.system.stopwatch import TAICHI, stage
 from taichi_tracer.tones.display import Display
 from taichi_tracer.values import WEIGHTS
 
@@ -56,7 +56,7 @@ class MachineRequest:
 
     def start(self) -> None:
         """Start Taichi."""
-        with part(TAICHI):
+        with stage(TAICHI):
             runtime.init(**given(arch=self.arch, precision=self.precision), fast_math=self.fast_math)
 
     def words(self) -> list[str]:

@@ -26,7 +26,7 @@ class PixelExplainer:
 
     Args:
         renderer: whose pixels are explained.
-        parts: what its samples are made of, a ``forms.Parts`` whose eye rays have the plain form.
+        parts: what its samples are made of, a ``forms.SampleParts`` whose eye rays have the plain form.
     """
 
     def __init__(self, renderer: Any, parts: Any) -> None:
@@ -150,5 +150,5 @@ def explained(renderer: Any, column: int, row: int, sample: int, samples: int | 
     scene.lights.prepare(renderer.active.samples_lights)
     former = renderer.explainer
     if former is None or not former.is_of(scene, integrator, renderer.camera):
-        renderer.explainer = PixelExplainer(renderer, renderer.plain_parts(scene, integrator))
+        renderer.explainer = PixelExplainer(renderer, renderer.plain_sample_parts(scene, integrator))
     return renderer.explainer.explain(column, row, sample, samples)

@@ -14,7 +14,7 @@ from taichi_tracer.forms import EyeRays, Form, Plan, plain_rays
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.seams import replaced, why_replaced
-from taichi_tracer.system.stopwatch import EYE_RAYS, SAMPLES, part
+from taichi_tracer.system.stopwatch import EYE_RAYS, SAMPLES, stage
 
 INTERSECTORS = {cls.stands_in_for: cls for cls in (WideBVH, FastBruteForce)}
 KEPT_INTEGRATORS = 8  # forms of estimators: going back to one of so many compiles nothing
@@ -130,10 +130,10 @@ class FastPlan(Plan):
         self.passes += 1
         scene = self.prepared_scene()
         tiles = self.tiles_for(scene)
-        with part(EYE_RAYS, waits=True):
+        with stage(EYE_RAYS, waits=True):
             self.trace_eye_rays(index)
         view_tiles = self.tiles_of_view()
-        with part(SAMPLES, waits=True):
+        with stage(SAMPLES, waits=True):
             if tiles is not None:
                 tiles.take(r.seed, index)
             elif view_tiles is not None:

@@ -176,7 +176,7 @@ class Tiles:
 
     def take(self, seed: int, index: int) -> None:
         """Take one sample for every pixel, as ``ProgressiveRenderer._take_sample`` does."""
-        self._take(self.renderer.parts(self.scene, self.integrator), seed, index)
+        self._take(self.renderer.sample_parts(self.scene, self.integrator), seed, index)
 
     @ti.kernel
     def _take(self, of: ti.template(), seed: ti.u32, index: ti.u32):

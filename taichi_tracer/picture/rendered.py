@@ -15,7 +15,7 @@ from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
 from taichi_tracer.picture.progress import Progress
-from taichi_tracer.system.stopwatch import ERROR, part
+from taichi_tracer.system.stopwatch import ERROR, stage
 from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.base import Tone
 from taichi_tracer.tones.display import Display
@@ -82,7 +82,7 @@ class RenderedPicture:
 
     def error(self) -> RelativeError:
         """Relative RMSE of the picture, estimated from its samples, with its 95 % interval; see ``error_estimate``."""
-        with part(ERROR, waits=True):
+        with stage(ERROR, waits=True):
             error = self.film.error(self._missed_light())
         if error > 0:
             self.error_curves.add(self.active.name, ErrorPoint(self.samples, self.rendered_seconds, error))

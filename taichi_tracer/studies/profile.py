@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from taichi_tracer.files import page
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.studies.machine import describe_machine
-from taichi_tracer.studies.sample_parts import Anatomy, SampleParts
+from taichi_tracer.studies.sample_times import Anatomy, SampleTimes
 from taichi_tracer.system import compiling
 from taichi_tracer.system.compiling import LOADED, LOADED_SHARE, Kernel
 from taichi_tracer.system.seams import why_replaced
-from taichi_tracer.system.stopwatch import EYE_RAYS, PARTS, SAMPLES, Stopwatch
+from taichi_tracer.system.stopwatch import EYE_RAYS, SAMPLES, STAGES, Stopwatch
 
 SHADING = "samples: hits are shaded"
 RAYS = "samples: shadow and further rays"
@@ -55,7 +55,7 @@ class Profile:
     title: str
     stopwatch: Stopwatch
     kernels: Sequence[Kernel]
-    parts: SampleParts | None
+    parts: SampleTimes | None
     passes: int
     eye_passes: int
     why_not: str = ""
@@ -65,7 +65,7 @@ class Profile:
         """(part, seconds); they add up to ``total``."""
         seconds = self.stopwatch.seconds
         found: list[tuple[str, float]] = []
-        for name in PARTS:
+        for name in STAGES:
             if name != SAMPLES or self.parts is None:
                 own = self.within_samples(self.parts.eye) if name == EYE_RAYS and self.parts is not None else 0.0
                 found.append((name, seconds[name] + own))

@@ -1,8 +1,8 @@
-"""Where the time of a command goes: the seconds of named parts, which add up to the whole.
+"""Where the time of a command goes: the seconds of named stages, which add up to the whole.
 
-A place whose time is of interest says ``with part(NAME):``. Parts may be nested; then the seconds of the inner part do
-not count for the outer one, so that every moment belongs to exactly one part. What belongs to none is ``OTHER``. As
-long as no stopwatch runs, ``part`` does nothing.
+A place whose time is of interest says ``with stage(NAME):``. Stages may be nested; then the seconds of the inner stage do
+not count for the outer one, so that every moment belongs to exactly one stage. What belongs to none is ``OTHER``. As
+long as no stopwatch runs, ``stage`` does nothing.
 """
 
 from collections.abc import Callable
@@ -25,56 +25,56 @@ SAMPLES = "samples are taken"  # what eye rays hit is shaded, other rays are tra
 ERROR = "the error is estimated"
 WRITE = "files are written"
 OTHER = "other"
-PARTS = IMPORTS, TAICHI, READ, BUILD, LIGHTS, FILM, KERNELS_READ, KERNELS_MADE, EYE_RAYS, SAMPLES, ERROR, WRITE, OTHER
+STAGES = IMPORTS, TAICHI, READ, BUILD, LIGHTS, FILM, KERNELS_READ, KERNELS_MADE, EYE_RAYS, SAMPLES, ERROR, WRITE, OTHER
 
 
 class Stopwatch:
-    """The seconds of each part since ``started``.
+    """The seconds of each stage since ``started``.
 
     Args:
         started: the value of ``clock`` at the beginning.
-        first: the part to which the time until now belongs.
+        first: the stage to which the time until now belongs.
         clock: gives seconds; None is ``time.perf_counter``.
 
     Attributes:
-        seconds: part → seconds. times: part → how often it began.
+        seconds: stage → seconds. times: stage → how often it began.
     """
 
     def __init__(self, started: float, first: str, clock: Callable[[], float] | None = None) -> None:
         self._clock = perf_counter if clock is None else clock
         self.started = self._since = started
-        self.seconds = dict.fromkeys(PARTS, 0.0)
-        self.times = dict.fromkeys(PARTS, 0)
+        self.seconds = dict.fromkeys(STAGES, 0.0)
+        self.times = dict.fromkeys(STAGES, 0)
         self._within = [OTHER]
         self.charge(first)
 
     def charge(self, name: str) -> None:
-        """Let the time since the last change of parts belong to ``name``."""
+        """Let the time since the last change of stages belong to ``name``."""
         now = self._clock()
         self.seconds[name] = self.seconds.get(name, 0.0) + now - self._since
         self._since = now
 
     def enter(self, name: str) -> None:
-        """A part begins."""
+        """A stage begins."""
         self.charge(self._within[-1])
         self._within.append(name)
         self.times[name] = self.times.get(name, 0) + 1
 
     def leave(self) -> None:
-        """The part that began last ends."""
+        """The stage that began last ends."""
         self.charge(self._within.pop())
 
     @property
     def total(self) -> float:
-        """Seconds from the beginning until the last change of parts."""
+        """Seconds from the beginning until the last change of stages."""
         return self._since - self.started
 
 
-class Part:
-    """The context of a part, while a stopwatch runs.
+class StageContext:
+    """The context of a stage, while a stopwatch runs.
 
     Args:
-        waits: whether the part ends only when the kernels that it has started are done.
+        waits: whether the stage ends only when the kernels that it has started are done.
     """
 
     def __init__(self, stopwatch: Stopwatch, name: str, waits: bool) -> None:
@@ -96,14 +96,14 @@ _running: Stopwatch | None = None
 
 
 def start(started: float, first: str = IMPORTS, clock: Callable[[], float] | None = None) -> Stopwatch:
-    """Let a stopwatch run, which ``part`` tells of every part; see ``Stopwatch``."""
+    """Let a stopwatch run, which ``stage`` tells of every stage; see ``Stopwatch``."""
     global _running
     _running = Stopwatch(started, first, clock)
     return _running
 
 
 def stop() -> None:
-    """Let it run no longer, if one runs; its last part is charged."""
+    """Let it run no longer, if one runs; its last stage is charged."""
     global _running
     if _running is not None:
         while len(_running._within) > 1:
@@ -112,6 +112,6 @@ def stop() -> None:
         _running = None
 
 
-def part(name: str, waits: bool = False) -> Part | nullcontext:
-    """The context of a part; nothing happens unless a stopwatch runs."""
-    return _NOTHING if _running is None else Part(_running, name, waits)
+def stage(name: str, waits: bool = False) -> StageContext | nullcontext:
+    """The context of a stage; nothing happens unless a stopwatch runs."""
+    return _NOTHING if _running is None else StageContext(_running, name, waits)

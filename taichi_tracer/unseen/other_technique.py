@@ -119,7 +119,7 @@ class OtherTechnique:
     """What the other technique finds in a picture.
 
     Args:
-        parts: what samples of the picture are made of, a ``forms.Parts``.
+        parts: what samples of the picture are made of, a ``forms.SampleParts``.
         crop: (x0, x1, y0, y1), the pixels of the picture.
         techniques: of ``other_techniques``.
     """
@@ -208,6 +208,6 @@ def missed_light(renderer: Any) -> float:
     if not techniques or renderer.samples == 0:
         return 0.0
     if renderer.other is None or renderer.other.is_of != (scene, integrator, crop, techniques):
-        renderer.other = OtherTechnique(renderer.plain_parts(scene, integrator), crop, techniques)
+        renderer.other = OtherTechnique(renderer.plain_sample_parts(scene, integrator), crop, techniques)
     renderer.other.look(renderer, (renderer._shown, renderer.seed))
     return renderer.other.missed(renderer.samples)

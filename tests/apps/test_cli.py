@@ -847,7 +847,7 @@ def test_a_profile_tells_where_the_time_went_and_changes_no_bit(tmp_path, capsys
     page = (tmp_path / "told.profile.html").read_text(encoding="utf-8")
     assert "_take_sample" in page
     assert "512" in page  # eye rays
-    assert stopwatch.part("a part") is stopwatch.part("another")  # the stopwatch is stopped
+    assert stopwatch.stage("a part") is stopwatch.stage("another")  # the stopwatch is stopped
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,11 @@ import dataclasses
 import pytest
 
 from taichi_tracer.studies.profile import FILM_TAKES, RAYS, SHADING, Profile, as_page, described
-from taichi_tracer.studies.sample_parts import PixelRays, SampleParts
+from taichi_tracer.studies.sample_times import PixelRays, SampleTimes
 from taichi_tracer.system.compiling import Kernel
-from taichi_tracer.system.stopwatch import EYE_RAYS, IMPORTS, OTHER, PARTS, SAMPLES, Stopwatch
+from taichi_tracer.system.stopwatch import EYE_RAYS, IMPORTS, OTHER, SAMPLES, STAGES, Stopwatch
 
-PARTED = SampleParts(
+PARTED = SampleTimes(
     whole=0.08,
     film=0.01,
     rays=0.04,
@@ -25,7 +25,7 @@ PARTED = SampleParts(
 def profile():
     """Ten seconds, of which four went into samples."""
     watch = Stopwatch(0.0, IMPORTS)
-    watch.seconds = dict.fromkeys(PARTS, 0.0) | {IMPORTS: 2.0, EYE_RAYS: 3.0, SAMPLES: 4.0, OTHER: 1.0}
+    watch.seconds = dict.fromkeys(STAGES, 0.0) | {IMPORTS: 2.0, EYE_RAYS: 3.0, SAMPLES: 4.0, OTHER: 1.0}
     watch._since = 10.0
     kernels = [Kernel("_take_sample", 1.0, 0.5, 1.25, 0.9), Kernel("_clear", 2.0, 0.01, 0.002, 0.002)]
     return Profile("box", watch, kernels, PARTED, passes=8, eye_passes=8)

@@ -14,7 +14,7 @@ import taichi as ti
 
 from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import CannotCompileError
-from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, part
+from taichi_tracer.system.stopwatch import KERNELS_MADE, KERNELS_READ, stage
 
 _NUMBERS = re.compile(r"_c\d+_\d+$")  # what Taichi adds to the name of a kernel
 
@@ -25,7 +25,7 @@ def counting_reading(create: Callable) -> Callable:
     @functools.wraps(create)
     def created(program: Any, build: Any, name: str, *words: Any) -> Any:
         start = perf_counter()
-        with part(KERNELS_READ):
+        with stage(KERNELS_READ):
             made = create(program, build, name, *words)
         compiling.note_reading(made, function_name(build, name), start, perf_counter() - start)
         return made
@@ -43,7 +43,7 @@ def counting_translating(compile_it: Callable) -> Callable:
     def compiled(*words: Any) -> Any:
         start, processor = perf_counter(), thread_time()
         try:
-            with part(KERNELS_MADE):
+            with stage(KERNELS_MADE):
                 return compile_it(*words)
         except RuntimeError as error:
             arch = getattr(words[-3], "arch", None)  # of the configuration, behind the program

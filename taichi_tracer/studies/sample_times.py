@@ -51,7 +51,7 @@ class PixelRays:
 
 
 @dataclass(frozen=True)
-class SampleParts:
+class SampleTimes:
     """Seconds of one sample, of as many pixels as were measured; see ``Anatomy.run``.
 
     Attributes:
@@ -160,7 +160,7 @@ class Anatomy:
         self.renderer, scene = renderer, renderer.kernel_scene()
         self.answers, self.pixels = Answers(renderer.width, renderer.height), SomePixels(self.end)
         self.columns, self.rows = renderer.film.ranges
-        parts = renderer.parts(scene, renderer.plan.integrator(scene))
+        parts = renderer.sample_parts(scene, renderer.plan.integrator(scene))
         eye_rays = parts.eye_rays
         self.traces_eye_rays = isinstance(eye_rays, EyeRays) and eye_rays.traces
         if self.traces_eye_rays:
@@ -241,7 +241,7 @@ class Anatomy:
             begins[columns[0] : columns[1]] = (np.cumsum(own) - own).reshape(-1, counts.shape[1])
             field.from_numpy(begins.astype(np.int32))
 
-    def measure(self, budget: float) -> SampleParts | None:
+    def measure(self, budget: float) -> SampleTimes | None:
         """Take one more sample apart; None if that is not possible.
 
         Args:
@@ -271,4 +271,4 @@ class Anatomy:
         eye = max(0.0, no_rays - no_eye) if self.traces_eye_rays else 0.0
         rest = max(0.0, whole - film - of_rays - eye)
         self.renderer.begin_anew()
-        return SampleParts(whole, film, of_rays, eye, rest, share, rays, perf_counter() - start)
+        return SampleTimes(whole, film, of_rays, eye, rest, share, rays, perf_counter() - start)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import taichi_tracer as tt
-from taichi_tracer.studies import sample_parts
-from taichi_tracer.studies.sample_parts import RECORD, REPLAY_ALL, Anatomy
+from taichi_tracer.studies import sample_times
+from taichi_tracer.studies.sample_times import RECORD, REPLAY_ALL, Anatomy
 from tests.support import start
 
 SIZE = 24
@@ -57,8 +57,8 @@ def test_strips_fit_into_memory_and_into_the_budget():
     anatomy.columns, anatomy.answers = (0, 1000), SimpleNamespace(shadows=10_000, hits=1000)
     anatomy.counted = np.full((1000, 10), 3), np.ones((1000, 10), int)
     assert anatomy.strips(seconds=0.001, budget=1.0) == [(x, x + 100) for x in range(0, 1000, 100)]
-    some = anatomy.strips(seconds=1.0, budget=sample_parts.PASSES / 4)
-    assert sum(b - a for a, b in some) == pytest.approx(250, abs=sample_parts.LEAST_STRIP)
+    some = anatomy.strips(seconds=1.0, budget=sample_times.PASSES / 4)
+    assert sum(b - a for a, b in some) == pytest.approx(250, abs=sample_times.LEAST_STRIP)
     assert some[-1][1] > 700  # they are spread over the picture
 
 
