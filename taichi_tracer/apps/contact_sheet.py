@@ -6,7 +6,7 @@ import numpy as np
 
 from taichi_tracer.files.fonts import font_of
 
-MOST_COLUMNS = 4
+MOST_COLUMNS = 4  # pictures side by side
 GAP = 8  # pixels around each picture
 SMALLEST_TEXT = 14  # pixels: the height of letters that can be read
 TEXT_SHARE = 1 / 20  # of a picture's height: the size of the letters, in a large picture

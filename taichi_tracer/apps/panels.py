@@ -25,7 +25,7 @@ HELP_PLACE = 12  # pixels between the panel, or the top, and the help
 MOST_EXPOSURE, EXPOSURE_STEP = 10.0, 0.125  # stops: the ends of the slider, and between two of its places
 OTHER_LINES = 9  # of the panel beside texts and views: its title, frame, time, two buttons, and a message of four lines
 TITLE_HEIGHT, TEXT_HEIGHT, BUTTON_HEIGHT = 31, 17, 23  # pixels in ti.ui: of a panel's title with its edges, of lines
-MESSAGE_LINES = 4
+MESSAGE_LINES = 4  # of the last message; more would push the buttons out of the window
 TEXTS = ("'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys")
 HELP_KEYS = (
     "a d         eye left, right (along x)",

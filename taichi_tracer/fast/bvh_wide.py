@@ -10,7 +10,7 @@ import numpy as np
 
 from taichi_tracer.fast.bvh_build import BLOCK, MAX_LEAF, BinaryTree
 
-WIDTH = 8
+WIDTH = 8  # children of a node: one vector instruction of AVX2 tests the boxes of eight
 LEAF_BITS = 4  # a reference to a leaf is the number −1 − (first·2^LEAF_BITS + count)
 ABSENT = -1  # the reference to an empty leaf, for a child that does not exist
 COST_OF_NODE = 1.0  # the cost of testing the eight boxes of a node

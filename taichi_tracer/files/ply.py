@@ -15,7 +15,7 @@ import numpy as np
 from taichi_tracer.system.errors import InputError
 
 VERTICES, FACES, STRIPS = "vertex", "face", "tristrips"
-RESTART = -1
+RESTART = -1  # ends a strip of triangles
 TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 TYPES |= {"float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2"}
 TYPES |= {"int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8"}

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from taichi_tracer.camera import ProjectiveCamera
     from taichi_tracer.scene_data import SceneData
 
-MOST_MIRRORS = 64
+MOST_MIRRORS = 64  # as many as surfaces of a path may reflect
 
 
 @register

@@ -102,9 +102,8 @@ def measure(
     for renderer in renderers.values():  # the eye rays are traced by the same code in all
         if renderer.scene_data is scene:
             renderer.plan.eye_rays = renderers[USUAL].eye_rays
-        if hasattr(renderer.eye_rays, "trace"):  # twice, so that packets are compiled, where they will be used
-            renderer.eye_rays.trace()
-            renderer.eye_rays.trace()
+        renderer.plan.keep_forms()
+        renderer.plan.trace_eye_rays(0)
 
     first, pictures, seconds = {}, {}, {name: [] for name in renderers}
     for name, renderer in renderers.items():

@@ -30,7 +30,7 @@ from taichi_tracer.studies.machine import machine_facts
 from taichi_tracer.system import runtime
 
 CHUNK = 1_000_000  # rays of the long run at a time
-TIMED_RAYS = 100_000
+TIMED_RAYS = 100_000  # a run of so many takes about 10 ms
 BURST = 4  # runs that are timed before the cases of a stage, and after them: what else the machine does then shows
 FEWEST_RAYS = 40  # of a case: fewer would say nothing of it
 TIMED_SHARE = 8  # of the tests that brute force may take: the timing gets one part in so many

@@ -27,7 +27,7 @@ from taichi_tracer.system.registry import PARTS
 
 CHUNK = 1 << 20  # samples of one call of a kernel
 MOST_SAMPLES = 100_000_000  # samples, which are counted within a minute or two
-MAP_SIZE = 256, 128
+MAP_SIZE = 256, 128  # cells of a map of directions
 UNIFORM, IMPORTANCE = "uniform", "importance"
 
 

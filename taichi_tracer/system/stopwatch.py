@@ -1,8 +1,8 @@
 """Where the time of a command goes: the seconds of named stages, which add up to the whole.
 
-A place whose time is of interest says ``with stage(NAME):``. Stages may be nested; then the seconds of the inner stage do
-not count for the outer one, so that every moment belongs to exactly one stage. What belongs to none is ``OTHER``. As
-long as no stopwatch runs, ``stage`` does nothing.
+A place whose time is of interest says ``with stage(NAME):``. Stages may be nested; then the seconds of the inner stage
+do not count for the outer one, so that every moment belongs to exactly one stage. What belongs to none is ``OTHER``.
+As long as no stopwatch runs, ``stage`` does nothing.
 """
 
 from collections.abc import Callable

@@ -18,7 +18,7 @@ from taichi_tracer.teaching.submissions import Submission
 
 THUMBNAIL = 96  # pixels: of a picture on the page of the class
 MOST_SMALL = 60  # pictures of one part on the page of the class
-MOST_SLOWEST = 10
+MOST_SLOWEST = 10  # submissions on the list of the slowest
 BINS = 10  # of the distribution
 MEANING = "right: all points; wrong: points by the share of right inputs; the others: none"
 STYLE = """

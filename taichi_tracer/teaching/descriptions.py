@@ -6,7 +6,7 @@ import numpy as np
 
 from taichi_tracer.teaching.base import Arrays
 
-TOLERANCE = 1e-3
+TOLERANCE = 1e-3  # of a relation such as "always twice as large"
 # Factors with a name, for "scaled by".
 KNOWN = {math.pi: "π", 1 / math.pi: "1/π", 2 * math.pi: "2π", 1 / (2 * math.pi): "1/(2π)", 4 * math.pi: "4π"}
 KNOWN |= {1 / (4 * math.pi): "1/(4π)", 180 / math.pi: "180/π", math.pi / 180: "π/180", math.sqrt(2): "√2"}

@@ -21,8 +21,8 @@ MAGIC = b"TTFRAME1"
 START = struct.Struct("<8sI")
 DTYPES = ("|b1", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f2", "<f4", "<f8")
 MOST_HEADER = 1 << 20  # bytes of a header
-MOST_ARRAYS = 64
-MOST_AXES = 8
+MOST_ARRAYS = 64  # a part has up to ten
+MOST_AXES = 8  # an image has three
 MOST_BYTES = 64 << 20  # bytes of all arrays of a frame
 
 Arrays = dict[str, np.ndarray]

@@ -20,14 +20,14 @@ from pathlib import Path, PurePosixPath
 
 from taichi_tracer.system.errors import InputError, MissingFileError
 
-MOST_ENTRIES = 400
+MOST_ENTRIES = 400  # an assignment has about ten files
 MOST_BYTES = 20 << 20  # unpacked
 MOST_PACKED = 20 << 20  # of a zip file
 MOST_DIRECTORY = 1 << 20  # bytes of a zip file's list of entries, which is read at once
 MOST_RATIO = 100  # unpacked bytes per packed byte
 FREE_BYTES = 64 << 10  # which an entry may have at any ratio: an empty-looking file packs well
 LONGEST_NAME = 200  # characters of a path
-CHUNK = 1 << 16
+CHUNK = 1 << 16  # bytes that are unpacked at a time
 IGNORED = ("__MACOSX", "__pycache__", ".git", ".ipynb_checkpoints", ".idea", ".vscode", ".venv")
 IGNORED_FILES = (".DS_Store", "Thumbs.db", "desktop.ini")
 ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".bz2", ".xz", ".7z", ".rar", ".whl", ".jar")
