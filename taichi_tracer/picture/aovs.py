@@ -21,19 +21,26 @@ class Aov:
 
     Attributes:
         name: the name that ``renderer.aov`` and ``--aov`` take.
-        member: the member of ``RayHits`` that it shows.
+        member: the member of ``RayHits``, or of ``looks.Looks``, that it shows.
         miss: its value where the ray hits nothing.
         channels: the names of its components in an EXR file.
+        is_look: whether it is a member of ``looks.Looks``.
     """
 
     name: str
     member: str
     miss: float
     channels: tuple[str, ...]
+    is_look: bool = False
 
-    def of(self, hits) -> np.ndarray:
-        """(n,) or (n, number of channels) array of ``RayHits``: int32 for ids, otherwise in the running precision."""
-        values = getattr(hits, self.member).copy()
+    def of(self, hits, looks=None) -> np.ndarray:
+        """(n,) or (n, number of channels) array: int32 for ids, otherwise in the running precision.
+
+        Args:
+            hits: the ``RayHits``.
+            looks: their ``Looks``, which are needed if ``is_look``.
+        """
+        values = getattr(looks if self.is_look else hits, self.member).copy()
         values[~hits.is_hit] = self.miss
         return values
 
@@ -47,6 +54,8 @@ AOVS = {
         Aov("barycentric", "barycentric_coords", np.nan, ("barycentric.u", "barycentric.v")),
         Aov("triangle_id", "triangle_id", -1, ("triangle_id",)),
         Aov("material_id", "material_id", -1, ("material_id",)),
+        Aov("uv", "uv", np.nan, ("uv.u", "uv.v"), is_look=True),
+        Aov("albedo", "albedo", np.nan, ("albedo.R", "albedo.G", "albedo.B"), is_look=True),
     )
 }
 

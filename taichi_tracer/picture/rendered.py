@@ -10,10 +10,11 @@ from taichi_tracer.files.images import check_writable, encode_png, save_image
 from taichi_tracer.files.picture import Picture
 from taichi_tracer.picture import checkpoint
 from taichi_tracer.picture.adaptive import Shares
-from taichi_tracer.picture.aovs import as_channels, channel_names, find_aovs
+from taichi_tracer.picture.aovs import Aov, as_channels, channel_names, find_aovs
 from taichi_tracer.picture.error_curve import ErrorCurves, ErrorPoint
 from taichi_tracer.picture.error_estimate import RelativeError
 from taichi_tracer.picture.film import Film
+from taichi_tracer.picture.looks import looks_of
 from taichi_tracer.picture.progress import Progress
 from taichi_tracer.system.stopwatch import ERROR, stage
 from taichi_tracer.system.wings import wing
@@ -127,18 +128,23 @@ class RenderedPicture:
             name: "distance", (height, width), from the eye, infinite for a miss; "position" and "normal",
                 (height, width, 3) in world space, and "barycentric", (height, width, 2), the weights (u, v) of the
                 second and the third vertex: NaN for a miss; "triangle_id" and "material_id", (height, width), −1 for a
-                miss.
+                miss; "uv", (height, width, 2), where textures are looked up, 0 in a scene without textures, and
+                "albedo", (height, width, 3), linear Kd with its texture: NaN for a miss.
 
         Returns:
             The array in the layout of ``image()``: top row first. Ids are int32, the others have the running precision.
         """
-        (aov,) = find_aovs(name)
-        return self._as_image(aov.of(self._hits()))
+        aovs = find_aovs(name)
+        return self._raw_arrays(aovs)[aovs[0]]
 
-    def _hits(self) -> Any:
-        """What the rays through the centres of all pixels hit, row by row from the top."""
+    def _raw_arrays(self, aovs: Sequence[Aov]) -> dict[Aov, np.ndarray]:
+        """AOV → (height, width, …): what the rays through the centres of all pixels hit."""
+        if not aovs:
+            return {}
         y, x = np.mgrid[self.height - 1 : -1 : -1, : self.width]
-        return self.scene_data.intersect(*self.camera.rays(x, y))
+        hits = self.scene_data.intersect(*self.camera.rays(x, y))
+        looks = looks_of(self.scene_data.in_kernels(), hits) if any(aov.is_look for aov in aovs) else None
+        return {aov: self._as_image(aov.of(hits, looks)) for aov in aovs}
 
     def _as_image(self, rows: np.ndarray) -> np.ndarray:
         """(height, width, …) from an array with one row per pixel."""
@@ -153,7 +159,7 @@ class RenderedPicture:
         Args:
             aovs: names of raw arrays, see ``aov``, that an EXR file has beside the picture as channels of float32:
                 Z for the distance, N.X, N.Y, N.Z for the normal, P.X … for the position, triangle_id, material_id,
-                barycentric.u and barycentric.v.
+                barycentric.u and barycentric.v, uv.u and uv.v, albedo.R ….
         """
         check_writable(path, channel_names(find_aovs(aovs)))
         channels = self.channels(aovs)  # first, because the picture may take hours
@@ -161,11 +167,9 @@ class RenderedPicture:
 
     def channels(self, aovs: Sequence[str]) -> dict[str, np.ndarray]:
         """Name → (height, width) array of the crop, for each channel that some AOVs have in an EXR file."""
-        chosen = find_aovs(aovs)
         found: dict[str, np.ndarray] = {}
-        hits = self._hits() if chosen else None
-        for aov in chosen:
-            found |= as_channels(aov, self.film.own_pixels(self._as_image(aov.of(hits))))
+        for aov, values in self._raw_arrays(find_aovs(aovs)).items():
+            found |= as_channels(aov, self.film.own_pixels(values))
         return found
 
     def explain(self, column: int, row: int, sample: int = 0, samples: int | None = None) -> Any:
