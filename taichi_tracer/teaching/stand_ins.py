@@ -211,12 +211,6 @@ def vector(array: ti.template(), i):
     return tm.vec3(array[i, 0], array[i, 1], array[i, 2])
 
 
-@ti.func
-def ray_of(origins: ti.template(), directions: ti.template(), i):
-    """Row i of two (n, 3) arrays as a Ray, for a part that has a kernel of its own."""
-    return tt.Ray(origin=vector(origins, i), direction=vector(directions, i))
-
-
 @ti.dataclass
 class PlainMaterial:
     """The members of a material that the BRDFs of the course read."""
