@@ -20,7 +20,8 @@ USED = {"map_Kd": "baseColorTexture", "map_layer": "metallicRoughnessTexture"}  
 GLTF_WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 # Extensions that a file may require, because they do not change the triangles. With others, trimesh finds no triangles.
 HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
-FAN = 6  # the mode of a primitive
+TRIANGLES, STRIP, FAN = 4, 5, 6  # the modes of parts with triangles
+FAN_MARK = "_FAN"  # an attribute of the vertices of a part that was a fan, see ``_as_trimesh_reads``
 LIGHTS = "KHR_lights_punctual"
 USUAL_CONE = np.pi / 4  # of a spot
 
@@ -45,8 +46,8 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
             raise InputError(f"it needs the extension {extension}, which is not supported: export it without")
     looks = content.get("materials", [])
     parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
-    if fans := sum(part.get("mode") == FAN for part in parts):
-        notes.append(f"triangle fans are not read: {fans} of {len(parts)} parts are left out; export triangles")
+    if others := sum(part.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN) for part in parts):
+        notes.append(f"points and lines are not read: {others} of {len(parts)} parts are left out")
     has_colors = any("COLOR_0" in part.get("attributes", {}) for part in parts)
     materials = [
         replace(_material(look, has_colors), **{key: _empty_texture(look, name, content) for key, name in USED.items()})
@@ -58,12 +59,40 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
     for number, look in enumerate(looks):
         look["name"] = str(number)
     lights = _lights(content, notes)
+    _as_trimesh_reads(content, parts)
     text = json.dumps(content).encode()
     if not is_binary:
         return text, materials, lights
     text += b" " * (-len(text) % 4)
     total = GLB_HEADER.size + len(text) + len(rest)
     return GLB_HEADER.pack(b"glTF", version, total, len(text), GLB_JSON) + text + rest, materials, lights
+
+
+def _as_trimesh_reads(content: dict, parts: list[dict]) -> None:
+    """Change what trimesh reads in another way than glTF means it.
+
+    A fan is skipped: it becomes a strip, from whose triangles ``fan_of`` makes those of the fan. Siblings are taken
+    from the last to the first. A node with a camera gets no place, and so nothing below it has one.
+    """
+    for part in parts:
+        if part.get("mode") == FAN:
+            part["mode"], part["attributes"][FAN_MARK] = STRIP, part["attributes"]["POSITION"]
+    for scene in content.get("scenes", []):
+        scene["nodes"] = scene.get("nodes", [])[::-1]
+    for node in content.get("nodes", []):
+        node["children"] = node.get("children", [])[::-1]
+        node.pop("camera", None)
+
+
+def fan_of(strip: np.ndarray) -> np.ndarray:
+    """(F, 3) triangles of the fan whose vertices have the same order as those of a strip (glTF 2.0, section 3.7.2.1).
+
+    Args:
+        strip: (F, 3) triangles of the strip; every second one is turned round.
+    """
+    last = np.where(np.arange(len(strip)) % 2 == 0, strip[:, 2], strip[:, 0])
+    vertices = np.concatenate([strip[:1, :2].ravel(), last])
+    return np.stack([vertices[1:-1], vertices[2:], np.full(len(strip), vertices[:1])], axis=1)
 
 
 def _material(look: dict, has_colors: bool) -> Material:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.files.disk import check_is_file, read_bytes
-from taichi_tracer.files.gltf import USED, numbered
+from taichi_tracer.files.gltf import FAN_MARK, USED, fan_of, numbered
 from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.ply import plain_triangles, without_strips
 from taichi_tracer.geometry import Mesh
@@ -177,13 +177,19 @@ def _part(mesh, transform: np.ndarray, takes_normals: bool = True) -> Mesh:
         takes_normals: whether to use the vertex normals in the cache of ``mesh``. trimesh does not mark in any other
             way that a mesh has normals.
     """
-    part = Mesh(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64))
+    part = Mesh(np.asarray(mesh.vertices, np.float64), _faces(mesh))
     if takes_normals and "vertex_normals" in mesh._cache and np.linalg.det(transform[:3, :3]) != 0:
         part.normals, part.face_normals = np.asarray(mesh.vertex_normals, np.float64), part.faces
     move(part, transform)
     lengths = np.linalg.norm(part.normals, axis=1, keepdims=True)
     part.normals = part.normals / np.where(lengths > 0, lengths, 1)
     return part
+
+
+def _faces(mesh) -> np.ndarray:
+    """(F, 3) the triangles of a ``trimesh.Trimesh``, which are those of a strip if the file has a fan."""
+    faces = np.asarray(mesh.faces, np.int64)
+    return fan_of(faces) if FAN_MARK in getattr(mesh, "vertex_attributes", {}) else faces
 
 
 def _assemble(
@@ -237,7 +243,7 @@ def _corner_colors(mesh, is_linear: bool) -> np.ndarray | None:
     Args:
         is_linear: whether the numbers are linear colours, as in glTF; those of other formats are sRGB.
     """
-    visual, faces = mesh.visual, np.asarray(mesh.faces)
+    visual, faces = mesh.visual, _faces(mesh)
     given = getattr(visual, "vertex_attributes", {}).get("color")
     if given is None and getattr(visual, "kind", None) in ("vertex", "face"):
         given = visual.vertex_colors if visual.kind == "vertex" else visual.face_colors

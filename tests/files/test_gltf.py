@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from taichi_tracer.files.gltf import LIGHTS, numbered
+from taichi_tracer.files.gltf import LIGHTS, fan_of, numbered
 
 TURN = [0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]  # a quarter about y: −z becomes −x
 
@@ -71,8 +71,17 @@ def test_a_sampler_says_what_lies_beyond_a_picture(code, wrap):
     assert material.map_Kd.wrap == (wrap, "repeat" if code is None else "clamp")
 
 
-def test_triangle_fans_are_told():
+def test_points_and_lines_are_told():
     notes = []
-    parts = [{"mode": 6, "attributes": {}}, {"attributes": {}}, {"mode": 5, "attributes": {}}]
+    parts = [{"mode": 1, "attributes": {}}, {"attributes": {}}, {"mode": 5, "attributes": {}}]
     numbered(json.dumps({"meshes": [{"primitives": parts}]}).encode(), notes)
-    assert notes == ["triangle fans are not read: 1 of 3 parts are left out; export triangles"]
+    assert notes == ["points and lines are not read: 1 of 3 parts are left out"]
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3])
+def test_a_fan_has_the_vertices_of_its_strip_in_their_order(count):
+    """(v1, v2, v0), (v2, v3, v0), …"""
+    ids = np.array([7, 3, 9, 4, 5])[: count + 2]
+    strip = [ids[i : i + 3] if i % 2 == 0 else ids[i : i + 3][::-1] for i in range(count)]
+    expected = [[ids[i + 1], ids[i + 2], ids[0]] for i in range(count)]
+    np.testing.assert_array_equal(fan_of(np.reshape(strip, (-1, 3))), np.reshape(expected, (-1, 3)))

@@ -228,6 +228,50 @@ def test_a_mesh_in_several_nodes_is_there_several_times(mesh_of):
     assert np.unique(mesh.faces).tolist() == list(range(8))
 
 
+def test_siblings_stand_in_the_order_of_the_file(mesh_of):
+    """Each before its children, and these before the next sibling; parts of a mesh in their order, too."""
+    shift = [{"translation": [0, 0, z]} for z in range(10)]
+    nodes = [
+        {"children": [3, 1]},
+        {"mesh": 0, "children": [4, 2], **shift[1]},
+        {"mesh": 0, **shift[1]},
+        {"mesh": 0, "name": "first", **shift[5]},
+        {"mesh": 0, **shift[2]},
+        {"mesh": 0, "name": "root", **shift[9]},
+    ]
+    mesh = mesh_of("a.glb", glb(nodes, scenes=[{"nodes": [5, 0]}]))
+    assert mesh.vertices[mesh.faces[::2, 0], 2].tolist() == [9, 5, 1, 3, 2]
+
+
+def test_what_is_below_a_camera_has_its_place(mesh_of):
+    nodes = [{"camera": 0, "children": [1], "translation": [0, 0, 4]}, {"mesh": 0, "translation": [0, 0, 3]}]
+    camera = {"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1, "aspectRatio": 1}}
+    assert mesh_of("a.glb", glb(nodes, cameras=[camera])).vertices[:, 2].tolist() == [7] * 4
+
+
+@pytest.mark.parametrize("ids", [None, [2, 3, 0, 1]])
+def test_a_fan_of_triangles_is_read(ids, mesh_of):
+    """With the fronts, the colours and the normals of its vertices; another part of the file stays as it is."""
+    content, buffer = gltf([{"mesh": 0}], normals=[[0, 0, 1]] * 4)
+    colors = np.array([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 0, 255]], np.uint8)
+    places = [{"buffer": 0, "byteOffset": len(buffer) + 16 * k, "byteLength": 16} for k in range(2)]
+    content["bufferViews"] += places
+    content["accessors"] += [{"bufferView": 3, "componentType": 5125, "count": 4, "type": "SCALAR"}]
+    content["accessors"] += [{"bufferView": 4, "componentType": 5121, "count": 4, "type": "VEC4", "normalized": True}]
+    (plain,) = content["meshes"][0]["primitives"]
+    fan = {"mode": 6, "attributes": {**plain["attributes"], "COLOR_0": 4}} | ({} if ids is None else {"indices": 3})
+    content["meshes"][0]["primitives"] = [plain, fan]
+    buffer += np.asarray(ids or range(4), "<u4").tobytes() + colors.tobytes()
+    content["buffers"] = [{"byteLength": len(buffer), "uri": "data:;base64," + base64.b64encode(buffer).decode()}]
+    mesh = mesh_of("a.gltf", json.dumps(content).encode())
+    assert mesh.notes == []
+    np.testing.assert_array_equal(mesh.faces[:2], SQUARE[1])
+    faces = mesh.faces[2:] - 4
+    assert faces.tolist() == ([[1, 2, 0], [2, 3, 0]] if ids is None else [[3, 0, 2], [0, 1, 2]])
+    np.testing.assert_allclose(mesh.corner_color[2:], (colors[:, :3] / 255)[faces], atol=1e-6)
+    np.testing.assert_array_equal(mesh.face_normals, mesh.faces)
+
+
 def test_a_mirrored_node_keeps_fronts_in_front(mesh_of):
     mesh = mesh_of("a.glb", glb([{"mesh": 0, "scale": [-1, 1, 1]}], normals=[[0, 0, 1]] * 4))
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
