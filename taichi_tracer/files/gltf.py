@@ -9,8 +9,9 @@ import numpy as np
 
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.brdfs.rough_layer import LAYER_F0
+from taichi_tracer.files import gltf_checks
+from taichi_tracer.files.gltf_checks import FAN, LIGHTS, STRENGTH, STRIP, TRIANGLES, WHOLE
 from taichi_tracer.materials import Material
-from taichi_tracer.system.errors import InputError
 from taichi_tracer.textures import BASE, METALLIC, Texture
 
 GLB_HEADER = struct.Struct("<4sIIII")  # magic, version, length of the file, length and type of the JSON chunk
@@ -18,11 +19,7 @@ GLB_JSON = 0x4E4F534A  # the type of a JSON chunk: the letters JSON as a little-
 LEAST_ALPHA = 1e-6  # of a glTF material; it counts as a mirror
 USED = {"map_Kd": "baseColorTexture", "map_layer": "metallicRoughnessTexture"}  # textures: ours, and glTF's names
 GLTF_WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
-# Extensions that a file may require, because they do not change the triangles. With others, trimesh finds no triangles.
-HARMLESS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
-TRIANGLES, STRIP, FAN = 4, 5, 6  # the modes of parts with triangles
 FAN_MARK = "_FAN"  # an attribute of the vertices of a part that was a fan, see ``_as_trimesh_reads``
-LIGHTS = "KHR_lights_punctual"
 USUAL_CONE = np.pi / 4  # of a spot
 
 
@@ -41,9 +38,7 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
         _, version, _, length, _ = GLB_HEADER.unpack_from(raw)
         start, rest = GLB_HEADER.size, raw[GLB_HEADER.size + length :]
     content = json.loads(raw[start : len(raw) - len(rest)])
-    for extension in content.get("extensionsRequired", []):
-        if not extension.startswith(HARMLESS):
-            raise InputError(f"it needs the extension {extension}, which is not supported: export it without")
+    gltf_checks.check(content, is_binary)
     looks = content.get("materials", [])
     parts = [part for mesh in content.get("meshes", []) for part in mesh.get("primitives", [])]
     if others := sum(part.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN) for part in parts):
@@ -59,6 +54,8 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
     for number, look in enumerate(looks):
         look["name"] = str(number)
     lights = _lights(content, notes)
+    if count := _without_whole_coordinates(content, parts):
+        notes.append(f"texture coordinates of whole numbers are not read: {count} of {len(parts)} parts have none")
     _as_trimesh_reads(content, parts)
     text = json.dumps(content).encode()
     if not is_binary:
@@ -82,6 +79,17 @@ def _as_trimesh_reads(content: dict, parts: list[dict]) -> None:
     for node in content.get("nodes", []):
         node["children"] = node.get("children", [])[::-1]
         node.pop("camera", None)
+
+
+def _without_whole_coordinates(content: dict, parts: list[dict]) -> int:
+    """Take away texture coordinates that are normalised whole numbers, which trimesh does not scale; how many parts."""
+    count = 0
+    for part in parts:
+        number = part["attributes"].get("TEXCOORD_0")
+        if number is not None and content["accessors"][number]["componentType"] in WHOLE:
+            del part["attributes"]["TEXCOORD_0"]
+            count += 1
+    return count
 
 
 def fan_of(strip: np.ndarray) -> np.ndarray:
@@ -119,9 +127,9 @@ def _material(look: dict, has_colors: bool) -> Material:
         if is_in_picture:
             extra |= {METALLIC: (metal,) * 3, BASE: tuple(base.tolist())}
         rough |= {"alpha_x": alpha, "alpha_y": alpha, "extra": extra}
-    strength = extensions(look).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+    strength = extensions(look).get(STRENGTH, {}).get("emissiveStrength", 1.0)
     return Material(
-        name=look.get("name") or "default",
+        name=str(look.get("name") or "default"),
         **rough,
         Ke=tuple(float(strength * c) for c in look.get("emissiveFactor", (0.0, 0.0, 0.0))),
     )
@@ -160,6 +168,7 @@ def _lights(content: dict, notes: list[str]) -> list[tuple[str, dict]]:
         if LIGHTS not in extensions(node):
             continue
         light = known[extensions(node)[LIGHTS]["light"]]
+        name = light.get("name", light.get("type"))
         direction, position = -matrix[:3, 2], matrix[:3, 3]
         color = light.get("intensity", 1.0) * np.array(light.get("color", (1.0, 1.0, 1.0)), float)
         cone = light.get("spot", {})
@@ -170,8 +179,10 @@ def _lights(content: dict, notes: list[str]) -> list[tuple[str, dict]]:
             "spot": {"position": position, "target": position + direction, "intensity": color}
             | {"cutoff": float(np.degrees(outer)), "falloff": float(np.degrees(inner))},
         }
-        if light["type"] not in of_kind or not direction.any():
-            notes.append(f"light {light.get('name', light['type'])!r} is not used: its type or its place is unknown")
+        if "range" in light:
+            notes.append(f"light {name!r}: its range is not used, so that it shines farther")
+        if light.get("type") not in of_kind or not direction.any():
+            notes.append(f"light {name!r} is not used: its type or its place is unknown")
         else:
             found.append((light["type"], of_kind[light["type"]]))
     return found

@@ -17,7 +17,7 @@ from taichi_tracer.files.disk import check_is_file, read_bytes
 from taichi_tracer.files.gltf import FAN_MARK, USED, fan_of, numbered
 from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.ply import plain_triangles, without_strips
-from taichi_tracer.geometry import Mesh
+from taichi_tracer.geometry import Mesh, check
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.textures import BASE, Texture
@@ -26,6 +26,7 @@ EXTENSIONS = (".ply", ".stl", ".glb", ".gltf", ".off")
 STL_HEADER, STL_TRIANGLE = 80, 50  # bytes
 OFF_HEADER = 4096  # bytes after the first line of an OFF file in which the counts must stand, after any comments
 COLOURS_NOT_USED = "colours are not used"
+REASONS = {AssertionError: "a buffer is shorter than it says", RecursionError: "it is nested too deeply"}
 LONGEST_REASON = 200  # characters of trimesh's own message that are shown
 
 
@@ -56,7 +57,7 @@ def read_mesh(path: str | Path) -> Mesh:
         if kind == "off" and _has_colours(raw):
             notes.append(COLOURS_NOT_USED)
     except Exception as error:  # trimesh passes on all kinds of errors
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = " ".join(str(error).split()) or REASONS.get(type(error), type(error).__name__)
         if "unexpected length" in reason:  # in a binary PLY, trimesh gives all polygons the size of the first
             reason = "it is cut short, or mixes triangles with larger polygons: export it with triangles only"
         raise InputError(f"{path}: cannot be read as {kind.upper()} ({reason[:LONGEST_REASON]})") from None
@@ -142,8 +143,9 @@ def _load(raw: bytes, path: Path):
         def get(self, name: str) -> bytes:
             """Their bytes; a pipe would never end."""
             named = Path(self.parent) / name.strip()
-            if named.exists():
-                check_is_file(named)
+            if not named.exists():
+                raise InputError(f"it needs the file {name[:LONGEST_REASON]}, which is not beside it")
+            check_is_file(named)
             return super().get(name)
 
     resolver = Files(str(path))
@@ -169,15 +171,17 @@ def _normals_were_set(mesh) -> bool:
     return not np.array_equal(mesh.vertex_normals, computed)
 
 
-def _part(mesh, transform: np.ndarray, takes_normals: bool = True) -> Mesh:
+def _part(mesh, source: str, transform: np.ndarray, takes_normals: bool = True) -> Mesh:
     """A ``trimesh.Trimesh`` in its place, with normals of unit length if it has normals.
 
     Args:
+        source: the file, for messages.
         transform: (4, 4), from the mesh to world space.
         takes_normals: whether to use the vertex normals in the cache of ``mesh``. trimesh does not mark in any other
             way that a mesh has normals.
     """
-    part = Mesh(np.asarray(mesh.vertices, np.float64), _faces(mesh))
+    part = Mesh(np.asarray(mesh.vertices, np.float64), _faces(mesh), source=source)
+    check(part)
     if takes_normals and "vertex_normals" in mesh._cache and np.linalg.det(transform[:3, :3]) != 0:
         part.normals, part.face_normals = np.asarray(mesh.vertex_normals, np.float64), part.faces
     move(part, transform)
@@ -207,7 +211,7 @@ def _assemble(
     told: list[str] = []
     known: dict[int, Material] = {}  # by the identity of trimesh's material: each picture is decoded once
     for mesh, *rest in placed:
-        part, look = _part(mesh, *rest), getattr(mesh.visual, "material", None)
+        part, look = _part(mesh, source, *rest), getattr(mesh.visual, "material", None)
         if id(look) not in known:
             known[id(look)] = _with_textures(_material(mesh.visual, materials), look, told)
         material = known[id(look)]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from taichi_tracer.files.disk import check_is_file
 from taichi_tracer.files.images import read_image
 from taichi_tracer.files.text import name_in, number, numbered_lines, read_text
 from taichi_tracer.materials import Material
@@ -13,6 +14,7 @@ from taichi_tracer.system.errors import InputError, MissingFileError
 from taichi_tracer.textures import Texture
 
 COLORS = {"kd": "Kd", "ka": "Ka", "ks": "Ks", "ke": "Ke", "f0": "F0", "km": "Km"}
+NOT_NEGATIVE = (*COLORS, "alpha_x", "alpha_y")
 NUMBERS = {"ns": "Ns", "ni": "Ni", "d": "d", "alpha_x": "alpha_x", "alpha_y": "alpha_y"}
 # Options of a texture, and the largest number of their values; those with several have numbers.
 OPTIONS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-texres": 1}
@@ -32,7 +34,7 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
         InputError: a value is not a number; the message has the file and the line.
     """
     materials: dict[str, Material] = {}
-    maps: dict[str, None] = {}
+    maps: dict[str, int] = {}  # key → the first line that has it
     images: dict[tuple, Texture | None] = {}
     name = None
     for line_number, line in numbered_lines(read_text(path)):
@@ -51,11 +53,11 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
         elif keyword == "map_kd" and name is not None:
             materials[name] = replace(materials[name], map_Kd=_texture(line, Path(path), where, notes, images))
         elif keyword.startswith(MAPS):
-            maps[words[0]] = None
+            maps.setdefault(words[0], line_number)
         elif name is not None and (extra := _numbers_of(words[1:])):
             materials[name] = replace(materials[name], extra={**materials[name].extra, keyword: extra})
-    if maps and notes is not None:
-        notes.append(f"{path}: texture maps are not used ({', '.join(maps)})")
+    if notes is not None:
+        notes += [f"{path}:{line}: {word} is not used, here and in later lines" for word, line in maps.items()]
     return materials
 
 
@@ -76,9 +78,13 @@ def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: 
         told.append(f"{where}: options of a texture are not used: {', '.join(ignored)}")
     if (file, wrap) not in images:
         try:
+            if not file:
+                raise InputError("the name of a file is missing")
+            if (mtl.parent / file).is_dir():
+                check_is_file(mtl.parent / file)
             pixels = read_image(mtl.parent / file, srgb=True)
             images[file, wrap] = Texture(np.asarray(pixels), (wrap, wrap), file)
-        except (InputError, MissingFileError) as error:
+        except (InputError, MissingFileError, OSError) as error:
             told.append(f"{where}: the texture is not used: {error}")
             images[file, wrap] = None
     return images[file, wrap]
@@ -98,6 +104,8 @@ def _values(keyword: str, words: list[str], where: str) -> dict:
     if keyword == "d" and words[1:2] == ["-halo"]:
         words = [words[0], *words[2:]]
     values = [_finite(word, where) for word in words[1:]]
+    if keyword in NOT_NEGATIVE and min(values, default=0) < 0:
+        raise InputError(f"{where}: {words[0]} must not be negative: {' '.join(words[1:])}")
     if keyword in COLORS:
         if len(values) not in (1, 3):
             raise InputError(f"{where}: {words[0]} needs 1 or 3 numbers, not {len(values)}")

@@ -73,8 +73,10 @@ def test_a_sampler_says_what_lies_beyond_a_picture(code, wrap):
 
 def test_points_and_lines_are_told():
     notes = []
-    parts = [{"mode": 1, "attributes": {}}, {"attributes": {}}, {"mode": 5, "attributes": {}}]
-    numbered(json.dumps({"meshes": [{"primitives": parts}]}).encode(), notes)
+    parts = [{"mode": mode, "attributes": {"POSITION": 0}} for mode in (1, 4, 5)]
+    content = {"accessors": [{"componentType": 5126, "type": "VEC3", "count": 0, "bufferView": 0}]}
+    content |= {"bufferViews": [{"buffer": 0, "byteLength": 0}], "buffers": [{"byteLength": 0, "uri": "none"}]}
+    numbered(json.dumps({"meshes": [{"primitives": parts}], **content}).encode(), notes)
     assert notes == ["points and lines are not read: 1 of 3 parts are left out"]
 
 

@@ -91,12 +91,14 @@ def test_latin_1_names_are_read(tmp_path):
     assert list(read_mtl(tmp_path / "old.mtl")) == ["Grün"]
 
 
-def test_other_maps_are_told_once_and_not_used(mtl):
+def test_other_maps_are_told_once_with_their_line_and_not_used(mtl):
     notes = []
     materials = mtl("newmtl a\nmap_Ks a.png\nbump b.png\nnewmtl b\nmap_Ks c.png\n", notes)
     assert materials["a"] == Material(name="a")
-    assert len(notes) == 1
-    assert notes[0].endswith("scene.mtl: texture maps are not used (map_Ks, bump)")
+    assert [note.split("scene.mtl")[1] for note in notes] == [
+        ":2: map_Ks is not used, here and in later lines",
+        ":3: bump is not used, here and in later lines",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -119,14 +121,30 @@ def test_a_texture_is_read_with_its_options(mtl, tmp_path, options, wrap, told):
     assert [note.split("scene.mtl:2: ")[1] for note in notes[:1]] == ([] if told is None else [told])
 
 
-@pytest.mark.parametrize("name", ["missing.png", "broken.png", "unknown.tga", "", "."])
-def test_a_texture_that_cannot_be_read_is_told_with_its_line(mtl, tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("missing.png", "missing.png: no such file"),
+        ("broken.png", "broken.png"),
+        ("unknown.tga", "unknown image type '.tga'"),
+        ("", "the name of a file is missing"),
+        ("-clamp on", "the name of a file is missing"),
+        (".", "this is a folder: give a file in it"),
+        ("folder.png", "folder.png: this is a folder: give a file in it"),
+        ("/dev/zero", "/dev/zero"),
+        ("a" * 5000 + ".png", "aaaa"),
+    ],
+)
+def test_a_texture_that_cannot_be_read_is_told_with_its_line(mtl, tmp_path, name, why):
     (tmp_path / "broken.png").write_bytes(b"no picture")
+    (tmp_path / "folder.png").mkdir()
     notes = []
     materials = mtl(f"newmtl a\nKd 1 0 0\nmap_Kd {name}\n", notes)
     assert materials["a"].map_Kd is None
     assert len(notes) == 1
     assert "scene.mtl:3: the texture is not used: " in notes[0]
+    assert why in notes[0]
+    assert "\n" not in notes[0]
 
 
 @pytest.mark.parametrize(
@@ -143,6 +161,14 @@ def test_a_texture_that_cannot_be_read_is_told_with_its_line(mtl, tmp_path, name
         ("d -halo", "d needs 1 number, not 0"),
         ("alpha_x", "alpha_x needs 1 number, not 0"),
         ("alpha_y 1e999", "'1e999' is no value"),
+        ("alpha_x -0.1", "alpha_x must not be negative: -0.1"),
+        ("alpha_y -1e-30", "alpha_y must not be negative: -1e-30"),
+        ("alpha_x nan", "'nan' is no value for a material"),
+        ("F0 1 2", "F0 needs 1 or 3 numbers, not 2"),
+        ("F0 0.5 -0.5 0.5", "F0 must not be negative: 0.5 -0.5 0.5"),
+        ("Kd -1 0 0", "Kd must not be negative: -1 0 0"),
+        ("Kd 0x10", "'0x10' is not a number"),
+        ("Kd 1,0,0", "'1,0,0' is not a number"),
         ("Kd spectral a.rfl", "Kd spectral is not supported: give three numbers"),
         ("Ka xyz 1 1 1", "Ka xyz is not supported"),
         ("newmtl", "newmtl needs a name"),
