@@ -85,11 +85,11 @@ def leaks(triangle_test: str) -> Callable[[Path], None]:
     def make(path: Path) -> None:
         from taichi_tracer.files.images import save_image
         from taichi_tracer.studies.hard.closed_meshes import leak_map
-        from taichi_tracer.studies.hard.modes import Mode
+        from taichi_tracer.studies.hard.modes import RayMode
         from taichi_tracer.system import runtime
 
         runtime.init("cpu", force=True)
-        save_image(path, leak_map(Mode(triangle_test, "f32", False, "bvh")))
+        save_image(path, leak_map(RayMode(triangle_test, "f32", False, "bvh")))
 
     return make
 

@@ -27,6 +27,7 @@ class Effects:
         interpolated_normals: whether a triangle has vertex normals.
         spheres: whether there are spheres.
         culling: whether rays pass through the backs of some triangles.
+        holes: whether rays pass through parts of some triangles.
         textures: whether a material has a picture, or triangles have colours of their own.
         background: whether there is a picture behind the scene.
         blockers: what a ray that leaves a surface can hit: "all": anything; "backs": something only if it leaves the
@@ -43,6 +44,7 @@ class Effects:
     interpolated_normals: bool
     spheres: bool
     culling: bool
+    holes: bool
     textures: bool
     background: bool
     blockers: str
@@ -110,6 +112,7 @@ def _found(scene, blockers: str) -> dict[str, Any]:
         "interpolated_normals": mesh.has_vertex_normals,
         "spheres": len(mesh.spheres) > 0,
         "culling": mesh.has_culling,
+        "holes": mesh.has_holes,
         "textures": mesh.has_pictures or mesh.corner_color is not None,
         "background": scene.background is not None,
         "blockers": blockers,
@@ -168,7 +171,8 @@ def _about_brdf(brdf, count: int, materials: list) -> tuple[str, bool, str]:
 def _about_textures(mesh, materials: list) -> tuple[str, bool, str]:
     count = sum(len(material.textures) > 0 for material in materials)
     if mesh.has_pictures:
-        return "textures", True, f"{count} of {len(materials)} materials"
+        holes = ", rays pass through their holes" if mesh.has_holes else ""
+        return "textures", True, f"{count} of {len(materials)} materials{holes}"
     if mesh.corner_color is not None:
         return "textures", True, "vertices have colours"
     return "textures", False, "the triangles have no texture coordinates" if count > 0 else "no material has one"

@@ -100,6 +100,11 @@ class Mesh:
         return self.corner_uv is not None and any(self.materials[i].textures for i in self.used_materials())
 
     @property
+    def has_holes(self) -> bool:
+        """Whether rays pass through parts of a triangle."""
+        return self.has_pictures and any(self.materials[i].has_holes for i in self.used_materials())
+
+    @property
     def has_culling(self) -> bool:
         """Whether rays pass through the back of at least one triangle."""
         return self.face_culls is not None and bool(self.face_culls.any())
@@ -301,6 +306,7 @@ class Geometry:
             self.sphere_material_ids, self.primitives = ti.field(ti.i32), ti.field(ti.i32)
             fields.dense(ti.i, max(1, self.n_spheres)).place(self.spheres, self.sphere_material_ids)
             fields.dense(ti.i, max(1, self.n_primitives)).place(self.primitives)
+        self.textures: Any = None  # those of the scene, which has made them of the same mesh
         if effects.culling:
             self.culls = ti.field(ti.i32)
             per_face.place(self.culls)

@@ -15,6 +15,8 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
 
+TEXTURES = ("map_Kd", "map_layer", "map_d", "map_Ks")  # the members of a material that are textures
+
 
 @dataclass(frozen=True, repr=False)
 class Material(metaclass=Annotation):
@@ -32,7 +34,8 @@ class Material(metaclass=Annotation):
             extensions of the course. ``Material(alpha=0.3, F0=0.9)`` gives both axes one roughness, and all colours one
             reflectance.
         Km: reflectance of the mirror in the sum of Blinn and Phong (RT-11); an extension.
-        map_Kd: a ``textures.Texture`` by which Kd is multiplied; None is none.
+        map_Kd, map_Ks: a ``textures.Texture`` by which Kd or Ks is multiplied; None is none.
+        map_d: one whose texels are the opacity: all rays pass through triangles where its red is below 1/2.
         map_layer: one of which green is multiplied with the roughness √α, and blue with the metalness, as in glTF.
         extra: key in lower case → numbers, for every other key of the file. The ``parameters`` of a BRDF are looked up
             here.
@@ -52,6 +55,8 @@ class Material(metaclass=Annotation):
     Km: tuple[float, float, float] = (0.0, 0.0, 0.0)
     map_Kd: Any = None
     map_layer: Any = None
+    map_d: Any = None
+    map_Ks: Any = None
     extra: dict[str, tuple[float, ...]] = field(default_factory=dict, hash=False)
     alpha: InitVar[float | None] = None
 
@@ -64,7 +69,12 @@ class Material(metaclass=Annotation):
     @property
     def textures(self) -> tuple:
         """Its textures."""
-        return tuple(texture for texture in (self.map_Kd, self.map_layer) if texture is not None)
+        return tuple(texture for texture in (getattr(self, name) for name in TEXTURES) if texture is not None)
+
+    @property
+    def has_holes(self) -> bool:
+        """Whether rays pass through parts of its triangles. A lamp has no holes: samples of it would miss them."""
+        return self.map_d is not None and max(self.Ke) <= 0
 
     def __repr__(self) -> str:
         usual, values = vars(Material()), vars(self)
@@ -94,9 +104,7 @@ class Material(metaclass=Annotation):
 
 
 # The members of a material that all kernels know: not the name, textures, and the keys that only some BRDFs read.
-BUILT_IN: dict[str, Any] = {
-    f.name: f.default for f in fields(Material) if f.name not in ("name", "map_Kd", "map_layer", "extra")
-}
+BUILT_IN: dict[str, Any] = {f.name: f.default for f in fields(Material) if f.name not in ("name", *TEXTURES, "extra")}
 
 
 class Materials(list):

@@ -140,6 +140,10 @@ class RayIntersector:
         if index >= 0:
             if ti.static("intersect_triangle" in self.replaced):
                 hit = self.intersect_triangle(ray, index)
+                if ti.static(self.geometry.effects.holes):
+                    u, v = hit.barycentric_coords.x, hit.barycentric_coords.y
+                    if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[index], index, u, v):
+                        hit = no_hit()
             else:
                 hit = self.triangle_hit(ray, index, t_min)
         if ti.static(self.geometry.effects.spheres):
@@ -187,6 +191,9 @@ class RayIntersector:
             t = within_box(self.ray_bounds(ray), t, v0, v1, v2)
             if ti.static(self.geometry.effects.culling):
                 if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
+                    t = -tm.inf
+            if ti.static(self.geometry.effects.holes):
+                if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
                     t = -tm.inf
             if t_min < t:
                 hit = self.describe_triangle(ray, t, triangle_id, u, v, (v0, v1, v2))

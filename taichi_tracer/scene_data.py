@@ -17,7 +17,7 @@ from taichi_tracer.formulas.camera_frame import up_of, view_of_points
 from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed, visible_points
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
-from taichi_tracer.materials import Material, MaterialLibrary
+from taichi_tracer.materials import TEXTURES, Material, MaterialLibrary
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
     BackgroundChoice,
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 # Hexadecimal digits of a fingerprint: 128 bits, so that two different scenes practically never share one.
 FINGERPRINT_DIGITS = 32
 
-ADDED = ("Km", "map_Kd", "map_layer")  # members of materials that fingerprints have only where a material has them
+ADDED = ("Km", *TEXTURES)  # members of materials that fingerprints have only where a material has them
 
 KEPT_FORMS = 8  # of a scene: with so many different lights, going back to an earlier one compiles nothing
 
@@ -103,6 +103,7 @@ class SceneData:
             self.textures = Textures(mesh, builder) if self.effects.textures else None
         tables = self.material_library.tables()
         if self.textures is not None:
+            self.geometry.textures = self.textures
             self.textures.put(tables)
         self.geometry.load(self._memory, tables)
         with stage(BUILD, waits=True):

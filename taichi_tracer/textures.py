@@ -15,6 +15,7 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.brdfs.rough_layer import LAYER_F0
+from taichi_tracer.materials import TEXTURES, Material
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.tables import Tables
 
@@ -26,6 +27,9 @@ WRAPS = ("repeat", "clamp", "mirror")
 # Keys of materials. METALLIC: the share of F0 that the texture colours, as it does for glTF's metals; for a material
 # with ``map_layer``, its metalness. BASE: the base colour of such a material.
 METALLIC, BASE = "metallic", "base"
+HOLES = "map_d"
+KINDS = len(TEXTURES)
+LAYER, HOLE, GLOSS = (TEXTURES.index(name) for name in ("map_layer", HOLES, "map_Ks"))
 FARTHEST = 2.0**20  # of a texture coordinate; farther out, f32 does not know its place in the picture
 OF_SPHERE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
@@ -69,12 +73,13 @@ class Textures:
 
     Attributes:
         texels: the colours of all textures, one row after the other, the top row first.
-        places: (2M, 5) for the map_Kd and the map_layer of each material: the first of its texels (−1: there is none),
-            the width and the height, and the places of both wraps in ``WRAPS``.
+        places: (4M, 5) for each of ``TEXTURES`` of each material: the first of its texels (−1: there is none), the
+            width and the height, and the places of both wraps in ``WRAPS``.
         metalness, bases: (M,) see ``METALLIC`` and ``BASE``.
         coordinates: (3P,) the texture coordinates of the three corners of each primitive. A sphere has those with which
             its longitude and latitude are (u, v).
         colors: (3P,) the colours of the same corners.
+        hole_coordinates: (3T,) the texture coordinates of the corners of each triangle, if some have holes.
     """
 
     def __init__(self, mesh: "Mesh", fields: ti.FieldsBuilder) -> None:
@@ -82,6 +87,7 @@ class Textures:
         self.has_pictures, self.has_colors = mesh.has_pictures, mesh.corner_color is not None
         used = dict.fromkeys(texture for material in mesh.materials for texture in material.textures)
         self.has_layers = self.has_pictures and any(material.map_layer is not None for material in mesh.materials)
+        self.has_gloss = self.has_pictures and any(material.map_Ks is not None for material in mesh.materials)
         sizes = [texture.pixels.shape[0] * texture.pixels.shape[1] for texture in used]
         self._first = dict(zip(used, np.cumsum([0, *sizes]).tolist(), strict=False))
         self.metalness = ti.Vector.field(3, float)
@@ -92,7 +98,10 @@ class Textures:
             self.places = ti.field(ti.i32)
             fields.dense(ti.i, sum(sizes)).place(self.texels)
             fields.dense(ti.i, 3 * mesh.num_primitives).place(self.coordinates)
-            fields.dense(ti.ij, (2 * len(mesh.materials), 5)).place(self.places)
+            fields.dense(ti.ij, (KINDS * len(mesh.materials), 5)).place(self.places)
+        if mesh.has_holes:
+            self.hole_coordinates = ti.Vector.field(2, float)
+            fields.dense(ti.i, 3 * len(mesh.faces)).place(self.hole_coordinates)
         if self.has_layers:
             self.bases = ti.Vector.field(3, float)
             per_material.place(self.bases)
@@ -109,19 +118,24 @@ class Textures:
         rows = mesh.primitives()
         is_triangle = rows >= 0
         if self.has_pictures:
-            of_all = [texture for m in materials for texture in (m.map_Kd, m.map_layer)]
-            places = [[-1, 1, 1, 0, 0] if texture is None else self._place(texture) for texture in of_all]
+            places = [self._place(m, name) for m in materials for name in TEXTURES]
             tables.put(self.places, np.array(places, np.int32))
             tables.put(self.texels, np.concatenate([one.pixels.reshape(-1, 3) for one in self._first]))
-            coordinates, of_triangles = np.tile(OF_SPHERE, (len(rows), 1, 1)), np.asarray(mesh.corner_uv)
-            coordinates[is_triangle] = np.clip(np.nan_to_num(of_triangles[rows[is_triangle]]), -FARTHEST, FARTHEST)
+            of_triangles = np.clip(np.nan_to_num(np.asarray(mesh.corner_uv)), -FARTHEST, FARTHEST)
+            coordinates = np.tile(OF_SPHERE, (len(rows), 1, 1))
+            coordinates[is_triangle] = of_triangles[rows[is_triangle]]
             tables.put(self.coordinates, coordinates.reshape(-1, 2))
+            if mesh.has_holes:
+                tables.put(self.hole_coordinates, of_triangles.reshape(-1, 2))
         if self.has_colors:
             colors = np.ones((len(rows), 3, 3))
             colors[is_triangle] = np.asarray(mesh.corner_color)[rows[is_triangle]]
             tables.put(self.colors, colors.reshape(-1, 3))
 
-    def _place(self, texture: Texture) -> list[int]:
+    def _place(self, material: Material, name: str) -> list[int]:
+        texture = getattr(material, name)
+        if texture is None or (name == HOLES and not material.has_holes):
+            return [-1, 1, 1, 0, 0]
         height, width = texture.pixels.shape[:2]
         return [self._first[texture], width, height, *map(WRAPS.index, texture.wrap)]
 
@@ -132,9 +146,29 @@ class Textures:
         if ti.static(self.has_colors):
             color = between(self.colors, hit)
         if ti.static(self.has_pictures):
-            if self.places[2 * hit.material_id, 0] >= 0:
-                color *= self.bilinear(2 * hit.material_id, self.coordinates_at(hit))
+            color *= self.of_kind(0, hit)
         return color
+
+    @ti.func
+    def of_kind(self, kind: ti.template(), hit):
+        """The colour of one of ``TEXTURES`` at a hit; 1 where its material has none."""
+        color, row = tm.vec3(1), KINDS * hit.material_id + kind
+        if self.places[row, 0] >= 0:
+            color = self.bilinear(row, self.coordinates_at(hit))
+        return color
+
+    @ti.func
+    def is_hole(self, material_id, triangle_id, u, v):
+        """Whether rays pass through a point of a triangle."""
+        found, row = False, KINDS * material_id + HOLE
+        if self.places[row, 0] >= 0:
+            found = self.bilinear(row, weighted(self.hole_coordinates, triangle_id, u, v)).x < 0.5
+        return found
+
+    @ti.func
+    def may_have_hole(self, material_id):
+        """Whether a triangle of this material may have a hole."""
+        return self.places[KINDS * material_id + HOLE, 0] >= 0
 
     @ti.func
     def coordinates_at(self, hit):
@@ -147,7 +181,7 @@ class Textures:
     @ti.func
     def layer(self, hit):
         """(_, factor of the roughness, factor of the metalness) at a hit whose material has ``map_layer``."""
-        return self.bilinear(2 * hit.material_id + 1, self.coordinates_at(hit))
+        return self.of_kind(LAYER, hit)
 
     @ti.func
     def bilinear(self, row, uv):
@@ -174,7 +208,13 @@ class Textures:
 @ti.func
 def between(of_corners: ti.template(), hit):
     """The mean of what the three corners of a hit have, weighted by the barycentric coordinates."""
-    u, v, corner = hit.barycentric_coords.x, hit.barycentric_coords.y, 3 * hit.triangle_id
+    return weighted(of_corners, hit.triangle_id, hit.barycentric_coords.x, hit.barycentric_coords.y)
+
+
+@ti.func
+def weighted(of_corners: ti.template(), triangle_id, u, v):
+    """The mean of what the three corners of a triangle have, weighted by 1 − u − v, u and v."""
+    corner = 3 * triangle_id
     return (1 - u - v) * of_corners[corner] + u * of_corners[corner + 1] + v * of_corners[corner + 2]
 
 
@@ -206,8 +246,10 @@ def textured(material, textures: ti.template(), hit):
     metalness = textures.metalness[hit.material_id]
     found.Kd *= color
     found.F0 *= 1 + metalness * (color - 1)
+    if ti.static(textures.has_gloss):
+        found.Ks *= textures.of_kind(GLOSS, hit)
     if ti.static(textures.has_layers):
-        if textures.places[2 * hit.material_id + 1, 0] >= 0:
+        if textures.places[KINDS * hit.material_id + LAYER, 0] >= 0:
             layer, base = textures.layer(hit), textures.bases[hit.material_id] * color
             metal = metalness.x * layer.z
             found.Kd, found.F0 = (1 - metal) * base, (1 - metal) * LAYER_F0 + metal * base

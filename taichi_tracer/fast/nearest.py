@@ -17,7 +17,8 @@ class FastIntersector(RayIntersector):
 
     Attributes:
         stands_in_for: the plain class for which it stands in; both give the same answers, to the last bit.
-        is_plain_geometry: whether there are only triangles, and rays hit both sides of all triangles.
+        has_special_triangles: whether rays pass through the backs of some triangles, or through their holes.
+        is_plain_geometry: whether there are only triangles, and none of these.
     """
 
     stands_in_for: type = RayIntersector
@@ -25,7 +26,9 @@ class FastIntersector(RayIntersector):
     def bind(self, geometry, triangle_test="watertight") -> None:
         """As in the base class."""
         super().bind(geometry, triangle_test)
-        self.is_plain_geometry = not (geometry.effects.spheres or geometry.effects.culling)
+        effects = geometry.effects
+        self.has_special_triangles = effects.culling or effects.holes
+        self.is_plain_geometry = not (effects.spheres or self.has_special_triangles)
 
     @ti.func
     def query_ray(self, ray):
@@ -65,11 +68,15 @@ class FastIntersector(RayIntersector):
         if ti.static(self.geometry.effects.culling):
             if self.geometry.culls[triangle_id] != 0 and tm.dot(ray.direction, stable_normal(v0, v1, v2)) > 0:
                 t = -tm.inf
+        if ti.static(self.geometry.effects.holes):
+            if t > -tm.inf:
+                if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
+                    t = -tm.inf
         return t, u, v
 
     @ti.func
     def is_special(self, primitive_id):
-        """Whether a primitive is a sphere, or a triangle that rays pass through from the back."""
+        """Whether a primitive is a sphere, or a triangle that rays may pass through."""
         special = False
         index = primitive_id
         if ti.static(self.geometry.effects.spheres):
@@ -77,6 +84,9 @@ class FastIntersector(RayIntersector):
             special = index < 0
         if ti.static(self.geometry.effects.culling):
             special = special or self.geometry.culls[ti.max(index, 0)] != 0
+        if ti.static(self.geometry.effects.holes):
+            material_id = self.geometry.triangle_material_ids[ti.max(index, 0)]
+            special = special or self.geometry.textures.may_have_hole(material_id)
         return special
 
     @ti.func

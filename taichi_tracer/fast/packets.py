@@ -319,7 +319,7 @@ class Packets:
 
     @ti.func
     def try_primitive(self, c, g, common, intersector: ti.template(), i, t_min):
-        """``try_triangle`` or ``try_sphere``; triangles with backface culling are tried with one ray at a time."""
+        """``try_triangle`` or ``try_sphere``; triangles that rays may pass are tried with one ray at a time."""
         is_special = False
         if ti.static(not intersector.is_plain_geometry):
             is_special = intersector.is_special(intersector.blocks.primitive(i))
@@ -330,13 +330,13 @@ class Packets:
 
     @ti.func
     def try_special(self, c, g, common, intersector: ti.template(), i, t_min):
-        """Try a sphere with sixteen rays at once, or a triangle with backface culling with one ray after the other."""
+        """Try a sphere with sixteen rays at once, or a triangle that rays may pass with one ray after the other."""
         is_sphere = False
         if ti.static(self.has_spheres):
             is_sphere = intersector.is_sphere(intersector.blocks.primitive(i))
             if is_sphere:
                 self.try_sphere(c, g, common, intersector, i, t_min)
-        if ti.static(intersector.geometry.effects.culling or not self.has_spheres):
+        if ti.static(intersector.has_special_triangles or not self.has_spheres):
             if not is_sphere:
                 for lane in range(self.lanes[None]):
                     self.try_one(c, g, lane, common, intersector, i, t_min)

@@ -112,7 +112,7 @@ class LeafLanes:
 
     @ti.func
     def try_special(self, c, intersector: ti.template(), place, may_meet, t_near, t_far):
-        """``try_triangle``; but a sphere has its own test, and a triangle with backface culling is tried ray by ray."""
+        """``try_triangle``; but a sphere has its own test, and a triangle that rays may pass is tried ray by ray."""
         primitive_id = intersector.blocks.primitive(place)
         if not intersector.is_special(primitive_id):
             self.try_triangle(c, intersector, place, may_meet, t_near, t_far)
@@ -121,7 +121,7 @@ class LeafLanes:
             if ti.static(intersector.geometry.effects.spheres):
                 if is_sphere:
                     self.try_sphere(c, *intersector.sphere(primitive_id), may_meet, t_near, t_far)
-            if ti.static(intersector.geometry.effects.culling):
+            if ti.static(intersector.has_special_triangles):
                 if not is_sphere:
                     self.decide(c, intersector, place, may_meet)
 

@@ -45,7 +45,11 @@ def numbered(raw: bytes, notes: list[str]) -> tuple[bytes, list[Material], list[
         notes.append(f"points and lines are not read: {others} of {len(parts)} parts are left out")
     has_colors = any("COLOR_0" in part.get("attributes", {}) for part in parts)
     materials = [
-        replace(_material(look, has_colors), **{key: _empty_texture(look, name, content) for key, name in USED.items()})
+        replace(
+            _material(look, has_colors),
+            map_d=_empty_opacity(look, content),
+            **{key: _empty_texture(look, name, content) for key, name in USED.items()},
+        )
         for look in looks
     ]
     for number, look in enumerate(looks):
@@ -148,6 +152,18 @@ def _empty_texture(look: dict, name: str, content: dict) -> Texture | None:
     of = _at(content, "samplers", _at(content, "textures", place.get("index")).get("sampler"))
     wrap = tuple(GLTF_WRAPS.get(of.get(name), "repeat") for name in ("wrapS", "wrapT"))
     return Texture(np.ones((1, 1, 3), np.float32), wrap, look.get("name", ""))
+
+
+def _empty_opacity(look: dict, content: dict) -> Texture | None:
+    """The texture that cuts holes into a glTF material; as yet, it has what its alpha is to be multiplied with.
+
+    A point is a hole where the alpha of the base colour, times that of its factor, is less than ``alphaCutoff``.
+    """
+    texture, cutoff = _empty_texture(look, USED["map_Kd"], content), look.get("alphaCutoff", 0.5)
+    if texture is None or look.get("alphaMode") != "MASK" or cutoff <= 0:
+        return None
+    factor = (*look["pbrMetallicRoughness"].get("baseColorFactor", ()), 1.0, 1.0, 1.0, 1.0)[3]
+    return replace(texture, pixels=texture.pixels * np.float32(0.5 * factor / cutoff))
 
 
 def _at(content: dict, name: str, index: int | None) -> dict:

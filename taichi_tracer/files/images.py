@@ -288,6 +288,22 @@ def read_image(path: str | Path, srgb: bool = False) -> np.ndarray:
     return Picture(rgb, srgb=True) if is_decoded else rgb
 
 
+def read_opacity(path: str | Path) -> np.ndarray:
+    """(h, w) float32, top row first: the alpha of a PNG file, if it has one; otherwise the mean of its colours.
+
+    Raises:
+        InputError: as for ``read_image``.
+    """
+    colours = read_image(path)
+    if Path(path).suffix.lower() == ".png":
+        from PIL import Image
+
+        with Image.open(path, formats=("PNG",)) as image:
+            if image.has_transparency_data:
+                return np.asarray(image.convert("RGBA"), np.float32)[..., 3] / 255
+    return colours.mean(axis=2)
+
+
 def told_display(path: str | Path) -> str | None:
     """How the values of a PNG or JPEG were changed, as ``save_image`` wrote it into the file; None if they were not."""
     from PIL import Image

@@ -272,11 +272,19 @@ def _with_textures(material: Material, look: Any, notes: list[str]) -> Material:
             if key == "map_layer":  # nothing is known of the layer
                 found |= {"Kd": material.value(BASE, material.Kd), "alpha_x": 0.0, "alpha_y": 0.0, "extra": {}}
         found[key] = None
+        if key == "map_Kd" and material.map_d is not None:
+            found["map_d"] = None if image is None else _opacity(image, material.map_d)
         if image is not None:
             pixels = np.asarray(image.convert("RGB"), np.float32) / 255
             pixels = linear_from_srgb(pixels).astype(np.float32) if key == "map_Kd" else pixels
             found[key] = replace(empty or Texture(pixels), pixels=pixels)
     return replace(material, **found)
+
+
+def _opacity(image: Any, empty: Texture) -> Texture:
+    """The alpha of a picture that trimesh has decoded, times what ``empty`` has."""
+    alpha = np.asarray(image.convert("RGBA"), np.float32)[..., 3:] / 255
+    return replace(empty, pixels=alpha * empty.pixels)
 
 
 def _color(value, default: tuple[float, float, float]) -> tuple[float, float, float]:

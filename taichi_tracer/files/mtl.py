@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.files.disk import check_is_file
-from taichi_tracer.files.images import read_image
+from taichi_tracer.files.images import read_image, read_opacity
 from taichi_tracer.files.text import name_in, number, numbered_lines, read_text
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError, MissingFileError
@@ -19,6 +19,7 @@ NUMBERS = {"ns": "Ns", "ni": "Ni", "d": "d", "alpha_x": "alpha_x", "alpha_y": "a
 # Options of a texture, and the largest number of their values; those with several have numbers.
 OPTIONS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-texres": 1}
 OPTIONS |= {"-mm": 2, "-o": 3, "-s": 3, "-t": 3}
+TEXTURES = {"map_kd": "map_Kd", "map_ks": "map_Ks", "map_d": "map_d"}  # keywords, and members of ``Material``
 MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 
 
@@ -27,8 +28,8 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
 
     Args:
         path: the file.
-        notes: a list to which lines are added: about maps other than map_Kd, which are not used, and about images that
-            cannot be read.
+        notes: a list to which lines are added: about maps other than ``TEXTURES``, which are not used, and about images
+            that cannot be read.
 
     Raises:
         InputError: a value is not a number; the message has the file and the line.
@@ -50,8 +51,9 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
             if name is None:
                 raise InputError(f"{where}: {words[0]} stands before the first newmtl")
             materials[name] = replace(materials[name], **_values(keyword, words, where))
-        elif keyword == "map_kd" and name is not None:
-            materials[name] = replace(materials[name], map_Kd=_texture(line, Path(path), where, notes, images))
+        elif keyword in TEXTURES and name is not None:
+            read = _texture(line, Path(path), where, notes, images)
+            materials[name] = replace(materials[name], **{TEXTURES[keyword]: read})
         elif keyword.startswith(MAPS):
             maps.setdefault(words[0], line_number)
         elif name is not None and (extra := _numbers_of(words[1:])):
@@ -63,7 +65,8 @@ def read_mtl(path: str | Path, notes: list[str] | None = None) -> dict[str, Mate
 
 def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: dict) -> Texture | None:
     """The texture of a line ``map_Kd [options] file``; None, with a note, if it cannot be read."""
-    words, wrap, ignored = line.split("#", 1)[0].split()[1:], "repeat", []
+    keyword, *words = line.split("#", 1)[0].split()
+    wrap, ignored, is_opacity = "repeat", [], keyword.lower() == "map_d"
     while words and words[0] in OPTIONS:
         option, words = words[0], words[1:]
         count = OPTIONS[option]
@@ -76,18 +79,24 @@ def _texture(line: str, mtl: Path, where: str, notes: list[str] | None, images: 
     file, told = " ".join(words).replace("\\", "/"), [] if notes is None else notes
     if ignored:
         told.append(f"{where}: options of a texture are not used: {', '.join(ignored)}")
-    if (file, wrap) not in images:
+    key = file, wrap, is_opacity
+    if key not in images:
         try:
             if not file:
                 raise InputError("the name of a file is missing")
             if (mtl.parent / file).is_dir():
                 check_is_file(mtl.parent / file)
-            pixels = read_image(mtl.parent / file, srgb=True)
-            images[file, wrap] = Texture(np.asarray(pixels), (wrap, wrap), file)
+            pixels = opacity(mtl.parent / file) if is_opacity else np.asarray(read_image(mtl.parent / file, srgb=True))
+            images[key] = Texture(pixels, (wrap, wrap), file)
         except (InputError, MissingFileError, OSError) as error:
             told.append(f"{where}: the texture is not used: {error}")
-            images[file, wrap] = None
-    return images[file, wrap]
+            images[key] = None
+    return images[key]
+
+
+def opacity(path: Path) -> np.ndarray:
+    """(h, w, 3) the opacity of an image, as ``Material.map_d`` has it."""
+    return np.repeat(read_opacity(path)[..., None], 3, axis=2)
 
 
 def _name(line: str, where: str) -> str:

@@ -54,7 +54,7 @@ def read_obj(path: str | Path) -> Mesh:
     has_normals = bool((normal_ids >= 0).any())
     notes: list[str] = []
     material_ids, materials = _materials(lines, faces.ids, path, notes)
-    has_textures = any(material.map_Kd is not None for material in materials)
+    has_textures = any(material.textures for material in materials)
     vertices, most = _rows(positions, path)
     colors = _colors(positions) if most == COLOURED else None
     if most >= COLOURED and colors is None:

@@ -26,6 +26,7 @@ PLAIN_EFFECTS |= {
     "interpolated_normals": True,
     "spheres": False,
     "culling": False,
+    "holes": False,
     "textures": False,
     "background": False,
 }

@@ -93,10 +93,10 @@ def test_latin_1_names_are_read(tmp_path):
 
 def test_other_maps_are_told_once_with_their_line_and_not_used(mtl):
     notes = []
-    materials = mtl("newmtl a\nmap_Ks a.png\nbump b.png\nnewmtl b\nmap_Ks c.png\n", notes)
+    materials = mtl("newmtl a\nmap_Ns a.png\nbump b.png\nnewmtl b\nmap_Ns c.png\n", notes)
     assert materials["a"] == Material(name="a")
     assert [note.split("scene.mtl")[1] for note in notes] == [
-        ":2: map_Ks is not used, here and in later lines",
+        ":2: map_Ns is not used, here and in later lines",
         ":3: bump is not used, here and in later lines",
     ]
 

@@ -1,0 +1,214 @@
+"""Holes: where the opacity of a material is below 1/2, every ray passes, whichever form traces it."""
+
+import base64
+import io
+import json
+
+import numpy as np
+import pytest
+import taichi as ti
+from PIL import Image
+from shapes import SQUARE
+
+import taichi_tracer as tt
+from taichi_tracer.geometry import Mesh
+
+pytestmark = pytest.mark.usefixtures("f32")
+
+CHESS = np.indices((4, 4)).sum(axis=0) % 2.0  # top left 0: a hole
+OPACITY = np.repeat(np.kron(CHESS, np.ones((8, 8)))[..., None], 3, axis=2)
+
+
+def fence(texture=None, ke=(0.0, 0.0, 0.0), floor=True):
+    """A square with a chess board of holes one unit above a floor of 4 × 4; both face +z."""
+    material = tt.Material("fence", Kd=(0.5, 0.5, 0.5), Ke=ke, map_d=texture)
+    vertices, faces = np.array(SQUARE[0], float), np.array(SQUARE[1])
+    uv = ((vertices[:, :2] + 1) / 2)[faces]
+    materials, ids = [material], np.zeros(len(faces), np.int32)
+    if floor:
+        vertices = np.concatenate([vertices + [0, 0, 1], vertices * 2])
+        faces, uv = np.concatenate([faces, faces + 4]), np.concatenate([uv, uv])
+        materials.append(tt.Material("floor", Kd=(0.8, 0.8, 0.8)))
+        ids = np.repeat(np.int32([0, 1]), 2)
+    return Mesh(vertices, faces, face_materials=ids, materials=materials, corner_uv=uv)
+
+
+def points(n=4000, seed=3):
+    """(n, 2) points of the square that lie inside a field of the board, and whether that is a hole."""
+    rng = np.random.default_rng(seed)
+    xy = rng.uniform(-0.99, 0.99, (n, 2))
+    place = (xy + 1) * 2
+    xy = xy[(abs(place - np.round(place)) > 0.1).all(axis=1)]  # the edge of a field is as soft as one texel
+    column, row = ((xy + 1) * 2).astype(int).T
+    return xy, CHESS[3 - row, column] == 0
+
+
+@pytest.mark.parametrize("options", [{}, {"fast": False}, {"intersector": "brute_force"}])
+@pytest.mark.parametrize("test", ["watertight", "moller_trumbore"])
+def test_rays_pass_through_holes_alone(options, test):
+    xy, is_hole = points()
+    origins = np.column_stack([xy, np.full(len(xy), 3.0)])
+    directions = np.tile([0.0, 0.0, -1.0], (len(xy), 1))
+    scene = tt.SceneData(fence(tt.Texture(OPACITY)), triangle_test=test, **options)
+    hits = scene.intersect(origins, directions)
+    np.testing.assert_array_equal(hits.distance == 3.0, is_hole)
+    np.testing.assert_array_equal(hits.triangle_id < 2, ~is_hole)
+    np.testing.assert_array_equal(scene.occluded(origins, directions, t_max=2.5), ~is_hole)
+
+
+def test_shadows_have_holes_and_every_form_has_the_same_bits():
+    """Packets, streams of shadow rays, tiles, and the plain forms: pictures lit by a small sun straight above."""
+    sky = np.zeros((64, 128, 3))
+    sky[:2] = 300.0
+    camera = {"eye": (3.0, 1.0, 4.0), "at": (0, 0, 0.5), "up": (0, 0, 1), "fov": 40.0}
+    images = []
+    for options in ({"fast": True}, {"fast": False}):
+        scene = tt.SceneData(fence(tt.Texture(OPACITY)), view=camera, environment=sky, up_axis="z", **options)
+        renderer = tt.A2Renderer(scene, 48, 48, seed=2).use("mis")
+        renderer.use_tiles = options["fast"]
+        images.append(renderer.render(4).image())
+        assert "rays pass through their holes" in "\n".join(scene.receipt())
+    np.testing.assert_array_equal(*images)
+    scene = tt.SceneData(fence(tt.Texture(OPACITY)), environment=sky, up_axis="z")
+    floor = tt.OrthographicCamera(64, 64, eye=(0, 0, 0.5), at=(0, 0, 0), up=(0, 1, 0), screen_window=(-1, 1, -1, 1))
+    light = tt.A2Renderer(scene, camera=floor).use("environment").render(16).image()[..., 0]
+    fields = light.reshape(4, 16, 4, 16)[:, 5:11, :, 5:11].mean(axis=(1, 3))  # the camera sees x mirrored
+    is_lit = CHESS[:, ::-1] == 0
+    assert fields[is_lit].min() > 10 * fields[~is_lit].max()
+
+
+@pytest.mark.parametrize("view", ["normal", "albedo"])
+def test_packets_see_holes(view):
+    """Of many triangles, so that eye rays are traced in packets."""
+    n = 24
+    mesh = fence(tt.Texture(OPACITY), floor=False)
+    copies = [mesh.vertices + [0.1 * (k % 5), 0.1 * (k // 5), -0.3 * k] for k in range(n)]
+    mesh.faces = np.concatenate([mesh.faces + 4 * k for k in range(n)])
+    mesh.corner_uv, mesh.face_materials = np.tile(mesh.corner_uv, (n, 1, 1)), np.zeros(2 * n, np.int32)
+    mesh.vertices = np.concatenate(copies)
+    images = []
+    for fast in (True, False):
+        camera = {"eye": (0.2, 0.1, 4), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}
+        renderer_class = tt.RT3Renderer if view == "albedo" else tt.A1Renderer
+        renderer = renderer_class(tt.SceneData(mesh, fast=fast, view=camera), 256, 256)
+        if fast:
+            renderer.plan.keep_forms()
+        images.append(renderer.use(view).render().image())
+    np.testing.assert_array_equal(*images)
+    assert len(np.unique(images[0].reshape(-1, 3), axis=0)) > 1
+
+
+class Own(tt.RayIntersector):
+    """A student's triangle test: it knows nothing of holes."""
+
+    @ti.func
+    def intersect_triangle(self, ray, triangle_id):
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        e1, e2, s = v1 - v0, v2 - v0, ray.origin - v0
+        h = ray.direction.cross(e2)
+        a = e1.dot(h)
+        u, v = s.dot(h) / a, ray.direction.dot(s.cross(e1)) / a
+        t, hit = e2.dot(s.cross(e1)) / a, tt.HitData()
+        if u >= 0 and v >= 0 and u + v <= 1 and t > 0:
+            hit.is_hit, hit.distance, hit.triangle_id = True, t, triangle_id
+            hit.barycentric_coords, hit.normal = ti.math.vec2(u, v), e1.cross(e2).normalized()
+        return hit
+
+
+def test_rays_of_a_students_triangle_test_pass_holes_too():
+    xy, is_hole = points(500)
+    origins = np.column_stack([xy, np.full(len(xy), 3.0)])
+    scene = tt.SceneData(fence(tt.Texture(OPACITY)), intersector=Own)
+    hits = scene.intersect(origins, np.tile([0.0, 0.0, -1.0], (len(xy), 1)))
+    np.testing.assert_array_equal(hits.distance > 2.5, is_hole)
+
+
+def test_a_lamp_has_no_holes():
+    scene = tt.SceneData(fence(tt.Texture(OPACITY), ke=(1.0, 1.0, 1.0)))
+    assert not scene.effects.holes
+    xy, _ = points(100)
+    origins = np.column_stack([xy, np.full(len(xy), 3.0)])
+    assert (scene.intersect(origins, np.tile([0.0, 0.0, -1.0], (len(xy), 1))).triangle_id < 2).all()
+
+
+def png(alpha, mode="RGBA"):
+    pixels = np.full((*alpha.shape, 4), 200, np.uint8)
+    pixels[..., 3] = 255 * alpha
+    stream = io.BytesIO()
+    Image.fromarray(pixels if mode == "RGBA" else pixels[..., 3]).save(stream, "PNG")
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize("mode", ["RGBA", "L"])
+def test_map_d_of_an_mtl_file(tmp_path, mode):
+    (tmp_path / "leaf.png").write_bytes(png(CHESS, mode))
+    (tmp_path / "a.mtl").write_text("newmtl m\nKd 1 1 1\nmap_d leaf.png\n")
+    corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{corners}usemtl m\nf 1/1 2/2 3/3 4/4\n")
+    scene = tt.load_scene_data(tmp_path / "a.obj")
+    xy, is_hole = centres()
+    found = scene.occluded(np.column_stack([xy, np.ones(16)]), np.tile([0.0, 0.0, -1.0], (16, 1)))
+    np.testing.assert_array_equal(found, ~is_hole)
+    assert not scene.notes
+
+
+def centres():
+    """The middles of the sixteen fields, and whether they are holes."""
+    x, y = np.meshgrid(np.arange(4), np.arange(4))
+    return np.column_stack([x.ravel(), y.ravel()]) / 2 - 0.75, CHESS[3 - y.ravel(), x.ravel()] == 0
+
+
+def test_map_ks_multiplies_ks(tmp_path):
+    (tmp_path / "s.png").write_bytes(png(np.ones((2, 2))))
+    (tmp_path / "a.mtl").write_text("newmtl m\nKs 0.5 0.5 0.5\nmap_Ks s.png\n")
+    corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{corners}usemtl m\nf 1/1 2/2 3/3\n")
+    material = tt.load_scene_data(tmp_path / "a.obj").materials[0]
+    assert material.map_Ks.pixels.shape == (2, 2, 3)
+    np.testing.assert_allclose(material.map_Ks.pixels, ((200 / 255 + 0.055) / 1.055) ** 2.4, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("cutoff", "factor", "has_holes"), [(0.5, 1.0, True), (None, 1.0, True), (0.2, 0.3, True), (0.0, 1.0, False)]
+)
+def test_alpha_mode_mask_of_a_gltf_file(tmp_path, cutoff, factor, has_holes):
+    """Where alpha is 0, there is a hole; where it is 1, there is none if the factor is above the cutoff."""
+    content = trimesh_gltf(cutoff, factor)
+    (tmp_path / "a.gltf").write_text(json.dumps(content))
+    scene = tt.load_scene_data(tmp_path / "a.gltf")
+    assert scene.effects.holes == has_holes
+    xy, is_hole = centres()
+    found = scene.occluded(np.column_stack([xy, np.ones(16)]), np.tile([0.0, 0.0, -1.0], (16, 1)))
+    np.testing.assert_array_equal(found, ~is_hole | (not has_holes))
+
+
+def trimesh_gltf(cutoff, factor):
+    """The square as glTF, with a picture whose alpha is the chess board; v of glTF has its origin at the top."""
+    vertices = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
+    uv = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+    ids = np.array([0, 1, 2, 0, 2, 3], np.uint16)
+    raw = vertices.tobytes() + uv.tobytes() + ids.tobytes()
+
+    def data(kind, content):
+        return f"data:{kind};base64,{base64.b64encode(content).decode()}"
+
+    views = [(0, 48), (48, 32), (80, 12)]
+    base = {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 1, factor]}
+    look = {"alphaMode": "MASK", "pbrMetallicRoughness": base}
+    return {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}],
+        "materials": [look if cutoff is None else {**look, "alphaCutoff": cutoff}],
+        "textures": [{"source": 0}],
+        "images": [{"uri": data("image/png", png(CHESS))}],
+        "buffers": [{"byteLength": len(raw), "uri": data("application/octet-stream", raw)}],
+        "bufferViews": [{"buffer": 0, "byteOffset": a, "byteLength": n} for a, n in views],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+            {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"},
+        ],
+    }
