@@ -233,6 +233,9 @@ def clean(mesh: Mesh, dtype: type[np.floating]) -> Mesh:
     gone, spheres_gone = not_finite | no_area, sphere_not_finite | no_radius
     faces = np.ascontiguousarray(mesh.faces, dtype=np.int32)
     notes = list(mesh.notes)
+    if mesh.corner_uv is not None and mesh.has_pictures:
+        odd = int((~np.isfinite(mesh.corner_uv)).any(axis=(1, 2)).sum())
+        notes += [f"{mesh.source}: {odd} triangles have texture coordinates that are not finite numbers"] * (odd > 0)
     dropped = int(gone.sum() + spheres_gone.sum())
     if dropped > 0:
         finite = np.asarray(np.isfinite(vertices).all(axis=1))

@@ -29,6 +29,7 @@ from taichi_tracer.system.seams import seams
 
 # Below this roughness, the rounding of two directions in f32, 1e-7, changes D by more than 1 %: a mirror stands in.
 SMOOTH_BELOW = 2.0**-14
+LEAST_HEIGHT = 1e-18  # of a view in ``sample``: its square is above 0, so that a view from −n has a direction, too
 LAYERED = "layered"  # the key of ``Material.extra`` that is 1 where the rough layer has a base, see ``rough_layer``
 
 
@@ -64,7 +65,7 @@ class Microfacet(Brdf):
         alpha, o, i = alphas(material), in_frame(w_o, n), in_frame(w_i, n)
         if o.z > 0 and (o + i).norm_sqr() > 0:
             m = tm.normalize(o + i)
-            if m.z > 0 and tm.dot(o, m) > 0:
+            if m.z > 0:  # ω_o·ω_m is |ω_o + ω_i|/2, which is above 0, also where its rounded value is not
                 value = distribution(alpha, m) / (2 * (o.z + scaled_length(alpha, o)))
         return value
 
@@ -72,7 +73,7 @@ class Microfacet(Brdf):
     def sample(self, material, w_o, n, xi):
         """w_o mirrored at a visible normal, which a spherical cap gives (Dupuy & Benyoub, HPG 2023, listing 3)."""
         alpha, o = alphas(material), in_frame(w_o, n)
-        u = tm.normalize(tm.vec3(alpha.x * o.x, alpha.y * o.y, ti.max(o.z, 0)))
+        u = tm.normalize(tm.vec3(alpha.x * o.x, alpha.y * o.y, ti.max(o.z, LEAST_HEIGHT)))
         height = (1 - xi.y) * (1 + u.z)  # of the point of the cap, above −u
         z = height - u.z
         x, y = on_circle(xi.x)

@@ -46,6 +46,8 @@ def dressed(mesh: Mesh, color=None, material=None, normals=None, face_materials=
         if rows.shape not in ((v, 2), (f, 3, 2)):
             known = f"({v}, 2), one per vertex, or ({f}, 3, 2), one per corner"
             raise InputError(f"mesh: uv must have the shape {known}, not {rows.shape}")
+        if not np.isfinite(rows).all():
+            raise InputError(f"mesh: uv must be finite numbers, not {rows[~np.isfinite(rows)][0]}")
         changed["corner_uv"] = rows.astype(np.float64)[mesh.faces] if rows.ndim == 2 else rows.astype(np.float64)
     return replace(mesh, **changed)
 

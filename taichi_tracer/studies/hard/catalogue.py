@@ -20,6 +20,7 @@ from taichi_tracer.studies.hard.many_triangles import (
 from taichi_tracer.studies.hard.modes import RayMode
 from taichi_tracer.studies.hard.shading_cases import Accumulation, Brdfs, Furnace, OppositeNormals, OwnBrdf
 from taichi_tracer.studies.hard.single_triangles import FarOrigins, Grazing, InThePlane, Slivers, UnitTriangles
+from taichi_tracer.studies.hard.surface_cases import SURFACES
 from taichi_tracer.studies.hard.view_cases import (
     EnvironmentDirections,
     EnvironmentLight,
@@ -107,7 +108,7 @@ def all_cases() -> list[Case]:
 
 
 SHORT = (ImpossibleCameras, EnvironmentDirections, Brdfs, Accumulation)
-LONG = (ExtremeCameras, EnvironmentLight, OppositeNormals)
+LONG = (ExtremeCameras, EnvironmentLight, OppositeNormals, *SURFACES)
 
 
 def all_renderer_cases(

@@ -74,6 +74,8 @@ class Brdfs(RendererCase):
     heights = (1.0, 0.5, 1e-3, 1e-6, 0.0, -1e-6, -0.5, -1.0)
     xis = (0.0, 2.0**-24, 0.25, 0.5, LAST_XI)
     most_weight = 1.0  # of a white surface, where directions are drawn in proportion to the BRDF
+    views_from_above = (1.0, 0.5, 0.05)  # for ``with_energy``
+    grid = (np.arange(64) + 0.5) / 64  # ξ, in both dimensions
 
     def materials(self) -> list[Material]:
         """White materials, one for each exponent."""
@@ -104,6 +106,16 @@ class Brdfs(RendererCase):
         nan = ~np.isfinite(values).all(axis=1)
         return {"tried": len(values), "wrong": int(((length | weight | negative) & ~nan).sum()), "nan": int(nan.sum())}
 
+    def with_energy(self, findings) -> dict[str, float]:
+        """``findings``, and whether the mean weight is at most ``MOST_ENERGY``, four deviations granted."""
+        weights = self.answers(self.views_from_above, self.grid)[..., 3]
+        mean = weights.mean(axis=(2, 3))
+        deviation = weights.std(axis=(2, 3)) / len(self.grid)
+        findings["tried"] += mean.size
+        findings["nan"] += int((~np.isfinite(weights)).sum())
+        findings["wrong"] += int((mean > MOST_ENERGY + 4 * deviation).sum())
+        return findings | {"energy": float(mean.max())}
+
 
 class OwnBrdf(Brdfs):
     """A BRDF that somebody registered, with the materials that it describes, or with all where it describes none.
@@ -114,8 +126,6 @@ class OwnBrdf(Brdfs):
     """
 
     most_weight = math.inf  # of one sample: directions need not be drawn in proportion to the BRDF
-    views_from_above = (1.0, 0.5, 0.05)
-    grid = (np.arange(64) + 0.5) / 64  # ξ, in both dimensions
 
     def __init__(self, brdf: Brdf) -> None:
         self.brdf, self.name = brdf, f"BRDF {brdf.name}: {self.what}"
@@ -132,15 +142,8 @@ class OwnBrdf(Brdfs):
         return [alone]
 
     def judge(self, epsilon):
-        """As for the package's own; and the mean weight is at most ``MOST_ENERGY``, four deviations granted."""
-        findings = super().judge(epsilon)
-        weights = self.answers(self.views_from_above, self.grid)[..., 3]
-        mean = weights.mean(axis=(2, 3))
-        deviation = weights.std(axis=(2, 3)) / len(self.grid)
-        findings["tried"] += mean.size
-        findings["nan"] += int((~np.isfinite(weights)).sum())
-        findings["wrong"] += int((mean > MOST_ENERGY + 4 * deviation).sum())
-        return findings | {"energy": float(mean.max())}
+        """As for the package's own; and a white surface reflects no more than it receives."""
+        return self.with_energy(super().judge(epsilon))
 
 
 class OppositeNormals(RendererCase):
