@@ -24,6 +24,24 @@ class JudgeOfRows:
         """(n,) bool: the inputs all of whose answers are right."""
         return np.logical_and.reduce(list(self.members(answers, expected).values()))
 
+    def earned(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> float:
+        """The share of the points of answers that are not all right: see ``beyond_chance``."""
+        count = len(next(iter(expected.values())))
+        tried = [{name: np.zeros_like(right) for name, right in expected.items()}]
+        for row in range(0, count, -(-count // CONSTANTS)):
+            tried.append({name: np.broadcast_to(right[row], right.shape) for name, right in expected.items()})
+        chance = max(float(self.agrees(inputs, one, expected).mean()) for one in tried)
+        return beyond_chance(float(self.agrees(inputs, answers, expected).mean()), chance)
+
+
+def beyond_chance(share: float, chance: float) -> float:
+    """A share of right answers, less what is right by chance: 0 for the share ``chance``, and 1 for 1.
+
+    Args:
+        chance: the share that the best answer gets which is the same for every input, such as "no ray hits anything".
+    """
+    return max(0.0, (share - chance) / (1 - chance)) if chance < 1 else 0.0
+
 
 @dataclass(frozen=True)
 class Numbers(JudgeOfRows):
@@ -72,11 +90,13 @@ class Numbers(JudgeOfRows):
             return Verdict(RIGHT, 1.0, f"all {len(agrees)} {self.called} are right")
         first = int(np.argmin(agrees))
         told = f"{int((~agrees).sum())} of {len(agrees)} {self.called} are wrong"
-        return Verdict(WRONG, float(agrees.mean()), told, first_wrong(inputs, answers, expected, first, len(agrees)))
+        share = self.earned(inputs, answers, expected)
+        return Verdict(WRONG, share, told, first_wrong(inputs, answers, expected, first, len(agrees)))
 
 
 # The largest |z| of a test that passes. With 400 tests in a submission, the false-alarm rate is below 1e-6 for normal
 # means; means of 10⁴ and more bounded samples are close enough to normal that it stays below 1e-4.
+CONSTANTS = 16  # right answers that are tried for all inputs alike
 MOST_NOISE = 4.0  # standard errors of a submission, in units of those of the solution
 LARGEST_Z = 6.0
 ROUNDING = 1e-5  # the error of a mean in f32, relative to its size, or to 1
@@ -110,8 +130,10 @@ class Samples(JudgeOfRows):
         called: what one input is called in messages.
         largest_z: the largest |z| that passes.
         only_means: whether samples may be distributed in another way than the solution's, with the same mean: as with
-            another way to choose between light and BRDF. Their standard errors are then at most ``MOST_NOISE`` times
-            the solution's, so that nothing passes because it is noise.
+            another way to choose between light and BRDF.
+
+    The standard errors of means are at most ``MOST_NOISE`` times the solution's, so that nothing passes because it is
+    noise.
     """
 
     exact: tuple[str, ...] = ()
@@ -133,9 +155,9 @@ class Samples(JudgeOfRows):
                 if self.only_means:
                     yours, own = (one[:, :, : dimensions(right.shape[2])] for one in (yours, own))
                 found[name] = z_scores(yours, own)
-                if self.only_means:
-                    most = MOST_NOISE**2 * own[:, 1] + (ROUNDING * np.maximum(1, abs(own[:, 0]))) ** 2
-                    found[name][yours[:, 1] > most] = np.inf
+                means = slice(dimensions(right.shape[2]))  # those of squares vary too much with a few large samples
+                most = MOST_NOISE**2 * own[:, 1] + (ROUNDING * np.maximum(1, abs(own[:, 0]))) ** 2
+                found[name][:, means][~(yours[:, 1] <= most)[:, means]] = np.inf
         return found
 
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
@@ -153,7 +175,7 @@ class Samples(JudgeOfRows):
         told = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
         told += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
         wrong = first_wrong(inputs, self.told(answers), self.told(expected), first, len(agrees))
-        return Verdict(WRONG, float(agrees.mean()), told, wrong)
+        return Verdict(WRONG, self.earned(inputs, answers, expected), told, wrong)
 
     def told(self, answers: Arrays) -> Arrays:
         """What a report shows of answers: exact ones as they are; means and standard deviations of random ones."""
@@ -230,7 +252,10 @@ class Pictures:
             "yours": {"colour": shown(yours[row, column])},
             "right": {"colour": shown(right[row, column])},
         }
-        return Verdict(WRONG, share, f"{(1 - share):.0%} of the pixels are wrong", first, pictures)
+        _, counts = np.unique(np.round(right.reshape(-1, 3), 3), axis=0, return_counts=True)
+        chance = float(counts.max() / counts.sum())  # what a picture of one colour would get
+        told = f"{(1 - share):.0%} of the pixels are wrong"
+        return Verdict(WRONG, beyond_chance(share, chance), told, first, pictures)
 
 
 def picture(view: str, points: float, inputs: Callable, run: Callable) -> Part:

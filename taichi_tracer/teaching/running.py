@@ -24,7 +24,8 @@ from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.system.wings import is_there, wing
 from taichi_tracer.teaching import sealed
 from taichi_tracer.teaching.base import CRASHED, MISSING, NOT_WRITTEN, Arrays, Assignment, Part
-from taichi_tracer.teaching.stubs import is_placeholder, is_stub, line_of_mark, plain
+from taichi_tracer.teaching.reading import module_of, taken_name
+from taichi_tracer.teaching.stubs import is_empty, is_placeholder, is_stub, line_of_mark, plain
 
 OK = "ok"
 NOT_ASKED = "not asked"  # by the course's own handout: see ``is_asked``
@@ -172,22 +173,6 @@ def load_classes(folder: str | Path, files: Sequence[str], others: Path | None =
     return loaded
 
 
-def module_of(file: Path) -> types.ModuleType:
-    """Run a file as the module of its name, without a cached bytecode beside it."""
-    if file.stem in sys.modules:
-        return sys.modules[file.stem]
-    module = types.ModuleType(file.stem)
-    module.__file__ = str(file)
-    sys.modules[file.stem] = module
-    try:
-        source = file.read_text(encoding="utf-8")
-        exec(compile(source, str(file), "exec"), module.__dict__)
-    except BaseException:
-        sys.modules.pop(file.stem, None)
-        raise
-    return module
-
-
 def class_under_test(student: type, solution: type | None, method: str) -> type:
     """A class with one method of the student, and the solution's other methods, if there is a solution."""
     if hasattr(student, "alone"):  # of the course: the other methods are the package's
@@ -270,6 +255,13 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
                 return Answer(MISSING, message=f"{part.replaces} has no method {part.method}")
             if is_stub(method):
                 return Answer(NOT_WRITTEN, message="it is not written yet", line=line_of_mark(method))
+            if is_empty(method):
+                return Answer(NOT_WRITTEN, message="it does nothing, and returns nothing")
+            own = {name for name, value in vars(cls).items() if is_method(name, value)}
+            if taken := taken_name(cls, own):
+                name, base = taken
+                told = f"the package's {base.__name__} has a value of the name {name}: give your method another one"
+                return Answer(CRASHED, message=told)
             subject = class_under_test(cls, solution.classes.get(part.replaces), part.method)
         with (
             reproducible_random(),

@@ -24,6 +24,15 @@ def is_stub(method: object) -> bool:
     return MARK in getattr(getattr(function, "__code__", None), "co_names", ())
 
 
+def is_empty(method: object) -> bool:
+    """Whether a method does nothing: its body is ``pass``, or ``return``, or ``return None``, or only a docstring."""
+    code = getattr(plain(method), "__code__", None)
+    steps = [one for one in dis.get_instructions(code) if one.opname not in ("RESUME", "NOP")] if code else []
+    kinds = {one.opname for one in steps}
+    gives = {one.argval for one in steps if one.opname in ("LOAD_CONST", "RETURN_CONST")}
+    return gives == {None} and kinds <= {"LOAD_CONST", "RETURN_VALUE", "RETURN_CONST"}
+
+
 def line_of_mark(method: object) -> int:
     """The line in which a method calls ``not_written``; 0 if it does not."""
     line = 0

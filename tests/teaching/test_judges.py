@@ -1,6 +1,7 @@
 """Judges: rounding is right, a wrong number is wrong, and right samples hardly ever fail."""
 
 import numpy as np
+import pytest
 
 from taichi_tracer.teaching.judges import Numbers, Pictures, Samples, statistics
 
@@ -30,9 +31,10 @@ def test_of_a_miss_only_the_miss_counts():
 
 
 def test_the_first_wrong_number_is_told_with_its_input():
-    right, yours = {"x": np.array([1.0, 2.0, 3.0])}, {"x": np.array([1.0, 2.5, 9.0])}
+    right, yours = {"x": np.array([1.0, 2.0, 3.0])}, {"x": np.array([1.0, 2.5, 3.0])}
     verdict = Numbers(called="pixels")({"pixel": np.array([10, 11, 12]), "width": np.array(4)}, yours, right)
-    assert (verdict.status, verdict.share, verdict.message) == ("wrong", 1 / 3, "2 of 3 pixels are wrong")
+    assert (verdict.status, verdict.message) == ("wrong", "1 of 3 pixels are wrong")
+    assert verdict.share == pytest.approx(1 / 2)  # one of three would be right by chance
     assert verdict.first_wrong == {"input": {"pixel": 11, "width": 4}, "yours": {"x": 2.5}, "right": {"x": 2.0}}
 
 
@@ -78,7 +80,7 @@ def test_a_picture_may_differ_at_a_few_edges():
     many[:10] = 9
     assert Pictures()({}, {"picture": few}, right).status == "right"
     verdict = Pictures()({}, {"picture": many}, right)
-    assert (verdict.status, verdict.share) == ("wrong", 0.5)
+    assert (verdict.status, verdict.share) == ("wrong", pytest.approx(0.5, abs=2e-3))
     assert set(verdict.pictures) == {"yours", "right", "difference"}
 
 
@@ -88,3 +90,29 @@ def test_a_random_picture_may_differ_by_its_error():
     far = {"picture": np.full((8, 8, 3), 3.0), "error": np.full((8, 8, 3), 0.1)}
     assert Pictures()({}, near, right).status == "right"
     assert Pictures()({}, far, right).status == "wrong"
+
+
+def test_an_answer_that_is_always_the_same_earns_nothing():
+    """Neither "no ray hits anything" nor any right number for all inputs; half of the hits earn half of the points."""
+    hits = np.arange(100) % 4 == 0
+    right = {"is_hit": hits.astype(np.int32), "distance": np.where(hits, 2.0 + np.arange(100), np.inf)}
+    judge = Numbers(1e-4, "is_hit")
+    assert judge({}, {"is_hit": np.zeros(100, np.int32), "distance": np.zeros(100)}, right).share == 0
+    half = right["is_hit"] * (np.arange(100) < 50)
+    assert judge({}, {**right, "is_hit": half}, right).share == pytest.approx(0.5, abs=0.03)
+    assert judge({}, right, right).share == 1
+
+
+def test_a_picture_of_one_colour_earns_nothing():
+    right = {"picture": np.zeros((10, 10, 3))}
+    right["picture"][:3] = 1
+    assert Pictures()({}, {"picture": np.zeros((10, 10, 3))}, right).share == 0
+
+
+def test_noise_is_no_answer():
+    """Samples of a huge variance have the right mean within their own error; that is not enough."""
+    right = {"x": statistics(RNG.uniform(0, 1, (8, 4096, 2)))}
+    noise = {"x": statistics((1 - RNG.random((8, 4096, 2))) ** -3.0 * RNG.choice([-1, 1], (8, 4096, 2)))}
+    for only_means in (False, True):
+        verdict = Samples(only_means=only_means)({}, noise, right)
+        assert (verdict.status, verdict.share) == ("wrong", 0)
