@@ -9,7 +9,8 @@ exp: half floats are a thousand million times coarser than the last bit in which
 
 Coordinates are right-handed, y up; fronts are counter-clockwise seen from the side that the normal points to.
 Every scene is framed for the course's camera: eye (0, 1, 3), at (0, 1, 0), up (0, 1, 0), vertical fov 60 degrees. Only
-veach_plates and many_lights have cameras of their own, which their headers state.
+veach_plates and many_lights have cameras of their own, which their headers state, and so have the two glTF files of
+make_gltf_scenes.py.
 """
 
 import argparse
@@ -18,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from make_environments import environments
+from make_gltf_scenes import ggx_spheres, globe
 
 FOLDER = Path(__file__).resolve().parent
 CENTRE = np.array([0.0, 1.0, 0.0])  # what the course's camera looks at
@@ -618,7 +620,7 @@ def contents():
     makers += (veach_plates, caustic_sphere, many_lights, white_room, environments)
     for make in makers:
         files.update(make())
-    return files
+    return files | ggx_spheres(ring_sphere) | globe(cos_sin)
 
 
 def differences(files):
@@ -632,7 +634,7 @@ def differences(files):
             lines.append(f"{name}: differs from what the script makes")
     for path in sorted(FOLDER.rglob("*")):
         name = path.relative_to(FOLDER).as_posix()
-        if path.suffix in (".obj", ".mtl", ".ply", ".npy") and name not in files:
+        if path.suffix in (".obj", ".mtl", ".ply", ".glb", ".npy") and name not in files:
             lines.append(f"{name}: not made by the script")
     return lines
 

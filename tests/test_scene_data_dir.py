@@ -1,5 +1,8 @@
 """The shipped scenes are what their README says, and their script remakes them to the byte."""
 
+import io
+import json
+import struct
 import sys
 from itertools import combinations
 from pathlib import Path
@@ -8,6 +11,7 @@ from subprocess import run
 import numpy as np
 import pytest
 from oracles.tiny_obj import read_mtl, read_obj
+from PIL import Image
 
 FOLDER = Path(__file__).parent.parent / "scene_data_dir"
 
@@ -116,7 +120,7 @@ def test_folder_is_small():
 def test_readme_lists_every_scene_and_environment():
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
     for path in FOLDER.rglob("*"):
-        if path.suffix in (".obj", ".ply", ".npy", ".xml"):
+        if path.suffix in (".obj", ".ply", ".glb", ".npy", ".xml"):
             assert f"`{path.relative_to(FOLDER).as_posix()}`" in text
 
 
@@ -374,6 +378,89 @@ def test_the_white_room_is_closed_and_of_one_material(objs):
     inside = triangles.max(axis=1) < 8
     assert signed_volume(room.vertices, triangles[inside]) == pytest.approx(-3 * 2.5 * 5.5)
     assert signed_volume(room.vertices, triangles[~inside]) == pytest.approx(0.7 * 0.7 * 1.4, rel=1e-5)
+
+
+# --- glTF files -------------------------------------------------------------------------------------------------------
+
+
+def read_glb(name):
+    """-> the JSON, and the bytes of each buffer view"""
+    raw = (FOLDER / f"{name}.glb").read_bytes()
+    magic, version, total, length, _ = struct.unpack_from("<4sIIII", raw)
+    assert (magic, version, total) == (b"glTF", 2, len(raw))
+    content, data = json.loads(raw[20 : 20 + length]), raw[28 + length :]
+    (buffer,) = content["buffers"]
+    assert buffer["byteLength"] == len(data)
+    views = [data[v["byteOffset"] : v["byteOffset"] + v["byteLength"]] for v in content["bufferViews"]]
+    return content, views
+
+
+def glb_shapes(content, views):
+    """-> points, normals, triangles, and uv or None, of each mesh, without its node"""
+
+    def array(number):
+        entry = content["accessors"][number]
+        kind, width = (
+            {5126: "<f4", 5123: "<u2"}[entry["componentType"]],
+            {"VEC2": 2, "VEC3": 3, "SCALAR": 3}[entry["type"]],
+        )
+        return np.frombuffer(views[entry["bufferView"]], kind).reshape(-1, width)
+
+    for mesh in content["meshes"]:
+        (part,) = mesh["primitives"]
+        names = part["attributes"]
+        uv = array(names["TEXCOORD_0"]) if "TEXCOORD_0" in names else None
+        points, normals, triangles = array(names["POSITION"]), array(names["NORMAL"]), array(part["indices"])
+        yield points.astype(np.float64), normals.astype(np.float64), triangles.astype(int), uv
+
+
+def test_gltf_files_are_small():
+    for name in ("ggx_spheres", "globe"):
+        assert (FOLDER / f"{name}.glb").stat().st_size < 30_000
+
+
+def test_the_spheres_are_a_grid_of_roughness_and_metalness():
+    content, views = read_glb("ggx_spheres")
+    looks = [material["pbrMetallicRoughness"] for material in content["materials"]]
+    assert len({tuple(look["baseColorFactor"]) for look in looks}) == 1
+    found = [(look["metallicFactor"], look["roughnessFactor"]) for look in looks]
+    assert found == [(metal, rough) for metal in (1, 0.5, 0) for rough in (0.1, 0.2, 0.4, 0.6, 0.8, 1)]
+    places = np.array([node["translation"] for node in content["nodes"]])
+    assert [mesh["primitives"][0]["material"] for mesh in content["meshes"]] == list(range(18))
+    for (metal, rough), (x, y, _) in zip(found, places, strict=True):
+        assert y == 0.5 + metal
+        assert max([r for (_, r), p in zip(found, places, strict=True) if p[0] > x], default=0) < rough
+    points, normals, triangles, _ = next(glb_shapes(content, views))
+    assert not edges_without_twin(triangles)
+    assert signed_volume(points, triangles) == pytest.approx(4.18879 * 0.22**3, rel=0.03)
+    np.testing.assert_allclose(points, 0.22 * normals, atol=1e-6)
+
+
+def test_the_globe_is_a_sphere_whose_picture_has_land_sea_and_ice():
+    """From the west to the east, and from the north at the top, as seen from outside."""
+    content, views = read_glb("globe")
+    (points, normals, triangles, uv), (_, up, floor, tiles) = glb_shapes(content, views)
+    np.testing.assert_allclose(points, 0.9 * normals, atol=1e-6)
+    assert signed_volume(points, triangles) == pytest.approx(4.18879 * 0.9**3, rel=0.05)
+    assert face_normals(points, triangles).shape == (528, 3)
+    np.testing.assert_allclose(np.cos(np.pi * uv[:, 1]), normals[:, 1], atol=1e-6)
+    longitude = np.stack([np.cos(2 * np.pi * uv[:, 0]), -np.sin(2 * np.pi * uv[:, 0])], axis=-1)
+    np.testing.assert_allclose(normals[:, [0, 2]], longitude * np.sin(np.pi * uv[:, 1:]), atol=1e-6)
+    assert (up == [0, 1, 0]).all()
+    assert len(floor) == 2
+    assert tiles.max() == 8
+    colours, layer, checks = (
+        np.asarray(Image.open(io.BytesIO(views[image["bufferView"]])).convert("RGB")).astype(int)
+        for image in content["images"]
+    )
+    assert colours.shape == layer.shape == (48, 96, 3)
+    assert len(np.unique(checks.reshape(-1, 3), axis=0)) == 2
+    is_sea = colours[..., 2] > colours[..., 0] + 60
+    assert 0.3 < is_sea.mean() < 0.7
+    assert layer[is_sea, 1].max() < 0.45 * 255 < layer[~is_sea, 1].min()
+    assert not layer[..., [0, 2]].any()
+    for row in (0, -1):
+        assert (colours[row] > 200).all()
 
 
 # --- Environments -----------------------------------------------------------------------------------------------------

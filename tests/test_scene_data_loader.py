@@ -51,6 +51,23 @@ def test_shipped_names_are_those_of_the_issue():
     assert {"veach_plates", "caustic_sphere", "many_lights", "white_room"} <= set(tt.scene_names())
 
 
+def test_shipped_gltf_files_are_shown_as_they_say():
+    """Metals and layers; and a globe whose north is white, above tiles of two colours."""
+    spheres = tt.load_scene_data("ggx_spheres")
+    assert (spheres.num_triangles, spheres.notes) == (18 * 512, [])
+    assert {spheres.material_library.brdfs[i].name for i in spheres.effects.brdfs} == {"microfacet", "layered"}
+    globe = tt.load_scene_data("globe")
+    assert (globe.num_triangles, globe.notes, globe.effects.textures) == (530, [], True)
+    renderer = tt.A1Renderer(globe, 40, 30)
+    albedo, uv, normal = (renderer.aov(name) for name in ("albedo", "uv", "normal"))
+    is_globe = renderer.aov("material_id") == 0
+    north = is_globe & (normal[..., 1] > 0.93)
+    assert north.any()
+    assert albedo[north].min() > 0.7
+    np.testing.assert_allclose(np.cos(np.pi * (1 - uv[is_globe][:, 1])), normal[is_globe][:, 1], atol=0.06)
+    assert uv[renderer.aov("material_id") == 1].max() > 4
+
+
 def test_a_path_is_a_scene_framed_by_its_box(tmp_path):
     path = tmp_path / "two words.obj"
     path.write_text("v 10 0 0\nv 12 0 0\nv 10 2 0\nf 1 2 3\n")
