@@ -11,6 +11,7 @@ import numpy as np
 from taichi_tracer.files import page
 from taichi_tracer.teaching.base import MISSING, NOT_WRITTEN, RIGHT, Verdict
 
+WIDTH = 78  # columns of the line of a part in a terminal
 SHOWN = 200  # pixels: the width of a picture
 KINDS = {RIGHT: "right", NOT_WRITTEN: "open", MISSING: "open"}  # how a status is coloured; "wrong" for the others
 STYLE = """
@@ -51,6 +52,18 @@ def in_notebook(parts: Sequence[str]) -> str:
 def kind_of(status: str) -> str:
     """The class of CSS that colours a status."""
     return KINDS.get(status, "wrong")
+
+
+def lines_of(name: str, points: float, verdict: Verdict, seconds: float) -> list[str]:
+    """What a terminal shows of one part, which is worth so many points: the verdict, with the first wrong numbers."""
+    head = f"  {verdict.status:<12}{name:<36}{points * verdict.share:>5.3g} of {points:<4g}"
+    lines = [f"{head:<{WIDTH - 8}}{seconds:>6.1f} s"]
+    if verdict.status == RIGHT:
+        return lines
+    lines.append(f"      {verdict.message}")
+    for whose, values in verdict.first_wrong.items():
+        lines.append(f"      {whose:<6}" + "  ".join(f"{name} = {value}" for name, value in values.items()))
+    return lines
 
 
 def box(name: str, facts: str, verdict: Verdict, found: Sequence[str] = (), hint: str = "") -> str:

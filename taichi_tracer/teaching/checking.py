@@ -24,11 +24,12 @@ from taichi_tracer.teaching.running import (
     load_submission,
     solution_of,
 )
+from taichi_tracer.teaching.stubs import plain
+from taichi_tracer.teaching.supervised import Teller, Told, summary
 
 SECONDS_OF_A_PART = 3.5  # after these, a check looks for no further mistakes; about one more goes by before the part
 LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took
 Watch = Callable[[list[str]], Any]
-WIDTH = 78  # columns of the line of a part in a terminal
 
 
 @dataclass(frozen=True)
@@ -51,20 +52,17 @@ class CheckedPart:
 
     def lines_of_verdict(self) -> list[str]:
         """The verdict, with the first wrong numbers."""
-        head = f"  {self.verdict.status:<12}{self.part.name:<36}{self.points:>5.3g} of {self.part.points:<4g}"
-        lines = [f"{head:<{WIDTH - 8}}{self.seconds:>6.1f} s"]
-        if self.verdict.status == RIGHT:
-            return lines
-        lines.append(f"      {self.verdict.message}")
-        for whose, values in self.verdict.first_wrong.items():
-            lines.append(f"      {whose:<6}" + "  ".join(f"{name} = {value}" for name, value in values.items()))
-        return lines
+        return boxes.lines_of(self.part.name, self.part.points, self.verdict, self.seconds)
 
     def lines_of_findings(self) -> list[str]:
         """What is probably wrong."""
         lines = [f"      {finding.text}" for finding in self.findings]
         hint = self.findings[0].hint if self.findings else ""
         return [*lines, f"      hint: {hint}"] if hint else lines
+
+    def told(self) -> Told:
+        """What a process tells of it."""
+        return Told(self.part.name, self.points, self.part.points, self.verdict.status == RIGHT, self.html())
 
     def html(self) -> str:
         """What a page shows."""
@@ -95,9 +93,11 @@ class Report:
 
     def summary(self) -> str:
         """One line."""
-        right = sum(result.verdict.status == RIGHT for result in self.results)
-        of = sum(result.part.points for result in self.results)
-        return f"{right} of {len(self.results)} parts are right: {self.points:.4g} of {of:g} points"
+        return summary(self.told())
+
+    def told(self) -> list[Told]:
+        """What a process tells of each part."""
+        return [result.told() for result in self.results]
 
     def __str__(self) -> str:
         lines = [line for result in self.results for line in result.lines()]
@@ -123,6 +123,7 @@ def check_folder(
     seed: int | None = None,
     watch: Watch | None = None,
     name: str | None = None,
+    teller: Teller | None = None,
 ) -> Report:
     """Check a student's folder.
 
@@ -132,6 +133,7 @@ def check_folder(
         seed: decides the inputs; None takes the seed of the folder.
         watch: a function that is called with the lines of each result, as soon as they are known.
         name: of the assignment, where the folder does not say it.
+        teller: tells another process of each part.
 
     Raises:
         InputError: the folder belongs to no assignment, or a name is unknown.
@@ -145,7 +147,16 @@ def check_folder(
         for part in chosen(assignment, names)
         if is_asked(part, student, assignment) or (names and part.is_optional)
     ]
-    return check(assignment, student, parts, own_seed if seed is None else seed, watch)
+    teller = Teller(folder) if teller is None else teller
+    teller.tell(points={part.name: part.points for part in parts})
+    report = Report(assignment)
+    for part in parts:
+        cls = student.classes.get(part.replaces)
+        teller.begins(part.name, None if cls is None else plain(getattr(cls, part.method, None)))
+        seed_of_part = own_seed if seed is None else seed
+        report.results.append(check_part(assignment, student, part, seed_of_part, watch or (lambda lines: None)))
+        teller.found(report.results[-1].told())
+    return report
 
 
 def assignment_of(folder: Path, name: str | None = None) -> tuple[Assignment, int]:

@@ -287,7 +287,7 @@ def crash(error: BaseException, folder: Path | None) -> Answer:
 
 def one_line(error: BaseException) -> str:
     """The last line of a message: Taichi puts what is wrong there, after the lines of the source."""
-    if isinstance(error, SyntaxError):
+    if isinstance(error, SyntaxError) and "\n" not in error.msg:
         return error.msg
     lines = [line.strip() for line in str(error).splitlines() if line.strip(" ^~")]
     last = lines[-1] if lines else ""

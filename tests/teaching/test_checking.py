@@ -148,14 +148,14 @@ def test_in_a_notebook_classes_are_given():
     assert tt.teaching.check("a1", MyCamera).points == report.points == 0  # twice: the function is still a function
 
 
-def test_words_that_cannot_be_used(solved, tmp_path, capsys):
+def test_words_that_cannot_be_used(solved, tmp_path, capfd):
     assert main(["check", str(tmp_path)]) == 2
-    assert "assignment.json is missing" in capsys.readouterr().err
+    assert "assignment.json is missing" in capfd.readouterr().err
     assert main(["check", str(solved), "generate_rai"]) == 2
-    assert "unknown part 'generate_rai': did you mean" in capsys.readouterr().err
+    assert "unknown part 'generate_rai': did you mean" in capfd.readouterr().err
     (solved / "assignment.json").write_text("{")
     assert main(["check", str(solved)]) == 2
-    assert "the file is damaged" in capsys.readouterr().err
+    assert "the file is damaged" in capfd.readouterr().err
     assert not (solved / "check.html").exists()
     with pytest.raises(InputError, match="check takes classes"):
         tt.teaching.check("a1", "MyCamera")
@@ -163,10 +163,10 @@ def test_words_that_cannot_be_used(solved, tmp_path, capsys):
         tt.teaching.check("a1", tt.Sampler)
 
 
-def test_the_command_tells_each_part_and_writes_a_page(solved, capsys):
+def test_the_command_tells_each_part_and_writes_a_page(solved, capfd):
     change(solved, "renderer.py", "color = (hit_data.normal + 1) / 2", "color = hit_data.normal")
     assert main(["check", str(solved), "shade_normal", "shade_hit", "normal"]) == 1
-    told = capsys.readouterr().out
+    told = capfd.readouterr().out
     assert "wrong       A1Renderer.shade_normal" in told
     assert "right       A1Renderer.shade_hit" in told
     assert "wrong       picture: normal" in told

@@ -42,13 +42,13 @@ def test_the_document_has_all_files(place):
     assert names >= {f"sphere/{name}" for name in ("README.md", "parts.py", "mistakes.py", "solution/shapes.py")}
 
 
-def test_the_commands_tell_what_the_document_says(there, capsys):
+def test_the_commands_tell_what_the_document_says(there, capfd):
     text = DOCUMENT.read_text(encoding="utf-8")
     commands = re.search(r"### 5\. Try it.*?```\n(.*?)```", text, re.DOTALL).group(1).strip().splitlines()
     told = []
     for command in commands:
         main(command.split()[1:])
-        told.append(capsys.readouterr().out)
+        told.append(capfd.readouterr().out)
     assert RIGHT in told[1]
     assert RIGHT in text
     assert "not written Sphere.enter" in told[3]
@@ -57,7 +57,7 @@ def test_the_commands_tell_what_the_document_says(there, capsys):
     )
 
 
-def test_every_mistake_is_named_in_the_students_folder(there, capsys):
+def test_every_mistake_is_named_in_the_students_folder(there, capfd):
     """Which has no solution, but its answers."""
     write_folder(catalogue.load("sphere"), "copy", is_solved=True)
     shapes = there / "copy" / "shapes.py"
@@ -66,9 +66,9 @@ def test_every_mistake_is_named_in_the_students_folder(there, capsys):
         ((old, new),) = one.changes
         shapes.write_text(right.replace(old, new), encoding="utf-8")
         assert main(["check", "copy"]) == 1
-        assert f"agree with: {one.name}" in capsys.readouterr().out
+        assert f"agree with: {one.name}" in capfd.readouterr().out
     assert main(["check", "copy", "--seed", "3"]) == 2
-    assert "only the answers to the inputs of seed 0 are there" in capsys.readouterr().err
+    assert "only the answers to the inputs of seed 0 are there" in capfd.readouterr().err
 
 
 def test_the_handout_has_nothing_of_the_solution(there):

@@ -1,5 +1,6 @@
 """``taichi-tracer check``: what of an assignment is right, and the first wrong number of what is not."""
 
+import os
 from argparse import Namespace
 from pathlib import Path
 
@@ -8,7 +9,6 @@ from taichi_tracer.apps.words import whole
 
 HELP = "check your own solution of an assignment"
 PAGE = "check.html"
-NOT_RIGHT = 1  # the exit code if a part is not right
 
 
 def add_arguments(parser: Parser) -> None:
@@ -24,19 +24,32 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Check a folder; print each part as soon as it is known, and write a page."""
-    from taichi_tracer.files.disk import check_place, replace_file
+    from taichi_tracer.teaching import supervised
+
+    if os.name == "posix" and supervised.VARIABLE not in os.environ:
+        given = (("--assignment", args.assignment), ("--seed", args.seed), ("--report", args.report))
+        options = [word for name, value in given if value is not None for word in (name, str(value))]
+        return supervised.check(args.folder, args.names, options)
+    return run_here(args)
+
+
+def run_here(args: Namespace) -> int:
+    """The same in this process, which tells its parent what it does, or writes the page itself if it has none."""
+    from taichi_tracer.files.disk import check_place
     from taichi_tracer.teaching.checking import assignment_of, check_folder
+    from taichi_tracer.teaching.supervised import Teller, finished
 
     folder = Path(args.folder).expanduser()
-    target = Path(args.report) if args.report else folder / PAGE
+    target, teller = Path(args.report) if args.report else folder / PAGE, Teller(folder)
     assignment, _ = assignment_of(folder, args.assignment)
     check_place(target)
-    print(assignment.title)
+    if teller.is_first:
+        print(assignment.title, flush=True)
 
     def tell(lines: list[str]) -> None:
         print(*lines, sep="\n", end="\n" * bool(lines), flush=True)
 
-    report = check_folder(folder, args.names, args.seed, tell, args.assignment)
-    replace_file(target, report.page().encode())
-    print(f"{report.summary()}\n{target}")
-    return 0 if report.is_right else NOT_RIGHT
+    teller.tell(title=assignment.title, target=str(target))
+    report = check_folder(folder, args.names, args.seed, tell, args.assignment, teller)
+    teller.tell(ends=True)
+    return 0 if teller.has_parent else finished(report.assignment.title, target, report.told())

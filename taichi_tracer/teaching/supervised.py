@@ -1,0 +1,260 @@
+"""A check in a process of its own: a part that gives no answer, or that ends its process, loses nothing but itself.
+
+The process prints what it finds, and tells its parent by a pipe, in lines of JSON, which part it begins and what was
+found. The parent ends it if a part takes too long, or if the user presses Ctrl-C, and starts another one for the parts
+that are left. A kernel that never ends cannot be stopped in another way: while it runs, Python sees no signal.
+
+    {"title", "target"}                                 first: of the page
+    {"points": {name: points}}                          of the parts that are checked
+    {"begins": name, "line", "file"}                    a part, whose method stands there; 0 and "" if that is unknown
+    {"name", "points", "of", "is_right", "html"}        what was found of it, see ``Told``
+    {"ends": true}                                      last
+"""
+
+import contextlib
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.processors import own_seconds
+
+VARIABLE = "TAICHI_TRACER_CHECK_TELLS"  # the number of the pipe, in the environment of the process
+GOES_ON = "TAICHI_TRACER_CHECK_GOES_ON"  # is set if an earlier process has begun
+# A part may use so many seconds of the processor, and of the clock. Those of the shipped assignments compile and run in
+# less than 6. The clock alone counts where the system does not tell the seconds of other processes.
+CPU_SECONDS, CLOCK_SECONDS = 20.0, 90.0
+SILENCE = 4.0  # seconds of the clock, after which a terminal says what is done
+POLL = 0.1  # seconds between two looks
+NOT_RIGHT = 1  # the exit code if a part is not right
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is known of one part.
+
+    Attributes:
+        points, of: what the answer is worth, and what a right one is worth. html: its box on the page.
+    """
+
+    name: str
+    points: float
+    of: float
+    is_right: bool
+    html: str
+
+
+def summary(found: Sequence[Told]) -> str:
+    """One line on all parts."""
+    right, points, of = sum(t.is_right for t in found), sum(t.points for t in found), sum(t.of for t in found)
+    return f"{right} of {len(found)} parts are right: {points:.4g} of {of:g} points"
+
+
+class Teller:
+    """Tells the parent what this process does; without a parent, nobody.
+
+    Args:
+        folder: the student's.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, number = folder, os.environ.pop(VARIABLE, "")
+        self.has_parent = number != ""
+        self.pipe = os.fdopen(int(number), "w", encoding="utf-8") if number else None
+        self.is_first = os.environ.pop(GOES_ON, "") == ""
+
+    def tell(self, **facts: object) -> None:
+        """Send a line."""
+        if self.pipe is not None:
+            print(json.dumps(facts), file=self.pipe, flush=True)
+
+    def found(self, told: Told) -> None:
+        """Send what was found of a part."""
+        self.tell(**asdict(told))
+
+    def begins(self, name: str, method: Any) -> None:
+        """Say which part is run, and where its method stands, if the student has written one."""
+        code = getattr(method, "__code__", None)
+        line, file = (code.co_firstlineno, Path(code.co_filename).name) if code is not None else (0, "")
+        self.tell(begins=name, line=line, file=file)
+
+
+class EndedError(Exception):
+    """The process has ended in the middle of a part, or was ended; the message is for the student."""
+
+
+class Supervised:
+    """A process that checks some parts.
+
+    Attributes:
+        about: its first line. found: what it told of parts. present: the part that runs; None if none does.
+        has_ended: whether it has done all that it had to do.
+    """
+
+    def __init__(self, words: Sequence[str], goes_on: bool) -> None:
+        reading, writing = os.pipe()
+        environment = {**os.environ, VARIABLE: str(writing), **({GOES_ON: "1"} if goes_on else {})}
+        command = [sys.executable, "-m", "taichi_tracer", "check", *words]
+        self.process = subprocess.Popen(command, env=environment, pass_fds=(writing,), start_new_session=True)
+        os.close(writing)
+        self._pipe, self._rest = reading, b""
+        self.about: dict[str, Any] = {}
+        self.found: list[Told] = []
+        self.present: dict[str, Any] | None = None
+        self.has_ended = False
+        self._begin()
+
+    def run(self) -> int:
+        """Wait for it. Returns its exit code.
+
+        Raises:
+            EndedError: it has ended in the middle of a part, or this part has taken too long.
+        """
+        while self._is_open():
+            self._look()
+        code = self.process.wait()
+        if self.present is not None:
+            how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
+            raise EndedError(f"{self._where()}the process ended ({how}): does each path return what the caller needs?")
+        return code
+
+    def _is_open(self) -> bool:
+        """Read what has come; whether more may come."""
+        ready, _, _ = select.select([self._pipe], [], [], POLL)
+        if not ready:
+            return True
+        data = os.read(self._pipe, 1 << 16)
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        for line in lines:
+            self._take(json.loads(line))
+        return bool(data)
+
+    def _take(self, facts: dict[str, Any]) -> None:
+        if "title" in facts or "points" in facts and "name" not in facts:
+            self.about |= facts
+        elif "begins" in facts:
+            self.present = facts
+            self._begin()
+        elif "name" in facts:
+            self.found.append(Told(**facts))
+            self.present = None
+            self._begin()
+        self.has_ended |= "ends" in facts
+
+    def _begin(self) -> None:
+        self._is_silent, self._began, self._had_used = True, time.monotonic(), own_seconds([self.process.pid])
+
+    def _look(self) -> None:
+        """Look how long the present part has taken, or what comes before the first one."""
+        clock, used = time.monotonic() - self._began, own_seconds([self.process.pid]) - self._had_used
+        if self._is_silent and clock > SILENCE and sys.stderr.isatty():
+            what = f"{self.present['begins']} is compiled and run" if self.present else "the files are read"
+            print(f"  ... {what}", file=sys.stderr, flush=True)
+            self._is_silent = False
+        if used > CPU_SECONDS or clock > CLOCK_SECONDS:
+            seconds = f"{CPU_SECONDS:g} s of the processor" if used > CPU_SECONDS else f"{CLOCK_SECONDS:g} s"
+            raise EndedError(f"{self._where()}no answer in {seconds}: is there a loop that never ends?")
+
+    def _where(self) -> str:
+        """Where the method of the present part stands."""
+        of = self.present or {}
+        return f"line {of['line']} of {of['file']}: " if of.get("line") else ""
+
+    def left(self) -> list[str]:
+        """The names of the parts that it has not begun."""
+        begun = {one.name for one in self.found} | ({self.present["begins"]} if self.present else set())
+        return [name for name in self.about["points"] if name not in begun]
+
+    def end(self) -> None:
+        """End the process, and everything that it started."""
+        if self.process.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+            self.process.wait()
+        if self._pipe >= 0:
+            os.close(self._pipe)
+            self._pipe = -1
+
+
+def check(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
+    """Check a folder in processes of their own, one after the other if a part ends one, and write the page.
+
+    Args:
+        names: of parts; all if there are none. options: further words of the command.
+
+    Returns:
+        The exit code of the command.
+
+    Raises:
+        InputError: the files give no answer when they are read.
+    """
+    found: list[Told] = []
+    with ending_by_signals():
+        while True:
+            one = Supervised([folder, *names, *options], goes_on=bool(found))
+            try:
+                code = one.run()
+                found += one.found
+                if not one.has_ended:
+                    return code
+                break
+            except EndedError as error:
+                if one.present is None:
+                    raise InputError(f"check: the files cannot be read: {error}") from None
+                found += [*one.found, lost(one, str(error))]
+                names = one.left()
+                if not names:
+                    break
+            finally:
+                one.end()
+    return finished(one.about["title"], Path(one.about["target"]), found)
+
+
+def lost(one: Supervised, reason: str) -> Told:
+    """Print, and return, what is told of a part that gave no answer."""
+    from taichi_tracer.teaching import boxes
+    from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, Verdict
+    from taichi_tracer.teaching.boxes import lines_of
+
+    name = (one.present or {})["begins"]
+    status = OUT_OF_TIME if "no answer" in reason else CRASHED
+    points = one.about["points"][name]
+    print(*lines_of(name, points, Verdict(status, 0.0, reason), 0.0), sep="\n", flush=True)
+    return Told(name, 0.0, points, False, boxes.box(name, f"0 of {points:g} points", Verdict(status, 0.0, reason)))
+
+
+def finished(title: str, target: Path, found: Sequence[Told]) -> int:
+    """Write the page, and print the summary. Returns the exit code."""
+    from taichi_tracer.files import page
+    from taichi_tracer.files.disk import replace_file
+    from taichi_tracer.teaching import boxes
+
+    text = summary(found)
+    body = [page.paragraph(text), *(one.html for one in found)]
+    replace_file(target, boxes.whole(title, body).encode())
+    print(f"{text}\n{target}")
+    return 0 if all(t.is_right for t in found) else NOT_RIGHT
+
+
+@contextlib.contextmanager
+def ending_by_signals() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM end this process after those that it has started; the program otherwise leaves at once."""
+
+    def end(number: int, frame: object) -> None:
+        print("taichi-tracer: interrupted", file=sys.stderr)
+        sys.exit(128 + number)
+
+    former = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in former.items():
+            signal.signal(number, handler)
