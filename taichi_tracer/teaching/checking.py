@@ -25,7 +25,7 @@ from taichi_tracer.teaching.running import (
     solution_of,
 )
 from taichi_tracer.teaching.stubs import plain
-from taichi_tracer.teaching.supervised import Teller, Told, summary
+from taichi_tracer.teaching.telling import Teller, Told, summary
 
 SECONDS_OF_A_PART = 3.5  # after these, a check looks for no further mistakes; about one more goes by before the part
 LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took

@@ -24,9 +24,10 @@ def add_arguments(parser: Parser) -> None:
 
 def run(args: Namespace) -> int:
     """Check a folder; print each part as soon as it is known, and write a page."""
-    from taichi_tracer.teaching import supervised
+    from taichi_tracer.apps import supervised
+    from taichi_tracer.teaching.telling import VARIABLE
 
-    if os.name == "posix" and supervised.VARIABLE not in os.environ:
+    if os.name == "posix" and VARIABLE not in os.environ:
         given = (("--assignment", args.assignment), ("--seed", args.seed), ("--report", args.report))
         options = [word for name, value in given if value is not None for word in (name, str(value))]
         return supervised.check(args.folder, args.names, options)
@@ -35,9 +36,10 @@ def run(args: Namespace) -> int:
 
 def run_here(args: Namespace) -> int:
     """The same in this process, which tells its parent what it does, or writes the page itself if it has none."""
+    from taichi_tracer.apps.supervised import finished
     from taichi_tracer.files.disk import check_place
     from taichi_tracer.teaching.checking import assignment_of, check_folder
-    from taichi_tracer.teaching.supervised import Teller, finished
+    from taichi_tracer.teaching.telling import Teller
 
     folder = Path(args.folder).expanduser()
     target, teller = Path(args.report) if args.report else folder / PAGE, Teller(folder)

@@ -1,14 +1,9 @@
 """A check in a process of its own: a part that gives no answer, or that ends its process, loses nothing but itself.
 
-The process prints what it finds, and tells its parent by a pipe, in lines of JSON, which part it begins and what was
-found. The parent ends it if a part takes too long, or if the user presses Ctrl-C, and starts another one for the parts
-that are left. A kernel that never ends cannot be stopped in another way: while it runs, Python sees no signal.
-
-    {"title", "target"}                                 first: of the page
-    {"points": {name: points}}                          of the parts that are checked
-    {"begins": name, "line", "file"}                    a part, whose method stands there; 0 and "" if that is unknown
-    {"name", "points", "of", "is_right", "html"}        what was found of it, see ``Told``
-    {"ends": true}                                      last
+The process prints what it finds, and tells its parent by a pipe which part it begins and what was found of it, see
+``teaching.telling``. The parent ends it if a part takes too long, or if the user presses Ctrl-C, and starts another one
+for the parts that are left. A kernel that never ends cannot be stopped in another way: while it runs, Python sees no
+signal.
 """
 
 import contextlib
@@ -20,71 +15,20 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from taichi_tracer.apps.words import USER_ERROR
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.processors import own_seconds
+from taichi_tracer.teaching.telling import GOES_ON, VARIABLE, Told, summary
 
-VARIABLE = "TAICHI_TRACER_CHECK_TELLS"  # the number of the pipe, in the environment of the process
-GOES_ON = "TAICHI_TRACER_CHECK_GOES_ON"  # is set if an earlier process has begun
 # A part may use so many seconds of the processor, and of the clock. Those of the shipped assignments compile and run in
 # less than 6. The clock alone counts where the system does not tell the seconds of other processes.
 CPU_SECONDS, CLOCK_SECONDS = 20.0, 90.0
 SILENCE = 4.0  # seconds of the clock, after which a terminal says what is done
 POLL = 0.1  # seconds between two looks
 NOT_RIGHT = 1  # the exit code if a part is not right
-
-
-@dataclass(frozen=True)
-class Told:
-    """What is known of one part.
-
-    Attributes:
-        points, of: what the answer is worth, and what a right one is worth. html: its box on the page.
-    """
-
-    name: str
-    points: float
-    of: float
-    is_right: bool
-    html: str
-
-
-def summary(found: Sequence[Told]) -> str:
-    """One line on all parts."""
-    right, points, of = sum(t.is_right for t in found), sum(t.points for t in found), sum(t.of for t in found)
-    return f"{right} of {len(found)} parts are right: {points:.4g} of {of:g} points"
-
-
-class Teller:
-    """Tells the parent what this process does; without a parent, nobody.
-
-    Args:
-        folder: the student's.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder, number = folder, os.environ.pop(VARIABLE, "")
-        self.has_parent = number != ""
-        self.pipe = os.fdopen(int(number), "w", encoding="utf-8") if number else None
-        self.is_first = os.environ.pop(GOES_ON, "") == ""
-
-    def tell(self, **facts: object) -> None:
-        """Send a line."""
-        if self.pipe is not None:
-            print(json.dumps(facts), file=self.pipe, flush=True)
-
-    def found(self, told: Told) -> None:
-        """Send what was found of a part."""
-        self.tell(**asdict(told))
-
-    def begins(self, name: str, method: Any) -> None:
-        """Say which part is run, and where its method stands, if the student has written one."""
-        code = getattr(method, "__code__", None)
-        line, file = (code.co_firstlineno, Path(code.co_filename).name) if code is not None else (0, "")
-        self.tell(begins=name, line=line, file=file)
 
 
 class EndedError(Exception):
@@ -121,7 +65,7 @@ class Supervised:
         while self._is_open():
             self._look()
         code = self.process.wait()
-        if self.present is not None:
+        if self.present is not None and code != USER_ERROR:  # the process has told it
             how = next((one.name for one in signal.Signals if one == -code), f"exit code {code}")
             raise EndedError(f"{self._where()}the process ended ({how}): does each path return what the caller needs?")
         return code

@@ -9,9 +9,9 @@ import time
 import pytest
 from teaching import sums
 
+from taichi_tracer.apps import supervised
 from taichi_tracer.apps.cli import main
-from taichi_tracer.teaching import supervised
-from taichi_tracer.teaching.supervised import Told, summary
+from taichi_tracer.teaching.telling import Told, summary
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="elsewhere, a check runs in the process that is asked")
 
