@@ -81,6 +81,7 @@ class Numbers(JudgeOfRows):
         yours, right = yours.astype(np.float64), right.astype(np.float64)
         with np.errstate(invalid="ignore", over="ignore"):
             near = abs(yours - right) <= self.tolerance * np.maximum(1, abs(right))
+        near &= np.isfinite(right)  # nothing but infinity is near infinity
         return near | (yours == right) | (np.isnan(yours) & np.isnan(right))
 
     def __call__(self, inputs: Arrays, answers: Arrays, expected: Arrays) -> Verdict:

@@ -39,8 +39,9 @@ def test_the_first_wrong_number_is_told_with_its_input():
 
 
 def test_nan_and_infinity_are_wrong_unless_they_are_right():
-    right = {"x": np.array([1.0, np.inf])}
-    assert Numbers().agrees({}, {"x": np.array([np.nan, np.inf])}, right).tolist() == [False, True]
+    right = {"x": np.array([1.0, np.inf, np.inf, np.inf])}
+    yours = {"x": np.array([np.nan, np.inf, 5, -np.inf])}
+    assert Numbers().agrees({}, yours, right).tolist() == [False, True, False, False]
 
 
 def test_right_samples_hardly_ever_fail():
