@@ -60,6 +60,7 @@ _HOME_OF = {
     "View": "integrators.base",
     "Tone": "tones.base",
     "DirectLight": "integrators.direct_light",
+    "BlinnPhong": "integrators.rt3_blinn_phong",
     "SceneData": "scene_data",
     "scene_from_mesh": "scene_data_loader",
     "load_scene_data": "scene_data_loader",
@@ -120,6 +121,7 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.integrators.base import Integrator as Integrator
     from taichi_tracer.integrators.base import View as View
     from taichi_tracer.integrators.direct_light import DirectLight as DirectLight
+    from taichi_tracer.integrators.rt3_blinn_phong import BlinnPhong as BlinnPhong
     from taichi_tracer.intersectors.bvh import BVHRayIntersector as BVHRayIntersector
     from taichi_tracer.lights.ambient_light import AmbientLight as AmbientLight
     from taichi_tracer.lights.base import Light as Light
