@@ -12,6 +12,7 @@ from teaching.variants import VARIANTS
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, mistakes
 from taichi_tracer.teaching.base import mistake
+from taichi_tracer.teaching.cutting import solved, stub_of
 from taichi_tracer.teaching.mistakes import find, split_at_method, with_mistakes
 from taichi_tracer.teaching.running import OK, answer, expected, solution_of
 
@@ -65,10 +66,25 @@ def variant_classes(assignment, part, body):
     """The solution with another body of one method."""
     file = assignment.classes[part.replaces]
     source = (assignment.solution_folder / file).read_text(encoding="utf-8")
-    from taichi_tracer.teaching.cutting import solved
-
     before, _, after = split_at_method(solved(source, file), part.replaces, part.method, file)
     return mistakes.load_text(assignment, file, before + body + after)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "part_name"), [ids for ids in PARTS if ids[0] in ("rt3", "rt3_lights")])
+@pytest.mark.parametrize("body", ["stub", "pass", "return None", "return 0.0"])
+def test_a_method_that_computes_nothing_earns_nothing(name, part_name, body):
+    """Neither the stub without its mark, nor a body without an answer; and the process goes on."""
+    assignment = catalogue.load(name)
+    part = assignment.part(part_name)
+    file = assignment.classes[part.replaces]
+    stub = stub_of((assignment.solution_folder / file).read_text(encoding="utf-8"), file)
+    lines = split_at_method(stub, part.replaces, part.method, file)[1].splitlines(keepends=True)
+    text = "".join(line for line in lines if "not_written" not in line) if body == "stub" else f"        {body}\n"
+    inputs = assignment.inputs(part, 3)
+    found = answer(part, variant_classes(assignment, part, text), solution_of(assignment), inputs)
+    if found.status == OK:
+        assert part.judge(inputs, found.arrays, expected(assignment, part, inputs)).share == 0
 
 
 VARIANT_PARTS = [

@@ -40,6 +40,16 @@ STUBS = {  # what the first picture of a program needs
     ],
     "a4": ["A4Renderer.next_throughput", "A4Renderer.play_roulette", "A4Renderer.sample_light", "A4Renderer.shade_ray"],
     "rt3": ["PerspectiveCamera.compute_matrix", "PerspectiveCamera.pixel_to_screen", "PerspectiveCamera.generate_ray"],
+    "rt3_lights": [
+        "BlinnPhong.highlight",
+        "BlinnPhong.shade",
+        "BlinnPhong.radiance",
+        "AmbientLight.reflected",
+        "DirectionalLight.sample",
+        "PointLight.sample",
+        "SpotLight.share",
+        "SpotLight.sample",
+    ],
 }
 ONE_LONG = [
     pytest.param(name, marks=pytest.mark.long if name == "rt3" else pytest.mark.exhaustive)

@@ -23,6 +23,8 @@ class ShippedIntersector(tt.BruteForceRayIntersector):
 SHIPPED = {"Camera": tt.Camera, "PerspectiveCamera": tt.Camera, "OrthographicCamera": tt.OrthographicCamera}
 SHIPPED |= {"RayIntersector": ShippedIntersector, "Environment": tt.Environment, "UniformSampler": tt.UniformSampler}
 SHIPPED |= {"BRDF": tt.BRDF, "MeshLightSampler": tt.MeshLightSampler}
+SHIPPED |= {"PointLight": tt.PointLight, "DirectionalLight": tt.DirectionalLight, "SpotLight": tt.SpotLight}
+SHIPPED |= {"AmbientLight": tt.AmbientLight, "BlinnPhong": tt.BlinnPhong}
 SHIPPED |= {"A2Renderer": tt.A2Renderer, "A3Renderer": tt.A3Renderer, "A4Renderer": tt.A4Renderer}
 SAME_BITS = ("generate_ndc_coords", "compute_matrix", "compute_triangle_area", "UniformSampler.evaluate_probability")
 VIEWS = ("hit", "triangle_id", "distance", "barycentric", "normal", "material_id")

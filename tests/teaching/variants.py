@@ -27,8 +27,9 @@ def methods(name: str, source: str) -> dict[str, str]:
 
 def of_assignment(name: str) -> dict[str, dict[str, str]]:
     """Student → the methods that are written."""
-    files = sorted(FOLDER.glob(f"{name}_*.py"))
-    return {file.stem.removeprefix(f"{name}_"): methods(name, file.read_text(encoding="utf-8")) for file in files}
+    files = {file.stem.rpartition("_"): file for file in sorted(FOLDER.glob("*.py"))}
+    of_this = {student: file for (assignment, _, student), file in files.items() if assignment == name}
+    return {student: methods(name, file.read_text(encoding="utf-8")) for student, file in of_this.items()}
 
 
 VARIANTS = {name: of_assignment(name) for name in catalogue.names()}

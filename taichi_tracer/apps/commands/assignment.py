@@ -13,7 +13,7 @@ def add_arguments(parser: Parser) -> None:
     kinds = parser.add_subparsers(title="what", required=True, metavar="list|new", parser_class=Parser)
     add_command(kinds, "list", "list the assignments that come with the package", run)
     new = add_command(kinds, "new", "write the folder that a student gets", write)
-    new.add_argument("assignment", metavar="NAME|FOLDER", help="a1, a2, a3, a4, rt3, or the folder of your own")
+    new.add_argument("assignment", metavar="NAME|FOLDER", help="a1 to a4, rt3, rt3_lights, or your own folder")
     new.add_argument("folder", metavar="DIR", help="folder to write; it must be empty or not exist")
     new.add_argument("--solution", action="store_true", help="write the solved one, for teachers")
     new.add_argument("--notebook", action="store_true", help="write one notebook instead of Python files")
@@ -26,7 +26,7 @@ def run(args: Namespace) -> int:
 
     for name in catalogue.names():
         assignment = catalogue.load(name)
-        print(f"{name:<6}{assignment.title}  ({len(assignment.parts)} parts, {assignment.points:g} points)")
+        print(f"{name:<12}{assignment.title}  ({len(assignment.parts)} parts, {assignment.points:g} points)")
     return 0
 
 

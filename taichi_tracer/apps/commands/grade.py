@@ -10,7 +10,7 @@ run = here_or_on_cluster("grade")
 
 def add_arguments(parser: Parser) -> None:
     """Add what ``grade`` takes."""
-    parser.add_argument("assignment", metavar="NAME|FOLDER", help="a1, a2, a3, a4, rt3, or the folder of your own")
+    parser.add_argument("assignment", metavar="NAME|FOLDER", help="a1 to a4, rt3, rt3_lights, or your own folder")
     parser.add_argument(
         "path",
         metavar="SUBMISSION.zip|FOLDER",

@@ -1,0 +1,444 @@
+"""What is checked of RT3's light: four lights, the highlight, the sum with its shadows, mirrors, and a picture."""
+
+from typing import Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+import taichi_tracer as tt
+from taichi_tracer.effects import Effects
+from taichi_tracer.lights.scene_lights import SceneLights
+from taichi_tracer.teaching import stand_ins
+from taichi_tracer.teaching.base import Arrays, method
+from taichi_tracer.teaching.judges import Numbers, picture
+from taichi_tracer.teaching.rows import rows
+
+LIGHTS, CONES, AMBIENT = "lights", "spots", "ambient light"
+HIGHLIGHTS, SUM, MIRRORS = "Blinn's highlight", "Blinn–Phong", "mirrors"
+COUNT = 6  # lights of each kind
+f32 = np.float32
+NOTHING = tm.vec3(0)  # is added to what a method returns: Taichi ends the process if it assigns None
+
+
+@ti.dataclass
+class BlinnMaterial:
+    """The members of a material that the sum of Blinn and Phong reads."""
+
+    Ka: tm.vec3
+    Kd: tm.vec3
+    Ks: tm.vec3
+    Km: tm.vec3
+    Ns: tm.vec3.dtype
+
+
+@ti.dataclass
+class PlainSurface:
+    """The members of a ``brdfs.surface.Surface`` that the sum reads."""
+
+    origin: tm.vec3
+    normal: tm.vec3
+    geometric_normal: tm.vec3
+    w_o: tm.vec3
+    material: BlinnMaterial
+
+
+def colours(rng: np.random.Generator, count: int) -> np.ndarray:
+    """(count, 3) reflectances."""
+    return rng.uniform(0.1, 1, (count, 3)).astype(f32)
+
+
+# ── one light ──
+
+
+def points(rng: np.random.Generator) -> Arrays:
+    """Forty points that each light lights; x is first relative to the light."""
+    which = np.repeat(np.arange(COUNT), 40).astype(np.int32)
+    offset = stand_ins.directions(rng, len(which)) * rng.uniform(0.4, 4, (len(which), 1))
+    position = rng.uniform(-2, 2, (COUNT, 3))
+    intensity = rng.uniform(4, 20, (COUNT, 3))
+    attenuation = rng.uniform(0.1, 1, (COUNT, 3))
+    attenuation[0], attenuation[1] = (0, 0, 1), (1, 0, 0)
+    x = (position[which] + offset).astype(f32)
+    return {"x": x, "light": which, "position": position, "intensity": intensity, "attenuation": attenuation}
+
+
+def run_sample(lights: list, inputs: Arrays) -> Arrays:
+    """What ``sample`` of each light returns."""
+
+    @ti.func
+    def arriving(which, x):
+        w_i, distance, light, pdf = tm.vec3(0), 0.0, tm.vec3(0), 0.0
+        for k in ti.static(range(len(lights))):
+            if which == k:
+                w_i, distance, light, pdf = lights[k].sample(x, tm.vec2(0.5))
+        return w_i, distance, light, pdf
+
+    return rows(arriving, inputs, ["light", "x"], {"direction": 3, "distance": 1, "arriving": 3, "density": 1})
+
+
+def run_point(light_class: type, inputs: Arrays) -> Arrays:
+    """What reaches each point from a light that is a point."""
+    names = ("position", "intensity", "attenuation")
+    lights = [light_class(*given) for given in zip(*(inputs[name].tolist() for name in names), strict=True)]
+    return run_sample(lights, inputs)
+
+
+def points_far_away(rng: np.random.Generator) -> Arrays:
+    """Ten points in each of six parallel lights, whose directions are of any length."""
+    which = np.repeat(np.arange(COUNT), 10).astype(np.int32)
+    way = stand_ins.directions(rng, COUNT) * rng.uniform(1.5, 4, (COUNT, 1))
+    x = rng.uniform(-3, 3, (len(which), 3)).astype(f32)
+    return {"x": x, "light": which, "way": way, "irradiance": rng.uniform(0.5, 4, (COUNT, 3))}
+
+
+def run_directional(light_class: type, inputs: Arrays) -> Arrays:
+    """What reaches each point from a light that is infinitely far away."""
+    pairs = zip(inputs["way"].tolist(), inputs["irradiance"].tolist(), strict=True)
+    return run_sample([light_class(*given) for given in pairs], inputs)
+
+
+def points_in_cones(rng: np.random.Generator) -> Arrays:
+    """Points around the axes of six spots: most between the two angles, some on the axis, some outside.
+
+    The last two spots are full on the axis alone. None of their points is so near to it that acos would be inexact.
+    """
+    found = points(rng)
+    which, position = found["light"], found["position"]
+    count, far = len(which), rng.uniform(0.4, 4, (len(which), 1))
+    target = position + stand_ins.directions(rng, COUNT) * rng.uniform(1.5, 3, (COUNT, 1))
+    falloff = rng.uniform(8, 20, COUNT).round() * (np.arange(COUNT) < 4)
+    cutoff = falloff + rng.uniform(15, 40, COUNT).round()
+    low, high = np.maximum(falloff, 4)[which], cutoff[which]
+    theta, kind, has_middle = rng.uniform(low, high), np.arange(count) % 6, which < 4
+    theta = np.where((kind == 0) & has_middle, 0.7 * low, theta)
+    theta = np.where(kind == 1, high + rng.uniform(2, 40, count), theta)
+    axis = stand_ins.unit(target - position)[which]
+    side = stand_ins.unit(np.cross(axis, stand_ins.directions(rng, count)))
+    turned = np.radians(theta)[:, None]
+    x = position[which] + (np.cos(turned) * axis + np.sin(turned) * side) * far
+    on_axis = (kind == 2) & has_middle
+    x[on_axis] = rounded_up(rng, position.astype(f32), target.astype(f32), which[on_axis])
+    return {**found, "x": x.astype(f32), "target": target, "cutoff": cutoff, "falloff": falloff}
+
+
+def rounded_up(rng: np.random.Generator, position: np.ndarray, target: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """(n, 3) points on the axes: those of 50 each at which rounding makes the cosine of the angle the largest."""
+    axis = stand_ins.unit(target - position)[which][:, None]
+    x = (position[which][:, None] + axis * rng.uniform(0.4, 4, (len(which), 50, 1))).astype(f32)
+    cosine = (stand_ins.unit(x - position[which][:, None]) * axis).sum(axis=2)
+    return x[np.arange(len(which)), cosine.argmax(axis=1)]
+
+
+def spots(light_class: type, inputs: Arrays) -> list:
+    """The spots of the inputs."""
+    names = ("position", "target", "intensity", "cutoff", "falloff", "attenuation")
+    return [light_class(*given) for given in zip(*(inputs[name].tolist() for name in names), strict=True)]
+
+
+def run_spot(light_class: type, inputs: Arrays) -> Arrays:
+    """What reaches each point from a spot."""
+    return run_sample(spots(light_class, inputs), inputs)
+
+
+def angles(rng: np.random.Generator) -> Arrays:
+    """For each of six spots, pairs of angles: one that is partly lit, and any one; the last spot has a sharp edge."""
+    found = points_in_cones(rng)
+    which, low, high = found["light"], found["falloff"], found["cutoff"]
+    low[-1] = high[-1]
+    between, other = rng.uniform(low[which], high[which]), rng.uniform(0, 80, len(which))
+    between[which == COUNT - 1] = rng.uniform(0, high[-1] - 1, 40)
+    other[which == COUNT - 1] = rng.uniform(high[-1] + 1, 90, 40)
+    is_smooth = which < COUNT - 1
+    other[is_smooth & (np.arange(len(which)) % 5 == 0)] = 0
+    other[::10] = np.where(is_smooth, low[which], other)[::10]
+    other[5::10] = np.where(is_smooth, high[which], other)[5::10]
+    del found["x"]
+    return {**found, "theta": np.stack([between, other], axis=1).astype(f32)}
+
+
+def run_share(light_class: type, inputs: Arrays) -> Arrays:
+    """The shares at two angles."""
+    lights = spots(light_class, inputs)
+
+    @ti.func
+    def shares(which, theta):
+        s = tm.vec2(0)
+        for k in ti.static(range(len(lights))):
+            if which == k:
+                s = tm.vec2(lights[k].share(theta.x), lights[k].share(theta.y))
+        return s
+
+    return rows(shares, inputs, ["light", "theta"], {"share": 2})
+
+
+def materials(rng: np.random.Generator) -> Arrays:
+    """Forty materials for each of six ambient lights."""
+    count, I = COUNT * 40, rng.uniform(0.05, 3, (COUNT, 3))
+    which = np.repeat(np.arange(COUNT), 40).astype(np.int32)
+    return {"light": which, "I": I, "Ka": colours(rng, count), "Kd": colours(rng, count)}
+
+
+def with_numbers(inputs: Arrays) -> Arrays:
+    """The inputs, and the 13 numbers of each material in one row; those that are not among the inputs are 1."""
+    numbers = np.ones((len(inputs.get("Ka", inputs.get("Ns"))), 13), f32)
+    for name, first in {"Ka": 0, "Kd": 3, "Ks": 6, "Km": 9, "Ns": 12}.items():
+        if name in inputs:
+            width = inputs[name].size // len(numbers)
+            numbers[:, first : first + width] = inputs[name].reshape(len(numbers), width)
+    return {**inputs, "numbers": numbers}
+
+
+@ti.func
+def material_of(numbers):
+    """The material of 13 numbers."""
+    Ka, Kd = tm.vec3(numbers[0], numbers[1], numbers[2]), tm.vec3(numbers[3], numbers[4], numbers[5])
+    Ks, Km = tm.vec3(numbers[6], numbers[7], numbers[8]), tm.vec3(numbers[9], numbers[10], numbers[11])
+    return BlinnMaterial(Ka=Ka, Kd=Kd, Ks=Ks, Km=Km, Ns=numbers[12])
+
+
+def run_ambient(light_class: type, inputs: Arrays) -> Arrays:
+    """What a surface shows of each ambient light."""
+    lights = [light_class(one) for one in inputs["I"].tolist()]
+
+    @ti.func
+    def shown(which, numbers):
+        light, material = tm.vec3(0), material_of(numbers)
+        for k in ti.static(range(len(lights))):
+            if which == k:
+                light = NOTHING + lights[k].reflected(material)
+        return light
+
+    return rows(shown, with_numbers(inputs), ["light", "numbers"], {"light": 3})
+
+
+# ── one surface ──
+
+
+def surfaces(rng: np.random.Generator, count: int) -> Arrays:
+    """Surfaces that are seen from the front, with interpolated normals that differ from those of their triangles.
+
+    Their exponents belong to them; other numbers of the material do not matter to a highlight.
+    """
+    n = stand_ins.unit([0, 1, 0] + 0.7 * stand_ins.directions(rng, count))
+    flat = stand_ins.unit(n + 0.35 * stand_ins.directions(rng, count))
+    Ns = np.exp(rng.uniform(np.log(2), np.log(60), count)).astype(f32)
+    return {"Ns": Ns, "normal": n.astype(f32), "geometric_normal": flat.astype(f32), "w_o": seen(rng, n, flat)}
+
+
+def seen(rng: np.random.Generator, n: np.ndarray, flat: np.ndarray) -> np.ndarray:
+    """(count, 3) directions to the viewer, above both planes."""
+    return stand_ins.unit(n + flat + 1.2 * stand_ins.directions(rng, len(n))).astype(f32)
+
+
+def pairs_of_lights(rng: np.random.Generator) -> Arrays:
+    """Surfaces with two lights: one near the middle of the highlight, and one anywhere, also behind the surface.
+
+    Every fourth surface has a wide lobe, and is lit from behind and seen from the side: n·h is far below 0.
+    """
+    found, count = surfaces(rng, 300), 300
+    n, is_behind = found["normal"].astype(np.float64), np.arange(count) % 4 == 0
+    side = stand_ins.unit(np.cross(n, stand_ins.directions(rng, count)))
+    w_o = np.where(is_behind[:, None], stand_ins.unit(side + 0.2 * n), found["w_o"])
+    any_light = stand_ins.directions(rng, count)
+    behind = stand_ins.unit(0.2 * any_light - n)
+    found["Ns"] = np.where(is_behind, rng.uniform(1.5, 5, count), found["Ns"]).astype(f32)
+    cosine = (n * w_o).sum(axis=1, keepdims=True)
+    offset = cosine * rng.uniform(0.2, 0.6, (count, 1)) * stand_ins.directions(rng, count)
+    near = stand_ins.unit(2 * cosine * n - w_o + offset)
+    l2 = np.where(is_behind[:, None], behind, any_light)
+    return {**found, "w_o": w_o.astype(f32), "l": near.astype(f32), "l2": l2.astype(f32)}
+
+
+SURFACE = ["normal", "geometric_normal", "w_o", "numbers"]
+
+
+@ti.func
+def surface_of(x, n, flat, w_o, numbers):
+    """A surface without a scene."""
+    return PlainSurface(origin=x, normal=n, geometric_normal=flat, w_o=w_o, material=material_of(numbers))
+
+
+def run_highlight(integrator_class: type, inputs: Arrays) -> Arrays:
+    """The highlights of two lights on each surface."""
+    integrator = integrator_class()
+
+    @ti.func
+    def both(l, l2, n, flat, w_o, numbers):
+        surface = surface_of(tm.vec3(0), n, flat, w_o, numbers)
+        return tm.vec2(integrator.highlight(surface, l), integrator.highlight(surface, l2))
+
+    return rows(both, with_numbers(inputs), ["l", "l2", *SURFACE], {"highlight": 2})
+
+
+# ── the sum of all lights ──
+
+
+@ti.data_oriented
+class PlainScene:
+    """Lights and balls, of which only the shadows matter.
+
+    Args:
+        balls: (n, 4) centres and radii.
+    """
+
+    def __init__(self, lights: list, balls: np.ndarray) -> None:
+        self.effects = Effects(**stand_ins.PLAIN_EFFECTS)
+        self.lights, self.balls = SceneLights(lights, self.effects), balls.tolist()
+
+    @ti.func
+    def is_blocked(self, surface, w_i, distance):
+        """Whether a ball lies between a surface and a light; the surface itself is not asked."""
+        blocked = False
+        for ball in ti.static(self.balls):
+            way = tm.vec3(*ball[:3]) - surface.origin
+            along = tm.dot(way, w_i)
+            half = ball[3] ** 2 - tm.cross(way, w_i).norm_sqr()
+            if half > 0:
+                t = along - ti.sqrt(half)
+                blocked = blocked or (t > 0 and t < distance)
+        return blocked
+
+
+def lit_surfaces(rng: np.random.Generator) -> Arrays:
+    """Surfaces on a floor, under a sun, a lamp and a spot. One ball casts shadows.
+
+    Two balls must cast none: one above the lamp, and one below the floor.
+    At four of ten surfaces, the lamp is near the horizon, above one of the two planes and below the other.
+    """
+    count = 240
+    lamp = np.array([-1, 2, 0]) + rng.uniform(-0.1, 0.1, 3)
+    x = rng.uniform([-1.5, 0, -1.5], [1.5, 0.3, 1.5], (count, 3))
+    found = surfaces(rng, count)
+    l = stand_ins.unit(lamp - x)
+    level = stand_ins.unit(np.cross(l, stand_ins.directions(rng, count)))
+    tilt = rng.uniform(0.12, 0.3, (count, 2, 1)) * [[[1], [-1]]]
+    below, above = (stand_ins.unit(level + tilt[:, i] * l) for i in (1, 0))
+    kind = np.arange(count) % 10
+    n = np.where((kind < 2)[:, None], below, np.where((kind < 4)[:, None], above, found["normal"]))
+    flat = np.where((kind < 4)[:, None], np.where((kind < 2)[:, None], above, below), found["geometric_normal"])
+    given = {"x": x.astype(f32), "normal": n.astype(f32), "geometric_normal": flat.astype(f32)}
+    given |= {"w_o": seen(rng, n, flat), "Ns": found["Ns"]}
+    given |= {name: colours(rng, count) for name in ("Ka", "Kd", "Ks")}
+    spot = np.array([[1, 2.2, 0.5], [0.5, 0, -0.1]]) + rng.uniform(-0.1, 0.1, (2, 3))
+    balls = np.array([[-1, 2.9, 0, 0.6], [0.6, 1.1, 0.1, 0.35], [0.2, -1.4, 0, 0.8]])
+    strength = rng.uniform(0.5, 1, (5, 3)) * np.array([0.2, 0.1, 1, 6, 9])[:, None]
+    return {**given, "lamp": lamp, "spot": spot, "balls": balls, "strength": strength}
+
+
+def lights_of(lamp: np.ndarray, spot: np.ndarray, strength: np.ndarray) -> list:
+    """Two ambient lights, a sun, a lamp and a spot."""
+    ambient, more, sun, point, cone = strength.tolist()
+    made: list = [tt.AmbientLight(ambient), tt.AmbientLight(more), tt.DirectionalLight((0.4, -1, 0.3), sun)]
+    made.append(tt.PointLight(lamp.tolist(), point, (0.5, 0.2, 0.6)))
+    made.append(tt.SpotLight(*spot.tolist(), cone, 55, 25, (1, 0, 0.4)))
+    return made
+
+
+def run_shade(integrator_class: type, inputs: Arrays) -> Arrays:
+    """What each surface sends to the viewer."""
+    lights = lights_of(*(inputs[name] for name in ("lamp", "spot", "strength")))
+    scene, integrator = PlainScene(lights, inputs["balls"]), integrator_class()
+
+    @ti.func
+    def shaded(x, n, flat, w_o, numbers):
+        return integrator.shade(scene, surface_of(x, n, flat, w_o, numbers))
+
+    return rows(shaded, with_numbers(inputs), ["x", *SURFACE], {"radiance": 3})
+
+
+# ── mirrors ──
+
+
+def mirror_room(rng: np.random.Generator) -> Arrays:
+    """A floor, two walls that mirror each other, and a panel that is seen from its back; and pairs of rays.
+
+    The first ray of a pair meets a wall or the floor. The second one may meet the panel's back, or nothing.
+    """
+    square = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]], np.float64)
+    wall = square[::-1][:, [0, 2, 1]] * [2, 1.2, 1] + [0, 1.2, -2]
+    front = wall[::-1] * [1, 1, -1]
+    panel = square[::-1][:, [1, 0, 2]] * [1, 0.6, 0.6] + [1.4, 0.8, 0.2]
+    vertices = np.concatenate([2.5 * square, wall, front, panel])
+    count = 80
+    eye = rng.uniform([-0.4, 1, 0.8], [0.4, 1.4, 1.4], (count, 3))
+    at = np.where(
+        (np.arange(count) % 4 == 0)[:, None],
+        rng.uniform([-1, 0, -1.5], [1, 0, 0], (count, 3)),
+        rng.uniform([-1.3, 0.3, -2], [1.3, 2, -2], (count, 3)),
+    )
+    other = np.stack([at, rng.uniform([1.4, 0.5, 0], [1.4, 1.1, 0.4], (count, 3)), eye + [0.2, 3, -1]])
+    at2 = other[rng.integers(0, 3, count), np.arange(count)]
+    return {
+        "origin": eye.astype(f32),
+        "direction": stand_ins.unit(at - eye).astype(f32),
+        "direction2": stand_ins.unit(at2 - eye).astype(f32),
+        "vertices": vertices,
+        "materials": rng.uniform(0.2, 0.9, (4, 13)),
+        "sky": rng.uniform(0.3, 1, 3),
+    }
+
+
+def make_room(vertices, materials, sky) -> Any:
+    """The scene of a room."""
+    made = [tt.Material(Ka=one[:3], Kd=one[3:6], Ks=one[6:9], Km=one[9:12], Ns=40 * one[12]) for one in materials]
+    lights: list = [tt.AmbientLight(0.2), tt.PointLight((0.2, 2, 0), 2.0), tt.DirectionalLight((0.3, -1, -0.4), 0.6)]
+    options = {"material": made, "face_materials": np.repeat(np.arange(4), 2), "lights": lights, "fast": False}
+    options |= {"environment": np.broadcast_to(sky, (2, 4, 3)), "intersector": stand_ins.PlainIntersector}
+    return tt.scene_from_mesh(vertices, stand_ins.quads(4), **options)
+
+
+def run_radiance(integrator_class: type, inputs: Arrays) -> Arrays:
+    """The light along both rays of each pair, with at most three mirrors."""
+    given = (inputs[name] for name in ("vertices", "materials", "sky"))
+    scene = stand_ins.kept("room of mirrors", make_room, *given).in_kernels()
+    integrator = integrator_class(3)
+
+    @ti.func
+    def both(origin, direction, direction2):
+        first, second = tm.vec3(0), tm.vec3(0)
+        for i in range(2):  # a loop, so that the method is compiled once
+            ray = tt.Ray(origin=origin, direction=direction + i * (direction2 - direction))
+            light = NOTHING + integrator.radiance(scene, ray, scene.ray_intersector.query_ray(ray), 0)
+            if i == 0:
+                first = light
+            else:
+                second = light
+        return first, second
+
+    return rows(both, inputs, ["origin", "direction", "direction2"], {"radiance": 3, "radiance2": 3})
+
+
+# ── a picture ──
+
+
+def balls_view(rng: np.random.Generator) -> Arrays:
+    """A camera in front of the three balls of RT3."""
+    eye = np.array([0, 3, -9]) + rng.uniform(-0.2, 0.2, 3)
+    return {"eye": eye, "at": np.array([0, 0.9, 0]), "up": np.array([0.0, 1, 0]), "fov": np.array(36.0)}
+
+
+def run_picture(classes, inputs: Arrays) -> Arrays:
+    """Three balls under all four lights."""
+    scene = tt.load_scene_data("rt3/all_lights", fast=False)
+    lamp = classes.PointLight((0.4, 3.2, -1.2), (6, 4.5, 2.7), (1, 0, 1))
+    spot = classes.SpotLight((5, 5, -3), (2.3, 0.6, 0), (3, 8, 30), 16, 11)
+    scene.lights = [classes.AmbientLight(0.12), classes.DirectionalLight((4, -5, 6), 0.35), lamp, spot]
+    camera = tt.Camera(64, 40, **stand_ins.view_of(inputs))
+    found = np.asarray(tt.RT3Renderer(scene, camera=camera).use(classes.BlinnPhong(4)).render().image())
+    scene.destroy()
+    return {"picture": found}
+
+
+POINTS, SURFACES = Numbers(1e-3, called="points"), Numbers(1e-3, called="surfaces")
+PARTS = (
+    method("PointLight.sample", 3, LIGHTS, points, run_point, POINTS),
+    method("DirectionalLight.sample", 2, LIGHTS, points_far_away, run_directional, POINTS),
+    method("SpotLight.share", 2, CONES, angles, run_share, Numbers(1e-4, called="pairs of angles")),
+    method("SpotLight.sample", 3, CONES, points_in_cones, run_spot, POINTS),
+    method("AmbientLight.reflected", 1, AMBIENT, materials, run_ambient, SURFACES),
+    method("BlinnPhong.highlight", 3, HIGHLIGHTS, pairs_of_lights, run_highlight, SURFACES),
+    method("BlinnPhong.shade", 5, SUM, lit_surfaces, run_shade, SURFACES),
+    method("BlinnPhong.radiance", 4, MIRRORS, mirror_room, run_radiance, Numbers(1e-3, called="pairs of rays")),
+    picture("three balls", 2, balls_view, run_picture),
+)
