@@ -12,6 +12,7 @@ from taichi_tracer.system.errors import InputError
 LIGHTS = "KHR_lights_punctual"
 STRENGTH = "KHR_materials_emissive_strength"
 BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # of a componentType
+ALPHA_MODES = ("OPAQUE", "MASK", "BLEND")
 WHOLE = (5121, 5123, 5125)  # those of indices
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 LISTS = (
@@ -149,6 +150,9 @@ def _check_material(look: dict, where: str) -> None:
     _numbers(look, "emissiveFactor", (3,), where)
     strength = _object(_object(look.get("extensions", {}), where).get(STRENGTH, {}), where)
     _number(strength, "emissiveStrength", where)
+    _number(look, "alphaCutoff", where)
+    if look.get("alphaMode", ALPHA_MODES[0]) not in ALPHA_MODES:
+        raise InputError(f"{where}: alphaMode {_shown(look['alphaMode'])} is unknown")
     if "pbrMetallicRoughness" not in look:
         return
     where += ".pbrMetallicRoughness"

@@ -150,6 +150,9 @@ WRONG = {
         changed("materials", 0, "emissiveFactor", [np.inf, 0, 0]),
         "materials[0]: emissiveFactor must be 3 finite numbers of at least 0",
     ),
+    "cutoff of NaN": (changed("materials", 0, "alphaCutoff", np.nan), "alphaCutoff must be a finite number"),
+    "cutoff in words": (changed("materials", 0, "alphaCutoff", "x"), "alphaCutoff must be a finite number"),
+    "unknown mode of alpha": (changed("materials", 0, "alphaMode", 5), "materials[0]: alphaMode 5 is unknown"),
     "light out of range": (
         changed("extensions", LIGHTS, "lights", []),
         "nodes[1].KHR_lights_punctual.light is 0, but lights has 0 entries",
