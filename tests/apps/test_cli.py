@@ -145,7 +145,7 @@ def test_an_interrupted_study_writes_what_was_measured(tmp_path):
     words += ["--estimators", "mis", "--samplers", "sobol", "--precisions", "f32", "--fast-math", "off"]
     words += ["--triangle-tests", "watertight", "--lookups", "nearest", "--forms", "fast"]
     with in_terminal(words, columns=200) as (child, terminal):
-        read_until(b"seed 1, 64 samples", terminal)
+        read_until(b"seed 2, 16 samples", terminal)
         child.send_signal(signal.SIGINT)
         told = child.stdout.read()
     assert child.returncode == 130
@@ -172,7 +172,11 @@ def in_terminal(words, columns):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # may be ignored, as in CI
     ) as child:
         os.close(slave)
-        yield child, terminal
+        try:
+            yield child, terminal
+        except BaseException:
+            child.kill()  # nobody reads what it writes: it would wait for ever
+            raise
     os.close(terminal)
 
 
