@@ -25,3 +25,15 @@ class BlinnPhong(tt.BlinnPhong):
         v, n = surface.w_o, surface.normal
         squared = ti.max(2 + 2 * tm.dot(v, l), 1e-12)
         return ti.pow(ti.max(0.0, tm.dot(n, v) + tm.dot(n, l)) / ti.sqrt(squared), surface.material.Ns)
+
+    @ti.func
+    def shade(self, scene, surface):
+        L, material = scene.lights.reflected_ambient(surface.material), surface.material
+        for light in ti.static(scene.lights.drawn):
+            l, distance, I, pdf = light.sample(surface.origin, tm.vec2(0.5))
+            if surface.lets_pass(l):
+                blocker = scene.ray_intersector.query_ray(surface.ray_along(l))
+                if not (blocker.is_hit and blocker.distance < distance):
+                    L += I * material.Ks * self.highlight(surface, l)
+                    L += I * material.Kd * tm.clamp(tm.dot(l, surface.normal), 0.0, 1.0)
+        return L

@@ -1,5 +1,6 @@
 """What is checked of RT3's light: four lights, the highlight, the sum with its shadows, mirrors, and a picture."""
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,8 @@ from taichi_tracer.teaching.rows import rows
 LIGHTS, CONES, AMBIENT = "lights", "spots", "ambient light"
 HIGHLIGHTS, SUM, MIRRORS = "Blinn's highlight", "Blinn–Phong", "mirrors"
 COUNT = 6  # lights of each kind
+POINT = ("position", "intensity", "attenuation")  # what makes a light
+SPOT = ("position", "target", "intensity", "cutoff", "falloff", "attenuation")
 f32 = np.float32
 NOTHING = tm.vec3(0)  # is added to what a method returns: Taichi ends the process if it assigns None
 
@@ -42,6 +45,16 @@ class PlainSurface:
     w_o: tm.vec3
     material: BlinnMaterial
 
+    @ti.func
+    def ray_along(self, w_i):
+        """The ray that leaves the surface in the direction w_i."""
+        return tt.Ray(origin=self.origin, direction=w_i)
+
+    @ti.func
+    def lets_pass(self, w_i):
+        """Whether light can come from w_i."""
+        return tm.dot(self.geometric_normal, w_i) > 0
+
 
 def colours(rng: np.random.Generator, count: int) -> np.ndarray:
     """(count, 3) reflectances."""
@@ -63,25 +76,28 @@ def points(rng: np.random.Generator) -> Arrays:
     return {"x": x, "light": which, "position": position, "intensity": intensity, "attenuation": attenuation}
 
 
-def run_sample(lights: list, inputs: Arrays) -> Arrays:
-    """What ``sample`` of each light returns."""
-
-    @ti.func
-    def arriving(which, x):
-        w_i, distance, light, pdf = tm.vec3(0), 0.0, tm.vec3(0), 0.0
-        for k in ti.static(range(len(lights))):
-            if which == k:
-                w_i, distance, light, pdf = lights[k].sample(x, tm.vec2(0.5))
-        return w_i, distance, light, pdf
-
-    return rows(arriving, inputs, ["light", "x"], {"direction": 3, "distance": 1, "arriving": 3, "density": 1})
+def lights_from(light_class: type, inputs: Arrays, names: Sequence[str]) -> list:
+    """The lights that the inputs with these names describe."""
+    return [light_class(*given) for given in zip(*(inputs[name].tolist() for name in names), strict=True)]
 
 
-def run_point(light_class: type, inputs: Arrays) -> Arrays:
-    """What reaches each point from a light that is a point."""
-    names = ("position", "intensity", "attenuation")
-    lights = [light_class(*given) for given in zip(*(inputs[name].tolist() for name in names), strict=True)]
-    return run_sample(lights, inputs)
+def run_sample(*names: str) -> Callable[[type, Arrays], Arrays]:
+    """A function that calls ``sample`` of the lights that the inputs with these names describe."""
+
+    def run(light_class: type, inputs: Arrays) -> Arrays:
+        lights = lights_from(light_class, inputs, names)
+
+        @ti.func
+        def arriving(which, x):
+            w_i, distance, light, pdf = tm.vec3(0), 0.0, tm.vec3(0), 0.0
+            for k in ti.static(range(len(lights))):
+                if which == k:
+                    w_i, distance, light, pdf = lights[k].sample(x, tm.vec2(0.5))
+            return w_i, distance, light, pdf
+
+        return rows(arriving, inputs, ["light", "x"], {"direction": 3, "distance": 1, "arriving": 3, "density": 1})
+
+    return run
 
 
 def points_far_away(rng: np.random.Generator) -> Arrays:
@@ -90,12 +106,6 @@ def points_far_away(rng: np.random.Generator) -> Arrays:
     way = stand_ins.directions(rng, COUNT) * rng.uniform(1.5, 4, (COUNT, 1))
     x = rng.uniform(-3, 3, (len(which), 3)).astype(f32)
     return {"x": x, "light": which, "way": way, "irradiance": rng.uniform(0.5, 4, (COUNT, 3))}
-
-
-def run_directional(light_class: type, inputs: Arrays) -> Arrays:
-    """What reaches each point from a light that is infinitely far away."""
-    pairs = zip(inputs["way"].tolist(), inputs["irradiance"].tolist(), strict=True)
-    return run_sample([light_class(*given) for given in pairs], inputs)
 
 
 def points_in_cones(rng: np.random.Generator) -> Arrays:
@@ -130,17 +140,6 @@ def rounded_up(rng: np.random.Generator, position: np.ndarray, target: np.ndarra
     return x[np.arange(len(which)), cosine.argmax(axis=1)]
 
 
-def spots(light_class: type, inputs: Arrays) -> list:
-    """The spots of the inputs."""
-    names = ("position", "target", "intensity", "cutoff", "falloff", "attenuation")
-    return [light_class(*given) for given in zip(*(inputs[name].tolist() for name in names), strict=True)]
-
-
-def run_spot(light_class: type, inputs: Arrays) -> Arrays:
-    """What reaches each point from a spot."""
-    return run_sample(spots(light_class, inputs), inputs)
-
-
 def angles(rng: np.random.Generator) -> Arrays:
     """For each of six spots, pairs of angles: one that is partly lit, and any one; the last spot has a sharp edge."""
     found = points_in_cones(rng)
@@ -159,7 +158,7 @@ def angles(rng: np.random.Generator) -> Arrays:
 
 def run_share(light_class: type, inputs: Arrays) -> Arrays:
     """The shares at two angles."""
-    lights = spots(light_class, inputs)
+    lights = lights_from(light_class, inputs, SPOT)
 
     @ti.func
     def shares(which, theta):
@@ -174,9 +173,8 @@ def run_share(light_class: type, inputs: Arrays) -> Arrays:
 
 def materials(rng: np.random.Generator) -> Arrays:
     """Forty materials for each of six ambient lights."""
-    count, I = COUNT * 40, rng.uniform(0.05, 3, (COUNT, 3))
-    which = np.repeat(np.arange(COUNT), 40).astype(np.int32)
-    return {"light": which, "I": I, "Ka": colours(rng, count), "Kd": colours(rng, count)}
+    which, I = np.repeat(np.arange(COUNT), 40).astype(np.int32), rng.uniform(0.05, 3, (COUNT, 3))
+    return {"light": which, "I": I, "Ka": colours(rng, len(which)), "Kd": colours(rng, len(which))}
 
 
 def with_numbers(inputs: Arrays) -> Arrays:
@@ -199,7 +197,7 @@ def material_of(numbers):
 
 def run_ambient(light_class: type, inputs: Arrays) -> Arrays:
     """What a surface shows of each ambient light."""
-    lights = [light_class(one) for one in inputs["I"].tolist()]
+    lights = lights_from(light_class, inputs, ["I"])
 
     @ti.func
     def shown(which, numbers):
@@ -216,10 +214,7 @@ def run_ambient(light_class: type, inputs: Arrays) -> Arrays:
 
 
 def surfaces(rng: np.random.Generator, count: int) -> Arrays:
-    """Surfaces that are seen from the front, with interpolated normals that differ from those of their triangles.
-
-    Their exponents belong to them; other numbers of the material do not matter to a highlight.
-    """
+    """Surfaces that are seen from the front, with interpolated normals that differ from those of their triangles."""
     n = stand_ins.unit([0, 1, 0] + 0.7 * stand_ins.directions(rng, count))
     flat = stand_ins.unit(n + 0.35 * stand_ins.directions(rng, count))
     Ns = np.exp(rng.uniform(np.log(2), np.log(60), count)).astype(f32)
@@ -266,9 +261,10 @@ def run_highlight(integrator_class: type, inputs: Arrays) -> Arrays:
     @ti.func
     def both(l, l2, n, flat, w_o, numbers):
         surface = surface_of(tm.vec3(0), n, flat, w_o, numbers)
-        return tm.vec2(integrator.highlight(surface, l), integrator.highlight(surface, l2))
+        found = tm.vec2(integrator.highlight(surface, l), integrator.highlight(surface, l2))
+        return found.x, found.y
 
-    return rows(both, with_numbers(inputs), ["l", "l2", *SURFACE], {"highlight": 2})
+    return rows(both, with_numbers(inputs), ["l", "l2", *SURFACE], {"highlight": 1, "highlight of l2": 1})
 
 
 # ── the sum of all lights ──
@@ -276,7 +272,7 @@ def run_highlight(integrator_class: type, inputs: Arrays) -> Arrays:
 
 @ti.data_oriented
 class PlainScene:
-    """Lights and balls, of which only the shadows matter.
+    """Lights and balls, of which only the shadows matter. Kernels may ask for these in all ways that scenes have.
 
     Args:
         balls: (n, 4) centres and radii.
@@ -285,19 +281,30 @@ class PlainScene:
     def __init__(self, lights: list, balls: np.ndarray) -> None:
         self.effects = Effects(**stand_ins.PLAIN_EFFECTS)
         self.lights, self.balls = SceneLights(lights, self.effects), balls.tolist()
+        self.ray_intersector = self
 
     @ti.func
     def is_blocked(self, surface, w_i, distance):
         """Whether a ball lies between a surface and a light; the surface itself is not asked."""
-        blocked = False
+        return self.is_occluded(surface.ray_along(w_i), distance)
+
+    @ti.func
+    def is_occluded(self, ray, distance):
+        """Whether a ray hits a ball before this distance."""
+        return self.query_ray(ray).distance < distance
+
+    @ti.func
+    def query_ray(self, ray):
+        """Whether a ray hits a ball, and where; nothing else of the hit."""
+        hit = tt.no_hit()
         for ball in ti.static(self.balls):
-            way = tm.vec3(*ball[:3]) - surface.origin
-            along = tm.dot(way, w_i)
-            half = ball[3] ** 2 - tm.cross(way, w_i).norm_sqr()
-            if half > 0:
-                t = along - ti.sqrt(half)
-                blocked = blocked or (t > 0 and t < distance)
-        return blocked
+            way = tm.vec3(*ball[:3]) - ray.origin
+            squared = ball[3] ** 2 - tm.cross(way, ray.direction).norm_sqr()
+            if squared > 0:
+                t = tm.dot(way, ray.direction) - ti.sqrt(squared)
+                if t > 0 and t < hit.distance:
+                    hit.is_hit, hit.distance = 1, t
+        return hit
 
 
 def lit_surfaces(rng: np.random.Generator) -> Arrays:
@@ -400,10 +407,7 @@ def run_radiance(integrator_class: type, inputs: Arrays) -> Arrays:
         for i in range(2):  # a loop, so that the method is compiled once
             ray = tt.Ray(origin=origin, direction=direction + i * (direction2 - direction))
             light = NOTHING + integrator.radiance(scene, ray, scene.ray_intersector.query_ray(ray), 0)
-            if i == 0:
-                first = light
-            else:
-                second = light
+            first, second = ti.select(i == 0, light, first), light
         return first, second
 
     return rows(both, inputs, ["origin", "direction", "direction2"], {"radiance": 3, "radiance2": 3})
@@ -432,10 +436,10 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 
 POINTS, SURFACES = Numbers(1e-3, called="points"), Numbers(1e-3, called="surfaces")
 PARTS = (
-    method("PointLight.sample", 3, LIGHTS, points, run_point, POINTS),
-    method("DirectionalLight.sample", 2, LIGHTS, points_far_away, run_directional, POINTS),
+    method("PointLight.sample", 3, LIGHTS, points, run_sample(*POINT), POINTS),
+    method("DirectionalLight.sample", 2, LIGHTS, points_far_away, run_sample("way", "irradiance"), POINTS),
     method("SpotLight.share", 2, CONES, angles, run_share, Numbers(1e-4, called="pairs of angles")),
-    method("SpotLight.sample", 3, CONES, points_in_cones, run_spot, POINTS),
+    method("SpotLight.sample", 3, CONES, points_in_cones, run_sample(*SPOT), POINTS),
     method("AmbientLight.reflected", 1, AMBIENT, materials, run_ambient, SURFACES),
     method("BlinnPhong.highlight", 3, HIGHLIGHTS, pairs_of_lights, run_highlight, SURFACES),
     method("BlinnPhong.shade", 5, SUM, lit_surfaces, run_shade, SURFACES),
