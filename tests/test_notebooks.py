@@ -14,7 +14,7 @@ NOTEBOOKS = sorted((Path(__file__).parents[1] / "docs" / "notebooks").glob("*.ip
 
 
 def test_there_are_notebooks():
-    assert {"first_picture.ipynb", "paths.ipynb"} <= {p.name for p in NOTEBOOKS}
+    assert {"first_picture.ipynb", "paths.ipynb", "surfaces.ipynb"} <= {p.name for p in NOTEBOOKS}
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.name)
