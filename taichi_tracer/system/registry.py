@@ -23,7 +23,7 @@ from typing import TypeVar
 
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.seams import assigned
+from taichi_tracer.system.seams import assigned, replaced
 from taichi_tracer.system.wings import is_there, wing
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
@@ -120,7 +120,7 @@ class Registry:
         """The part that is meant by a name, a class or an object.
 
         Raises:
-            InputError: the name is unknown, or the class or object is not a part of this kind.
+            InputError: the name is unknown, the class or object is not a part of this kind, or a method gives nothing.
         """
         if isinstance(chosen, str):
             parts = self.all(kind)
@@ -128,9 +128,12 @@ class Registry:
             known |= {part.name: part for part in parts}
             if chosen not in known:
                 raise one_of(kind, chosen, self.names(kind))
-            return known[chosen]
+            found = known[chosen]
+            replaced(found)  # what somebody wrote is checked before a kernel is made of it
+            return found
         if getattr(chosen, "kind", None) != kind:
             raise InputError(f"{kind}: {chosen!r} is neither a name nor a part of this kind")
+        replaced(chosen)
         return chosen() if HOMES[kind][1] and isinstance(chosen, type) else chosen
 
     def _load(self, kind: str) -> None:

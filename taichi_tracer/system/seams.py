@@ -15,6 +15,8 @@ from typing import Any, TypeVar
 import taichi as ti
 from taichi.lang import impl
 
+from taichi_tracer.system.written import check
+
 Class = TypeVar("Class", bound=type)
 Function = TypeVar("Function", bound=Callable)
 
@@ -44,6 +46,9 @@ def replaced(part) -> tuple[str, ...]:
 
     A method counts as replaced in three cases: a subclass outside the package defines it; another function was assigned
     to the class; or the object itself has an attribute with this name.
+
+    Raises:
+        InputError: what replaces a method cannot be compiled in its place, see ``written``.
     """
     cls = part if isinstance(part, type) else type(part)
     home = next((base for base in cls.__mro__ if base in _SHIPPED), None)
@@ -52,6 +57,10 @@ def replaced(part) -> tuple[str, ...]:
     own = {} if isinstance(part, type) else getattr(part, "__dict__", {})
     shipped = _SHIPPED[home]
     names = tuple(name for name in shipped if name in own or written(cls, name) is not shipped[name])
+    for name in names if not impl.inside_kernel() else ():  # there, Taichi would wrap the error
+        function: Any = own[name] if name in own else written(cls, name)
+        if runs_in_kernels(function) and callable(shipped[name]):  # a kernel may write a field instead
+            check(cls.__name__, name, function, shipped[name])
     for listen in LISTENERS:
         listen(part, names)
     return names
