@@ -56,6 +56,7 @@ def test_rays_pass_through_holes_alone(options, test):
     np.testing.assert_array_equal(scene.occluded(origins, directions, t_max=2.5), ~is_hole)
 
 
+@pytest.mark.long
 def test_shadows_have_holes_and_every_form_has_the_same_bits():
     """Packets, streams of shadow rays, tiles, and the plain forms: pictures lit by a small sun straight above."""
     sky = np.zeros((64, 128, 3))
@@ -77,7 +78,7 @@ def test_shadows_have_holes_and_every_form_has_the_same_bits():
     assert fields[is_lit].min() > 10 * fields[~is_lit].max()
 
 
-@pytest.mark.parametrize("view", ["normal", "albedo"])
+@pytest.mark.parametrize("view", ["normal", pytest.param("albedo", marks=pytest.mark.exhaustive)])
 def test_packets_see_holes(view):
     """Of many triangles, so that eye rays are traced in packets."""
     n = 24

@@ -35,6 +35,7 @@ def test_views_and_estimators_are_offered_those_of_the_renderer_first(choices):
     assert names(Choices(renderer_of(A4Renderer))) == [paths, views, estimators, maps]
 
 
+@pytest.mark.long
 def test_estimators_and_paths_share_their_eye_rays_and_the_pictures_are_those_of_others():
     """The kernels of the eye rays are compiled once, although another renderer shows paths."""
     scene = tt.scene_from_mesh(VERTICES, FACES, environment="white")

@@ -37,6 +37,7 @@ def test_a_scene_that_is_not_there_is_one_line(capsys, tmp_path):
     assert "none.obj: no such file" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_second_time_nothing_is_new(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("TI_OFFLINE_CACHE_FILE_PATH", str(tmp_path / "cache"))
     monkeypatch.setattr(

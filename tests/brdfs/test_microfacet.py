@@ -107,6 +107,7 @@ QUAD = [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], [[0, 1, 2], [0, 2, 3]]
 VIEW = {"eye": (0, -3, 3), "at": (0, 0, 0), "up": (0, 0, 1), "fov": 20.0}
 
 
+@pytest.mark.long
 def test_all_estimators_have_the_same_mean(f32):
     material = Material(alpha_x=0.3, alpha_y=0.1, F0=F0)
     scene = scene_from_mesh(*QUAD, material=material, environment="studio")

@@ -77,6 +77,7 @@ def test_a_file_that_cannot_be_used_is_told_and_the_others_are_used(folder):
         assert "RayIntersector.intersect_triangle" in assigned()
 
 
+@pytest.mark.long
 def test_the_command_line_writes_the_difference(folder, tmp_path, capsys):
     change(folder, "ray_intersector.py", *WRONG)
     out = tmp_path / "sphere.png"

@@ -150,6 +150,7 @@ def test_going_back_to_an_estimator_compiles_nothing():
     assert renderer.use("brdf").plan.integrator(scene) is first
 
 
+@pytest.mark.long
 def test_going_back_to_tiles_compiles_nothing():
     needs_patch("counters")
     start("f32", fast_math=False)  # anew: Taichi forgets kernels when memory of earlier scenes is freed

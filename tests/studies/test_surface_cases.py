@@ -65,6 +65,7 @@ def test_a_quotient_of_microfacets_is_found(monkeypatch):
     assert found["nan"] > 0
 
 
+@pytest.mark.long
 def test_a_density_that_is_0_where_there_is_light_is_found(monkeypatch):
     monkeypatch.setattr(rough_layer, "LAYER", WithRoundedCosine())
     monkeypatch.setattr(surface_cases.RoughLayers, "brdfs", lambda self: [RoughLayer()])
@@ -83,6 +84,7 @@ def test_a_texel_beyond_the_picture_is_found(monkeypatch):
     assert surface_cases.DegenerateCoordinates().judge(EPSILON)["wrong"] > 0
 
 
+@pytest.mark.long
 def test_light_that_gets_out_is_found(monkeypatch):
     @ti.func
     def is_blocked(self, surface, w_i, distance):
