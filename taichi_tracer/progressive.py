@@ -132,7 +132,7 @@ class ProgressiveRenderer(RenderedPicture):
         self._of_sample: Any = None  # while a replaced ``shade_ray`` is compiled: the scene and the random numbers
         self.other: OtherTechnique | None = None
         self.display = Display()
-        self.use(self.offers[0] if given["integrator"] is None else given["integrator"])
+        self.use(self.offers[0].name if given["integrator"] is None else given["integrator"])
 
     def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
         """The film, with what the estimate of the error needs of this sampler."""

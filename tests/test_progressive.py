@@ -486,3 +486,13 @@ def test_a_display_changes_how_light_is_shown_and_nothing_else(tmp_path):
     with pytest.raises(tt.InputError, match="exposure must be between"):
         light.set_display(exposure=100)
     assert light.display == Display(-2, "filmic")
+
+
+def test_a_value_of_one_renderer_leaves_the_picture_of_another(f32):
+    """Both have copies of the integrator with which a renderer begins."""
+    scene = tt.load_scene_data("cube", environment="studio")
+    first = tt.A4Renderer(scene, 4, 4).use("explicit").render(2)
+    second = tt.A4Renderer(scene, 4, 4)
+    second.max_bounces = 7
+    assert first.is_current()
+    assert first.max_bounces == 5

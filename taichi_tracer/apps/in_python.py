@@ -93,7 +93,10 @@ def renderer_options(renderer: ProgressiveRenderer) -> dict[str, Any]:
 def value_lines(renderer: ProgressiveRenderer) -> list[str]:
     """What is changed of the renderer after it is made: values of the integrator, and how the picture is shown."""
     active = renderer.active
-    lines = [f"renderer.{name} = {plain(value)}" for name, value in changed_values(renderer).items()]
+    lines = []
+    for name, value in changed_values(renderer).items():
+        is_attribute, text = hasattr(type(renderer), name), plain(value)
+        lines.append(f"renderer.{name} = {text}" if is_attribute else f"renderer.change({name!r}, {text})")
     if isinstance(active, BlinnPhong) and active.depth != BlinnPhong().depth:
         lines.append(call("renderer.set_mirrors", [repr(int(active.depth))], {}))
     if isinstance(active, DepthMap):
