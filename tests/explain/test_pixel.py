@@ -30,6 +30,7 @@ def one_that_hits(renderer):
     return next(found for found in every if found.find("query_segment")[0].values["is_hit"])
 
 
+@pytest.mark.long
 def test_the_mean_is_the_pixel_to_the_last_bit(picture):
     image = picture.image()
     for row, column in np.ndindex(SIZE[1], SIZE[0]):

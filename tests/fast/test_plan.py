@@ -167,6 +167,7 @@ def test_going_back_to_tiles_compiles_nothing():
     assert compiling.kernels(begun) == []
 
 
+@pytest.mark.long
 def test_the_receipt_has_the_numbers_that_decided():
     scene = tt.load_scene_data("torus_knot", environment="studio")
     renderer = tt.A2Renderer(scene, 24, 16, jitter=False).use("brdf").render(3)

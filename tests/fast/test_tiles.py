@@ -68,6 +68,7 @@ def test_the_same_picture_with_z_up():
     turned.destroy()
 
 
+@pytest.mark.long
 def test_a_method_that_draws_its_own_numbers_takes_those_of_the_sample(scene):
     """As a handout's method without ``xi`` does."""
 
