@@ -141,9 +141,10 @@ class RayIntersector:
             if ti.static("intersect_triangle" in self.replaced):
                 hit = self.intersect_triangle(ray, index)
                 if ti.static(self.geometry.effects.holes):
-                    u, v = hit.barycentric_coords.x, hit.barycentric_coords.y
-                    if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[index], index, u, v):
-                        hit = no_hit()
+                    if hit.is_hit:
+                        u, v = hit.barycentric_coords.x, hit.barycentric_coords.y
+                        if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[index], index, u, v):
+                            hit = no_hit()
             else:
                 hit = self.triangle_hit(ray, index, t_min)
         if ti.static(self.geometry.effects.spheres):

@@ -32,7 +32,15 @@ NOT_RIGHT = 1  # the exit code if a part is not right
 
 
 class EndedError(Exception):
-    """The process has ended in the middle of a part, or was ended; the message is for the student."""
+    """The process has ended in the middle of a part, or was ended; the message is for the student.
+
+    Args:
+        is_late: whether it was ended, because it has used up its time.
+    """
+
+    def __init__(self, reason: str, is_late: bool = False) -> None:
+        super().__init__(reason)
+        self.is_late = is_late
 
 
 class Supervised:
@@ -82,16 +90,17 @@ class Supervised:
         return bool(data)
 
     def _take(self, facts: dict[str, Any]) -> None:
-        if "title" in facts or "points" in facts and "name" not in facts:
-            self.about |= facts
-        elif "begins" in facts:
+        if "begins" in facts:
             self.present = facts
             self._begin()
         elif "name" in facts:
             self.found.append(Told(**facts))
             self.present = None
             self._begin()
-        self.has_ended |= "ends" in facts
+        elif "ends" in facts:
+            self.has_ended = True
+        else:
+            self.about |= facts
 
     def _begin(self) -> None:
         self._is_silent, self._began, self._had_used = True, time.monotonic(), own_seconds([self.process.pid])
@@ -105,7 +114,7 @@ class Supervised:
             self._is_silent = False
         if used > CPU_SECONDS or clock > CLOCK_SECONDS:
             seconds = f"{CPU_SECONDS:g} s of the processor" if used > CPU_SECONDS else f"{CLOCK_SECONDS:g} s"
-            raise EndedError(f"{self._where()}no answer in {seconds}: is there a loop that never ends?")
+            raise EndedError(f"{self._where()}no answer in {seconds}: is there a loop that never ends?", is_late=True)
 
     def _where(self) -> str:
         """Where the method of the present part stands."""
@@ -153,7 +162,7 @@ def check(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
             except EndedError as error:
                 if one.present is None:
                     raise InputError(f"check: the files cannot be read: {error}") from None
-                found += [*one.found, lost(one, str(error))]
+                found += [*one.found, lost(one, error)]
                 names = one.left()
                 if not names:
                     break
@@ -162,17 +171,16 @@ def check(folder: str, names: Sequence[str], options: Sequence[str]) -> int:
     return finished(one.about["title"], Path(one.about["target"]), found)
 
 
-def lost(one: Supervised, reason: str) -> Told:
+def lost(one: Supervised, error: EndedError) -> Told:
     """Print, and return, what is told of a part that gave no answer."""
-    from taichi_tracer.teaching import boxes
     from taichi_tracer.teaching.base import CRASHED, OUT_OF_TIME, Verdict
-    from taichi_tracer.teaching.boxes import lines_of
+    from taichi_tracer.teaching.boxes import box, lines_of
 
     name = (one.present or {})["begins"]
-    status = OUT_OF_TIME if "no answer" in reason else CRASHED
     points = one.about["points"][name]
-    print(*lines_of(name, points, Verdict(status, 0.0, reason), 0.0), sep="\n", flush=True)
-    return Told(name, 0.0, points, False, boxes.box(name, f"0 of {points:g} points", Verdict(status, 0.0, reason)))
+    verdict = Verdict(OUT_OF_TIME if error.is_late else CRASHED, 0.0, str(error))
+    print(*lines_of(name, points, verdict, 0.0), sep="\n", flush=True)
+    return Told(name, 0.0, points, False, box(name, f"0 of {points:g} points", verdict))
 
 
 def finished(title: str, target: Path, found: Sequence[Told]) -> int:
@@ -193,6 +201,7 @@ def ending_by_signals() -> Iterator[None]:
     """Let Ctrl-C and SIGTERM end this process after those that it has started; the program otherwise leaves at once."""
 
     def end(number: int, frame: object) -> None:
+        """End as a program does that a signal has ended."""
         print("taichi-tracer: interrupted", file=sys.stderr)
         sys.exit(128 + number)
 

@@ -147,7 +147,7 @@ def check_folder(
         for part in chosen(assignment, names)
         if is_asked(part, student, assignment) or (names and part.is_optional)
     ]
-    teller = Teller(folder) if teller is None else teller
+    teller = Teller() if teller is None else teller
     teller.tell(points={part.name: part.points for part in parts})
     report = Report(assignment)
     for part in parts:

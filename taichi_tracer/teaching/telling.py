@@ -42,12 +42,12 @@ def summary(found: Sequence[Told]) -> str:
 class Teller:
     """Tells the parent what this process does; without a parent, nobody.
 
-    Args:
-        folder: the student's.
+    Attributes:
+        has_parent: whether there is one. is_first: whether no process before this one has begun the same check.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder, number = folder, os.environ.pop(VARIABLE, "")
+    def __init__(self) -> None:
+        number = os.environ.pop(VARIABLE, "")
         self.has_parent = number != ""
         self.pipe = os.fdopen(int(number), "w", encoding="utf-8") if number else None
         self.is_first = os.environ.pop(GOES_ON, "") == ""

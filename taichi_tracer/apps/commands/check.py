@@ -30,6 +30,7 @@ def run(args: Namespace) -> int:
     if os.name == "posix" and VARIABLE not in os.environ:
         given = (("--assignment", args.assignment), ("--seed", args.seed), ("--report", args.report))
         options = [word for name, value in given if value is not None for word in (name, str(value))]
+        options += ["--debug"] * args.debug
         return supervised.check(args.folder, args.names, options)
     return run_here(args)
 
@@ -42,13 +43,14 @@ def run_here(args: Namespace) -> int:
     from taichi_tracer.teaching.telling import Teller
 
     folder = Path(args.folder).expanduser()
-    target, teller = Path(args.report) if args.report else folder / PAGE, Teller(folder)
+    target, teller = Path(args.report) if args.report else folder / PAGE, Teller()
     assignment, _ = assignment_of(folder, args.assignment)
     check_place(target)
     if teller.is_first:
         print(assignment.title, flush=True)
 
     def tell(lines: list[str]) -> None:
+        """Print what was found of a part."""
         print(*lines, sep="\n", end="\n" * bool(lines), flush=True)
 
     teller.tell(title=assignment.title, target=str(target))
