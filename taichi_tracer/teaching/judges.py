@@ -158,7 +158,8 @@ class Samples(JudgeOfRows):
                 found[name] = z_scores(yours, own)
                 means = slice(dimensions(right.shape[2]))  # those of squares vary too much with a few large samples
                 most = MOST_NOISE**2 * own[:, 1] + (ROUNDING * np.maximum(1, abs(own[:, 0]))) ** 2
-                found[name][:, means][~(yours[:, 1] <= most)[:, means]] = np.inf
+                noisy = ~(yours[:, 1] <= most) & ~(np.isnan(yours[:, 0]) & np.isnan(own[:, 0]))
+                found[name][:, means][noisy[:, means]] = np.inf
         return found
 
     def members(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:

@@ -190,9 +190,9 @@ MISTAKES = {
             "Which material does the triangle have?",
             ("hit.material_id = self.geometry.triangle_material_ids[triangle_id]", ""),
         ),
-        "material of the wrong triangle": (
+        "material of the first triangle": (
             "Whose material is recorded?",
-            ("triangle_material_ids[triangle_id]", "triangle_material_ids[vertex_ids.x]"),
+            ("triangle_material_ids[triangle_id]", "triangle_material_ids[0]"),
         ),
         "normals looked up by the triangle's id": (
             "What are the entries of triangle_normal_ids?",
