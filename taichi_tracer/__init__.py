@@ -37,6 +37,8 @@ _HOME_OF = {
     "OrthographicCamera": "cameras.orthographic",
     "Background": "background",
     "Mesh": "geometry",
+    "Instances": "instances",
+    "group": "instances",
     "Geometry": "geometry",
     "Material": "materials",
     "MaterialLibrary": "materials",
@@ -64,6 +66,7 @@ _HOME_OF = {
     "SceneData": "scene_data",
     "scene_from_mesh": "scene_data_loader",
     "load_scene_data": "scene_data_loader",
+    "load_mesh": "scene_data_loader",
     "scene_names": "scene_data_loader",
     "Environment": "environment",
     "A1Renderer": "renderer",
@@ -118,6 +121,8 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.formulas.triangles import TriangleTest as TriangleTest
     from taichi_tracer.geometry import Geometry as Geometry
     from taichi_tracer.geometry import Mesh as Mesh
+    from taichi_tracer.instances import Instances as Instances
+    from taichi_tracer.instances import group as group
     from taichi_tracer.integrators.base import Integrator as Integrator
     from taichi_tracer.integrators.base import View as View
     from taichi_tracer.integrators.direct_light import DirectLight as DirectLight
@@ -147,6 +152,7 @@ else:  # Editors and type checkers do not run __getattr__: they read these lines
     from taichi_tracer.sampler import Sampler as Sampler
     from taichi_tracer.sampler import UniformSampler as UniformSampler
     from taichi_tracer.scene_data import SceneData as SceneData
+    from taichi_tracer.scene_data_loader import load_mesh as load_mesh
     from taichi_tracer.scene_data_loader import load_scene_data as load_scene_data
     from taichi_tracer.scene_data_loader import scene_from_mesh as scene_from_mesh
     from taichi_tracer.scene_data_loader import scene_names as scene_names

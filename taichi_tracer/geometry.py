@@ -49,6 +49,8 @@ class Mesh:
         corner_uv: (F, 3, 2) float64 texture coordinates of the corners, from the bottom left; None if there are none.
         corner_color: (F, 3, 3) linear colours of the corners, by which Kd is multiplied; None if there are none.
         lights: (name, arguments) of the lights that stand in the file.
+        instances: other meshes that stand in several places, see ``instances``; ``settled`` puts them into the mesh.
+        placed: where parts of the mesh stand, see ``instances.Placed``; None if all of it stands where it is.
     """
 
     vertices: np.ndarray
@@ -67,6 +69,8 @@ class Mesh:
     corner_uv: np.ndarray | None = None
     corner_color: np.ndarray | None = None
     lights: list[tuple[str, dict]] = field(default_factory=list)
+    instances: list = field(default_factory=list)
+    placed: Any = None
 
     def __post_init__(self) -> None:
         if self.face_materials is None:

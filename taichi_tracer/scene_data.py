@@ -14,7 +14,8 @@ from taichi_tracer.background import load_background
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
 from taichi_tracer.formulas.camera_frame import up_of, view_of_points
-from taichi_tracer.geometry import Geometry, Mesh, check, clean, smoothed, visible_points
+from taichi_tracer.geometry import Geometry, Mesh, check, clean
+from taichi_tracer.instances import points_to_show, settled
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.materials import TEXTURES, Material, MaterialLibrary
@@ -79,7 +80,7 @@ class SceneData:
         chosen = PARTS.find("intersector", given["intersector"])
         runtime.ensure()
         check(mesh)
-        mesh = clean(smoothed(mesh, given["smooth"]), runtime.dtype())
+        mesh = clean(settled(mesh, given["smooth"], "copied"), runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
@@ -112,7 +113,7 @@ class SceneData:
         with stage(LIGHTS):
             choice = lamp_choice_of(given["lamp_choice"], mesh)
             self.lamps = Lamps(self.geometry, self.material_library, choice, given["two_sided_lamps"])
-        self.view = view_of_points(visible_points(mesh), up_axis) if view is None else dict(view)
+        self.view = view_of_points(points_to_show(mesh), up_axis) if view is None else dict(view)
         self._computed_view = self.view if view is None else None
         self._in_kernels = Recent(KEPT_FORMS)
         self._reused = Reused()  # the memory of the results of ``intersect``
@@ -121,7 +122,7 @@ class SceneData:
         """``view`` for a picture with this width / height: a computed view of a high picture is from farther away."""
         if self.view is not self._computed_view or aspect >= 1:
             return self.view
-        return view_of_points(visible_points(self.mesh), self.up_axis, aspect=aspect)
+        return view_of_points(points_to_show(self.mesh), self.up_axis, aspect=aspect)
 
     def set_environment(self, environment: EnvironmentChoice) -> None:
         """Replace the light from far away. The argument may be anything that the constructor takes."""

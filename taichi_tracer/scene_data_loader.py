@@ -14,7 +14,7 @@ from taichi_tracer.files import EXTENSIONS, read
 from taichi_tracer.files.arrays import dressed, mesh_from_arrays
 from taichi_tracer.files.meshes import from_trimesh
 from taichi_tracer.files.shipped import scene_data_dir
-from taichi_tracer.geometry import Geometry
+from taichi_tracer.geometry import Geometry, Mesh
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, check_options, with_options
 from taichi_tracer.scene_data import SceneData
@@ -203,10 +203,10 @@ def scene_from_mesh(
     uv: ArrayLike | None = None,
     **options: "Unpack[SceneOptions]",
 ) -> SceneData:
-    """A scene from arrays, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
+    """A scene from arrays, from a ``Mesh``, or from a ``trimesh.Trimesh`` or ``trimesh.Scene``.
 
     Args:
-        vertices: (V, 3) float positions, or the trimesh object.
+        vertices: (V, 3) float positions; or the ``Mesh``, which may be a ``group``; or the trimesh object.
         faces: (F, 3) int vertex ids, counted from 0, counter-clockwise when seen from the front.
         color: the reflectance Kd of a diffuse material, three numbers from 0 to 1, linear RGB; or (M, 3), one row for
             each of several materials. None, without a ``material``, is a light grey, or what the trimesh object has.
@@ -222,8 +222,19 @@ def scene_from_mesh(
         InputError: an array has the wrong shape or a value out of range; the message has the name and the value.
     """
     check_options("scene_from_mesh", options, [*SCENE_DEFAULTS, "color", "material", "normals", "face_materials", "uv"])
-    mesh = from_trimesh(vertices) if faces is None else mesh_from_arrays(vertices, faces)
+    if isinstance(vertices, Mesh):
+        mesh = vertices
+    else:
+        mesh = from_trimesh(vertices) if faces is None else mesh_from_arrays(vertices, faces)
     return SceneData(dressed(mesh, color, material, normals, face_materials, uv), **options)
+
+
+def load_mesh(name_or_path: str | Path) -> Mesh:
+    """The ``Mesh`` of a file or of a shipped scene, for ``group`` and ``Instances``, and for ``scene_from_mesh``."""
+    path = find_scene(name_or_path)
+    if is_document(path):
+        return wing("rt3.document", str(path)).read_rt3(path).mesh
+    return read(path)
 
 
 def load_geometry(name_or_path: str | Path | SceneName) -> Geometry:

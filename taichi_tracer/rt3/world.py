@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from taichi_tracer.brdfs.microfacet import LAYERED
-from taichi_tracer.files.meshes import joined, move, reverse
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.instances import joined, move, reverse, similarity
 from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
@@ -22,8 +22,6 @@ MTL_COLORS, MTL_NUMBERS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km"), ("Ns", "Ni", "d"
 MOST_PRIMITIVES = 20_000_000  # as many as docs/speed.md measures: a document must not fill the memory by a repetition
 MOST_SAVED = 10_000  # states on the stack
 IDENTITY = np.eye(4)
-# The relative deviation from a similarity that a transform may have, because its numbers are rounded.
-UNIFORM = 1e-9
 
 
 @dataclass
@@ -285,12 +283,3 @@ def rotation(angle: float, axis: np.ndarray) -> np.ndarray:
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
-
-
-def similarity(linear: np.ndarray) -> float | None:
-    """The factor by which a transform multiplies all lengths; None if the factor depends on the direction."""
-    gram = linear.T @ linear
-    square = float(np.trace(gram)) / 3
-    if not np.abs(gram - square * np.eye(3)).max() <= UNIFORM * square:
-        return None
-    return float(np.sqrt(square))

@@ -1,7 +1,4 @@
-"""PLY, STL, glTF and OFF files and trimesh's objects: the triangles, normals and materials that they hold.
-
-Parts of meshes: moved, turned inside out, and joined.
-"""
+"""PLY, STL, glTF and OFF files and trimesh's objects: the triangles, normals and materials that they hold."""
 
 import base64
 import json
@@ -10,13 +7,13 @@ import struct
 import numpy as np
 import pytest
 import trimesh
-from shapes import SQUARE, sphere, with_spheres
+from shapes import SQUARE, sphere
 from support import data_file
 
 import taichi_tracer as tt
 from taichi_tracer.files import EXTENSIONS, read
-from taichi_tracer.files.meshes import from_trimesh, joined, move, reverse
-from taichi_tracer.geometry import Mesh, check
+from taichi_tracer.files.meshes import from_trimesh
+from taichi_tracer.instances import joined
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError, MissingFileError
 
@@ -526,47 +523,6 @@ def test_a_real_stl_is_the_numbers_of_its_records():
     records = np.frombuffer(path.read_bytes(), [("f", "<f4", (4, 3)), ("attribute", "<u2")], offset=84)
     mesh = read(path)
     assert np.array_equal(mesh.vertices[mesh.faces], records["f"][:, 1:])
-
-
-def test_a_mirror_turns_triangles_round_so_that_outsides_stay_outside():
-    mesh = Mesh(SQUARE[0].copy(), SQUARE[1].copy(), normals=np.array([[0, 0, 1.0]]), face_normals=np.zeros((2, 3), int))
-    matrix = np.diag([2.0, 3.0, -4.0, 1.0])
-    matrix[:3, 3] = 1, 2, 3
-    move(mesh, matrix)
-    corners = mesh.vertices[mesh.faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert (normal[:, 2] < 0).all()
-    assert mesh.normals[0, 2] < 0
-    np.testing.assert_array_equal(mesh.vertices[0], [-1, -1, 3])
-
-
-def test_reversed_triangles_keep_the_normals_of_their_corners():
-    mesh = Mesh(*SQUARE, normals=np.eye(3), face_normals=np.array([[0, 1, 2], [2, -1, 0]]))
-    expected = {tuple(pair) for pair in zip(mesh.faces.ravel(), mesh.face_normals.ravel(), strict=True)}
-    reverse(mesh)
-    corners = mesh.vertices[mesh.faces]
-    assert (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] < 0).all()
-    assert {tuple(pair) for pair in zip(mesh.faces.ravel(), mesh.face_normals.ravel(), strict=True)} == expected
-
-
-def test_ids_of_joined_parts_are_those_of_the_whole():
-    plain, smooth = Mesh(*SQUARE), Mesh(*SQUARE, normals=np.eye(3), face_normals=np.array([[0, 1, 2], [2, -1, 0]]))
-    smooth.face_materials, smooth.face_culls = np.array([1, 0]), np.array([True, False])
-    whole = joined([plain, with_spheres([(0, 0, 0, 1)]), smooth, smooth], [Material("a"), Material("b")], "all")
-    check(whole)
-    np.testing.assert_array_equal(whole.vertices[whole.faces[2:4]], SQUARE[0][SQUARE[1]])
-    np.testing.assert_array_equal(
-        whole.face_normals, [[-1] * 3, [-1] * 3, [0, 1, 2], [2, -1, 0], [3, 4, 5], [5, -1, 3]]
-    )
-    np.testing.assert_array_equal(whole.face_materials, [0, 0, 1, 0, 1, 0])
-    np.testing.assert_array_equal(whole.face_culls, [False, False, True, False, True, False])
-    np.testing.assert_array_equal(whole.sphere_ids, [2])
-    assert whole.source == "all"
-
-
-def test_without_parts_and_normals_there_are_none():
-    assert joined([], [], "nothing").num_primitives == 0
-    assert joined([Mesh(*SQUARE)], [], "one").face_normals.shape == (0, 3)
 
 
 def test_lights_of_a_file_light_its_scene(tmp_path):

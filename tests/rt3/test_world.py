@@ -6,7 +6,8 @@ from rt3_text import document, read
 from shapes import SQUARE
 
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, rotation, similarity
+from taichi_tracer.instances import similarity
+from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, rotation
 from taichi_tracer.system.errors import InputError
 
 

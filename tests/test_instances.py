@@ -1,0 +1,205 @@
+"""Parts of meshes: moved, turned inside out, joined; and in several places, against a tree that is walked by hand."""
+
+import numpy as np
+import pytest
+from shapes import SQUARE, soup, sphere, with_spheres
+
+import taichi_tracer as tt
+from taichi_tracer.geometry import Mesh, check
+from taichi_tracer.instances import Instances, group, inverse_of, joined, move, points_to_show, reverse, settled
+from taichi_tracer.materials import Material
+
+
+def placed_at(x=0.0, y=0.0, z=0.0, linear=None):
+    """A (4, 4) matrix."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.eye(3) if linear is None else linear
+    matrix[:3, 3] = x, y, z
+    return matrix
+
+
+def corners_by_hand(mesh, matrix=None):
+    """The (3, 3) corners of every triangle of a group and of everything in it, in world space, one by one."""
+    matrix = np.eye(4) if matrix is None else matrix
+    found = [
+        np.array([(matrix @ [*mesh.vertices[vertex], 1.0])[:3] for vertex in face]) for face in np.asarray(mesh.faces)
+    ]
+    for one in mesh.instances:
+        for own in np.asarray(one.transforms):
+            found += corners_by_hand(one.mesh, matrix @ own)
+    return found
+
+
+def a_tree(rng, levels=3):
+    """A group in groups; each has triangles of its own, stands in two or three places, and is moved in another way."""
+    mesh = Mesh(*soup(rng, 3), source="level 0")
+    for level in range(1, levels + 1):
+        transforms = np.tile(np.eye(4), (2 + level % 2, 1, 1))
+        transforms[:, :3] = rng.normal(size=(len(transforms), 3, 4))
+        own = Mesh(*soup(rng, 2), source=f"level {level}")
+        mesh = group([own, Instances(mesh, transforms)], source=f"level {level}")
+    return mesh
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3])
+def test_a_tree_of_groups_is_the_triangles_that_a_walk_finds(levels):
+    mesh = a_tree(np.random.default_rng(levels), levels)
+    flat = settled(mesh, choice="copied")
+    expected = np.array(corners_by_hand(mesh))
+    found = flat.vertices[flat.faces]
+    assert flat.placed is None
+    assert not flat.instances
+
+    def in_order(corners):  # of triangles, and of the corners of each: a mirrored one is turned round
+        rows = np.sort(np.round(corners, 9).view("f8,f8,f8").reshape(len(corners), 3), axis=1).view("f8").reshape(-1, 9)
+        return rows[np.lexsort(rows.T)]
+
+    np.testing.assert_allclose(in_order(found), in_order(expected), atol=1e-8)
+
+
+def test_numbers_follow_the_order_of_a_group():
+    one, two = Mesh(*SQUARE, source="one"), Mesh(SQUARE[0] * 2, SQUARE[1], source="two")
+    places = Instances(two, [placed_at(5), placed_at(9)]), Instances(one, placed_at(z=1))
+    flat = settled(group([one, *places]), False, "copied")
+    corners = flat.vertices[flat.faces]
+    assert corners.shape == (8, 3, 3)
+    assert corners[:, 0].tolist() == [[-1, -1, 0]] * 2 + [[3, -2, 0]] * 2 + [[7, -2, 0]] * 2 + [[-1, -1, 1]] * 2
+
+
+def test_equal_materials_are_one_and_others_stay_apart():
+    red, blue = Material("a", Kd=(1, 0, 0)), Material("b", Kd=(0, 0, 1))
+    first = Mesh(*SQUARE, materials=[red, blue], face_materials=np.array([1, 0], np.int32))
+    second = Mesh(*SQUARE, materials=[blue], face_materials=np.zeros(2, np.int32))
+    flat = settled(group([first, Instances(second, [np.eye(4), np.eye(4)])]), False, "copied")
+    assert [flat.materials[i].name for i in flat.face_materials] == ["b", "a", "b", "b", "b", "b"]
+    assert len(flat.materials) == 2
+
+
+def test_a_sphere_is_moved_and_scaled():
+    ball = with_spheres([(1, 0, 0, 0.5)])
+    turn = np.array([[0, 0, 2.0], [0, -2, 0], [2, 0, 0]])
+    flat = settled(group(Instances(ball, placed_at(1, 1, 1, turn))), False, "copied")
+    assert flat.spheres.tolist() == [[1, 1, 3, 1]]
+
+
+def test_what_is_scaled_to_nothing_is_dropped_and_told():
+    tree = Mesh(*SQUARE, normals=np.array([[0, 0, 1.0]]), face_normals=np.zeros((2, 3), np.int32))
+    ball = with_spheres([(0, 0, 0, 1)])
+    scene = tt.scene_from_mesh(group([Mesh(*SQUARE), Instances(tree, placed_at(linear=np.zeros((3, 3))))]))
+    assert scene.dropped == 2
+    hits = scene.intersect([0, 0, 1], [0, 0, -1])
+    assert hits.triangle_id.tolist() in ([0], [1])
+    flat = settled(group(Instances(ball, placed_at(linear=np.zeros((3, 3))))), False, "copied")
+    assert flat.spheres[0, 3] == 0
+
+
+def test_what_is_pressed_flat_is_still_there():
+    box = Mesh(*sphere(), source="ball")
+    scene = tt.scene_from_mesh(group(Instances(box, placed_at(z=-2, linear=np.diag([1.0, 1.0, 0.0])))))
+    assert scene.intersect([0.1, 0.1, 1], [0, 0, -1]).distance[0] == pytest.approx(3)
+
+
+def test_a_group_that_contains_itself_is_an_error_with_its_path():
+    leaf = Mesh(*SQUARE, source="leaf")
+    branch = group(leaf, source="branch")
+    tree = group(Instances(branch, np.eye(4)), source="tree")
+    branch.instances.append(Instances(tree, np.eye(4)))
+    with pytest.raises(tt.InputError, match="a group contains itself: tree → branch → tree"):
+        settled(tree)
+
+
+def test_too_many_places_and_too_many_levels_are_refused_before_they_fill_the_memory():
+    mesh = Mesh(*SQUARE, source="a")
+    for _ in range(40):
+        mesh = group(Instances(mesh, np.tile(np.eye(4), (8, 1, 1))), source="b")
+    with pytest.raises(tt.InputError, match="more than 10,000,000 places"):
+        settled(mesh)
+    mesh = Mesh(*SQUARE, source="a")
+    for _ in range(80):
+        mesh = group(Instances(mesh, np.eye(4)), source="b")
+    with pytest.raises(tt.InputError, match="nested more than 64 deep"):
+        settled(mesh)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (lambda: Instances("tree.obj", np.eye(4)), "the mesh must be a Mesh, not str"),
+        (lambda: Instances(Mesh(*SQUARE), np.eye(3)), "transforms must be"),
+        (lambda: Instances(Mesh(*SQUARE), np.full((4, 4), np.nan)), "transform 0 must have finite numbers"),
+        (lambda: Instances(Mesh(*SQUARE), [np.eye(4), 2 * np.eye(4)]), "transform 1 must have .* the last row 0 0 0 1"),
+        (lambda: group([Mesh(*SQUARE), "tree"]), "a part must be a Mesh or Instances, not str"),
+        (lambda: settled(Mesh(*SQUARE), False, "share"), "instances"),
+    ],
+)
+def test_wrong_parts_are_one_line(wrong, told):
+    with pytest.raises(tt.InputError, match=told):
+        wrong()
+
+
+def test_what_emits_as_an_ellipsoid_is_refused():
+    lamp = with_spheres([(0, 0, 0, 1)], materials=[Material("lamp", Ke=(1, 1, 1))])
+    with pytest.raises(tt.InputError, match="use triangles for it"):
+        settled(group(Instances(lamp, placed_at(linear=np.diag([1.0, 2, 1])))))
+
+
+def test_inverses_of_many_matrices(rng):
+    linear = rng.normal(size=(50, 3, 3))
+    np.testing.assert_allclose(inverse_of(linear), np.linalg.inv(linear), rtol=1e-9)
+    assert not np.isfinite(inverse_of(np.zeros((1, 3, 3)))).any()
+
+
+def test_a_camera_shows_all_places():
+    mesh = settled(group(Instances(Mesh(*SQUARE), [placed_at(5), placed_at(-7, 1)])))
+    points = points_to_show(mesh)
+    assert points.min(axis=0).tolist() == [-8, -1, 0]
+    assert points.max(axis=0).tolist() == [6, 2, 0]
+
+
+def test_a_mesh_of_a_file_stands_in_two_places():
+    cube = tt.load_mesh("cube")
+    scene = tt.scene_from_mesh(tt.group(tt.Instances(cube, [placed_at(-3), placed_at(3)])))
+    assert scene.num_triangles == 2 * len(cube.faces)
+    hits = scene.intersect([[-3, 0, 9], [3, 0, 9], [0, 0, 9]], [0, 0, -1])
+    assert hits.is_hit.tolist() == [True, True, False]
+
+
+def test_a_mirror_turns_triangles_round_so_that_outsides_stay_outside():
+    mesh = Mesh(SQUARE[0].copy(), SQUARE[1].copy(), normals=np.array([[0, 0, 1.0]]), face_normals=np.zeros((2, 3), int))
+    matrix = np.diag([2.0, 3.0, -4.0, 1.0])
+    matrix[:3, 3] = 1, 2, 3
+    move(mesh, matrix)
+    corners = mesh.vertices[mesh.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (normal[:, 2] < 0).all()
+    assert mesh.normals[0, 2] < 0
+    np.testing.assert_array_equal(mesh.vertices[0], [-1, -1, 3])
+
+
+def test_reversed_triangles_keep_the_normals_of_their_corners():
+    mesh = Mesh(*SQUARE, normals=np.eye(3), face_normals=np.array([[0, 1, 2], [2, -1, 0]]))
+    expected = {tuple(pair) for pair in zip(mesh.faces.ravel(), mesh.face_normals.ravel(), strict=True)}
+    reverse(mesh)
+    corners = mesh.vertices[mesh.faces]
+    assert (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] < 0).all()
+    assert {tuple(pair) for pair in zip(mesh.faces.ravel(), mesh.face_normals.ravel(), strict=True)} == expected
+
+
+def test_ids_of_joined_parts_are_those_of_the_whole():
+    plain, smooth = Mesh(*SQUARE), Mesh(*SQUARE, normals=np.eye(3), face_normals=np.array([[0, 1, 2], [2, -1, 0]]))
+    smooth.face_materials, smooth.face_culls = np.array([1, 0]), np.array([True, False])
+    whole = joined([plain, with_spheres([(0, 0, 0, 1)]), smooth, smooth], [Material("a"), Material("b")], "all")
+    check(whole)
+    np.testing.assert_array_equal(whole.vertices[whole.faces[2:4]], SQUARE[0][SQUARE[1]])
+    np.testing.assert_array_equal(
+        whole.face_normals, [[-1] * 3, [-1] * 3, [0, 1, 2], [2, -1, 0], [3, 4, 5], [5, -1, 3]]
+    )
+    np.testing.assert_array_equal(whole.face_materials, [0, 0, 1, 0, 1, 0])
+    np.testing.assert_array_equal(whole.face_culls, [False, False, True, False, True, False])
+    np.testing.assert_array_equal(whole.sphere_ids, [2])
+    assert whole.source == "all"
+
+
+def test_without_parts_and_normals_there_are_none():
+    assert joined([], [], "nothing").num_primitives == 0
+    assert joined([Mesh(*SQUARE)], [], "one").face_normals.shape == (0, 3)
