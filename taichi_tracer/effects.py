@@ -28,6 +28,7 @@ class Effects:
         spheres: whether there are spheres.
         culling: whether rays pass through the backs of some triangles.
         holes: whether rays pass through parts of some triangles.
+        instances: whether objects stand in several places, and are in memory once.
         textures: whether a material has a picture, or triangles have colours of their own.
         background: whether there is a picture behind the scene.
         blockers: what a ray that leaves a surface can hit: "all": anything; "backs": something only if it leaves the
@@ -45,6 +46,7 @@ class Effects:
     spheres: bool
     culling: bool
     holes: bool
+    instances: bool
     textures: bool
     background: bool
     blockers: str
@@ -113,6 +115,7 @@ def _found(scene, blockers: str) -> dict[str, Any]:
         "spheres": len(mesh.spheres) > 0,
         "culling": mesh.has_culling,
         "holes": mesh.has_holes,
+        "instances": mesh.placed is not None,
         "textures": mesh.has_pictures or mesh.corner_color is not None,
         "background": scene.background is not None,
         "blockers": blockers,
@@ -138,13 +141,14 @@ def _reasons(scene, found: dict[str, Any]) -> list[tuple[str, bool, str]]:
             "rays pass through the backs of some triangles" if culls else "all triangles have two sides",
         ),
         _about_textures(mesh, materials),
+        *([_about_instances(mesh.placed)] if found["instances"] else []),
         ("background", found["background"], scene.background.what if found["background"] else "the scene has none"),
     ]
 
 
 def _with_all(name: str, is_on: bool, why: str, has_environment: bool) -> tuple[str, bool, str]:
     """A line of the receipt in the mode "all"."""
-    depends_on_scene = name in ("background", "backface cull", "textures") or name.startswith("light ")
+    depends_on_scene = name in ("background", "backface cull", "textures", "instances") or name.startswith("light ")
     needs_environment = name in ("environment", "look-up")
     if depends_on_scene or (needs_environment and not has_environment):
         return name, is_on, why
@@ -176,6 +180,11 @@ def _about_textures(mesh, materials: list) -> tuple[str, bool, str]:
     if mesh.corner_color is not None:
         return "textures", True, "vertices have colours"
     return "textures", False, "the triangles have no texture coordinates" if count > 0 else "no material has one"
+
+
+def _about_instances(placed) -> tuple[str, bool, str]:
+    objects, places = len(placed.faces) - 1, len(placed.object_of)
+    return "instances", True, f"{objects:,} objects in {places:,} places, {placed.starts[-1]:,} primitives in all"
 
 
 def _about_light(sky: str, environment, lights) -> list[tuple[str, bool, str]]:

@@ -1,6 +1,5 @@
 """Triangles and spheres: as numpy arrays (``Mesh``, the content of a file) and as Taichi fields (``Geometry``)."""
 
-import itertools
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -209,20 +208,6 @@ def is_collapsed(faces: np.ndarray) -> np.ndarray:
     return (faces[:, 0] == faces[:, 1]) & (faces[:, 1] == faces[:, 2])
 
 
-def visible_points(mesh: Mesh) -> np.ndarray:
-    """(n, 3) float64: the corners of all triangles and of the boxes of all spheres that a ray can hit; n may be 0.
-
-    Args:
-        mesh: a mesh that ``clean`` returned.
-    """
-    is_corner = np.zeros(len(mesh.vertices), bool)
-    is_corner[mesh.faces[~is_collapsed(mesh.faces)]] = True
-    spheres = mesh.spheres[mesh.spheres[:, 3] > 0].astype(np.float64)
-    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-    corners = spheres[:, None, :3] + spheres[:, None, 3:] * signs
-    return np.concatenate([mesh.vertices[is_corner].astype(np.float64), corners.reshape(-1, 3)])
-
-
 def clean(mesh: Mesh, dtype: type[np.floating]) -> Mesh:
     """``mesh`` with every coordinate in ``dtype``; primitives that no ray can hit are collapsed into a point.
 
@@ -314,12 +299,17 @@ class Geometry:
             fields.dense(ti.i, max(1, self.n_spheres)).place(self.spheres, self.sphere_material_ids)
             fields.dense(ti.i, max(1, self.n_primitives)).place(self.primitives)
         self.textures: Any = None  # those of the scene, which has made them of the same mesh
+        self.places: Any = None  # the same, see ``places``; only if objects stand in several places
         if effects.culling:
             self.culls = ti.field(ti.i32)
             per_face.place(self.culls)
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         mesh = self.mesh
+        if mesh.placed is not None:
+            used = mesh.placed.points(mesh.placed.boxes(mesh))
+            used = used if len(used) > 0 else np.zeros((1, 3))
+            return used.min(axis=0), used.max(axis=0)
         corners = [mesh.vertices[named(mesh.faces, len(mesh.vertices))]] if len(mesh.faces) > 0 else []
         if len(mesh.spheres) > 0:
             corners += np.split(self.sphere_boxes(), 2, axis=1)
@@ -421,10 +411,23 @@ class Geometry:
     @ti.func
     def position_on(self, triangle_id, u, v, v0, v1, v2):
         """``position`` with the vertices of the triangle."""
+        return self.position_between(u, v, v0, v1, v2, self.thinness[triangle_id])
+
+    @ti.func
+    def position_between(self, u, v, v0, v1, v2, thinness):
+        """``position`` with the vertices and the thinness of any triangle."""
         w = 1 - u - v
         p = w * v0 + u * v1 + v * v2
-        size = abs(w * v0) + abs(u * v1) + abs(v * v2) + (v0 - p).norm() * self.thinness[triangle_id]
+        size = abs(w * v0) + abs(u * v1) + abs(v * v2) + (v0 - p).norm() * thinness
         return p, size * ti.static(8 * runtime.epsilon())
+
+    @ti.func
+    def number(self, primitive_id):
+        """The number of a primitive in memory: its id, unless objects stand in several places."""
+        number = primitive_id
+        if ti.static(self.effects.instances):
+            number = self.places.number(primitive_id)
+        return number
 
     @ti.func
     def shading_normal(self, triangle_id, u, v, geometric_normal):

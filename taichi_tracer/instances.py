@@ -5,13 +5,14 @@ be groups, too. ``settled`` composes all transforms of such a tree: then there a
 The triangles of an object are in memory once, unless copies of them are small, or are needed.
 """
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from taichi_tracer.geometry import Mesh, check, smoothed, visible_points
+from taichi_tracer.geometry import Mesh, check, is_collapsed, smoothed
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError, one_of
 
@@ -112,6 +113,15 @@ class Placed:
             placed = np.einsum("nij,kj->nki", own[:, :, :3], points) + own[:, None, :, 3]
             found.append(placed.reshape(-1, 3))
         return np.concatenate(found)
+
+    def boxes(self, mesh: Mesh) -> list[np.ndarray]:
+        """The 8 corners of the box of each object of a mesh; (0, 3) for one that nothing can hit."""
+        found = []
+        for number in range(len(self.faces) - 1):
+            points = visible_points(self.object(mesh, number))
+            sides = np.stack([points.min(axis=0), points.max(axis=0)]) if len(points) > 0 else points
+            found.append(np.stack(np.meshgrid(*sides.T, indexing="ij"), axis=-1).reshape(-1, 3))
+        return found
 
     def object(self, mesh: Mesh, number: int) -> Mesh:
         """The triangles and spheres of one object, without its materials, normals and colours."""
@@ -262,15 +272,18 @@ def inverse_of(linear: np.ndarray) -> np.ndarray:
         return adjugate / (a * adjugate[:, :, 0]).sum(axis=1)[:, None, None]
 
 
-def boxes_of_objects(mesh: Mesh) -> list[np.ndarray]:
-    """The 8 corners of the box of each object of a mesh with ``placed``; (0, 3) for one that nothing can hit."""
-    placed, found = mesh.placed, []
-    for k in range(len(placed.faces) - 1):
-        points = visible_points(placed.object(mesh, k))
-        sides = np.stack([points.min(axis=0), points.max(axis=0)]) if len(points) > 0 else np.zeros((0, 3))
-        corners = np.stack(np.meshgrid(*sides.T, indexing="ij"), axis=-1).reshape(-1, 3) if len(points) > 0 else sides
-        found.append(corners)
-    return found
+def visible_points(mesh: Mesh) -> np.ndarray:
+    """(n, 3) float64: the corners of all triangles and of the boxes of all spheres that a ray can hit; n may be 0.
+
+    Args:
+        mesh: a mesh that ``clean`` returned.
+    """
+    is_corner = np.zeros(len(mesh.vertices), bool)
+    is_corner[mesh.faces[~is_collapsed(mesh.faces)]] = True
+    spheres = mesh.spheres[mesh.spheres[:, 3] > 0].astype(np.float64)
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    corners = spheres[:, None, :3] + spheres[:, None, 3:] * signs
+    return np.concatenate([mesh.vertices[is_corner].astype(np.float64), corners.reshape(-1, 3)])
 
 
 def points_to_show(mesh: Mesh) -> np.ndarray:
@@ -280,7 +293,7 @@ def points_to_show(mesh: Mesh) -> np.ndarray:
     objects = [visible_points(mesh.placed.object(mesh, k)) for k in range(len(mesh.placed.faces) - 1)]
     sizes = np.array([len(points) for points in objects])
     if sizes[mesh.placed.object_of].sum() > MOST_VIEWED:
-        objects = boxes_of_objects(mesh)
+        objects = mesh.placed.boxes(mesh)
     return mesh.placed.points(objects)
 
 
@@ -307,7 +320,8 @@ def move(mesh: Mesh, matrix: np.ndarray) -> None:
     """Transform vertices by a (4, 4) matrix, normals by its inverse transpose, and spheres if they stay spheres.
 
     If the matrix mirrors the mesh, the triangles are reversed, so that fronts stay fronts. If it presses the mesh flat,
-    the normals are gone. A sphere that would become an ellipsoid disappears: its radius is 0.
+    the normals are gone. A sphere that would become an ellipsoid disappears: its radius is 0. The poles of others, by
+    which a texture lies on them, stay where they are.
     """
     linear = matrix[:3, :3]
     mesh.vertices = mesh.vertices @ linear.T + matrix[:3, 3]

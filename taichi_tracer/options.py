@@ -63,6 +63,7 @@ class SceneOptions(TypedDict, total=False):
         ``LampChoice``, or one: "area", "power" or "hierarchy". None takes "power" for up to 64 of them, and
         "hierarchy" for more.
     two_sided_lamps: whether triangles with Ke > 0 emit from both sides; if not, from their front only (A3-1).
+    instances: how meshes in several places are kept, see ``instances.settled``: "auto", "shared" or "copied".
     """
 
     intersector: IntersectorChoice
@@ -78,6 +79,7 @@ class SceneOptions(TypedDict, total=False):
     up_axis: str
     lamp_choice: LampChoices | None
     two_sided_lamps: bool
+    instances: str
 
 
 SCENE_DEFAULTS: SceneOptions = {
@@ -94,6 +96,7 @@ SCENE_DEFAULTS: SceneOptions = {
     "up_axis": "y",
     "lamp_choice": None,
     "two_sided_lamps": False,
+    "instances": "auto",
 }
 
 

@@ -27,10 +27,18 @@ from taichi_tracer.options import (
     all_options,
     with_options,
 )
+from taichi_tracer.places import Places
 from taichi_tracer.ray_hits import RayHits, as_rays, ray_from, write_hit
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.scene_in_kernels import SceneInKernels
-from taichi_tracer.scene_parts import blockers_of, brdfs_of, lamp_choice_of, lights_of, make_intersector
+from taichi_tracer.scene_parts import (
+    blockers_of,
+    brdfs_of,
+    knows_instances,
+    lamp_choice_of,
+    lights_of,
+    make_intersector,
+)
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.recent import Recent
@@ -80,14 +88,16 @@ class SceneData:
         chosen = PARTS.find("intersector", given["intersector"])
         runtime.ensure()
         check(mesh)
-        mesh = clean(settled(mesh, given["smooth"], "copied"), runtime.dtype())
+        copies = given["instances"] if knows_instances(chosen) else "copied"
+        mesh = clean(settled(mesh, given["smooth"], copies), runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
         if mesh.dropped > 0:
             warnings.warn(mesh.notes[-1], stacklevel=3)  # the caller of load_scene_data or scene_from_mesh
         self.effects_mode, self.fast, self.version = given["effects"], bool(given["fast"]), 0
         self.shots: tuple = ()
         self.lights_of_file = len(mesh.lights)
-        self.up_axis, self.smooth = up_axis, given["smooth"]
+        self.up_axis, self.smooth, self.instances_mode = up_axis, given["smooth"], given["instances"]
+        self.chosen = chosen if isinstance(chosen, type) else type(chosen)
         if self.effects_mode not in MODES:
             raise one_of("effects", self.effects_mode, MODES)
         self.lights: list[Light] = [*lights_of(mesh), *(PARTS.find("light", light) for light in given["lights"])]
@@ -102,9 +112,13 @@ class SceneData:
             is_students = bool(replaced(chosen))
             self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
             self.textures = Textures(mesh, builder) if self.effects.textures else None
+            if mesh.placed is not None:
+                self.geometry.places = Places(mesh.placed, builder, self.effects.spheres)
         tables = self.material_library.tables()
+        if mesh.placed is not None:
+            self.geometry.places.put(tables)
         if self.textures is not None:
-            self.geometry.textures = self.textures
+            self.geometry.textures, self.textures.instances = self.textures, self.geometry.places
             self.textures.put(tables)
         self.geometry.load(self._memory, tables)
         with stage(BUILD, waits=True):
@@ -167,6 +181,7 @@ class SceneData:
         digest = hashlib.sha256(described(mesh.materials).encode())
         arrays: list = [mesh.vertices, mesh.faces, mesh.face_materials, mesh.normals, mesh.face_normals]
         arrays += [mesh.spheres, mesh.sphere_ids, mesh.sphere_materials]
+        arrays += [] if mesh.placed is None else [mesh.placed.matrices, mesh.placed.object_of, mesh.placed.primitives]
         arrays += [array for array in (mesh.face_culls, mesh.corner_uv, mesh.corner_color) if array is not None]
         if self.up_axis != "y":
             digest.update(self.up_axis.encode())
@@ -187,12 +202,14 @@ class SceneData:
     @property
     def num_triangles(self) -> int:
         """The number of triangles, including those that no ray can hit."""
-        return self.geometry.n_triangles
+        placed = self.mesh.placed
+        return self.geometry.n_triangles if placed is None else placed.total(placed.faces)
 
     @property
     def num_spheres(self) -> int:
         """The number of spheres."""
-        return self.geometry.n_spheres
+        placed = self.mesh.placed
+        return self.geometry.n_spheres if placed is None else placed.total(placed.spheres)
 
     @property
     def materials(self) -> list[Material]:
@@ -281,9 +298,8 @@ class SceneData:
 
 def again(former: SceneData, **changes: Any) -> SceneData:
     """A new scene with the primitives and parts of another one, except for some arguments of ``SceneData``."""
-    intersector = type(former.ray_intersector)
     own = {
-        "intersector": getattr(intersector, "stands_in_for", intersector),
+        "intersector": former.chosen,
         "triangle_test": former.ray_intersector.triangle_test,
         "view": None if former.view is former._computed_view else former.view,
         "environment": former.environment,
@@ -295,10 +311,14 @@ def again(former: SceneData, **changes: Any) -> SceneData:
         "up_axis": former.up_axis,
         "lamp_choice": former.lamps.choice,
         "two_sided_lamps": former.lamps.two_sided,
+        "instances": former.instances_mode,
     }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the primitives that are dropped were told when this scene was made
-        scene = SceneData(former.mesh, **own | changes)
+        placed = former.mesh.placed
+        if placed is not None:
+            own["smooth"] = former.smooth
+        scene = SceneData(former.mesh if placed is None else placed.group, **own | changes)
     scene.shots, scene.notes = former.shots, former.notes
     return scene
 

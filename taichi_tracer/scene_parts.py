@@ -8,6 +8,8 @@ from taichi_tracer.forms import Form, intersector_of
 from taichi_tracer.formulas.convexity import sides_that_see_others
 from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry, Mesh
+from taichi_tracer.intersectors.bvh import BVHRayIntersector
+from taichi_tracer.intersectors.instances import TwoLevelBVH
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.choice import LampChoice
 from taichi_tracer.lights.mesh_light_sampler import MeshLightSampler
@@ -26,9 +28,16 @@ def blockers_of(mesh: Mesh, intersector, triangle_test: str | TriangleTest) -> s
     test = PARTS.find("triangle test", triangle_test)
     if replaced(intersector) or not test.solve.__module__.startswith("taichi_tracer."):
         return "all"
+    if mesh.placed is not None:
+        return "all"
     if len(mesh.spheres) > 0:
         return "backs" if len(mesh.spheres) == 1 and len(mesh.faces) == 0 else "all"
     return sides_that_see_others(mesh.vertices, mesh.faces)
+
+
+def knows_instances(intersector: type[RayIntersector] | RayIntersector) -> bool:
+    """Whether an intersector has a form for objects in several places: only the hierarchy has, as it is shipped."""
+    return intersector is BVHRayIntersector and not replaced(intersector)
 
 
 def lamp_choice_of(chosen: LampChoices | None, mesh: Mesh) -> LampChoice:
@@ -68,5 +77,5 @@ def make_intersector(
             raise InputError(f"intersector: this {type(chosen).__name__} belongs to another scene: make a new one")
         chosen.bind(geometry, triangle_test)
         return chosen, Form("rays", f"{type(chosen).__name__}, as it is written", "it was given as an object")
-    runs, form = intersector_of(chosen, fast)
+    runs, form = intersector_of(TwoLevelBVH if geometry.effects.instances else chosen, fast)
     return runs(geometry, triangle_test), form

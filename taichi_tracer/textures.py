@@ -8,7 +8,7 @@ the centres of texels, colours are interpolated bilinearly.
 
 import hashlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
@@ -84,6 +84,8 @@ class Textures:
 
     def __init__(self, mesh: "Mesh", fields: ti.FieldsBuilder) -> None:
         self._mesh = mesh
+        self.has_instances = mesh.placed is not None
+        self.instances: Any = None  # the ``Places`` of the scene, if objects stand in several places
         self.has_pictures, self.has_colors = mesh.has_pictures, mesh.corner_color is not None
         used = dict.fromkeys(texture for material in mesh.materials for texture in material.textures)
         self.has_layers = self.has_pictures and any(material.map_layer is not None for material in mesh.materials)
@@ -140,11 +142,19 @@ class Textures:
         return [self._first[texture], width, height, *map(WRAPS.index, texture.wrap)]
 
     @ti.func
+    def between(self, of_corners: ti.template(), hit):
+        """The mean of what the three corners of a hit have, weighted by the barycentric coordinates."""
+        number = hit.triangle_id
+        if ti.static(self.has_instances):
+            number = self.instances.number(hit.triangle_id)
+        return weighted(of_corners, number, hit.barycentric_coords.x, hit.barycentric_coords.y)
+
+    @ti.func
     def color(self, hit):
         """The colour of the texture at a hit, times that of the triangle; each is 1 where there is none."""
         color = tm.vec3(1)
         if ti.static(self.has_colors):
-            color = between(self.colors, hit)
+            color = self.between(self.colors, hit)
         if ti.static(self.has_pictures):
             color *= self.of_kind(0, hit)
         return color
@@ -175,7 +185,7 @@ class Textures:
         """(u, v) of a hit; 0 where no surface has a picture."""
         uv = tm.vec2(0)
         if ti.static(self.has_pictures):
-            uv = between(self.coordinates, hit)
+            uv = self.between(self.coordinates, hit)
         return uv
 
     @ti.func
@@ -203,12 +213,6 @@ class Textures:
         column = neighbour(i, width, self.places[row, 3])
         line = neighbour(j, height, self.places[row, 4])
         return self.texels[self.places[row, 0] + line * width + column]
-
-
-@ti.func
-def between(of_corners: ti.template(), hit):
-    """The mean of what the three corners of a hit have, weighted by the barycentric coordinates."""
-    return weighted(of_corners, hit.triangle_id, hit.barycentric_coords.x, hit.barycentric_coords.y)
 
 
 @ti.func

@@ -10,7 +10,8 @@ from taichi_tracer.apps.requests import PictureRequest, document_of, pictures_of
 from taichi_tracer.apps.words import note
 from taichi_tracer.files import read
 from taichi_tracer.formulas.camera_frame import view_of_points
-from taichi_tracer.geometry import clean, visible_points
+from taichi_tracer.geometry import clean
+from taichi_tracer.instances import visible_points
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot, read_rt3
 from taichi_tracer.rt3.renderer import RT3Renderer

@@ -18,6 +18,7 @@ from taichi_tracer.fast.bvh_wide import LEAF_BITS, leaf_reference
 from taichi_tracer.fast.lanes import components, lanes_of, larger, shared, smaller
 from taichi_tracer.fast.packets import smaller_axes
 from taichi_tracer.formulas.triangles import edge_functions, moller_trumbore, watertight
+from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import real
 from taichi_tracer.system.tables import Tables
 
@@ -45,6 +46,20 @@ def in_blocks(references: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
     places = np.empty(count, np.int32)
     places[np.repeat(first, size) + within] = np.repeat(moved, size) + within
     return references, places
+
+
+def leaf_triangles(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
+    """(V, 3) vertices and (n, 3) vertex ids of what ``hittable`` lists; of a sphere, two corners of its box."""
+    vertices, faces = geometry.mesh.vertices, geometry.mesh.faces
+    rows = geometry.hittable_triangles()
+    if len(rows) < len(faces):
+        faces = faces[rows]
+    if geometry.n_spheres > 0:
+        low, high = np.split(geometry.sphere_boxes(), 2, axis=1)
+        own = len(vertices) + np.arange(len(low), dtype=np.int32)
+        faces = np.concatenate([faces, np.stack([own, own + len(low), own], axis=1)])
+        vertices = np.concatenate([vertices, low, high])
+    return vertices, faces
 
 
 @ti.dataclass
@@ -145,7 +160,7 @@ class LeafBlocks:
         )
 
     @ti.func
-    def corner(self, block, number: ti.template()):
+    def corner(self, aim, block, number: ti.template()):
         """One vertex of each triangle of a block."""
         return components(
             self.vertices[block, number], self.vertices[block, 3 + number], self.vertices[block, 6 + number]
@@ -193,7 +208,7 @@ def may_pass_inside(blocks: ti.template(), ray, aim, block):
 @ti.func
 def may_solve(blocks: ti.template(), ray, aim, block):
     """Whether ``moller_trumbore`` finds that the ray passes inside the edges."""
-    v0, v1, v2 = blocks.corner(block, 0), blocks.corner(block, 1), blocks.corner(block, 2)
+    v0, v1, v2 = blocks.corner(aim, block, 0), blocks.corner(aim, block, 1), blocks.corner(aim, block, 2)
     is_inside, _t, _u, _v, _det = moller_trumbore(shared(ray.origin), shared(ray.direction), v0, v1, v2)
     return is_inside
 

@@ -10,13 +10,14 @@ from taichi_tracer.fast.primary_hits import PrimaryHits, is_small, pixels_in, wh
 from taichi_tracer.fast.tiles import TILES, Tiles, can_take_tiles, is_worth_tiles, why_no_tiles
 from taichi_tracer.fast.view_tiles import ViewTiles, can_show
 from taichi_tracer.fast.wide_bvh import WideBVH
+from taichi_tracer.fast.wide_instances import WideInstances
 from taichi_tracer.forms import EyeRays, Form, Plan, plain_rays
 from taichi_tracer.picture.progress import Target
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.seams import replaced, why_replaced
 from taichi_tracer.system.stopwatch import EYE_RAYS, SAMPLES, stage
 
-INTERSECTORS = {cls.stands_in_for: cls for cls in (WideBVH, FastBruteForce)}
+INTERSECTORS = {cls.stands_in_for: cls for cls in (WideBVH, WideInstances, FastBruteForce)}
 KEPT_INTEGRATORS = 8  # forms of estimators: going back to one of so many compiles nothing
 KEPT_TILES = 4  # the same of their tiles, which need more memory
 OF_PACKAGE = "camera and intersector belong to the package"

@@ -67,7 +67,7 @@ def can_take_tiles(renderer, scene, integrator) -> bool:
     """
     intersector, lights, effects = scene.ray_intersector, scene.lights, scene.effects
     is_far = len(lights.far) == 1 and can_wait_for(lights.far[0]) and not lights.single
-    has_shadows = isinstance(intersector, WideBVH) and effects.blockers != "none"
+    has_shadows = type(intersector) is WideBVH and effects.blockers != "none"
     is_plain = renderer.fast and not renderer.replaced and runtime.can("lanes")
     if not (is_far and has_shadows and is_plain and renderer.is_random):
         return False

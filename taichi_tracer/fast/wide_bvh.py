@@ -13,9 +13,9 @@ import taichi.math as tm
 
 from taichi_tracer.fast import bvh_build
 from taichi_tracer.fast.bvh_build import BLOCK, BLOCK_BITS
-from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, collapse, empty_tree, quantise
+from taichi_tracer.fast.bvh_wide import LEAF_BITS, WIDTH, WideTree, collapse, empty_tree, quantise
 from taichi_tracer.fast.lanes import first_lane, lanes_of, larger, smaller
-from taichi_tracer.fast.leaf_blocks import NO_ROW, LeafBlocks, aim_of, in_blocks, primitives_at_once
+from taichi_tracer.fast.leaf_blocks import NO_ROW, LeafBlocks, aim_of, in_blocks, leaf_triangles, primitives_at_once
 from taichi_tracer.fast.nearest import FastIntersector
 from taichi_tracer.fast.packet_shapes import PACKET_TESTS
 from taichi_tracer.fast.packets import slab
@@ -32,20 +32,6 @@ NOTHING = -(1 << 31)  # a reference to neither a node nor a leaf
 # Stacks have a multiple of this length, and depths are rounded up, so that most trees have the same kernels.
 STACK_STEP, DEPTH_STEP = 64, 8
 UNBRANCHED = 2  # children that are put on the stack without a branch: few rays meet more, besides the one they enter
-
-
-def leaf_triangles(geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
-    """(V, 3) vertices and (n, 3) vertex ids of what ``hittable`` lists; of a sphere, two corners of its box."""
-    vertices, faces = geometry.mesh.vertices, geometry.mesh.faces
-    rows = geometry.hittable_triangles()
-    if len(rows) < len(faces):
-        faces = faces[rows]
-    if geometry.n_spheres > 0:
-        low, high = np.split(geometry.sphere_boxes(), 2, axis=1)
-        own = len(vertices) + np.arange(len(low), dtype=np.int32)
-        faces = np.concatenate([faces, np.stack([own, own + len(low), own], axis=1)])
-        vertices = np.concatenate([vertices, low, high])
-    return vertices, faces
 
 
 @ti.func
@@ -66,16 +52,10 @@ class WideBVH(FastIntersector):
         super().bind(geometry, triangle_test)
         self.solve_packet = PACKET_TESTS.get(self.solve)  # None if the test has no form for packets
         start = time.perf_counter()
-        ids, boxes = geometry.hittable()
-        order, wide = np.zeros(0, np.int32), empty_tree(runtime.dtype())
-        if len(ids) > 0:
-            tree = bvh_build.build(boxes, primitives_at_once(self.solve, geometry.effects.spheres))
-            del boxes  # of a large mesh, all of these together would need the memory of the whole scene once more
-            order, wide = tree.order, collapse(tree)
-            del tree
-        references, places = in_blocks(np.append(wide.children, np.int32(min(wide.root, 0))), len(ids))
-        children, root = references[:-1].reshape(-1, WIDTH), references[-1]
-        self.root, self.depth = varying(int(root)), -(-wide.depth // DEPTH_STEP) * DEPTH_STEP
+        ids, order, wide, roots = self.trees(geometry)
+        references, places = self.in_blocks(np.append(wide.children, roots).astype(np.int32), len(ids))
+        children, self.roots = references[: -len(roots)].reshape(-1, WIDTH), references[-len(roots) :]
+        self.root, self.depth = varying(int(self.roots[0])), -(-wide.depth // DEPTH_STEP) * DEPTH_STEP
         self.stack_size = -(-wide.stack_size // STACK_STEP) * STACK_STEP
         self.is_one_leaf = self.root < 0  # of a scene with few primitives: kernels have no code for nodes
         self.num_nodes, self.num_leaf_triangles, self.cost = len(wide.children), len(ids), wide.cost
@@ -93,7 +73,7 @@ class WideBVH(FastIntersector):
         node.place(self.corner, self.step)
         node.dense(ti.j, 6).place(self.numbers)
         node.dense(ti.j, WIDTH).place(self.children)
-        self.blocks = LeafBlocks(self._memory.fields, self.num_places, self.solve, geometry.effects.spheres)
+        self.blocks = self.blocks_of(geometry)
         self._memory.allocate()
         number_type = np.uint8 if self.number_type == ti.u8 else np.int32
         nodes = grid.corner, grid.step, grid.numbers.astype(number_type, copy=False), children
@@ -109,6 +89,25 @@ class WideBVH(FastIntersector):
         else:
             self._load(*nodes, *triangles, rows)
         self.build_seconds = time.perf_counter() - start
+
+    def trees(self, geometry: Geometry) -> tuple[np.ndarray, np.ndarray, WideTree, np.ndarray]:
+        """What ``hittable`` lists, the order of its rows in the leaves, the nodes, and the reference to their root."""
+        ids, boxes = geometry.hittable()
+        if len(ids) == 0:
+            wide = empty_tree(runtime.dtype())
+            return ids, np.zeros(0, np.int32), wide, np.array([wide.root])
+        tree = bvh_build.build(boxes, primitives_at_once(self.solve, geometry.effects.spheres))
+        del boxes  # of a large mesh, all of these together would need the memory of the whole scene once more
+        wide = collapse(tree)
+        return ids, tree.order, wide, np.array([wide.root])
+
+    def in_blocks(self, references: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """``leaf_blocks.in_blocks`` of all references to leaves of primitives."""
+        return in_blocks(references, count)
+
+    def blocks_of(self, geometry: Geometry) -> LeafBlocks:
+        """The memory of the leaves."""
+        return LeafBlocks(self._memory.fields, self.num_places, self.solve, geometry.effects.spheres)
 
     @property
     def bytes(self) -> int:
@@ -203,12 +202,18 @@ class WideBVH(FastIntersector):
             while mask != 0:
                 place = (block << BLOCK_BITS) + first_lane(mask)
                 mask &= mask - 1
-                primitive_id = self.blocks.primitive(place)
-                v0, v1, v2 = self.blocks.triangle(place)
-                t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
+                t, u, v, primitive_id = self.try_at(place, ray, bounds, aim, t_min)
                 if t_min < t and (t < best or (t == best and primitive_id < best_id)):
                     best, best_id, best_u, best_v, best_place = t, primitive_id, u, v, place
         return best, best_id, best_u, best_v, best_place
+
+    @ti.func
+    def try_at(self, place, ray, bounds, aim, t_min):
+        """(t, u, v, number) of the primitive at a place; t is −∞ for a miss."""
+        primitive_id = self.blocks.primitive(place)
+        v0, v1, v2 = self.blocks.triangle(place)
+        t, u, v = self.try_primitive(ray, bounds, primitive_id, v0, v1, v2, t_min)
+        return t, u, v, primitive_id
 
     @ti.func
     def is_blocked(self, ray, t_min, t_max):
@@ -252,8 +257,7 @@ class WideBVH(FastIntersector):
             while mask != 0:
                 place = (block << BLOCK_BITS) + first_lane(mask)
                 mask &= mask - 1
-                v0, v1, v2 = self.blocks.triangle(place)
-                t, _, _ = self.try_primitive(ray, bounds, self.blocks.primitive(place), v0, v1, v2, t_min)
+                t, _, _, _ = self.try_at(place, ray, bounds, aim, t_min)
                 if t_min < t and t < t_max:
                     blocked = True
                     mask = 0

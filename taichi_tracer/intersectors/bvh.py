@@ -14,7 +14,7 @@ from taichi_tracer.formulas.triangles import TriangleTest
 from taichi_tracer.geometry import Geometry
 from taichi_tracer.ray import no_hit
 from taichi_tracer.ray_intersector import RayIntersector
-from taichi_tracer.system import memory
+from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.registry import register
 from taichi_tracer.system.seams import seams
 
@@ -38,18 +38,23 @@ class BVHRayIntersector(RayIntersector):
     def bind(self, geometry: Geometry, triangle_test: str | TriangleTest = "watertight") -> None:
         """Build the tree over the primitives that a ray can hit."""
         super().bind(geometry, triangle_test)
-        ids, boxes = geometry.hittable()
-        nodes, order, depth = build(boxes)
+        nodes, order, depth = self.trees(geometry)
         self.num_nodes, self.stack_size = len(nodes), -(-(depth + 1) // STACK_STEP) * STACK_STEP
         self._memory = memory.Memory()
         self.low, self.high = ti.Vector.field(3, float), ti.Vector.field(3, float)
         self.first, self.count, self.order = ti.field(ti.i32), ti.field(ti.i32), ti.field(ti.i32)
         self._memory.fields.dense(ti.i, len(nodes)).place(self.low, self.high, self.first, self.count)
-        self._memory.fields.dense(ti.i, max(1, len(ids))).place(self.order)
+        self._memory.fields.dense(ti.i, max(1, len(order))).place(self.order)
         self._memory.allocate()
-        box = np.array([node[0] for node in nodes], boxes.dtype)
+        box = np.array([node[0] for node in nodes], runtime.dtype())
         links = np.array([node[1:] for node in nodes], np.int32)
-        self._load(box, links, ids[order].astype(np.int32))
+        self._load(box, links, order.astype(np.int32))
+
+    def trees(self, geometry: Geometry) -> tuple[list, np.ndarray, int]:
+        """([(box, first, count), …], what is in the leaves, the depth) of the tree over all primitives."""
+        ids, boxes = geometry.hittable()
+        nodes, order, depth = build(boxes)
+        return nodes, ids[order], depth
 
     def destroy(self) -> None:
         """Free the tree's memory."""

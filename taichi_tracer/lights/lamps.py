@@ -218,7 +218,7 @@ class Lamps(Light):
         """The density of ``sample_from`` at w_i; ``hit`` is what the ray from x along the unit vector w_i hits."""
         pdf = 0.0
         if hit.is_hit:
-            lamp = self.lamp_of[hit.triangle_id]
+            lamp = self.lamp_of[self.geometry.number(hit.triangle_id)]
             if lamp >= 0 and (self.two_sided or not hit.is_backfacing):
                 cosine = ti.max(-tm.dot(w_i, hit.geometric_normal), ti.static(runtime.smallest()))
                 pdf = hit.distance * hit.distance / (self.areas[lamp] * cosine)

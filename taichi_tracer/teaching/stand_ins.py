@@ -27,6 +27,7 @@ PLAIN_EFFECTS |= {
     "spheres": False,
     "culling": False,
     "holes": False,
+    "instances": False,
     "textures": False,
     "background": False,
 }

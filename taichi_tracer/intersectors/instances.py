@@ -1,0 +1,294 @@
+"""Objects that stand in several places: a hierarchy of places above the hierarchies of the objects (RT-12).
+
+A ray goes down the upper tree to the places that it may meet, and there down the tree of the object. The nodes of all
+trees are in the same arrays. See ``places`` for what is computed in which space.
+"""
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.formulas.boxes import within_box
+from taichi_tracer.formulas.spheres import longitude_latitude, sphere_normal, sphere_roots, widened
+from taichi_tracer.formulas.triangles import TriangleTest, stable_normal, thinness, unit
+from taichi_tracer.geometry import Geometry
+from taichi_tracer.instances import Placed
+from taichi_tracer.intersectors.bvh import BVHRayIntersector, build
+from taichi_tracer.ray import HitData, no_hit
+from taichi_tracer.ray_intersector import RayIntersector
+from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.seams import seams
+from taichi_tracer.system.tables import Tables
+
+MOST_PARTS = 64  # of an object whose boxes are transformed to find the box of a place: more parts make it tighter
+FEW_CORNERS = 1_000_000  # that are transformed at once
+
+
+@ti.data_oriented
+@seams()
+class InPlaces(RayIntersector):
+    """What a primitive is in its place."""
+
+    @ti.func
+    def bounds_in(self, place, ray):
+        """A ray as the object in a place sees it, prepared for the boxes of the object."""
+        o, corners = ray.origin, self.geometry.corners
+        reach = ti.max(abs(tm.vec3(corners[0]) - o), abs(tm.vec3(corners[1]) - o))
+        return self.geometry.places.bounds(place, ray, reach, self.pad_factor)
+
+    @ti.func
+    def triangle_in(self, place, triangle_id):
+        """The three corners of a triangle in a place."""
+        v0, v1, v2 = self.geometry.triangle(triangle_id)
+        places = self.geometry.places
+        return places.to_world(place, v0), places.to_world(place, v1), places.to_world(place, v2)
+
+    @ti.func
+    def try_in(self, place, number, ray, bounds, t_min):
+        """(t, u, v) on a primitive in a place; t is −∞ for a miss.
+
+        Args:
+            number: of the primitive in memory. bounds: ``ray_bounds`` of the ray.
+        """
+        t, u, v = -tm.inf, 0.0, 0.0
+        index = number
+        if ti.static(self.geometry.effects.spheres):
+            index = self.geometry.primitives[number]
+            if index < 0:
+                t = self.ellipsoid_in(place, -1 - index, ray, t_min)
+        if index >= 0:
+            v0, v1, v2 = self.triangle_in(place, index)
+            t, u, v = self.try_corners_in(place, index, ray, bounds, v0, v1, v2)
+        return t, u, v
+
+    @ti.func
+    def try_corners_in(self, place, triangle_id, ray, bounds, v0, v1, v2):
+        """``try_in`` for a triangle with these corners in world space."""
+        is_inside, distance, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
+        t = -tm.inf
+        if is_inside and det != 0:
+            t = within_box(bounds, distance, v0, v1, v2)
+        if ti.static(self.geometry.effects.culling):
+            towards = tm.dot(ray.direction, stable_normal(v0, v1, v2)) * self.geometry.places.facing[place]
+            if self.geometry.culls[triangle_id] != 0 and towards > 0:
+                t = -tm.inf
+        if ti.static(self.geometry.effects.holes):
+            if t > -tm.inf:
+                if self.geometry.textures.is_hole(self.geometry.triangle_material_ids[triangle_id], triangle_id, u, v):
+                    t = -tm.inf
+        return t, u, v
+
+    @ti.func
+    def ellipsoid_in(self, place, sphere_id, ray, t_min):
+        """t where a ray enters a sphere in its place, or leaves it, if the entry is not beyond t_min."""
+        sphere = self.geometry.spheres[sphere_id]
+        o, d = self.geometry.places.to_object(place, ray)
+        t = -tm.inf
+        is_met, t_in, t_out = sphere_roots(o, d, widened(sphere.xyz), widened(sphere.w))
+        if is_met and sphere.w > 0:
+            t = ti.cast(ti.select(ti.cast(t_in, float) > t_min, t_in, t_out), float)
+        return t
+
+    @ti.func
+    def describe_in(self, place, number, ray, t, uv, t_min, t_max):
+        """HitData of a primitive in a place, from t and the barycentric coordinates (u, v)."""
+        hit, index = no_hit(), number
+        if ti.static(self.geometry.effects.spheres):
+            index = self.geometry.primitives[number]
+            if index < 0:
+                hit = self.describe_ellipsoid(place, -1 - index, ray, t)
+        if index >= 0:
+            hit = self.describe_triangle_in(place, index, ray, t, uv.x, uv.y)
+            hit.distance = self.exact_distance(ray, t, self.triangle_in(place, index), t_min, t_max)
+        hit.triangle_id = number - self.geometry.places.shifts[place]
+        return hit
+
+    @ti.func
+    def describe_triangle_in(self, place, triangle_id, ray, t, u, v):
+        """As ``describe_triangle``, of a triangle in a place. A mirrored front stays a front."""
+        places = self.geometry.places
+        v0, v1, v2 = self.triangle_in(place, triangle_id)
+        geometric_normal = places.facing[place] * unit(stable_normal(v0, v1, v2))
+        normal = geometric_normal
+        if ti.static(self.geometry.effects.interpolated_normals):
+            own = places.normal_to_world(place, self.geometry.shading_normal(triangle_id, u, v, tm.vec3(0)))
+            if abs(own).max() > 0:
+                normal = unit(own)
+        position, position_error = self.geometry.position_between(u, v, v0, v1, v2, thinness(v0, v1, v2))
+        is_backfacing = tm.dot(ray.direction, geometric_normal) > 0
+        facing = ti.select(is_backfacing, -1, 1)
+        return HitData(
+            is_hit=1,
+            is_backfacing=is_backfacing,
+            triangle_id=triangle_id,
+            distance=t,
+            barycentric_coords=tm.vec2(u, v),
+            normal=facing * normal,
+            geometric_normal=facing * geometric_normal,
+            material_id=self.geometry.triangle_material_ids[triangle_id],
+            position=position,
+            position_error=position_error,
+        )
+
+    @ti.func
+    def describe_ellipsoid(self, place, sphere_id, ray, t):
+        """As ``describe_sphere``, of a sphere in a place; its (u, v) are those of the sphere."""
+        places, sphere = self.geometry.places, self.geometry.spheres[sphere_id]
+        o, d = places.to_object(place, ray)
+        outward = sphere_normal(o, d, widened(sphere.xyz), widened(sphere.w), t)
+        point = sphere.xyz + sphere.w * outward
+        position, size, extent = places.to_world(place, point), tm.vec3(0), abs(sphere.xyz) + sphere.w
+        for i in ti.static(range(3)):
+            row = ti.cast(abs(places.matrices[place, i]), float)
+            size[i] = tm.dot(row.xyz, extent) + row.w
+        n = unit(places.normal_to_world(place, outward))
+        is_backfacing = tm.dot(ray.direction, n) > 0
+        normal = ti.select(is_backfacing, -n, n)
+        return HitData(
+            is_hit=1,
+            is_backfacing=is_backfacing,
+            triangle_id=-1,
+            distance=t,
+            barycentric_coords=longitude_latitude(outward),
+            normal=normal,
+            geometric_normal=normal,
+            material_id=self.geometry.sphere_material_ids[sphere_id],
+            position=position,
+            position_error=size * ti.static(8 * runtime.epsilon()),
+        )
+
+
+@ti.data_oriented
+@seams()
+class TwoLevelBVH(InPlaces, BVHRayIntersector):
+    """Tries only primitives of places whose boxes the ray meets. It takes the place of ``BVHRayIntersector``.
+
+    The leaves of the upper tree have places in ``order``, and those of the objects' trees have numbers of primitives.
+    """
+
+    name = "bvh"
+
+    def bind(self, geometry: Geometry, triangle_test: str | TriangleTest = "watertight") -> None:
+        """Build the trees over what a ray can hit."""
+        super().bind(geometry, triangle_test)
+        self._memory_of_roots = memory.Memory()
+        self.roots = ti.field(ti.i32)  # of object: the first node of its tree
+        self._memory_of_roots.fields.dense(ti.i, len(self.first_nodes)).place(self.roots)
+        self._memory_of_roots.allocate()
+        tables = Tables()
+        tables.put(self.roots, np.array(self.first_nodes, np.int32))
+        tables.load(self._memory_of_roots)
+
+    def trees(self, geometry: Geometry) -> tuple[list, np.ndarray, int]:
+        """The nodes of the upper tree, then those of the objects; what is in the leaves; the largest depth."""
+        ids, boxes = geometry.hittable()
+        of_objects = [(rows, *build(boxes[rows])) for rows in rows_of_objects(geometry, ids)]
+        ordered = [boxes[rows[order]] for rows, _, order, _ in of_objects]
+        places, boxes = boxes_of_places(geometry.mesh.placed, ordered, runtime.dtype())
+        nodes, order, depth = build(boxes)
+        order, self.first_nodes = places[order], []
+        for rows, own_nodes, own_order, own_depth in of_objects:
+            node, entry = len(nodes), len(order)
+            self.first_nodes.append(node)
+            nodes += [(box, first + (entry if count else node), count) for box, first, count in own_nodes]
+            order, depth = np.concatenate([order, ids[rows[own_order]]]), max(depth, own_depth)
+        return nodes, order, depth
+
+    def destroy(self) -> None:
+        """Free the trees' memory."""
+        super().destroy()
+        self._memory_of_roots.free()
+
+    @ti.func
+    def search(self, ray, t_min, t_max, any_hit: ti.template()):
+        """As in the base class; the primitives are those of all places."""
+        nearest, best = no_hit(), t_max
+        bounds = self.ray_bounds(ray)
+        stack = ti.Vector([0] * self.stack_size, ti.i32)
+        waiting = ti.cast(self.is_legal(ray), ti.i32)
+        while waiting > 0:
+            waiting -= 1
+            node = stack[waiting]
+            t_near, t_far = self.node_interval(bounds, node, t_min, best)
+            if t_near <= t_far:
+                if self.count[node] == 0:
+                    stack[waiting], stack[waiting + 1] = self.first[node] + 1, self.first[node]
+                    waiting += 2
+                for i in range(self.first[node], self.first[node] + self.count[node]):
+                    hit = self.search_in(self.order[i], ray, bounds, t_min, best, any_hit)
+                    is_first_of_equals = hit.distance == best and hit.triangle_id < nearest.triangle_id
+                    if hit.is_hit and (hit.distance < best or is_first_of_equals):
+                        nearest, best = hit, hit.distance
+                if ti.static(any_hit):
+                    if nearest.is_hit:
+                        waiting = 0
+        return nearest
+
+    @ti.func
+    def search_in(self, place, ray, bounds, t_min, t_max, any_hit: ti.template()):
+        """HitData of the nearest hit in a place with t_min < t ≤ t_max; of any such hit, if ``any_hit`` is True."""
+        best, number, best_u, best_v = t_max, -1, 0.0, 0.0
+        in_object = self.bounds_in(place, ray)
+        stack = ti.Vector([0] * self.stack_size, ti.i32)
+        stack[0], waiting = self.roots[self.geometry.places.objects[place]], 1
+        while waiting > 0:
+            waiting -= 1
+            node = stack[waiting]
+            t_near, t_far = self.node_interval(in_object, node, t_min, best)
+            if t_near <= t_far:
+                if self.count[node] == 0:
+                    stack[waiting], stack[waiting + 1] = self.first[node] + 1, self.first[node]
+                    waiting += 2
+                for i in range(self.first[node], self.first[node] + self.count[node]):
+                    t, u, v = self.try_in(place, self.order[i], ray, bounds, t_min)
+                    is_first_of_equals = t == best and (number < 0 or self.order[i] < number)
+                    if t_min < t and (t < best or is_first_of_equals):
+                        best, number, best_u, best_v = t, self.order[i], u, v
+                if ti.static(any_hit):
+                    if number >= 0:
+                        waiting = 0
+        hit = no_hit()
+        if number >= 0:
+            hit = self.describe_in(place, number, ray, best, tm.vec2(best_u, best_v), t_min, t_max)
+            hit.distance = best
+        return hit
+
+    @ti.func
+    def completed(self, ray, hit, t_min, t_max):
+        """As in the base class: with the t that is computed again, as exactly as possible."""
+        if hit.is_hit:
+            place = self.geometry.places.place_of(hit.triangle_id)
+            number = self.geometry.places.number(hit.triangle_id)
+            hit = self.describe_in(place, number, ray, hit.distance, hit.barycentric_coords, t_min, t_max)
+        return hit
+
+
+def rows_of_objects(geometry: Geometry, ids: np.ndarray) -> list[np.ndarray]:
+    """For each object, which of the primitives with these numbers are its own."""
+    begins = geometry.mesh.placed.primitives
+    owner = np.searchsorted(begins, ids, "right") - 1
+    return [np.flatnonzero(owner == k) for k in range(len(begins) - 1)]
+
+
+def boxes_of_places(placed: Placed, boxes: list[np.ndarray], dtype: type[np.floating]) -> tuple[np.ndarray, np.ndarray]:
+    """(m,) the places that have anything to be hit, and the (m, 6) boxes of what is there.
+
+    Args:
+        boxes: for each object, the boxes of its primitives, neighbours near each other. They are put into a few
+            parts. The box of a place is around the boxes of these parts, which are transformed.
+    """
+    found = np.full((len(placed.object_of), 6), np.nan)
+    for number, own in enumerate(boxes):
+        places = np.flatnonzero(placed.object_of == number)
+        if len(own) == 0 or len(places) == 0:
+            continue
+        parts = int(np.clip(FEW_CORNERS // (8 * len(places)), 1, MOST_PARTS))
+        starts = np.unique(np.linspace(0, len(own), parts, endpoint=False).astype(int))
+        low, high = np.minimum.reduceat(own[:, :3], starts), np.maximum.reduceat(own[:, 3:], starts)
+        corners = np.where(np.array(list(np.ndindex(2, 2, 2)), bool)[:, None], high, low).reshape(-1, 3)
+        for some in np.array_split(places, -(-len(places) * len(corners) // FEW_CORNERS)):
+            matrix = placed.matrices[some]
+            points = corners.astype(np.float64) @ matrix[:, :, :3].transpose(0, 2, 1) + matrix[:, None, :, 3]
+            found[some] = np.concatenate([points.min(axis=1), points.max(axis=1)], axis=1)
+    is_there = ~np.isnan(found[:, 0])
+    return np.flatnonzero(is_there), found[is_there].astype(dtype)
