@@ -143,7 +143,7 @@ def group(parts: "Sequence[Mesh | Instances]", source: str = "group") -> Mesh:
     for part in parts:
         if not isinstance(part, Mesh | Instances):
             raise InputError(f"group: a part must be a Mesh or Instances, not {type(part).__name__}")
-    meshes, materials = _with_common_materials([part for part in parts if isinstance(part, Mesh)])
+    meshes, materials = with_common_materials([part for part in parts if isinstance(part, Mesh)])
     whole = joined(meshes, materials, source)
     whole.lights = [light for mesh in meshes for light in mesh.lights]
     whole.instances = [one for part in parts for one in (part.instances if isinstance(part, Mesh) else [part])]
@@ -174,7 +174,7 @@ def settled(mesh: Mesh, smooth: bool | float = False, choice: str = "auto") -> M
     notes = [note for one in distinct if one is not mesh for note in one.notes]
     if any(one.lights for one in distinct if one is not mesh):
         notes.append(f"{mesh.source}: lights in files of meshes that stand in several places are left out")
-    objects, materials = _with_common_materials([smoothed(one, smooth) for one in distinct])
+    objects, materials = with_common_materials([smoothed(one, smooth) for one in distinct])
     number = {id(one): k for k, one in enumerate(distinct)}
     object_of = np.concatenate([np.zeros(0, int), *(np.full(len(m), number[id(one)]) for one, m in places)])
     matrices = np.concatenate([np.zeros((0, 4, 4)), *(m for _, m in places)])
@@ -211,7 +211,17 @@ def _places(mesh: Mesh, matrices: np.ndarray, path: tuple[Mesh, ...]) -> Iterato
         yield from _places(one.mesh, every, (*path, one.mesh))
 
 
-def _with_common_materials(meshes: Sequence[Mesh]) -> tuple[list[Mesh], list[Material]]:
+def meshes_within(mesh: Mesh, known: dict[int, Mesh] | None = None) -> list[Mesh]:
+    """All meshes of a group, each once: those that stand in another before that one, and ``mesh`` last."""
+    known = {} if known is None else known
+    for one in mesh.instances:
+        if id(one.mesh) not in known:
+            meshes_within(one.mesh, known)
+    known[id(mesh)] = mesh
+    return list(known.values())
+
+
+def with_common_materials(meshes: Sequence[Mesh]) -> tuple[list[Mesh], list[Material]]:
     """The meshes with ids into a common list of materials, and this list; materials that are equal are one."""
     known: dict[Material, int] = {}
     ids = [np.array([known.setdefault(m, len(known)) for m in mesh.materials], np.int32) for mesh in meshes]

@@ -177,7 +177,7 @@ def load_scene_data(
     if is_document(path):
         return scene_of_document(wing("rt3.document", str(path)).read_rt3(path), **options)
     mesh = read(path)
-    if len(mesh.faces) == 0:
+    if len(mesh.faces) == 0 and not mesh.instances:
         raise InputError(f"{path}: the file has no triangles")
     if options.get("view") is None:
         options["view"] = own_view(path)

@@ -11,7 +11,7 @@ from taichi_tracer.apps.words import note
 from taichi_tracer.files import read
 from taichi_tracer.formulas.camera_frame import view_of_points
 from taichi_tracer.geometry import clean
-from taichi_tracer.instances import visible_points
+from taichi_tracer.instances import points_to_show, settled
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot, read_rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
@@ -32,9 +32,10 @@ def run(args: Namespace) -> int:
         mesh = read(scene)
         document = Document(mesh, [], lights_of(mesh))
     shots = [_shot(picture, document, scene, up_axis) for picture in pictures]
-    if document.mesh.has_pictures or document.mesh.corner_color is not None:
+    whole = settled(document.mesh)
+    if whole.has_pictures or whole.corner_color is not None:
         note("textures and colours of vertices are not written: RT3 has none")
-    for text in document.mesh.notes:
+    for text in whole.notes:
         note(text)
     text = as_rt3(replace(document, shots=shots), path)
     part = path.with_name(f".{path.name}.part.xml")
@@ -46,7 +47,8 @@ def run(args: Namespace) -> int:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
     finally:
         part.unlink(missing_ok=True)
-    print(f"{path}: {len(document.mesh.faces):,} primitives, {len(shots)} pictures, {len(text.encode()):,} bytes")
+    count = whole.num_primitives if whole.placed is None else whole.placed.starts[-1]
+    print(f"{path}: {count:,} primitives, {len(shots)} pictures, {len(text.encode()):,} bytes")
     return 0
 
 
@@ -73,7 +75,7 @@ def _shot(picture: PictureRequest, document: Document, scene: Path, up_axis: str
 def _default_view(document: Document, scene: Path, up_axis: str, aspect: float) -> dict:
     """The camera of a mesh: its own, if it is composed for one, else the one that ``SceneData`` computes."""
     own = own_view(scene)
-    points = visible_points(clean(document.mesh, np.float64))
+    points = points_to_show(clean(settled(document.mesh), np.float64))
     return view_of_points(points, up_axis, aspect=min(1.0, aspect)) if own is None else own
 
 

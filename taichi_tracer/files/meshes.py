@@ -14,7 +14,7 @@ from taichi_tracer.files.gltf import FAN_MARK, USED, fan_of, numbered
 from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.ply import plain_triangles, without_strips
 from taichi_tracer.geometry import Mesh, check
-from taichi_tracer.instances import joined, move
+from taichi_tracer.instances import FEW_COPIES, Instances, group, joined, move
 from taichi_tracer.materials import Material
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.textures import BASE, Texture
@@ -63,7 +63,7 @@ def read_mesh(path: str | Path) -> Mesh:
     mesh.lights = lights
     if len(mesh.faces) < announced:
         raise InputError(f"{path}: the file is cut short: it announces {announced} faces and has {len(mesh.faces)}")
-    if len(mesh.faces) == 0:
+    if len(mesh.faces) == 0 and not mesh.instances:
         raise InputError(f"{path}: the file has no triangles")
     return mesh
 
@@ -168,23 +168,28 @@ def _normals_were_set(mesh) -> bool:
     return not np.array_equal(mesh.vertex_normals, computed)
 
 
-def _part(mesh, source: str, transform: np.ndarray, takes_normals: bool = True) -> Mesh:
-    """A ``trimesh.Trimesh`` in its place, with normals of unit length if it has normals.
+def _part(mesh, source: str, takes_normals: bool = True) -> Mesh:
+    """A ``trimesh.Trimesh`` without its materials.
 
     Args:
         source: the file, for messages.
-        transform: (4, 4), from the mesh to world space.
         takes_normals: whether to use the vertex normals in the cache of ``mesh``. trimesh does not mark in any other
             way that a mesh has normals.
     """
     part = Mesh(np.asarray(mesh.vertices, np.float64), _faces(mesh), source=source)
     check(part)
-    if takes_normals and "vertex_normals" in mesh._cache and np.linalg.det(transform[:3, :3]) != 0:
+    if takes_normals and "vertex_normals" in mesh._cache:
         part.normals, part.face_normals = np.asarray(mesh.vertex_normals, np.float64), part.faces
-    move(part, transform)
-    lengths = np.linalg.norm(part.normals, axis=1, keepdims=True)
-    part.normals = part.normals / np.where(lengths > 0, lengths, 1)
     return part
+
+
+def _moved(part: Mesh, transform: np.ndarray) -> Mesh:
+    """A part in its place, with normals of unit length if it has normals."""
+    moved = replace(part)
+    move(moved, transform)
+    lengths = np.linalg.norm(moved.normals, axis=1, keepdims=True)
+    moved.normals = moved.normals / np.where(lengths > 0, lengths, 1)
+    return moved
 
 
 def _faces(mesh) -> np.ndarray:
@@ -196,18 +201,20 @@ def _faces(mesh) -> np.ndarray:
 def _assemble(
     placed: list[tuple], source: str, materials: list[Material] | None, notes: list[str], is_linear: bool = False
 ) -> Mesh:
-    """One mesh made of all parts, in their order.
+    """One mesh made of all parts, in their order; with ``instances``, if the file has many triangles several times.
 
     Args:
-        placed: for each part, a trimesh.Trimesh and the other arguments of ``_part``.
+        placed: for each part, a trimesh.Trimesh, its (4, 4) transform, and the other arguments of ``_part``.
         materials: the materials of the file, by number; None takes those of trimesh.
         is_linear: whether colours of vertices are linear.
     """
     used: list[Material] = []
-    parts = []
     told: list[str] = []
     known: dict[int, Material] = {}  # by the identity of trimesh's material: each picture is decoded once
-    for mesh, *rest in placed:
+    parts: dict[int, Mesh] = {}  # by the identity of trimesh's mesh
+    for mesh, _, *rest in placed:
+        if id(mesh) in parts:
+            continue
         part, look = _part(mesh, source, *rest), getattr(mesh.visual, "material", None)
         if id(look) not in known:
             known[id(look)] = _with_textures(_material(mesh.visual, materials), look, told)
@@ -220,8 +227,15 @@ def _assemble(
         if material not in used:
             used.append(material)
         part.face_materials = np.full(len(part.faces), used.index(material), np.int32)
-        parts.append(part)
-    return replace(joined(parts, used, source), notes=[*notes, *(f"{source}: {text}" for text in dict.fromkeys(told))])
+        part.materials = used
+        parts[id(mesh)] = part
+    notes = [*notes, *(f"{source}: {text}" for text in dict.fromkeys(told))]
+    copies = sum(len(mesh.faces) for mesh, *_ in placed) - sum(len(part.faces) for part in parts.values())
+    if copies > FEW_COPIES:
+        whole = group([Instances(parts[id(mesh)], transform) for mesh, transform, *_ in placed], source)
+    else:
+        whole = joined([_moved(parts[id(mesh)], transform) for mesh, transform, *_ in placed], used, source)
+    return replace(whole, notes=notes)
 
 
 def _material(visual, materials: list[Material] | None) -> Material:

@@ -45,11 +45,12 @@ SYNONYMS = {
     "scaling": "scale",
 }
 SYNONYMS |= {"push_ctm": "push_CTM", "pop_ctm": "pop_CTM", "push_gs": "push_GS", "pop_gs": "pop_GS"}
-TRANSFORMS = ("translate", "scale", "rotate", "identity")
+TRANSFORMS = ("translate", "scale", "rotate", "matrix", "identity")
 SETTINGS = ("lookat", "camera", "film", "integrator", "background", "aggregator")
 AGGREGATORS = {"bvh": "bvh", "list": "brute_force"}
 WORLD = ("object", "light_source", "material", "make_named_material", "named_material", *TRANSFORMS)
 WORLD += ("push_CTM", "pop_CTM", "push_GS", "pop_GS", "save_coord_system", "restore_coord_system")
+WORLD += ("object_instance_begin", "object_instance_end", "object_instance_call")
 TAGS = (*SETTINGS, "world_begin", "world_end", "render_again", "include", *WORLD)
 
 
@@ -201,6 +202,9 @@ class _Reader:
                 "named_material": world.use_named_material,
                 "save_coord_system": world.save_transform,
                 "restore_coord_system": world.restore_transform,
+                "object_instance_begin": world.begin_instance,
+                "object_instance_end": world.end_instance,
+                "object_instance_call": world.call_instance,
             }[tag](element)
 
     # --- settings -----------------------------------------------------------------------------------------------------
@@ -340,6 +344,9 @@ class _Reader:
         if not self.began_at or self.ended_at:
             raise element.error("has no world_begin before it")
         self.ended_at = element.where
+        if self.world.current is not self.world.contents:
+            name, where = self.world.current.name, self.world.current.where
+            raise element.error(f"stands in the instance {name!r}, which began at {where} and has no end")
         if self.world.saved:
             what = self.world.saved[-1][0]
             self.note(f"{element.where}: a push_{what} was never popped")
@@ -383,7 +390,7 @@ class _Reader:
         if self.said_since:
             self.note(f"{self.path}: no picture uses the elements after the last <render_again/>")
         self.result.mesh, self.result.lights = self.world.mesh(), self.world.lights
-        if self.result.mesh.num_primitives == 0:
+        if self.result.mesh.num_primitives == 0 and not self.result.mesh.instances:
             self.note(f"{self.ended_at}: the world is empty, so that pictures of it show only the background")
         self.result.mesh.notes = [*self.notes, *self.world.notes]
         return self.result

@@ -8,9 +8,10 @@ import numpy as np
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.instances import joined, move, reverse, similarity
+from taichi_tracer.instances import move, reverse, settled, similarity
 from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
+from taichi_tracer.rt3.contents import Contents
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
 from taichi_tracer.rt3.lights import read_light
 from taichi_tracer.system.errors import one_of
@@ -47,14 +48,17 @@ class World:
         self.material_ids: dict[Material, int] = {}  # in the order of first use
         self.files: dict[Path, Mesh] = {}
         self.primitives = 0
-        self.parts: list[Mesh] = []
+        self.contents = Contents(str(path))  # of the world
+        self.current = self.contents  # of the world, or of the instance that is being defined
+        self.instances: dict[str, Contents] = {}
+        self.state_before = self.state  # the instance that is being defined
         self.lights: list[Light] = []
         self.notes: list[str] = []
 
     # --- transforms ---------------------------------------------------------------------------------------------------
 
     def transform(self, element: Element, kind: str) -> None:
-        """translate, scale, rotate: CTM ← CTM · M, so that the new transform is applied to an object first."""
+        """translate, scale, rotate, matrix: CTM ← CTM · M, so that the new transform is applied to an object first."""
         matrix = np.eye(4)
         if kind == "translate":
             matrix[:3, 3] = element.numbers(element.need("value"), count=3)
@@ -69,6 +73,10 @@ class World:
             if not 0 < length < np.inf:
                 raise element.wrong("axis", "a direction")
             matrix[:3, :3] = rotation(np.radians(angle), axis / length)
+        elif kind == "matrix":
+            matrix[:3] = element.numbers(element.need("value"), count=12).reshape(3, 4)
+            if np.linalg.det(matrix[:3, :3]) == 0:
+                raise element.wrong("value", "a matrix that does not flatten everything")
         with np.errstate(over="ignore", invalid="ignore"):
             ctm = np.eye(4) if kind == "identity" else self.state.ctm @ matrix
         if not np.isfinite(ctm).all():
@@ -151,7 +159,7 @@ class World:
         else:
             mesh.face_materials = np.full(len(mesh.faces), self._id_of(material), np.int32)
         self._count(element, len(mesh.faces))
-        self.parts.append(mesh)
+        self.current.parts.append(mesh)
 
     def _count(self, element: Element, more: int) -> None:
         self.primitives += more
@@ -163,7 +171,7 @@ class World:
 
         path = element.path("filename", document)
         if path not in self.files:
-            self.files[path] = read(path)
+            self.files[path] = settled(read(path), choice="copied")
             self.notes += self.files[path].notes
         return replace(self.files[path])
 
@@ -171,36 +179,61 @@ class World:
         element.need("radius")
         radius = element.number("radius", above=0.0)
         centre = element.numbers("center", "centre", "origin", default=np.zeros(3))
-        ctm = self.state.ctm
-        is_placed = bool((ctm == IDENTITY).all())
-        scale = 1.0 if is_placed else similarity(ctm[:3, :3])
-        if scale is None:
-            raise element.error(
-                "would become an ellipsoid: the transform does not scale all axes alike; use a trianglemesh for it"
-            )
-        centre = centre if is_placed else ctm[:3, :3] @ centre + ctm[:3, 3]
         material = self._material_of(element)
         self._count(element, 1)
-        self.parts.append(
-            Mesh(
-                vertices=np.zeros((0, 3)),
-                faces=np.zeros((0, 3), np.int32),
-                spheres=np.array([[*centre, radius * scale]]),
-                sphere_ids=np.zeros(1, np.int32),
-                sphere_materials=np.array([self._id_of(Material() if material is None else material)], np.int32),
-            )
+        sphere = Mesh(
+            vertices=np.zeros((0, 3)),
+            faces=np.zeros((0, 3), np.int32),
+            spheres=np.array([[*centre, radius]]),
+            sphere_ids=np.zeros(1, np.int32),
+            sphere_materials=np.array([self._id_of(Material() if material is None else material)], np.int32),
         )
+        ctm = self.state.ctm
+        if similarity(ctm[:3, :3]) is None:  # an ellipsoid, which is a sphere in a place of its own
+            self.current.calls.append((Contents("sphere", element.where, [sphere]), ctm))
+        else:
+            place(sphere, ctm)
+            self.current.parts.append(sphere)
+
+    # --- instances ----------------------------------------------------------------------------------------------------
+
+    def begin_instance(self, element: Element) -> None:
+        """The following objects belong to an instance: they appear where it is called."""
+        name = element.text(element.need("name"))
+        if self.current is not self.contents:
+            raise element.error(f"stands in the instance {self.current.name!r}, which began at {self.current.where}")
+        if name in self.instances:
+            raise element.error(f"name: {name[:LONGEST_SHOWN]!r} is defined already, at {self.instances[name].where}")
+        self.current, self.state_before = Contents(name, element.where), self.state
+
+    def end_instance(self, element: Element) -> None:
+        """The instance is complete; the transform and the material are those from before it."""
+        if self.current is self.contents:
+            raise element.error("has no object_instance_begin before it")
+        self.instances[self.current.name] = self.current
+        self.current, self.state = self.contents, self.state_before
+
+    def call_instance(self, element: Element) -> None:
+        """Put an instance into the current transform, which is applied after those within it."""
+        name = element.text(element.need("name"))
+        if self.current is not self.contents and name == self.current.name:
+            raise element.error(f"an instance contains itself: {name[:LONGEST_SHOWN]} → {name[:LONGEST_SHOWN]}")
+        if name not in self.instances:
+            raise element.error(f"name: {one_of('instance', name[:LONGEST_SHOWN], self.instances)}")
+        self.current.calls.append((self.instances[name], self.state.ctm))
 
     def add_light(self, element: Element) -> None:
         """Add a light, at its place in the current transform."""
+        if self.current is not self.contents:
+            raise element.error(f"stands in the instance {self.current.name!r}, and an instance has no lights")
         light = read_light(element, self.state.ctm)
         if light.is_ambient and any(one.is_ambient for one in self.lights):
             self.notes.append(f"{element.where}: the world has several ambient lights, which add")
         self.lights.append(light)
 
     def mesh(self) -> Mesh:
-        """All objects as one mesh."""
-        return joined(self.parts, list(self.material_ids), str(self.path))
+        """All objects as one mesh, with instances where any are called."""
+        return self.contents.mesh(list(self.material_ids))
 
 
 def read_material(element: Element, name: str) -> Material:

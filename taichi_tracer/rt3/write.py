@@ -11,6 +11,7 @@ import numpy as np
 
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.geometry import Mesh
+from taichi_tracer.instances import meshes_within, with_common_materials
 from taichi_tracer.lights.ambient_light import AmbientLight
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.directional_light import DirectionalLight
@@ -135,10 +136,34 @@ def _beside(file: Path, document: Path) -> str:
 
 
 def _world(mesh: Mesh) -> Iterator[str]:
-    """Named materials, then objects in the order of their ids; neighbours with equal properties form one mesh."""
-    names = _names(mesh.materials)
-    for material, name in zip(mesh.materials, names, strict=True):
+    """Named materials, then the instances, and then the objects of the world and its places of instances."""
+    within = meshes_within(mesh)
+    meshes, materials = with_common_materials(within)
+    names = _names(materials)
+    for material, name in zip(materials, names, strict=True):
         yield _material(material, name)
+    called = {id(one): f"instance {number}" for number, one in enumerate(within)}
+    for own, one in zip(within, meshes, strict=True):
+        if own is not mesh:
+            yield tag("object_instance_begin", name=called[id(own)])
+        yield from _objects(one, names)
+        for instances in one.instances:
+            for matrix in instances.matrices:
+                yield from _call(called[id(instances.mesh)], matrix)
+        if own is not mesh:
+            yield tag("object_instance_end")
+
+
+def _call(name: str, matrix: np.ndarray) -> Iterator[str]:
+    call = tag("object_instance_call", name=name)
+    if (matrix == np.eye(4)).all():
+        yield call
+    else:
+        yield from (tag("push_CTM"), tag("matrix", value=matrix[:3]), call, tag("pop_CTM"))
+
+
+def _objects(mesh: Mesh, names: list[str]) -> Iterator[str]:
+    """Objects in the order of their ids; neighbours with equal properties form one mesh."""
     if mesh.num_primitives == 0:
         return
     count = len(mesh.faces)

@@ -217,10 +217,6 @@ MALFORMED = {
         document('<object type="sphere" radius="-1"/>'),
         ":6: <object> radius must be a number above 0, not '-1'",
     ),
-    "ellipsoid": (
-        document('<scale value="1 2 1"/>\n<object type="sphere" radius="1"/>'),
-        ":7: <object> would become an",
-    ),
     "flat scale": (document('<scale value="1 0 1"/>'), ":6: <scale> value must be numbers other than 0"),
     "axis": (document('<rotate angle="1" axis="0 0 0"/>'), ":6: <rotate> axis must be a direction, not '0 0 0'"),
     "huge scale": (document('<scale value="1e200"/>' * 2), ":6: <scale> takes the transform beyond"),
