@@ -184,7 +184,7 @@ def _about_textures(mesh, materials: list) -> tuple[str, bool, str]:
 
 def _about_instances(placed) -> tuple[str, bool, str]:
     objects, places = len(placed.faces) - 1, len(placed.object_of)
-    return "instances", True, f"{objects:,} objects in {places:,} places, {placed.starts[-1]:,} primitives in all"
+    return "instances", True, f"objects: {objects:,}, in {places:,} places, {placed.starts[-1]:,} primitives in all"
 
 
 def _about_light(sky: str, environment, lights) -> list[tuple[str, bool, str]]:

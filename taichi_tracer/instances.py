@@ -1,19 +1,19 @@
-"""Meshes made of parts: moved, turned inside out, joined, and one mesh in several places (instances, RT-12).
+"""One mesh in several places: instances, and groups of them (RT-12).
 
 A group is a ``Mesh`` with ``instances``: other meshes, each with the transforms that put it into its places. They may
 be groups, too. ``settled`` composes all transforms of such a tree: then there are objects, and places where they stand.
 The triangles of an object are in memory once, unless copies of them are small, or are needed.
 """
 
-import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from taichi_tracer.geometry import Mesh, check, is_collapsed, smoothed
+from taichi_tracer.geometry import Mesh, check, smoothed
 from taichi_tracer.materials import Material
+from taichi_tracer.mesh_parts import inverse_of, joined, move, similarities, visible_points, with_common_materials
 from taichi_tracer.system.errors import InputError, one_of
 
 CHOICES = ("auto", "shared", "copied")
@@ -23,9 +23,11 @@ FEW_COPIES = 100_000
 MOST_COPIES = 20_000_000  # as many as docs/speed.md measures: copies must not fill the memory
 MOST_PLACES = 10_000_000
 MOST_IDS = 2**31 - 1
+MOST_RUNS = 256  # of copies between objects that are shared; with more, all copies come first
+# Of a scene with small triangles and no normals: what a place costs, and what a primitive costs. They decide whether a
+# group that stands in several places is one object, or its members have places of their own.
+BYTES_OF_PLACE, BYTES_OF_PRIMITIVE = 250, 130
 MOST_LEVELS = 64  # of groups in groups
-# The relative deviation from a similarity that a transform may have, because its numbers are rounded.
-UNIFORM = 1e-9
 # |M| |M⁻¹| of a transform that squeezes more is near that of a plane: its inverse in f32 would be noise.
 MOST_SQUEEZED = 1e5
 MOST_SCALED = 1e15  # the largest number of a transform or of its inverse: products of f32 stay finite
@@ -133,8 +135,8 @@ class Placed:
 def group(parts: "Sequence[Mesh | Instances]", source: str = "group") -> Mesh:
     """One mesh of meshes and of ``Instances``: a scene, or a part of one that stands in several places itself.
 
-    The primitives are numbered in this order: those of the meshes, then those of all places of the first ``Instances``,
-    and so on.
+    The primitives are numbered in this order: those of the meshes; then those in the first place of the first
+    ``Instances``, with all that is in it, those in its second place, and so on.
 
     Args:
         parts: a list of them. source: a name for messages.
@@ -167,48 +169,132 @@ def settled(mesh: Mesh, smooth: bool | float = False, choice: str = "auto") -> M
         raise one_of("instances", choice, CHOICES)
     if not mesh.instances:
         return smoothed(mesh, smooth)
-    places = list(_places(mesh, np.eye(4)[None], (mesh,)))
-    distinct = list({id(one): one for one, _ in places}.values())
+    _measure(mesh, (mesh,), {})
+    distinct = meshes_within(mesh)
     for one in distinct:
         check(one)
-    notes = [note for one in distinct if one is not mesh for note in one.notes]
+    notes = [note for one in distinct for note in (mesh if one is mesh else one).notes]
     if any(one.lights for one in distinct if one is not mesh):
         notes.append(f"{mesh.source}: lights in files of meshes that stand in several places are left out")
-    objects, materials = with_common_materials([smoothed(one, smooth) for one in distinct])
-    number = {id(one): k for k, one in enumerate(distinct)}
-    object_of = np.concatenate([np.zeros(0, int), *(np.full(len(m), number[id(one)]) for one, m in places)])
-    matrices = np.concatenate([np.zeros((0, 4, 4)), *(m for _, m in places)])
+    tree = _merged(mesh, smooth)
+    places = list(_places(tree, np.eye(4)[None], np.zeros(1, np.int64), _measure(tree, (tree,), {})))
+    objects, materials = with_common_materials(list({id(one): one for one, *_ in places}.values()))
+    number = {key: k for k, key in enumerate({id(one): one for one, *_ in places})}
+    order = np.argsort(np.concatenate([np.zeros(0, np.int64), *(at for *_, at in places)]))
+    object_of = np.concatenate([np.zeros(0, int), *(np.full(len(m), number[id(one)]) for one, m, _ in places)])[order]
+    matrices = np.concatenate([np.zeros((0, 4, 4)), *(m for _, m, _ in places)])[order]
     shared = _shared(objects, object_of, matrices, choice, mesh.source)
-    copies = [_copy(objects[k], matrix) for k, matrix in zip(object_of[~shared], matrices[~shared], strict=True)]
+    whole = _with_copies(objects, object_of, matrices, shared, materials, mesh)
+    return replace(whole, notes=notes, lights=mesh.lights)
+
+
+def _with_copies(
+    objects: list[Mesh],
+    object_of: np.ndarray,
+    matrices: np.ndarray,
+    shared: np.ndarray,
+    materials: list[Material],
+    mesh: Mesh,
+) -> Mesh:
+    """One mesh of the objects that are shared, and of copies of the others: neighbours among these are one object."""
+    begins = np.flatnonzero(~shared & np.append(True, shared[:-1]))  # of runs of copies
+    if len(begins) > MOST_RUNS or not shared.any():
+        begins = begins[:1]
+        order = np.argsort(shared, kind="stable")
+        object_of, matrices, shared = object_of[order], matrices[order], shared[order]
+    run_of = np.cumsum(np.isin(np.arange(len(shared)), begins)) - 1
+    copies: list[list[Mesh]] = [[] for _ in begins]
+    for place in np.flatnonzero(~shared):
+        copies[run_of[place]].append(_copy(objects[object_of[place]], matrices[place]))
+    runs = [joined(some, materials, mesh.source) for some in copies]
     kept = np.unique(object_of[shared])
-    parts = [joined(copies, materials, mesh.source), *(objects[k] for k in kept)]
-    whole = replace(joined(parts, materials, mesh.source), notes=[*mesh.notes, *notes], lights=mesh.lights)
+    parts = [*runs, *(objects[k] for k in kept)]
+    whole = joined(parts, materials, mesh.source)
     if len(kept) > 0:
         counts = np.array([(len(part.faces), len(part.spheres), part.num_primitives) for part in parts])
         faces, spheres, primitives = np.concatenate([np.zeros((1, 3), int), counts.cumsum(axis=0)]).T
-        renumbered = np.concatenate([[0], 1 + np.searchsorted(kept, object_of[shared])])
-        stands = np.concatenate([np.eye(4)[None], matrices[shared]])[:, :3]
-        whole.placed = Placed(faces, spheres, primitives, renumbered.astype(np.int32), stands, mesh)
-        count = whole.placed.starts[-1]
-        if count > MOST_IDS:
-            raise InputError(f"{mesh.source}: {count:,} primitives in all places, and ids end at {MOST_IDS:,}")
+        stands = shared | np.isin(np.arange(len(shared)), begins)
+        number = np.where(shared, len(runs) + np.searchsorted(kept, object_of), run_of)[stands]
+        at = np.where(shared[:, None, None], matrices, np.eye(4))[stands, :3]
+        whole.placed = Placed(faces, spheres, primitives, number.astype(np.int32), at, mesh)
+        if whole.placed.starts[-1] > MOST_IDS:
+            count = f"{whole.placed.starts[-1]:,} primitives in all places"
+            raise InputError(f"{mesh.source}: {count}, and ids end at {MOST_IDS:,}")
     return whole
 
 
-def _places(mesh: Mesh, matrices: np.ndarray, path: tuple[Mesh, ...]) -> Iterator[tuple[Mesh, np.ndarray]]:
-    """(a mesh with primitives, the (n, 4, 4) transforms to its places) for a group and everything in it."""
-    if mesh.num_primitives > 0:
-        yield mesh, matrices
+@dataclass(frozen=True)
+class _Extent:
+    """What stands in a group and in everything in it: primitives, and places of meshes with primitives.
+
+    ``is_special``: whether there are spheres, which may become ellipsoids, or what emits light. levels: of groups.
+    """
+
+    primitives: int
+    places: int
+    is_special: bool
+    levels: int
+
+
+def _measure(mesh: Mesh, path: tuple[Mesh, ...], known: dict[int, _Extent]) -> dict[int, _Extent]:
+    """The extent of a group and of all in it, by identity; an InputError if it contains itself or is too large."""
+    primitives, places, levels = mesh.num_primitives, int(mesh.num_primitives > 0), 1
+    is_special = len(mesh.spheres) > 0 or (primitives > 0 and bool(mesh.emits().any()))
     for one in mesh.instances:
         way = " → ".join(part.source for part in (*path, one.mesh))
         if any(part is one.mesh for part in path):
             raise InputError(f"a group contains itself: {way}")
         if len(path) >= MOST_LEVELS:
             raise InputError(f"groups are nested more than {MOST_LEVELS} deep: {way}")
-        if len(matrices) * len(one.matrices) > MOST_PLACES:
-            raise InputError(f"{way}: more than {MOST_PLACES:,} places")
+        if id(one.mesh) not in known:
+            _measure(one.mesh, (*path, one.mesh), known)
+        inner, count = known[id(one.mesh)], len(one.matrices)
+        primitives, places = primitives + count * inner.primitives, places + count * inner.places
+        is_special, levels = is_special or inner.is_special, max(levels, 1 + inner.levels)
+        if places > MOST_PLACES or levels > MOST_LEVELS:
+            told = f"more than {MOST_PLACES:,} places" if places > MOST_PLACES else f"more than {MOST_LEVELS} levels"
+            raise InputError(f"{way}: {told}")
+    known[id(mesh)] = _Extent(primitives, places, is_special, levels)
+    return known
+
+
+def _merged(mesh: Mesh, smooth: bool | float) -> Mesh:
+    """The same group, smoothed, in which every inner group is one mesh if this takes less memory than its places."""
+    extents, within = _measure(mesh, (mesh,), {}), meshes_within(mesh)
+    times = {id(mesh): 1}
+    for one in reversed(within):  # those outside come first
+        for inner in one.instances:
+            times[id(inner.mesh)] = times.get(id(inner.mesh), 0) + times[id(one)] * len(inner.matrices)
+    made: dict[int, tuple[Mesh, int]] = {}  # and the bytes
+    for one in within:
+        extent, size = extents[id(one)], BYTES_OF_PRIMITIVE * one.num_primitives
+        inner_ones = [Instances(made[id(inner.mesh)][0], inner.matrices) for inner in one.instances]
+        own = replace(smoothed(one, smooth), instances=inner_ones)
+        for inner in one.instances:
+            size += BYTES_OF_PLACE * times[id(one)] * len(inner.matrices) + made[id(inner.mesh)][1]
+        flat = BYTES_OF_PRIMITIVE * extent.primitives
+        if one is not mesh and one.instances and flat < size and not extent.is_special:
+            own, size = settled(own, choice="copied"), flat
+        made[id(one)] = own, size
+    return made[id(mesh)][0]
+
+
+def _places(
+    mesh: Mesh, matrices: np.ndarray, at: np.ndarray, extents: dict[int, _Extent]
+) -> Iterator[tuple[Mesh, np.ndarray, np.ndarray]]:
+    """For each mesh with primitives in a group: (it, the (n, 4, 4) transforms to its places, their numbers in order).
+
+    Args:
+        at: (n,) the number of the first place of each ``mesh``.
+    """
+    if mesh.num_primitives > 0:
+        yield mesh, matrices, at
+    at = at + int(mesh.num_primitives > 0)
+    for one in mesh.instances:
+        size, count = extents[id(one.mesh)].places, len(one.matrices)
         every = (matrices[:, None] @ one.matrices[None]).reshape(-1, 4, 4)
-        yield from _places(one.mesh, every, (*path, one.mesh))
+        yield from _places(one.mesh, every, (at[:, None] + size * np.arange(count)).reshape(-1), extents)
+        at = at + size * count
 
 
 def meshes_within(mesh: Mesh, known: dict[int, Mesh] | None = None) -> list[Mesh]:
@@ -221,23 +307,6 @@ def meshes_within(mesh: Mesh, known: dict[int, Mesh] | None = None) -> list[Mesh
     return list(known.values())
 
 
-def with_common_materials(meshes: Sequence[Mesh]) -> tuple[list[Mesh], list[Material]]:
-    """The meshes with ids into a common list of materials, and this list; materials that are equal are one."""
-    known: dict[Material, int] = {}
-    ids = [np.array([known.setdefault(m, len(known)) for m in mesh.materials], np.int32) for mesh in meshes]
-    materials = list(known)
-    found = [
-        replace(
-            mesh,
-            materials=materials,
-            face_materials=own[mesh.face_materials],
-            sphere_materials=own[mesh.sphere_materials],
-        )
-        for mesh, own in zip(meshes, ids, strict=True)
-    ]
-    return found, materials
-
-
 def _shared(objects: list[Mesh], object_of: np.ndarray, matrices: np.ndarray, choice: str, source: str) -> np.ndarray:
     """(n,) bool: which places have no copy of their object."""
     linear = matrices[:, :3, :3]
@@ -247,8 +316,7 @@ def _shared(objects: list[Mesh], object_of: np.ndarray, matrices: np.ndarray, ch
         largest = np.maximum(np.abs(matrices).max(axis=(1, 2)), np.abs(inverse).max(axis=(1, 2)))
         fits = (squeezed < MOST_SQUEEZED) & (largest < MOST_SCALED)
     has_spheres = np.array([len(one.spheres) > 0 for one in objects], bool)[object_of]
-    is_ellipsoid = has_spheres & fits
-    is_ellipsoid[is_ellipsoid] = [similarity(one) is None for one in linear[is_ellipsoid]]
+    is_ellipsoid = has_spheres & fits & np.isnan(similarities(linear))
     emits = np.array([bool(one.emits().any()) for one in objects], bool)[object_of]
     sizes = np.array([one.num_primitives for one in objects], np.int64)
     could = fits & ~emits
@@ -274,28 +342,6 @@ def _copy(mesh: Mesh, matrix: np.ndarray) -> Mesh:
     return copied
 
 
-def inverse_of(linear: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) inverse matrices, with infinity or NaN where there is none."""
-    a, b, c = np.moveaxis(linear, 1, 0)  # rows
-    adjugate = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)
-    with np.errstate(all="ignore"):
-        return adjugate / (a * adjugate[:, :, 0]).sum(axis=1)[:, None, None]
-
-
-def visible_points(mesh: Mesh) -> np.ndarray:
-    """(n, 3) float64: the corners of all triangles and of the boxes of all spheres that a ray can hit; n may be 0.
-
-    Args:
-        mesh: a mesh that ``clean`` returned.
-    """
-    is_corner = np.zeros(len(mesh.vertices), bool)
-    is_corner[mesh.faces[~is_collapsed(mesh.faces)]] = True
-    spheres = mesh.spheres[mesh.spheres[:, 3] > 0].astype(np.float64)
-    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-    corners = spheres[:, None, :3] + spheres[:, None, 3:] * signs
-    return np.concatenate([mesh.vertices[is_corner].astype(np.float64), corners.reshape(-1, 3)])
-
-
 def points_to_show(mesh: Mesh) -> np.ndarray:
     """(n, 3) float64: points that a camera should show to show everything, see ``geometry.visible_points``."""
     if mesh.placed is None:
@@ -305,89 +351,3 @@ def points_to_show(mesh: Mesh) -> np.ndarray:
     if sizes[mesh.placed.object_of].sum() > MOST_VIEWED:
         objects = mesh.placed.boxes(mesh)
     return mesh.placed.points(objects)
-
-
-def similarity(linear: np.ndarray) -> float | None:
-    """The factor by which a transform multiplies all lengths; None if the factor depends on the direction."""
-    gram = linear.T @ linear
-    square = float(np.trace(gram)) / 3
-    if not np.abs(gram - square * np.eye(3)).max() <= UNIFORM * square:
-        return None
-    return float(np.sqrt(square))
-
-
-def reverse(mesh: Mesh) -> None:
-    """Reverse the side that each triangle faces; vertex normals do not change."""
-    mesh.faces = mesh.faces[:, [0, 2, 1]]
-    if len(mesh.face_normals) > 0:
-        mesh.face_normals = mesh.face_normals[:, [0, 2, 1]]
-    for name in ("corner_uv", "corner_color"):
-        if getattr(mesh, name) is not None:
-            setattr(mesh, name, getattr(mesh, name)[:, [0, 2, 1]])
-
-
-def move(mesh: Mesh, matrix: np.ndarray) -> None:
-    """Transform vertices by a (4, 4) matrix, normals by its inverse transpose, and spheres if they stay spheres.
-
-    If the matrix mirrors the mesh, the triangles are reversed, so that fronts stay fronts. If it presses the mesh flat,
-    the normals are gone. A sphere that would become an ellipsoid disappears: its radius is 0. The poles of others, by
-    which a texture lies on them, stay where they are.
-    """
-    linear = matrix[:3, :3]
-    mesh.vertices = mesh.vertices @ linear.T + matrix[:3, 3]
-    if len(mesh.spheres) > 0:
-        centres, scale = mesh.spheres[:, :3] @ linear.T + matrix[:3, 3], similarity(linear) or 0.0
-        mesh.spheres = np.column_stack([centres, scale * mesh.spheres[:, 3]])
-    if len(mesh.normals) > 0:
-        if np.linalg.det(linear) == 0:
-            mesh.normals, mesh.face_normals = np.zeros((0, 3)), np.zeros((0, 3), np.int32)
-        else:
-            mesh.normals = mesh.normals @ np.linalg.inv(linear)
-    if np.linalg.det(linear) < 0:
-        reverse(mesh)
-
-
-def joined(parts: Sequence[Mesh], materials: list[Material], source: str) -> Mesh:
-    """One mesh of all parts, in their order, without their notes.
-
-    Args:
-        materials: of the whole; the ids of materials that the parts have are ids into this list.
-        source: of the whole.
-    """
-    if not parts:
-        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32), materials=materials or [Material()], source=source)
-    vertices, normals, primitives = (
-        np.cumsum([0, *counts[:-1]])
-        for counts in zip(*((len(p.vertices), len(p.normals), p.num_primitives) for p in parts), strict=True)
-    )
-    faces, corners = [], []
-    for part, first, first_normal in zip(parts, vertices, normals, strict=True):
-        faces.append(part.faces + first)
-        ids = part.face_normals if len(part.face_normals) > 0 else np.full(part.faces.shape, -1)
-        corners.append(np.where(ids < 0, -1, ids + first_normal))
-    has_normals = any(len(p.face_normals) > 0 for p in parts)
-    culls = [np.zeros(len(p.faces), bool) if p.face_culls is None else p.face_culls for p in parts]
-    return Mesh(
-        vertices=np.concatenate([p.vertices for p in parts]),
-        faces=np.concatenate(faces).astype(np.int32),
-        normals=np.concatenate([p.normals for p in parts]),
-        face_normals=np.concatenate(corners).astype(np.int32) if has_normals else np.zeros((0, 3), np.int32),
-        face_materials=np.concatenate([p.face_materials for p in parts]),
-        materials=materials or [Material()],
-        source=source,
-        spheres=np.concatenate([p.spheres for p in parts]),
-        sphere_ids=np.concatenate([p.sphere_ids + k for p, k in zip(parts, primitives, strict=True)]).astype(np.int32),
-        sphere_materials=np.concatenate([p.sphere_materials for p in parts]),
-        face_culls=np.concatenate(culls) if any(c.any() for c in culls) else None,
-        corner_uv=_joined_corners(parts, "corner_uv", 2, 0.0),
-        corner_color=_joined_corners(parts, "corner_color", 3, 1.0),
-    )
-
-
-def _joined_corners(parts: Sequence[Mesh], name: str, size: int, default: float) -> np.ndarray | None:
-    """(F, 3, ``size``) what the corners of all parts have; None if no part has any, and the default for the others."""
-    of_parts = [getattr(part, name) for part in parts]
-    if all(one is None for one in of_parts):
-        return None
-    sizes = [(len(part.faces), 3, size) for part in parts]
-    return np.concatenate([np.full(s, default) if one is None else one for one, s in zip(of_parts, sizes, strict=True)])

@@ -10,7 +10,7 @@ from shapes import SQUARE, with_spheres
 import taichi_tracer as tt
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.geometry import Mesh, check, clean, smoothed
-from taichi_tracer.instances import visible_points
+from taichi_tracer.mesh_parts import visible_points
 from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import runtime
 

@@ -5,8 +5,8 @@ import pytest
 from shapes import SQUARE, soup, sphere, with_spheres
 
 import taichi_tracer as tt
-from taichi_tracer.geometry import Mesh, check
-from taichi_tracer.instances import Instances, group, inverse_of, joined, move, points_to_show, reverse, settled
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.instances import Instances, group, points_to_show, settled
 from taichi_tracer.materials import Material
 
 
@@ -64,6 +64,50 @@ def test_numbers_follow_the_order_of_a_group():
     corners = flat.vertices[flat.faces]
     assert corners.shape == (8, 3, 3)
     assert corners[:, 0].tolist() == [[-1, -1, 0]] * 2 + [[3, -2, 0]] * 2 + [[7, -2, 0]] * 2 + [[-1, -1, 1]] * 2
+
+
+def in_places(mesh):
+    """(n, 3, 3) the corners of all triangles of a settled mesh, by their ids."""
+    if mesh.placed is None:
+        return mesh.vertices[mesh.faces]
+    found = []
+    for own, matrix in zip(mesh.placed.object_of, mesh.placed.matrices, strict=True):
+        one = mesh.placed.object(mesh, own)
+        found.append(one.vertices[one.faces] @ matrix[:, :3].T + matrix[:, 3])
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize("lamp_at", [None, 0, 1])
+def test_numbers_do_not_depend_on_what_is_shared(lamp_at, rng):
+    """Also where copies of lamps stand between objects, and where an inner group is one object."""
+
+    def turned(count):
+        matrices = np.tile(np.eye(4), (count, 1, 1))
+        matrices[:, :3] = rng.normal(size=(count, 3, 4))
+        matrices[np.linalg.det(matrices[:, :3, :3]) < 0, :3, 0] *= -1
+        return matrices
+
+    lamp = Mesh(*SQUARE, materials=[Material("lamp", Ke=(1, 1, 1))], source="lamp")
+    twig = Mesh(*soup(rng, 3), source="twig")
+    branch = group([Mesh(*soup(rng, 2)), Instances(twig, turned(4))], source="branch")
+    parts = [Instances(branch, turned(90)), Instances(twig, turned(3))]
+    if lamp_at is not None:
+        parts.insert(lamp_at, Instances(lamp, turned(2)))
+    shared, copied = (settled(group(parts), False, choice) for choice in ("shared", "copied"))
+    assert (len(copied.faces), len(shared.faces)) == (
+        90 * 14 + 9 + (0 if lamp_at is None else 4),
+        14 + 3 + 4 * (lamp_at is not None),
+    )
+    np.testing.assert_allclose(in_places(shared), in_places(copied), atol=1e-12)
+
+
+def test_with_many_lamps_between_objects_all_copies_come_first():
+    lamp = Mesh(*SQUARE, materials=[Material("lamp", Ke=(1, 1, 1))], source="lamp")
+    pair = group([Instances(lamp, np.eye(4)), Instances(Mesh(*SQUARE), placed_at(5))])
+    shared = settled(group(Instances(pair, np.tile(np.eye(4), (300, 1, 1)))), False, "shared")
+    assert len(shared.placed.object_of) == 301
+    assert len(shared.faces) == 602
+    assert (in_places(shared)[:600, :, 0] <= 1).all()
 
 
 def test_equal_materials_are_one_and_others_stay_apart():
@@ -143,12 +187,6 @@ def test_what_emits_as_an_ellipsoid_is_refused():
         settled(group(Instances(lamp, placed_at(linear=np.diag([1.0, 2, 1])))))
 
 
-def test_inverses_of_many_matrices(rng):
-    linear = rng.normal(size=(50, 3, 3))
-    np.testing.assert_allclose(inverse_of(linear), np.linalg.inv(linear), rtol=1e-9)
-    assert not np.isfinite(inverse_of(np.zeros((1, 3, 3)))).any()
-
-
 def test_a_camera_shows_all_places():
     mesh = settled(group(Instances(Mesh(*SQUARE), [placed_at(5), placed_at(-7, 1)])))
     points = points_to_show(mesh)
@@ -162,44 +200,3 @@ def test_a_mesh_of_a_file_stands_in_two_places():
     assert scene.num_triangles == 2 * len(cube.faces)
     hits = scene.intersect([[-3, 0, 9], [3, 0, 9], [0, 0, 9]], [0, 0, -1])
     assert hits.is_hit.tolist() == [True, True, False]
-
-
-def test_a_mirror_turns_triangles_round_so_that_outsides_stay_outside():
-    mesh = Mesh(SQUARE[0].copy(), SQUARE[1].copy(), normals=np.array([[0, 0, 1.0]]), face_normals=np.zeros((2, 3), int))
-    matrix = np.diag([2.0, 3.0, -4.0, 1.0])
-    matrix[:3, 3] = 1, 2, 3
-    move(mesh, matrix)
-    corners = mesh.vertices[mesh.faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert (normal[:, 2] < 0).all()
-    assert mesh.normals[0, 2] < 0
-    np.testing.assert_array_equal(mesh.vertices[0], [-1, -1, 3])
-
-
-def test_reversed_triangles_keep_the_normals_of_their_corners():
-    mesh = Mesh(*SQUARE, normals=np.eye(3), face_normals=np.array([[0, 1, 2], [2, -1, 0]]))
-    expected = {tuple(pair) for pair in zip(mesh.faces.ravel(), mesh.face_normals.ravel(), strict=True)}
-    reverse(mesh)
-    corners = mesh.vertices[mesh.faces]
-    assert (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] < 0).all()
-    assert {tuple(pair) for pair in zip(mesh.faces.ravel(), mesh.face_normals.ravel(), strict=True)} == expected
-
-
-def test_ids_of_joined_parts_are_those_of_the_whole():
-    plain, smooth = Mesh(*SQUARE), Mesh(*SQUARE, normals=np.eye(3), face_normals=np.array([[0, 1, 2], [2, -1, 0]]))
-    smooth.face_materials, smooth.face_culls = np.array([1, 0]), np.array([True, False])
-    whole = joined([plain, with_spheres([(0, 0, 0, 1)]), smooth, smooth], [Material("a"), Material("b")], "all")
-    check(whole)
-    np.testing.assert_array_equal(whole.vertices[whole.faces[2:4]], SQUARE[0][SQUARE[1]])
-    np.testing.assert_array_equal(
-        whole.face_normals, [[-1] * 3, [-1] * 3, [0, 1, 2], [2, -1, 0], [3, 4, 5], [5, -1, 3]]
-    )
-    np.testing.assert_array_equal(whole.face_materials, [0, 0, 1, 0, 1, 0])
-    np.testing.assert_array_equal(whole.face_culls, [False, False, True, False, True, False])
-    np.testing.assert_array_equal(whole.sphere_ids, [2])
-    assert whole.source == "all"
-
-
-def test_without_parts_and_normals_there_are_none():
-    assert joined([], [], "nothing").num_primitives == 0
-    assert joined([Mesh(*SQUARE)], [], "one").face_normals.shape == (0, 3)

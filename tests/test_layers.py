@@ -32,7 +32,7 @@ LAYERS = (
     "values system",
     "formulas ray ray_hits random_numbers tones",
     "brdfs",
-    "materials geometry textures instances places files",
+    "materials geometry textures mesh_parts instances places files",
     "environment background effects lights",
     "sampler samplers camera_settings camera_calls camera cameras",
     "ray_intersector intersectors",
@@ -63,8 +63,8 @@ MAP = {
     ),
     "the door to the fast forms, and the wing behind it, which nobody needs to read": "forms fast",
     "the picture, the scene's effects and options, what is underneath": (
-        "picture unseen effects background instances places options values camera_settings camera_calls scene_parts "
-        "ray_hits maps system"
+        "picture unseen effects background mesh_parts instances places options values camera_settings camera_calls "
+        "scene_parts ray_hits maps system"
     ),
     "outside; each folder but files can be taken off": "files rt3 course studies teaching explain apps cluster",
 }

@@ -14,8 +14,9 @@ from taichi_tracer.files.gltf import FAN_MARK, USED, fan_of, numbered
 from taichi_tracer.files.images import linear_from_srgb
 from taichi_tracer.files.ply import plain_triangles, without_strips
 from taichi_tracer.geometry import Mesh, check
-from taichi_tracer.instances import FEW_COPIES, Instances, group, joined, move
+from taichi_tracer.instances import FEW_COPIES, Instances, group
 from taichi_tracer.materials import Material
+from taichi_tracer.mesh_parts import joined, move
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.textures import BASE, Texture
 

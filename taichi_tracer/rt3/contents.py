@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.instances import Instances, joined
+from taichi_tracer.instances import Instances
 from taichi_tracer.materials import Material
+from taichi_tracer.mesh_parts import joined
 
 
 @dataclass

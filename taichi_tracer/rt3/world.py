@@ -8,9 +8,10 @@ import numpy as np
 from taichi_tracer.brdfs.microfacet import LAYERED
 from taichi_tracer.formulas.vertex_normals import area_weighted
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.instances import move, reverse, settled, similarity
+from taichi_tracer.instances import settled
 from taichi_tracer.lights.base import Light
 from taichi_tracer.materials import Material
+from taichi_tracer.mesh_parts import move, reverse, similarity
 from taichi_tracer.rt3.contents import Contents
 from taichi_tracer.rt3.elements import LONGEST_SHOWN, Element
 from taichi_tracer.rt3.lights import read_light

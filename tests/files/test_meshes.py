@@ -13,8 +13,8 @@ from support import data_file
 import taichi_tracer as tt
 from taichi_tracer.files import EXTENSIONS, read
 from taichi_tracer.files.meshes import from_trimesh
-from taichi_tracer.instances import joined
 from taichi_tracer.materials import Material
+from taichi_tracer.mesh_parts import joined
 from taichi_tracer.system.errors import InputError, MissingFileError
 
 PLY = """ply

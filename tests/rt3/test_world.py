@@ -6,7 +6,7 @@ from rt3_text import document, read
 from shapes import SQUARE
 
 from taichi_tracer.geometry import Mesh
-from taichi_tracer.instances import similarity
+from taichi_tracer.mesh_parts import similarity
 from taichi_tracer.rt3.world import IDENTITY, MATERIALS, OBJECTS, place, rotation
 from taichi_tracer.system.errors import InputError
 
