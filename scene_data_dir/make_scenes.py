@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from make_environments import environments
+from make_forest import forest
 from make_gltf_scenes import ggx_spheres, globe
 
 FOLDER = Path(__file__).resolve().parent
@@ -620,7 +621,7 @@ def contents():
     makers += (veach_plates, caustic_sphere, many_lights, white_room, environments)
     for make in makers:
         files.update(make())
-    return files | ggx_spheres(ring_sphere) | globe(cos_sin)
+    return files | ggx_spheres(ring_sphere) | globe(cos_sin) | forest()
 
 
 def differences(files):
