@@ -15,7 +15,6 @@ from taichi_tracer.geometry import Geometry
 from taichi_tracer.instances import Placed
 from taichi_tracer.intersectors.bvh import BVHRayIntersector, build
 from taichi_tracer.ray import HitData, no_hit
-from taichi_tracer.ray_intersector import RayIntersector
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
@@ -25,9 +24,8 @@ FEW_CORNERS = 1_000_000  # that are transformed at once
 
 
 @ti.data_oriented
-@seams()
-class InPlaces(RayIntersector):
-    """What a primitive is in its place."""
+class InPlaces:
+    """What a primitive is in its place: methods of an intersector, plain or fast, of a scene with ``places``."""
 
     @ti.func
     def bounds_in(self, place, ray):
