@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from support import start
 
+from taichi_tracer.system.registry import PARTS
+
 
 @pytest.fixture(scope="module")
 def f32():
@@ -19,6 +21,16 @@ def precision(request):
     """Taichi in each precision; its name."""
     start(request.param)
     return request.param
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_parts():
+    """What a test file registers, and its modules load, is no part of the tests of other files."""
+    before = [*PARTS.everything()]
+    yield
+    for part in PARTS.everything():
+        if not PARTS.comes_with_package(part) and not any(part is one for one in before):
+            PARTS.remove(part)
 
 
 @pytest.fixture

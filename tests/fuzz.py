@@ -147,6 +147,7 @@ def bounded():
         raise AssertionError(f"it took more than {SECONDS} seconds")
 
     can_alarm = hasattr(signal, "SIGALRM")
+    before = peak_megabytes()  # of all tests that this process has run
     if can_alarm:
         former = signal.signal(signal.SIGALRM, stop)
         signal.alarm(SECONDS)
@@ -160,7 +161,7 @@ def bounded():
         if can_alarm:
             signal.alarm(0)
             signal.signal(signal.SIGALRM, former)
-    assert peak_megabytes() < MEGABYTES
+    assert peak_megabytes() - before < MEGABYTES
 
 
 def peak_megabytes() -> float:

@@ -158,8 +158,9 @@ def test_the_boxes_of_the_plain_hierarchy_are_noted(cube):
 
 
 @pytest.mark.exhaustive
-def test_another_camera_and_another_start_are_noticed(cube):
-    renderer = tt.A1Renderer(cube, *SIZE).use("distance").render()
+def test_another_camera_and_another_start_are_noticed():
+    start("f32")  # others of this file start Taichi again, so that the scene of the fixture may be gone
+    renderer = tt.A1Renderer(tt.load_scene_data("cube"), *SIZE).use("distance").render()
     before = one_that_hits(renderer)
     renderer.camera = tt.OrthographicCamera(*SIZE, eye=(0, 0, 9), at=(0, 0, 0), screen_window=(-2, 2, -2, 2))
     assert renderer.explain(before.column, before.row).find("generate_ray")[0].values["direction"].tolist() == [

@@ -221,7 +221,8 @@ ATTACKS = {
             judges.Numbers.agrees = lambda self, inputs, *args: inputs["a"] == inputs["a"]
             """,
         "return a * 0",
-        becomes=WRONG,
+        becomes=LOST,
+        loses_all=True,
     ),
     "patched protocol": Attack(
         """
