@@ -74,6 +74,11 @@ class Places:
         return primitive_id + self.shifts[self.place_of(primitive_id)]
 
     @ti.func
+    def id_of(self, place, number):
+        """The id that a primitive with this number in memory has in a place."""
+        return number - self.shifts[place]
+
+    @ti.func
     def to_world(self, place, point):
         """A point of the object in its place, rounded once."""
         world = tm.vec3(0)

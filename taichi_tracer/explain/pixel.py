@@ -105,13 +105,18 @@ class PixelExplainer:
     def hit_triangles(self, steps: list[Step]) -> tuple[np.ndarray, ...]:
         """The vertices of the triangles on which the path stood."""
         mesh = self.renderer.scene_data.mesh
-        rows = mesh.primitives()
+        rows, placed = mesh.primitives(), mesh.placed
         found = []
         for step in steps_within(steps):
             if step.name in ("query_segment", "query_ray") and step.values.get("is_hit"):
-                row = rows[int(step.values["triangle_id"])]
+                triangle_id, matrix = int(step.values["triangle_id"]), np.eye(4)[:3]
+                if placed is not None:
+                    place = int(np.searchsorted(placed.starts, triangle_id, "right")) - 1
+                    triangle_id += int(placed.primitives[placed.object_of[place]] - placed.starts[place])
+                    matrix = placed.matrices[place]
+                row = rows[triangle_id]
                 if row >= 0:
-                    found.append(mesh.vertices[mesh.faces[row]].astype(np.float64))
+                    found.append(mesh.vertices[mesh.faces[row]].astype(np.float64) @ matrix[:, :3].T + matrix[:, 3])
         return tuple(found)
 
     @ti.func

@@ -134,7 +134,21 @@ def noted_search(log: Log) -> dict[str, Observer]:
         """``sphere_candidate``."""
         log.note("a sphere is tried", is_limited=True, sphere_id=sphere_id, taken=t)
 
-    methods = {"met_children": entered, "node_interval": tried_box, "sphere_candidate": tried_sphere}
+    def came(part, bounds, place, ray):
+        """``bounds_in`` of objects that stand in several places: from here on, nodes are those of the object."""
+        log.note("a place is entered", is_limited=True, place=place)
+
+    def tried_in(part, result, place, number, *triangle):
+        """``try_corners_in`` of the same."""
+        _, ray, _, corners = triangle
+        tried_triangle(part, ray, part.geometry.places.id_of(place, number), corners, result[0])
+
+    def tried_ellipsoid(part, t, place, sphere_id, ray, t_min):
+        """``ellipsoid_in`` of the same."""
+        log.note("a sphere is tried", is_limited=True, sphere_id=sphere_id, place=place, taken=t)
+
+    methods = {"bounds_in": came, "try_corners_in": tried_in, "ellipsoid_in": tried_ellipsoid}
+    methods |= {"met_children": entered, "node_interval": tried_box, "sphere_candidate": tried_sphere}
     methods |= {"try_corners": tried_corners, "triangle_hit": tried_hit}
     return {name: after(act) for name, act in methods.items()}
 

@@ -227,7 +227,7 @@ class WideInstances(InPlaces, WideBVH):
         """As in the base class: ``place`` is one of ``leaf_blocks``, ``aim.place`` is where the object stands."""
         number = self.blocks.primitive(place)
         t, u, v = self.try_in(aim.place, number, ray, bounds, t_min)
-        return t, u, v, number - self.geometry.places.shifts[aim.place]
+        return t, u, v, self.geometry.places.id_of(aim.place, number)
 
     @ti.func
     def query_segment(self, ray, t_min, t_max):

@@ -55,13 +55,13 @@ class InPlaces:
             if index < 0:
                 t = self.ellipsoid_in(place, -1 - index, ray, t_min)
         if index >= 0:
-            v0, v1, v2 = self.triangle_in(place, index)
-            t, u, v = self.try_corners_in(place, index, ray, bounds, v0, v1, v2)
+            t, u, v = self.try_corners_in(place, number, index, ray, bounds, self.triangle_in(place, index))
         return t, u, v
 
     @ti.func
-    def try_corners_in(self, place, triangle_id, ray, bounds, v0, v1, v2):
+    def try_corners_in(self, place, number, triangle_id, ray, bounds, corners):
         """``try_in`` for a triangle with these corners in world space."""
+        v0, v1, v2 = corners
         is_inside, distance, u, v, det = self.solve(ray.origin, ray.direction, v0, v1, v2)
         t = -tm.inf
         if is_inside and det != 0:
@@ -98,7 +98,7 @@ class InPlaces:
         if index >= 0:
             hit = self.describe_triangle_in(place, index, ray, t, uv.x, uv.y)
             hit.distance = self.exact_distance(ray, t, self.triangle_in(place, index), t_min, t_max)
-        hit.triangle_id = number - self.geometry.places.shifts[place]
+        hit.triangle_id = self.geometry.places.id_of(place, number)
         return hit
 
     @ti.func

@@ -59,3 +59,19 @@ def test_results_get_their_names_in_order():
     assert given_names(("value",), 5) == {"value": 5}
     assert given_names(("value",), (5, 6)) == {"value": 5}
     assert given_names((), 5) == given_names(("value",), None) == {}
+
+
+@pytest.mark.parametrize("fast", [True, False])
+def test_places_and_the_triangles_in_them_are_noted(fast):
+    """With the ids that the triangles have there."""
+    transforms = np.tile(np.eye(4), (3, 1, 1))
+    transforms[:, 0, 3] = -5, 0, 5
+    transforms[1] = np.diag([-1.0, 1, 1, 1])
+    mesh = tt.group([tt.Instances(tt.load_mesh("cube"), transforms)])
+    renderer = tt.A1Renderer(tt.scene_from_mesh(mesh, instances="shared", fast=fast), 33, 33).use("normal").render()
+    found = renderer.explain(16, 16)
+    assert [step.values["place"] for step in found.find("a place is entered")].count(1) == 1
+    tried = found.find("a triangle is tried")
+    assert {12 <= step.values["triangle_id"] < 24 for step in tried} == {True}
+    corners = found.triangles[0]
+    assert (abs(corners[:, 0]) <= 1).all()

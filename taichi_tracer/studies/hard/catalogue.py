@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.scene_parts import brdfs_of
-from taichi_tracer.studies.hard import path_cases
+from taichi_tracer.studies.hard import instance_cases, path_cases
 from taichi_tracer.studies.hard.case import Case, RendererCase
 from taichi_tracer.studies.hard.closed_meshes import ClosedSphere, LeavingSurfaces, NestedSpheres
 from taichi_tracer.studies.hard.many_triangles import (
@@ -29,6 +29,8 @@ from taichi_tracer.studies.hard.view_cases import (
 )
 from taichi_tracer.system.registry import PARTS
 
+LARGE = (*path_cases.LARGE, *instance_cases.LARGE)
+
 
 @dataclass(frozen=True)
 class Level:
@@ -40,7 +42,7 @@ class Level:
         edge_rays: of the long run, at edges only, with accelerators and without fast_math.
         is_whole: whether every mode goes through every scene and every estimator; compiling that takes minutes.
         has_plain: whether the plain hierarchy is tried too; building it takes a minute for the largest scene.
-        paths: the cases of light that bounces.
+        paths: the cases of light that bounces, and those that take a minute.
     """
 
     name: str
@@ -67,9 +69,7 @@ LEVELS = {
     for level in (
         Level("quick", 40_000, 6_000_000, 0, is_whole=False, paths=path_cases.USUAL[:1]),
         Level("default", 400_000, 60_000_000, 4_000_000),
-        Level(
-            "full", 2_000_000, 300_000_000, 100_000_000, has_plain=True, paths=(*path_cases.USUAL, *path_cases.LARGE)
-        ),
+        Level("full", 2_000_000, 300_000_000, 100_000_000, has_plain=True, paths=(*path_cases.USUAL, *LARGE)),
     )
 }
 
@@ -108,13 +108,13 @@ def all_cases() -> list[Case]:
 
 
 SHORT = (ImpossibleCameras, EnvironmentDirections, Brdfs, Accumulation)
-LONG = (ExtremeCameras, EnvironmentLight, OppositeNormals, *SURFACES)
+LONG = (ExtremeCameras, EnvironmentLight, OppositeNormals, *SURFACES, *instance_cases.INSTANCES)
 
 
 def all_renderer_cases(
     estimators: tuple[str, ...] | None = None,
     only_short: bool = False,
-    paths: tuple[type[RendererCase], ...] = (*path_cases.USUAL, *path_cases.LARGE),
+    paths: tuple[type[RendererCase], ...] = (*path_cases.USUAL, *LARGE),
 ) -> list[RendererCase]:
     """A new one of every case of the rest of the renderer; one for each BRDF of your own.
 
@@ -122,7 +122,7 @@ def all_renderer_cases(
 
     Args:
         only_short: leave out those that take a second or more to compile.
-        paths: which cases of light that bounces.
+        paths: which cases of light that bounces, and of those that take a minute.
     """
     own = [OwnBrdf(brdf) for brdf in brdfs_of(()) if not PARTS.comes_with_package(brdf)]
     if only_short:

@@ -1,0 +1,54 @@
+"""The hard cases of objects in several places: they pass, and each finds the mistake that it is about."""
+
+import numpy as np
+import pytest
+
+import taichi_tracer.instances
+from taichi_tracer.fast.wide_bvh import WideBVH
+from taichi_tracer.instances import Placed
+from taichi_tracer.studies.hard import instance_cases
+from taichi_tracer.studies.hard.catalogue import LEVELS, all_renderer_cases
+
+EPSILON = 2.0**-23
+
+pytestmark = pytest.mark.usefixtures("f32")
+
+
+@pytest.mark.parametrize(
+    "case", [*instance_cases.INSTANCES, *(pytest.param(case, marks=pytest.mark.long) for case in instance_cases.LARGE)]
+)
+def test_it_passes(case):
+    found = case().judge(EPSILON)
+    assert found["tried"] > 5
+    assert (found["wrong"], found["nan"]) == (0, 0)
+
+
+def test_the_suite_tries_them():
+    assert set(instance_cases.INSTANCES) <= {type(case) for case in all_renderer_cases(("brdf",))}
+    assert set(instance_cases.LARGE) <= set(LEVELS["full"].paths)
+
+
+def test_boxes_that_are_not_widened_are_found(monkeypatch):
+    """A ray that is rounded in the object leaves the boxes of small and distant ones."""
+    plain = WideBVH.bind
+
+    def bind(self, geometry, triangle_test="watertight"):
+        plain(self, geometry, triangle_test)
+        self.pad_factor = 0.0
+
+    monkeypatch.setattr(WideBVH, "bind", bind)
+    assert instance_cases.ManySizes().judge(EPSILON)["wrong"] > 0
+
+
+def test_transforms_without_an_inverse_are_found(monkeypatch):
+    monkeypatch.setattr(
+        taichi_tracer.instances, "_shared", lambda objects, object_of, *_: np.ones(len(object_of), bool)
+    )
+    found = instance_cases.ScaledToNothing().judge(EPSILON)
+    assert found["wrong"] + found["nan"] > 0
+
+
+def test_numbers_that_begin_at_the_wrong_place_are_found(monkeypatch):
+    plain = Placed.starts.fget
+    monkeypatch.setattr(Placed, "starts", property(lambda placed: plain(placed) + (plain(placed) > 40)))
+    assert instance_cases.SomePlaces().judge(EPSILON)["wrong"] > 0
