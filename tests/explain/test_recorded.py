@@ -1,9 +1,11 @@
 """A recorded part gives what the part gives, and the log has what its methods got and gave."""
 
+import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
 
+import taichi_tracer as tt
 from taichi_tracer.explain.log import Log
 from taichi_tracer.explain.recorded import NotedMethod, given_names, recorded
 

@@ -5,6 +5,7 @@ import pytest
 
 import taichi_tracer.instances
 from taichi_tracer.fast.wide_bvh import WideBVH
+from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import Placed
 from taichi_tracer.studies.hard import instance_cases
 from taichi_tracer.studies.hard.catalogue import LEVELS, all_renderer_cases
@@ -40,12 +41,10 @@ def test_boxes_that_are_not_widened_are_found(monkeypatch):
     assert instance_cases.ManySizes().judge(EPSILON)["wrong"] > 0
 
 
-def test_transforms_without_an_inverse_are_found(monkeypatch):
-    monkeypatch.setattr(
-        taichi_tracer.instances, "_shared", lambda objects, object_of, *_: np.ones(len(object_of), bool)
-    )
-    found = instance_cases.ScaledToNothing().judge(EPSILON)
-    assert found["wrong"] + found["nan"] > 0
+def test_what_is_left_out_because_it_has_no_inverse_is_found(monkeypatch):
+    nothing = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+    monkeypatch.setattr(taichi_tracer.instances, "_copy", lambda mesh, matrix: nothing)
+    assert instance_cases.ScaledToNothing().judge(EPSILON)["wrong"] > 0
 
 
 def test_numbers_that_begin_at_the_wrong_place_are_found(monkeypatch):

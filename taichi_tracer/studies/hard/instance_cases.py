@@ -124,7 +124,7 @@ class SomePlaces(RendererCase):
 
 
 class MillionPlaces(SomePlaces):
-    """A million of them."""
+    """A million tetrahedra, and a ray at each: tables of places and their hierarchy are as large as those of a mesh."""
 
     side, name = 100, "places: 1,000,000, each hit"
 
