@@ -544,3 +544,43 @@ def test_parts_with_one_look_share_a_material_and_its_picture():
         scene.add_geometry(part)
     mesh = from_trimesh(scene)
     assert (len(mesh.materials), mesh.face_materials.tolist()) == (1, [0, 0])
+
+
+def shared_nodes(tmp_path, count):
+    """A GLB file with one sphere of 8,000 triangles in several nodes, one of which is mirrored; and the transforms."""
+    ball = trimesh.Trimesh(*sphere(80, 51), process=False)
+    scene, transforms = trimesh.Scene(), np.tile(np.eye(4), (count, 1, 1))
+    transforms[:, 0, 3] = 3 * np.arange(count)
+    transforms[1, 0, 0] = -1
+    scene.add_geometry(ball, geom_name="ball", node_name="node 0")
+    for number, transform in enumerate(transforms):
+        scene.graph.update(f"node {number}", geometry="ball", matrix=transform)
+    scene.export(tmp_path / "balls.glb")
+    return tmp_path / "balls.glb", transforms
+
+
+def test_nodes_share_a_large_mesh_and_small_ones_are_copied(tmp_path):
+    path, transforms = shared_nodes(tmp_path, 15)
+    mesh = read(path)
+    assert [len(mesh.faces), len(mesh.instances)] == [0, 15]
+    assert len({id(one.mesh) for one in mesh.instances}) == 1
+    scene = tt.load_scene_data(path)
+    assert scene.effects.instances
+    assert (scene.num_triangles, len(scene.mesh.faces)) == (15 * 8000, 8000)
+    hits = scene.intersect(transforms[:, :3, 3] + (0.01, 0.02, 5), (0, 0, -1))
+    assert (hits.triangle_id // 8000).tolist() == list(range(15))
+    assert not hits.is_backfacing.any()
+    few = read(shared_nodes(tmp_path, 3)[0])
+    assert [len(few.faces), few.instances] == [24000, []]
+
+
+def test_colours_of_vertices_stay_with_them_in_a_mirrored_node(tmp_path):
+    colors = np.array([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]], np.uint8)
+    mesh = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], process=False, vertex_colors=colors)
+    scene = trimesh.Scene()
+    scene.add_geometry(mesh, transform=np.diag([-1.0, 1, 1, 1]))
+    scene.export(tmp_path / "a.glb")
+    found = read(tmp_path / "a.glb")
+    corners = zip(found.vertices[found.faces[0]].tolist(), found.corner_color[0], strict=True)
+    by_place = {tuple(place): color.round(3).tolist() for place, color in corners}
+    assert by_place == {(0, 0, 0): [1, 0, 0], (-1, 0, 0): [0, 1, 0], (0, 1, 0): [0, 0, 1]}
