@@ -24,7 +24,7 @@ class Table:
 
     Attributes:
         field: of numbers or of vectors, with at most two indices; or one matrix without an index. Of the running
-            precision, or of integers.
+            precision, of f64, or of integers.
         array: its numbers, in the shape that ``field.to_numpy()`` has; it may have fewer rows, which are the first.
         number: of the table among all.
     """
@@ -47,6 +47,11 @@ class Table:
     def is_whole(self) -> bool:
         """Whether the numbers are integers."""
         return np.dtype(self.array.dtype).kind in "iub"
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether the numbers are in f64 and kernels run in f32: then the bits of a number come as two integers."""
+        return self.field.dtype == ti.f64 and runtime.dtype() is np.float32
 
     @property
     def cells(self) -> int:
@@ -97,9 +102,12 @@ class Tables:
         parts: dict[bool, list[np.ndarray]] = {False: [np.zeros(1, runtime.dtype())], True: [np.zeros(1, np.int32)]}
         sizes = {False: 1, True: 1}
         for table in self.tables:
-            places += [sizes[table.is_whole], table.cells]
-            parts[table.is_whole].append(table.array.reshape(-1))
-            sizes[table.is_whole] += table.array.size
+            array, is_whole = table.array.reshape(-1), table.is_whole or table.is_wide
+            if table.is_wide:
+                array = array.astype("<f8").view("<i4")
+            places += [sizes[is_whole], table.cells]
+            parts[is_whole].append(array)
+            sizes[is_whole] += array.size
         numbers = np.concatenate(parts[False], dtype=runtime.dtype(), casting="same_kind")
         integers = np.concatenate(parts[True], dtype=np.int32, casting="unsafe")
         return numbers, integers, np.array([*places, 0], np.int32)
@@ -123,10 +131,10 @@ class Tables:
     @ti.func
     def put_cell(self, table: ti.template(), numbers: ti.template(), integers: ti.template(), first, i):
         """Write the i-th cell of a field, whose numbers begin at ``first``."""
-        source = ti.static(integers if table.is_whole else numbers)
+        source = ti.static(integers if table.is_whole or table.is_wide else numbers)
         shape = ti.static(table.field.shape)
         for k in ti.static(range(table.components)):
-            value = ti.cast(source[first + i * table.components + k], table.field.dtype)
+            value = number_at(table, source, first, i * table.components + k)
             if ti.static(len(shape) == 0):
                 if ti.static(table.columns > 1):
                     table.field[None][k // table.columns, k % table.columns] = value
@@ -145,3 +153,13 @@ class Tables:
                     table.field[row, column][k] = value
                 else:
                     table.field[row, column] = value
+
+
+@ti.func
+def number_at(table: ti.template(), source: ti.template(), first, i):
+    """The i-th number of a table, whose numbers begin at ``first``."""
+    if ti.static(table.is_wide):
+        low, high = ti.cast(source[first + 2 * i], ti.u32), ti.cast(source[first + 2 * i + 1], ti.u32)
+        return ti.bit_cast(ti.cast(low, ti.u64) | (ti.cast(high, ti.u64) << 32), ti.f64)
+    else:  # noqa: RET505 (Taichi compiles one of the two)
+        return ti.cast(source[first + i], table.field.dtype)

@@ -29,6 +29,7 @@ def test_the_suite_tries_them():
     assert set(instance_cases.LARGE) <= set(LEVELS["full"].paths)
 
 
+@pytest.mark.exhaustive
 def test_boxes_that_are_not_widened_are_found(monkeypatch):
     """A ray that is rounded in the object leaves the boxes of small and distant ones."""
     plain = WideBVH.bind

@@ -104,3 +104,21 @@ def test_no_array_is_no_work(store):
     owner, _ = store
     Tables().load(owner)
     Tables().load_by_kernel()
+
+
+@pytest.mark.parametrize("by_kernel", [False, True])
+def test_numbers_of_f64_keep_every_bit(f32, rng, by_kernel):
+    if not runtime.has_f64():
+        pytest.skip("this backend has no f64")
+    owner = memory.Memory()
+    rows, one = ti.Vector.field(4, ti.f64), ti.field(ti.f64)
+    owner.fields.dense(ti.i, 3).dense(ti.j, 3).place(rows)
+    owner.fields.dense(ti.i, 2).place(one)
+    owner.allocate()
+    some, arrays = Tables(), (rng.normal(size=(3, 3, 4)), np.array([1e300, -(2.0**-1074)]))
+    for field, array in zip((rows, one), arrays, strict=True):
+        some.put(field, array)
+    loaded(owner, some, by_kernel)
+    for field, array in zip((rows, one), arrays, strict=True):
+        np.testing.assert_array_equal(field.to_numpy(), array)
+    owner.free()
