@@ -13,6 +13,7 @@ from taichi.lang.expr import Expr
 from taichi_tracer.formulas.view import DEFAULT_WINDOW, DEFAULTS, CameraView, words_of
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.annotations import AbstractAnnotation
+from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.held import HeldExpr, element, held
 from taichi_tracer.system.seams import replaced, runs_in_kernels
@@ -67,7 +68,7 @@ class Size:
 
 
 @ti.data_oriented
-class CameraSettings(metaclass=AbstractAnnotation):
+class CameraSettings(KnownAttributes, metaclass=AbstractAnnotation):
     """The size of the picture, and the view, whose numbers are in fields.
 
     Args:

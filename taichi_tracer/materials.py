@@ -15,6 +15,7 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
 
+COLORS = ("Kd", "Ka", "Ks", "Ke", "F0", "Km")
 TEXTURES = ("map_Kd", "map_layer", "map_d", "map_Ks")  # the members of a material that are textures
 
 
@@ -65,6 +66,9 @@ class Material(metaclass=Annotation):
             vars(self).update(alpha_x=float(alpha), alpha_y=float(alpha))
         if isinstance(self.F0, (int, float)):
             vars(self)["F0"] = (float(self.F0),) * 3
+        for name in COLORS:
+            if not is_color(getattr(self, name)):
+                raise InputError(f"Material: {name} must be three numbers, not {getattr(self, name)!r}")
 
     @property
     def textures(self) -> tuple:
@@ -105,6 +109,11 @@ class Material(metaclass=Annotation):
 
 # The members of a material that all kernels know: not the name, textures, and the keys that only some BRDFs read.
 BUILT_IN: dict[str, Any] = {f.name: f.default for f in fields(Material) if f.name not in ("name", *TEXTURES, "extra")}
+
+
+def is_color(value: Any) -> bool:
+    """Whether a value is three numbers."""
+    return hasattr(value, "__len__") and len(value) == 3 and all(isinstance(c, (int, float, np.number)) for c in value)
 
 
 class Materials(list):

@@ -30,6 +30,7 @@ from taichi_tracer.sampler import DEFAULT_SAMPLER, Sampler, UniformSampler, samp
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.held import held
 from taichi_tracer.system.registry import PARTS
@@ -57,6 +58,16 @@ def not_a_scene(renderer: str, given: object) -> InputError:
     return InputError(f"{renderer}: scene_data must be a scene, as load_scene_data returns it, not {given!r}")
 
 
+def unknown_integrator(renderer: "ProgressiveRenderer", chosen: str) -> InputError:
+    """The error for the name of what a renderer does not offer; it says which other does."""
+    told = str(one_of(renderer.what, chosen, [part.name for part in renderer.offers]))
+    other = next((part for part in PARTS.all("integrator") if chosen in (part.name, *part.aliases)), None)
+    if other is not None:
+        owners = [cls.__name__ for cls in ProgressiveRenderer.__subclasses__() if other in cls.offered()]
+        told += f". It belongs to {' and '.join(owners) or 'another renderer'}"
+    return InputError(told)
+
+
 def whole(name: str, number: int) -> int:
     """A whole number of 32 bits; an InputError for anything else."""
     if int(number) != number or not 0 <= number < 2**32:
@@ -66,7 +77,8 @@ def whole(name: str, number: int) -> int:
 
 def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneData) -> ProjectiveCamera:
     """The given camera object, or a new camera of the given kind that shows the scene; None takes the scene's kind."""
-    view = scene_data.view_for(width / height if min(width, height) > 0 else 1.0)  # the camera refuses a size of 0
+    is_size = all(isinstance(side, int | float | np.number) and side > 0 for side in (width, height))
+    view = scene_data.view_for(width / height if is_size else 1.0)  # the camera refuses what is no size
     if chosen is None:
         return make_camera(width, height, **view)
     found = PARTS.find("camera", chosen)
@@ -77,7 +89,7 @@ def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneDa
 
 @ti.data_oriented
 @seams("shade_ray", "record")
-class ProgressiveRenderer(RenderedPicture):
+class ProgressiveRenderer(KnownAttributes, RenderedPicture):
     """A camera, a film, and one of the integrators that the subclass offers.
 
     Args:
@@ -171,7 +183,7 @@ class ProgressiveRenderer(RenderedPicture):
         if isinstance(chosen, str):
             known = {name: part for part in self.offers for name in (part.name, *part.aliases)}
             if chosen not in known:
-                raise one_of(self.what, chosen, [part.name for part in self.offers])
+                raise unknown_integrator(self, chosen)
             chosen = known[chosen]
         else:
             chosen = PARTS.find("integrator", chosen)

@@ -1,6 +1,7 @@
 """Load a scene by its name or by the path of its file."""
 
 import os
+import warnings
 from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
@@ -226,7 +227,10 @@ def scene_from_mesh(
         mesh = vertices
     else:
         mesh = from_trimesh(vertices) if faces is None else mesh_from_arrays(vertices, faces)
-    return SceneData(dressed(mesh, color, material, normals, face_materials, uv), **options)
+    mesh = dressed(mesh, color, material, normals, face_materials, uv)
+    if mesh.num_primitives == 0 and not mesh.instances:
+        warnings.warn("mesh: it has no triangles: nothing is to be seen", stacklevel=3)
+    return SceneData(mesh, **options)
 
 
 def load_mesh(name_or_path: str | Path) -> Mesh:

@@ -191,3 +191,10 @@ def test_one_roughness_and_one_reflectance_are_those_of_all_axes_and_colours():
     assert short == Material(alpha_x=0.3, alpha_y=0.3, F0=(0.9, 0.9, 0.9))
     assert repr(short) == "Material(alpha_x=0.3, alpha_y=0.3, F0=(0.9, 0.9, 0.9))"
     assert dataclasses.replace(short, Kd=(0, 0, 0)).alpha_x == 0.3
+
+
+@pytest.mark.parametrize("value", ["red", (1, 2), 0.5, (1, 2, "3"), None, np.zeros((3, 3))])
+def test_a_colour_is_three_numbers(value):
+    with pytest.raises(tt.InputError, match="Material: Kd must be three numbers, not"):
+        tt.Material(Kd=value)
+    assert tt.Material(Ke=np.array([1.0, 2, 3])).Ke[2] == 3

@@ -496,3 +496,17 @@ def test_a_value_of_one_renderer_leaves_the_picture_of_another(f32):
     second.max_bounces = 7
     assert first.is_current()
     assert first.max_bounces == 5
+
+
+@pytest.mark.parametrize("size", [("32", 32), (32, None), (32.5, 32), (0, 3)])
+def test_what_is_no_size_is_one_line(size):
+    with pytest.raises(tt.InputError, match="camera: (width|height) must be a whole number of at least 1, not"):
+        tt.A1Renderer(tt.load_scene_data("cube"), *size)
+
+
+def test_what_another_renderer_shows_is_told():
+    scene = tt.load_scene_data("cube")
+    with pytest.raises(tt.InputError, match="unknown view 'mis': known are hit, .*. It belongs to A2Renderer"):
+        tt.A1Renderer(scene, 8, 8, integrator="mis")
+    with pytest.raises(tt.InputError, match="unknown estimator 'triangle_ID': .* It belongs to A1Renderer"):
+        tt.A2Renderer(scene, 8, 8).use("triangle_ID")

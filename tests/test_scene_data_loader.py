@@ -209,3 +209,8 @@ def test_a_trimesh_is_a_scene_too():
     )
     assert by_arrays.triangle_id[0] == by_trimesh.triangle_id[0]
     assert by_arrays.distance[0] == by_trimesh.distance[0]
+
+
+def test_a_scene_without_triangles_is_told():
+    with pytest.warns(UserWarning, match="mesh: it has no triangles: nothing is to be seen"):
+        tt.scene_from_mesh([], [])

@@ -168,6 +168,8 @@ HAVE_CHANNELS = (".exr",)  # formats with named channels beside red, green and b
 
 def check_writable(path: str | Path, channels: Collection[str] = ()) -> None:
     """Raise an InputError if ``save_image`` could not write there later; ``channels`` are those beside R, G and B."""
+    if not isinstance(path, str | Path):
+        raise InputError(f"save: the path must be the name of a file, not {type(path).__name__}")
     path = Path(path)
     extension = path.suffix.lower()
     if extension == "":
@@ -211,8 +213,8 @@ def save_image(
         InputError: the extension is unknown, its library is missing, or the file cannot be written; or there are more
             channels, and the format has no place for them.
     """
-    path, display = Path(path), Display(exposure, tone)
     check_writable(path, channels or ())
+    path, display = Path(path), Display(exposure, tone)
     rgb = _as_float(_as_rgb(np.asarray(image), str(path)))
     extension = path.suffix.lower()
     if extension not in KEEP_NAN and np.isnan(rgb).any():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import taichi_tracer as tt
 from taichi_tracer.files import images
 from taichi_tracer.files.images import (
     check_writable,
@@ -489,3 +490,11 @@ def test_a_photograph_stands_as_its_camera_was_held(tmp_path):
     image = read_image(tmp_path / "a.jpg")
     assert image.shape == (32, 16, 3)
     assert image[:14].min() > 0.9 > 0.1 > image[-14:].max()  # white at the top
+
+
+@pytest.mark.parametrize("path", [None, 3, np.zeros((2, 2, 3))])
+def test_a_path_that_is_none_is_one_line(path):
+    with pytest.raises(tt.InputError, match="save: the path must be the name of a file, not "):
+        tt.save_image(path, np.zeros((2, 2, 3)))
+    with pytest.raises(tt.InputError, match="save: the path must be the name of a file, not "):
+        tt.A1Renderer(tt.load_scene_data("cube"), 4, 4).render().save(path)

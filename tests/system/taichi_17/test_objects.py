@@ -89,7 +89,7 @@ from taichi_tracer.system.seams import assigned
 class Plain(tt.{first}):
     @ti.kernel
     def asked(self) -> ti.i32:
-        return self.number
+        return self._number
 
 @ti.data_oriented
 class Decorated(Plain):
@@ -103,7 +103,7 @@ tt.init("cpu")
 print(detours(), assigned())
 for cls in (Plain, Decorated):
     made = cls.__new__(cls)
-    made.number = 7
+    made._number = 7
     print(made.asked())
 """
 

@@ -1,0 +1,48 @@
+"""A value that nobody reads is refused: ``renderer.max_bounce = 3`` would change nothing, and say nothing."""
+
+import difflib
+import sys
+from types import FrameType
+from typing import Any
+
+from taichi_tracer.system.errors import InputError
+
+OWN = ("taichi_tracer", "taichi")  # packages that may add attributes
+
+
+class KnownAttributes:
+    """A class whose objects get only attributes that they know, from outside.
+
+    Known are those that its methods have set, and those of its class, with a value or with an annotation alone; and
+    all that begin with ``_``. A subclass adds attributes of its own in its class, in ``__init__`` or in any other of
+    its methods.
+    """
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in vars(self) and not is_of_class(type(self), name) and not may_add(self, sys._getframe(1)):
+            raise unknown(self, name)
+        super().__setattr__(name, value)
+
+
+def is_of_class(cls: type, name: str) -> bool:
+    """Whether a class has an attribute or an annotation of one, or whether the name is a private one."""
+    is_declared = any(name in vars(base).get("__annotations__", {}) for base in cls.__mro__)
+    return is_declared or name.startswith("_") or hasattr(cls, name)
+
+
+def may_add(part: object, frame: FrameType) -> bool:
+    """Whether the code of a frame may add an attribute: a method of the object, and the packages ``OWN``."""
+    if str(frame.f_globals.get("__name__")).split(".")[0] in OWN:
+        return True
+    code = frame.f_code
+    return code.co_argcount > 0 and frame.f_locals.get(code.co_varnames[0]) is part
+
+
+def unknown(part: object, name: str) -> InputError:
+    """The error for an attribute that an object does not know, with the most similar one."""
+    known = {n for n in (*dir(type(part)), *vars(part)) if not n.startswith("_")}
+    data = {n for n in known if not callable(getattr(type(part), n, None))}
+    near = difflib.get_close_matches(name, sorted(data), n=1)
+    guess = f": did you mean {near[0]!r}?" if near else "."
+    where = "Attributes of your own belong into your class, or into its __init__"
+    return InputError(f"{type(part).__name__} has no attribute {name!r}{guess} {where}")
