@@ -323,6 +323,7 @@ def test_views_by_a_students_camera_and_intersector_are_the_packages(view, stude
     np.testing.assert_allclose(found, expected, atol=1e-4)
 
 
+@pytest.mark.long
 def test_light_by_a_students_environment_brdf_sampler_and_renderer_has_the_same_mean(student):
     sky = np.linspace(0.5, 1.5, 8)[:, None, None] * np.linspace(0.8, 1.2, 16)[:, None] * np.ones(3)
     own = tt.load_scene_data("sphere", environment=sky)

@@ -164,6 +164,7 @@ def test_packets_equal_single_rays_in_both_precisions(precision, kind, rng):
     assert len(np.unique(assert_same_bits(single, packets))) > 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [Camera, pytest.param(OrthographicCamera, marks=pytest.mark.exhaustive)])
 def test_both_forms_keep_the_normals_of_spheres(f32, kind, rng):
     """The same bits; and in f64, the point where the ray meets the sphere lies on this normal."""

@@ -207,6 +207,7 @@ def test_a_picture_of_shared_objects_is_that_of_copies(name, fast, rng):
     assert pictures[0].std() > 0.05
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fast", [True, pytest.param(False, marks=pytest.mark.exhaustive)])
 def test_light_of_shared_objects_is_that_of_copies(fast, rng):
     """Objects that emit are copied; the others are shared, and lit, and throw shadows."""

@@ -385,6 +385,7 @@ def documented() -> str:
     return text[text.index(HEAD) :].split("\n\n")[0]
 
 
+@pytest.mark.long
 def test_the_table_in_the_documents_is_this_one():
     tt.init("cpu", force=True)
     assert documented() == table(), f"run: python {Path(__file__).name}"
