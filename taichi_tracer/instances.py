@@ -17,8 +17,8 @@ from taichi_tracer.mesh_parts import inverse_of, joined, move, similarities, vis
 from taichi_tracer.system.errors import InputError, one_of
 
 CHOICES = ("auto", "shared", "copied")
-# Copies of all objects together may have so many primitives more than the objects: a scene without instances is traced
-# up to twice as fast, and this is 20 MB.
+# Copies of all objects together may have so many primitives more than the objects: this is 20 MB, and a scene without
+# instances has packets and tiles.
 FEW_COPIES = 100_000
 MOST_COPIES = 20_000_000  # as many as docs/speed.md measures: copies must not fill the memory
 MOST_PLACES = 10_000_000
@@ -173,7 +173,7 @@ def settled(mesh: Mesh, smooth: bool | float = False, choice: str = "auto") -> M
     distinct = meshes_within(mesh)
     for one in distinct:
         check(one)
-    notes = [note for one in distinct for note in (mesh if one is mesh else one).notes]
+    notes = [note for one in distinct for note in one.notes]
     if any(one.lights for one in distinct if one is not mesh):
         notes.append(f"{mesh.source}: lights in files of meshes that stand in several places are left out")
     tree = _merged(mesh, smooth)

@@ -224,7 +224,7 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
 
     @ti.func
     def search_in(self, place, ray, bounds, t_min, t_max, any_hit: ti.template()):
-        """HitData of the nearest hit in a place with t_min < t ≤ t_max; of any such hit, if ``any_hit`` is True."""
+        """HitData of the nearest hit in a place with t_min < t ≤ t_max; or of any with t < t_max, with ``any_hit``."""
         best, number, best_u, best_v = t_max, -1, 0.0, 0.0
         in_object = self.bounds_in(place, ray)
         stack = ti.Vector([0] * self.stack_size, ti.i32)
@@ -240,6 +240,8 @@ class TwoLevelBVH(InPlaces, BVHRayIntersector):
                 for i in range(self.first[node], self.first[node] + self.count[node]):
                     t, u, v = self.try_in(place, self.order[i], ray, bounds, t_min)
                     is_first_of_equals = t == best and (number < 0 or self.order[i] < number)
+                    if ti.static(any_hit):
+                        is_first_of_equals = False
                     if t_min < t and (t < best or is_first_of_equals):
                         best, number, best_u, best_v = t, self.order[i], u, v
                 if ti.static(any_hit):

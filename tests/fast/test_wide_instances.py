@@ -35,6 +35,8 @@ def test_the_bits_are_those_of_the_plain_form(count, is_scattered, rng):
     blocked = [scene.occluded(origins, directions, t_min, t_max) for scene in scenes]
     np.testing.assert_array_equal(*blocked)
     np.testing.assert_array_equal(blocked[0], plain.is_hit)
+    ends = np.where(plain.is_hit, plain.distance, t_max)  # of rays that end where they hit something
+    np.testing.assert_array_equal(*(scene.occluded(origins, directions, t_min, ends) for scene in scenes))
 
 
 @pytest.mark.parametrize("name", ["moller_trumbore", "watertight"])

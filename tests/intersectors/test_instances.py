@@ -131,6 +131,16 @@ def test_a_closed_object_has_no_gaps_in_any_place(fast, rng):
 
 
 @FORMS
+def test_what_ends_a_ray_does_not_hide_what_is_before_it(fast):
+    """The triangle at the end comes first in its leaf, and is no hit."""
+    far, near = SQUARE[0], SQUARE[0] + (0, 0, 1)
+    both_squares = Mesh(np.concatenate([far, near]), np.concatenate([SQUARE[1], SQUARE[1] + 4]))
+    scene = tt.scene_from_mesh(group([Instances(both_squares, np.eye(4))]), instances="shared", fast=fast)
+    origins = [[0.3, 0.1, 3], [0.3, 0.1, 3], [0.3, 0.1, 0.5]]
+    assert scene.occluded(origins, [0, 0, -1], 0, [3, 2, 0.5]).tolist() == [True, False, False]
+
+
+@FORMS
 def test_spheres_become_ellipsoids(fast, rng):
     """Against the equation |M⁻¹ (o + t d) − c| = r in float64."""
     centres, radii = rng.uniform(-1, 1, (3, 3)), np.array([0.3, 0.5, 0.8])
