@@ -35,7 +35,7 @@ class GraphicsState:
 
 
 class World:
-    """The objects in the order of the document; their ids have the same order.
+    """The objects in the order of the document; their ids have the same order, and those of instances follow.
 
     Args:
         path: the document in which the world began, for messages.
