@@ -27,7 +27,7 @@ from taichi_tracer.system.types import Numbers
 
 
 @ti.data_oriented
-@seams("generate_ray", "generate_ndc_coords", "generate_camera_coords", "compute_matrix")
+@seams("generate_ndc_coords", "generate_camera_coords", "compute_matrix", generate_ray="Ray")
 class ProjectiveCamera(CameraSettings):
     """The steps from a pixel to a ray. Pixel (0, 0) is at the bottom left. A subclass defines ``ray_through``.
 
@@ -107,7 +107,7 @@ class ProjectiveCamera(CameraSettings):
 
 @register
 @ti.data_oriented
-@seams("ray_through")
+@seams(ray_through="Ray")
 class Camera(ProjectiveCamera):
     """The pinhole camera of the courses: a perspective projection, with the image plane at the focal distance.
 

@@ -88,7 +88,7 @@ def camera_of(chosen: CameraChoice, width: int, height: int, scene_data: SceneDa
 
 
 @ti.data_oriented
-@seams("shade_ray", "record")
+@seams("record", shade_ray="vec3")
 class ProgressiveRenderer(KnownAttributes, RenderedPicture):
     """A camera, a film, and one of the integrators that the subclass offers.
 

@@ -20,7 +20,12 @@ from taichi_tracer.system.seams import replaced, seams
 
 
 @ti.data_oriented
-@seams("intersect_triangle", "query_ray", "is_occluded", "search", "query_segment", "is_blocked", "triangle_hit")
+@seams(
+    *("search", "query_segment", "is_blocked", "triangle_hit"),
+    intersect_triangle="HitData",
+    query_ray="HitData",
+    is_occluded="truth",
+)
 class RayIntersector:
     """Finds what a ray hits in a geometry.
 

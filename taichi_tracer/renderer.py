@@ -30,7 +30,14 @@ SAME_WEIGHT = 1e-6  # of weights from 0 to 1: a slider gives back in f32 what it
 
 
 @register
-@seams("shade_hit", "shade_triangle_id", "shade_distance", "shade_barycentric", "shade_normal", "shade_material_id")
+@seams(
+    shade_hit="vec3",
+    shade_triangle_id="vec3",
+    shade_distance="vec3",
+    shade_barycentric="vec3",
+    shade_normal="vec3",
+    shade_material_id="vec3",
+)
 class A1Renderer(ProgressiveRenderer):
     """Assignment 1: what did the eye ray hit? Six views of the hit (A1-15)."""
 

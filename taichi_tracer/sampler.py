@@ -26,7 +26,7 @@ DEFAULT_SAMPLER = "niederreiter"
 
 
 @ti.data_oriented
-@seams("start", "get_2d")
+@seams("start", get_2d="vec2")
 class Sampler:
     """The source of random numbers. A subclass defines ``get_2d``.
 
@@ -43,6 +43,7 @@ class Sampler:
     """
 
     kind, name, replicated, doubles, is_net, shares_terms = "sampler", "", False, False, False, False
+    required = ("get_2d",)
     width, height = 1, 1
 
     @in_kernels
@@ -70,7 +71,7 @@ def sampler_of(chosen: Sampler, camera) -> Sampler:
 
 
 @ti.data_oriented
-@seams("sample_direction", "evaluate_probability")
+@seams(sample_direction="vec3", evaluate_probability="number")
 class UniformSampler:
     """Directions uniform on the sphere (A2-6); the estimator ``uniform`` takes its directions from it.
 
@@ -94,7 +95,7 @@ class UniformSampler:
 
 
 @ti.data_oriented
-@seams("sample_direction", "evaluate_probability", "evaluate_brdf", "evaluate_brdf_factor")
+@seams(sample_direction="vec3", evaluate_probability="number", evaluate_brdf="vec3", evaluate_brdf_factor="vec3")
 class BRDF(HandoutBrdf):
     """The handout's BRDF: diffuse if Ns is 1 or less, otherwise Phong (A2-4, A2-7, A2-8).
 

@@ -15,7 +15,7 @@ from taichi_tracer.system.seams import replaced, seams
 
 
 @ti.data_oriented
-@seams("eval", "pdf", "sample", "weight")
+@seams(eval="vec3", pdf="number", sample="vec3", weight="vec3")
 class Brdf:
     """The interface. A subclass defines ``describes``, ``eval``, ``pdf`` and ``sample``.
 
@@ -35,6 +35,7 @@ class Brdf:
             ``material.roughness``.
     """
 
+    required = ("describes", "eval", "pdf", "sample")
     kind, name, is_delta, transmits, is_reciprocal = "BRDF", "", False, False, True
     reaches_all = False
     needs = "a material for it"

@@ -122,7 +122,7 @@ MICROFACET = Microfacet()
 
 
 @ti.data_oriented
-@seams("sample_direction", "evaluate_probability", "evaluate_brdf", "evaluate_brdf_factor")
+@seams(sample_direction="vec3", evaluate_probability="number", evaluate_brdf="vec3", evaluate_brdf_factor="vec3")
 class MicrofacetBRDF(HandoutBrdf):
     """The names of the handout for ``Microfacet`` (A2-12).
 

@@ -6,7 +6,6 @@ way as the tests here; after that, ``triangle_test=`` and ``--triangle-test`` ac
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
@@ -14,20 +13,32 @@ import taichi.math as tm
 
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import register
+from taichi_tracer.system.seams import seams
 
 
-@dataclass(frozen=True)
+@ti.data_oriented
+@seams(solve="truth number number number number")
 class TriangleTest:
-    """A named triangle test.
+    """A named triangle test: ``TriangleTest("mine", my_function)``, or a subclass that defines ``solve``.
 
-    Attributes:
-        name: the name that ``triangle_test=`` takes.
-        solve: a ``@ti.func`` (o, d, v0, v1, v2) → (is_inside, t, u, v, det); the results are scalars.
+    Args:
+        name: the name that ``triangle_test=`` takes; None for the attribute of the class.
+        solve: a ``@ti.func`` (o, d, v0, v1, v2), for the method of this name.
     """
 
-    name: str
-    solve: Callable
-    kind = "triangle test"
+    kind, name, required = "triangle test", "", ("solve",)
+
+    def __init__(self, name: str | None = None, solve: Callable | None = None) -> None:
+        if name is not None:
+            self.name = name
+        if solve is not None:
+            self.solve = solve
+
+    @ti.func
+    def solve(self, o, d, v0, v1, v2):
+        """(is_inside, t, u, v, det) of the ray o + t d and a triangle, see ``moller_trumbore``; all are scalars."""
+        ti.static_assert(False, "a triangle test must say what solve(self, o, d, v0, v1, v2) is")
+        return False, 0.0, 0.0, 0.0, 0.0
 
 
 @ti.func

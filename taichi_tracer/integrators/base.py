@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @ti.data_oriented
-@seams("radiance")
+@seams(radiance="vec3")
 class Integrator:
     """The interface. A subclass defines ``radiance``.
 
@@ -44,6 +44,7 @@ class Integrator:
     kind, name, label = "integrator", "", ""
     aliases: tuple[str, ...] = ()
     what, srgb, needs_light, samples_lights, samples_brdf = "estimator", True, True, True, True
+    required: tuple[str, ...] = ("radiance",)
     exponent = 0
     version = 0
 
@@ -86,7 +87,7 @@ class Integrator:
 
 
 @ti.data_oriented
-@seams("radiance", "color")
+@seams(radiance="vec3", color="vec3")
 class View(Integrator):
     """A view of the surface: it turns a hit into a colour. A miss is black.
 
@@ -109,9 +110,17 @@ class View(Integrator):
         self.aliases = self.aliases if aliases is None else aliases
         self.function = color
 
+    @property
+    def required(self) -> tuple[str, ...]:  # type: ignore[override]
+        """``color``, unless there is a function of it, or a ``radiance`` that does not ask for it."""
+        has_other = self.function is not None or type(self).radiance is not View.radiance
+        return () if has_other else ("color",)
+
     @in_kernels
     def color(self, hit):
         """The RGB colour of a hit."""
+        if self.function is None:
+            raise NotImplementedError(f"{type(self).__name__} must say what color(self, hit) is")
         return self.function(hit)
 
     @ti.func

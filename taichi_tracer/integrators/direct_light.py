@@ -24,7 +24,7 @@ from taichi_tracer.system.seams import called, replaced, seams
 
 
 @ti.data_oriented
-@seams("radiance", "reflected")
+@seams(radiance="vec3", reflected="vec3")
 class DirectLight(Integrator):
     """Emitted light (or the background) plus one sample of the reflected light. A subclass defines ``sample``."""
 
@@ -61,7 +61,7 @@ class DirectLight(Integrator):
 
 @register
 @ti.data_oriented
-@seams("sample")
+@seams(sample="vec3 vec3")
 class UniformSphere(DirectLight):
     """ω_i uniform on the sphere: half of the samples lie below the horizon (A2-6).
 
@@ -87,7 +87,7 @@ class UniformSphere(DirectLight):
 
 @register
 @ti.data_oriented
-@seams("sample")
+@seams(sample="vec3 vec3")
 class UniformHemisphere(DirectLight):
     """ω_i uniform on the hemisphere around n."""
 
@@ -103,7 +103,7 @@ class UniformHemisphere(DirectLight):
 
 @register
 @ti.data_oriented
-@seams("sample")
+@seams(sample="vec3 vec3")
 class BrdfSampling(DirectLight):
     """ω_i drawn from the density of the BRDF: best if the light is even or the surface is glossy (A2-7, A2-8)."""
 

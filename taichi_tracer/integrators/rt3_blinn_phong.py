@@ -29,7 +29,7 @@ MOST_MIRRORS = 64  # as many as surfaces of a path may reflect
 
 @register
 @ti.data_oriented
-@seams("radiance", "shade", "highlight")
+@seams(radiance="vec3", shade="vec3", highlight="number")
 class BlinnPhong(Integrator):
     """The sum at the first surface, and at those that it mirrors. The backs of surfaces are black.
 

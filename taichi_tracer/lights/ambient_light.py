@@ -11,7 +11,7 @@ from taichi_tracer.system.types import Numbers
 
 @register
 @ti.data_oriented
-@seams("reflected")
+@seams(reflected="vec3")
 class AmbientLight(GivenLight):
     """A stand-in for light that bounces: every surface shows I_a k_a, and k_a is the ambient colour Ka of its material.
 

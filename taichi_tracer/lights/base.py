@@ -12,7 +12,7 @@ from taichi_tracer.system.seams import seams
 
 
 @ti.data_oriented
-@seams("sample", "pdf", "radiance")
+@seams(sample="vec3 number vec3 number", pdf="number", radiance="vec3")
 class Light:
     """The interface. A subclass defines ``sample``; if it is not a delta light, also ``pdf`` and ``radiance``.
 
@@ -26,6 +26,7 @@ class Light:
     """
 
     kind, name, is_delta, is_far, is_ambient = "light", "", False, False, False
+    required: tuple[str, ...] = ("sample",)
     version = 0  # counts changes, so that a renderer knows when its samples belong to an older picture
 
     def prepare(self) -> None:

@@ -43,7 +43,7 @@ class LampTable:
 
 
 @ti.data_oriented
-@seams("choose", "probability")
+@seams(choose="number number number", probability="number")
 class LampChoice:
     """The interface. A subclass defines ``prepare``, ``choose`` and ``probability``.
 
@@ -57,6 +57,7 @@ class LampChoice:
     """
 
     kind, name, samples_points, keeps_area = "lamp choice", "", False, False
+    required: tuple[str, ...] = ("choose", "probability")
     geometry: Any = None
 
     def prepare(self, lamps: LampTable) -> None:

@@ -8,6 +8,18 @@ class InputError(ValueError):
     """The input cannot be used. The command line prints only the message and exits with code 2."""
 
 
+class OwnCodeError(InputError):
+    """What somebody has written outside of the package cannot run. The message begins with its file and its line.
+
+    Args:
+        text: the message without the place. file, line: the place.
+    """
+
+    def __init__(self, message: str, text: str = "", file: str = "", line: int = 0) -> None:
+        super().__init__(message)
+        self.text, self.file, self.line = text, file, line
+
+
 class CannotCompileError(InputError):
     """The backend of a graphics card cannot compile a kernel. The argument says which backend, and why."""
 

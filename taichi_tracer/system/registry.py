@@ -21,9 +21,9 @@ import warnings
 from pathlib import Path
 from typing import TypeVar
 
-from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.errors import InputError, OwnCodeError, one_of
 from taichi_tracer.system.importing import import_quickly
-from taichi_tracer.system.seams import assigned, replaced
+from taichi_tracer.system.seams import assigned, check_part, replaced
 from taichi_tracer.system.wings import is_there, wing
 
 # Kind → (the modules or packages that define its parts, whether the registry holds objects instead of classes).
@@ -65,7 +65,8 @@ class Registry:
             file: the file that registers the part; None takes the file of the caller.
 
         Raises:
-            InputError: the part has no kind or no name, or another part of its kind has the same name.
+            InputError: the part has no kind or no name, another part of its kind has the same name, or a method is
+                missing or cannot run, see ``own_code``.
         """
         kind, name = getattr(part, "kind", None), getattr(part, "name", None)
         what = class_name(part)
@@ -81,7 +82,11 @@ class Registry:
         if former is not None and (by, class_name(former)) != (file, class_name(part)):
             where = "in the package" if by.startswith(PACKAGE) else f"registered by {by}"
             raise InputError(f"register: there is another {kind} called {name!r}, {where}: give yours another name")
-        self._parts[kind][name] = part() if HOMES[kind][1] and isinstance(part, type) else part
+        made = part() if HOMES[kind][1] and isinstance(part, type) else part
+        if not file.startswith(PACKAGE):
+            check_part(made, file)
+            replaced(made)
+        self._parts[kind][name] = made
         self._files[kind, name] = file
         return part
 
@@ -120,7 +125,7 @@ class Registry:
         """The part that is meant by a name, a class or an object.
 
         Raises:
-            InputError: the name is unknown, the class or object is not a part of this kind, or a method gives nothing.
+            InputError: the name is unknown, the class or object is not a part of this kind, or a method is wrong.
         """
         if isinstance(chosen, str):
             parts = self.all(kind)
@@ -133,8 +138,10 @@ class Registry:
             return found
         if getattr(chosen, "kind", None) != kind:
             raise InputError(f"{kind}: {chosen!r} is neither a name nor a part of this kind")
-        replaced(chosen)
-        return chosen() if HOMES[kind][1] and isinstance(chosen, type) else chosen
+        made = chosen() if HOMES[kind][1] and isinstance(chosen, type) else chosen
+        check_part(made)
+        replaced(made)
+        return made
 
     def _load(self, kind: str) -> None:
         """Import the modules of a kind's home, and put their parts in the order of the files, not of their imports."""
@@ -195,6 +202,8 @@ def load_parts(path: str) -> list:
     sys.path.insert(0, str(file.parent))
     try:
         runpy.run_path(str(file), run_name=file.stem)
+    except OwnCodeError:
+        raise
     except (Exception, SystemExit) as error:
         told = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
         if isinstance(error, SyntaxError):

@@ -15,18 +15,25 @@ from typing import Any, TypeVar
 import taichi as ti
 from taichi.lang import impl
 
-from taichi_tracer.system.written import check
+from taichi_tracer.system.own_code.interface import check_class, check_method, note_misspelt
 
 Class = TypeVar("Class", bound=type)
 Function = TypeVar("Function", bound=Callable)
 
 # Class → {name of a method: the function that the package defines for it}.
 _SHIPPED: dict[type, dict[str, object]] = {}
+# Class → {name of a method: the kind of what it returns}, see ``own_code.kinds``.
+_GIVES: dict[type, dict[str, str]] = {}
 LISTENERS: list[Callable] = []  # are told what ``replaced`` answers: ``listener(part, names)``
 
 
-def seams(*names: str) -> Callable[[Class], Class]:
-    """A class decorator that remembers the original methods of the class that a student may replace."""
+def seams(*names: str, **gives: str) -> Callable[[Class], Class]:
+    """A class decorator that remembers the original methods of the class that a student may replace.
+
+    Args:
+        names: of methods. gives: further ones, each with the kind of what it returns in kernels: ``eval="vec3"``.
+    """
+    names = (*gives, *names)
 
     def remember(cls: Class) -> Class:
         inherited: dict[str, object] = {}
@@ -35,6 +42,7 @@ def seams(*names: str) -> Callable[[Class], Class]:
             if base not in _SHIPPED:
                 inherited |= {name: written(base, name) for name in inherited if name in vars(base)}
         own = {name: written(cls, name) for name in [*inherited, *names] if name in vars(cls) or name not in inherited}
+        _GIVES[cls] = {name: kind for base in cls.__mro__[:0:-1] for name, kind in _GIVES.get(base, {}).items()} | gives
         _SHIPPED[cls] = inherited | own  # what a base had when it was defined: somebody may have replaced it since
         return cls
 
@@ -48,7 +56,7 @@ def replaced(part) -> tuple[str, ...]:
     to the class; or the object itself has an attribute with this name.
 
     Raises:
-        InputError: what replaces a method cannot be compiled in its place, see ``written``.
+        InputError: what replaces a method cannot run in its place, see ``own_code``.
     """
     cls = part if isinstance(part, type) else type(part)
     home = next((base for base in cls.__mro__ if base in _SHIPPED), None)
@@ -59,11 +67,23 @@ def replaced(part) -> tuple[str, ...]:
     names = tuple(name for name in shipped if name in own or written(cls, name) is not shipped[name])
     for name in names if not impl.inside_kernel() else ():  # there, Taichi would wrap the error
         function: Any = own[name] if name in own else written(cls, name)
-        if runs_in_kernels(function) and callable(shipped[name]):  # a kernel may write a field instead
-            check(cls.__name__, name, function, shipped[name])
+        if callable(shipped[name]):
+            check_method(cls, name, function, shipped[name], _GIVES[home].get(name, ""))
     for listen in LISTENERS:
         listen(part, names)
     return names
+
+
+def check_part(part, file: str = "") -> None:
+    """Raise an InputError if a class or an object lacks a method that its kind must define; note misspelt ones.
+
+    Args:
+        file: where it is written, if that is known.
+    """
+    cls = part if isinstance(part, type) else type(part)
+    home = next((base for base in cls.__mro__ if base in _SHIPPED), None)
+    check_class(cls, getattr(part, "required", ()), file)
+    note_misspelt(cls, tuple(_SHIPPED[home]) if home is not None else ())
 
 
 def written(cls: type, name: str) -> object:

@@ -19,7 +19,7 @@ import numpy as np
 import taichi as ti
 
 from taichi_tracer.random_numbers import RandomNumbers
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import InputError, OwnCodeError
 from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.system.wings import is_there, wing
 from taichi_tracer.teaching import sealed
@@ -278,11 +278,13 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
 
 def crash(error: BaseException, folder: Path | None) -> Answer:
     """What is known about an exception of the student's code."""
-    file, line = place_of(error, folder)
-    kind = type(error).__name__
-    told = one_line(error)
+    if isinstance(error, OwnCodeError):
+        file, line, told = Path(error.file).name, error.line, error.text
+    else:
+        file, line = place_of(error, folder)
+        told = f"{type(error).__name__}: {one_line(error)}"
     where = f"line {line} of {file}: " if line else ""
-    return Answer(CRASHED, message=f"{where}{kind}: {told}"[:LONGEST_MESSAGE], line=line, file=file)
+    return Answer(CRASHED, message=f"{where}{told}"[:LONGEST_MESSAGE], line=line, file=file)
 
 
 def one_line(error: BaseException) -> str:

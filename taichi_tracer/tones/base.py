@@ -21,6 +21,7 @@ class Tone:
     """
 
     kind, name, label = "tone curve", "", ""
+    required = ("curve",)
     white: float = 1.0
 
     @in_kernels

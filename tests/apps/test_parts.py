@@ -379,8 +379,8 @@ def test_several_files_and_a_module_beside_one(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "colours.py").write_text("RED = (1.0, 0.0, 0.0)\n")
-    view = "import taichi.math as tm\nimport taichi_tracer as tt\n{}\n"
-    view += "@tt.register\nclass {}(tt.View):\n    name = {!r}\n"
+    view = "import taichi as ti\nimport taichi_tracer as tt\n{}\n"
+    view += f"@tt.register\nclass {{}}(tt.View):\n    name = {{!r}}\n\n{COLOR}"
     (tmp_path / "folder" / "a.py").write_text(view.format("from colours import RED", "A", "a_view"))
     (tmp_path / "b.py").write_text(view.format("", "B", "b_view"))
     with pytest.raises(SystemExit):
@@ -397,6 +397,7 @@ def test_a_file_may_be_loaded_again(parts):
 # ── files that are wrong ──
 
 
+COLOR = "    @ti.func\n    def color(self, hit):\n        return hit.normal\n"
 BEGIN = "import taichi as ti\nimport taichi_tracer as tt\n\n\n"
 WRONG = {
     "missing": (None, "--parts my_parts.py: no such file"),
@@ -420,9 +421,8 @@ WRONG = {
     "no name": (BEGIN + "@tt.register\nclass A(tt.View):\n    pass\n", "my_parts.py:5: register: A needs a name"),
     "no part": (BEGIN + "@tt.register\nclass A:\n    name = 'a'\n", "my_parts.py:5: register: A derives from none"),
     "a name twice": (
-        BEGIN
-        + "@tt.register\nclass A(tt.View):\n    name = 'a'\n\n\n@tt.register\nclass B(tt.View):\n    name = 'a'\n",
-        "my_parts.py:10: register: there is another integrator called 'a'",
+        BEGIN + f"@tt.register\nclass A(tt.View):\n    name = 'a'\n\n{COLOR}\n\n@tt.register\nclass B(A):\n    pass\n",
+        "my_parts.py:14: register: there is another integrator called 'a'",
     ),
 }
 
@@ -443,7 +443,7 @@ def test_a_wrong_file_is_one_line_with_the_place(case, tmp_path, monkeypatch, ca
 
 def test_two_files_cannot_have_one_name(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    text = BEGIN + "@tt.register\nclass A(tt.View):\n    name = 'a_view'\n"
+    text = BEGIN + f"@tt.register\nclass A(tt.View):\n    name = 'a_view'\n\n{COLOR}"
     for name in ("first.py", "second.py"):
         (tmp_path / name).write_text(text)
     assert main(["info", "cube", "--parts", "first.py", "--parts", "second.py"]) == 2
@@ -490,7 +490,7 @@ def test_a_method_that_is_missing_is_named(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my_parts.py").write_text(BEGIN + "@tt.register\nclass A(tt.Brdf):\n    name = 'a_brdf'\n")
     assert main(["info", "cube", "--parts", "my_parts.py"]) == 2
-    assert "A must say which materials it describes" in capsys.readouterr().err
+    assert "my_parts.py:6: A lacks describes(self, material, dtype)" in capsys.readouterr().err
 
 
 # ── the plain forms ──

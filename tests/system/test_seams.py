@@ -196,7 +196,7 @@ def test_a_method_with_fewer_parameters_gets_the_first_arguments():
     assert Untouched().sample(1, 2, 3) == (1, 2, 3)
     assert (Fewer.sample, replaced(Fewer())) == (own, ("sample",))
     assert "sample" not in vars(Untouched)
-    Fewer.sample = lambda self, scene: scene  # in a notebook, later
+    Fewer.sample = lambda self, scene, surface: scene  # in a notebook, later
     fit(Fewer)
     assert Fewer().sample(1, 2, 3) == 1
 

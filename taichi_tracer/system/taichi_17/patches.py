@@ -124,6 +124,16 @@ PATCHES = (
         {"taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "advice:explaining")},
     ),
     Patch(
+        "own code",
+        "no time: a mistake in a part of one's own is one line, and does not end the process",
+        {
+            "taichi.lang.kernel_impl:Func.__call__": ("self args kwargs", "own_code:looking"),
+            "taichi._lib:core.Program.create_kernel": (COMPILED, "own_code:telling"),
+            "taichi.lang.common_ops:TaichiOperations._assign": ("self other", "own_code:assigning"),
+            "taichi.lang.common_ops:TaichiOperations._augassign": ("self x op", "own_code:assigning"),
+        },
+    ),
+    Patch(
         "powers",
         "no time: a power of a power does not end the process",
         {"taichi.lang.common_ops:TaichiOperations.__pow__": ("self other modulo", "powers:of_a_value")},

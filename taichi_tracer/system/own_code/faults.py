@@ -1,0 +1,142 @@
+"""What Taichi tells of a mistake in somebody's own function: in one line, with its place and with what is right."""
+
+import ast
+import difflib
+import linecache
+import re
+from typing import Any
+
+import taichi.math
+from taichi.lang.exception import TaichiCompilationError
+from taichi.lang.struct import Struct
+
+from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.own_code.source import PACKAGE, fault_at, is_own_file
+
+PLACE = re.compile(r'(?:^|: ) *File "(.+)", line (\d+), in (.+?):?$', re.MULTILINE)  # as Taichi and Python tell places
+VALUE = "keep the value in a variable, and return it in the last line"
+A_FUNCTION = "does a function return nothing?"
+# What Taichi says → what it means; {0}, {1}, … are the groups of the pattern.
+MEANINGS = {
+    r"Return inside non-static if/for": f"a return stands in an if or in a loop: {VALUE}",
+    r"Integer literal (\S+) exceeded": "the whole number {0} has more than 32 bits: write ti.u64({0}), or a float",
+    r"RecursionError": "a function calls itself, which kernels cannot do: write a loop",
+    r"constant scalar data type: <class 'str'>": "a text is no value of a kernel: use a number, or ti.static",
+    r"constant scalar data type: <class 'NoneType'>": f"None is no value of a kernel: {A_FUNCTION}",
+    r"constant scalar data type: <class '.*?(\w+)'>": "a {0} is no value of a kernel",
+    r"unsupported operand type.*'NoneType'": f"None is no number: {A_FUNCTION}",
+    r'Unsupported node "Lambda"': "there is no lambda in kernels: write a function with @ti.func",
+    r'Unsupported node "(\w+)"': "there is no {0} in kernels",
+    r"Only dict or Struct can be assigned": "the variable holds a struct, and the new value is none: use another name",
+    r"cannot assign '\[Tensor \((\d+)\) .*?\]' to '\[Tensor \((\d+)\)": "a vec{0} cannot take the place of a vec{1}",
+    r"cannot assign '(\S+|\[.*?\])' to '(\S+|\[.*?\])'": "a {0} cannot take the place of a {1}",
+    r"IndexError: only integers": "no index of a numpy array comes from a kernel: use ti.Vector(list(a)) or ti.field",
+    r"list indices must be integers": "no index of a list comes from a kernel: use ti.Vector(a), or a ti.field",
+    r"Variable '(.+?)' cannot be assigned": "{0} is a value of Python: a kernel changes variables and ti.fields",
+    r"Operator \"(.+?)\" in Taichi scope is not supported": "there is no `{0}` in kernels",
+    r"Kernel argument \"(\w+)\" is immutable": "{0} is an argument of the kernel: give the new value another name",
+    r"number of targets is not equal to value length": "one side of the assignment has more values than the other",
+    r"Number of args is different from number of positions": "a format such as :.2g is not known in kernels",
+    r"Did you mean to use `(.+?)` instead of `(.+?)`": "{1} is a function of Python: write {0}",
+    r"Parameter `(\w+)` missing": "a function is called without its argument {0}",
+}
+NODES = {"Try": "try", "With": "with", "Global": "global", "Import": "import", "ClassDef": "class", "Yield": "yield"}
+
+
+def fault_of(error: BaseException) -> InputError | None:
+    """The line for an error that came while a kernel of the package was read; None if it came from no own code."""
+    root = root_of(error)
+    places = [(file, int(line)) for file, line, _ in PLACE.findall(str(error))]
+    own = [one for one in places if is_own_file(one[0])]
+    if isinstance(root, InputError):
+        return root
+    if not own or not places[0][0].startswith(PACKAGE):
+        return None
+    file, line = own[-1]
+    return fault_at(file, line, meaning(root, str(error), file, line))
+
+
+def root_of(error: BaseException) -> BaseException:
+    """The error that Taichi met: it raises another one at each level, which has the text of the former one.
+
+    What Taichi says itself may come from an error within Taichi, which means nothing to the user.
+    """
+    is_of_python = "Traceback (most recent call last)" in str(error)
+    found, seen = error, {id(error)}
+    while error.__context__ is not None and id(error.__context__) not in seen:
+        error = error.__context__
+        seen.add(id(error))
+        if is_of_python or isinstance(error, (TaichiCompilationError, InputError)):
+            found = error
+    return found
+
+
+def meaning(root: BaseException, text: str, file: str, line: int) -> str:
+    """What an error means, and what would be right.
+
+    Args:
+        text: what Taichi tells. file, line: the innermost place in somebody's own code.
+    """
+    if isinstance(root, AttributeError) and root.name:
+        return lacking(root.obj, root.name)
+    last = text.strip().splitlines()[-1].strip().rstrip(".")
+    if unknown := re.match(r'Name "(\w+)" is not defined', last):
+        return unknown_name(unknown[1], file, line)
+    if got := re.search(r"Too many arguments\. Expected \((.*?)\), got \(", text, re.DOTALL):
+        names = [one.split(":")[0].strip() for one in re.split(r", (?=\w+ : )", got[1])]
+        return f"a function that takes ({', '.join(names)}) is called with more arguments"
+    for pattern, means in MEANINGS.items():
+        if found := re.search(pattern, text):
+            groups = [NODES.get(group, group) for group in found.groups()]
+            return means.format(*groups)
+    return last
+
+
+def lacking(of: Any, name: str) -> str:
+    """The text for an attribute that an object does not have."""
+    known = list(of.keys) if isinstance(of, Struct) else [n for n in dir(of) if not n.startswith("_")]
+    near = nearest(name, known)
+    guess = f": did you mean {near!r}?" if near else ""
+    if isinstance(of, Struct):
+        return f"the struct has no member {name!r}{guess or '.'} It has {', '.join(known)}"
+    what = f"module {of.__name__}" if hasattr(of, "__path__") or type(of).__name__ == "module" else type(of).__name__
+    if what == "Expr":
+        return f"a number of a kernel has no attribute {name!r}: does a function lack @ti.func?"
+    return f"{what} has no attribute {name!r}{guess}"
+
+
+def nearest(name: str, known: list[str]) -> str:
+    """The name that is meant, of those that are known; "" if none is similar."""
+    small = {one.lower(): one for one in known}
+    begins = [one for one in known if one.startswith(name) or name.startswith(one)]
+    near = [*difflib.get_close_matches(name, known, n=1), *begins]
+    return small[name.lower()] if name.lower() in small else near[0] if near else ""
+
+
+def stored_at(node: ast.AST) -> list[tuple[str, int]]:
+    """The name to which a node gives a value, and its line; nothing of other nodes."""
+    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+        return [(node.id, node.lineno)]
+    return []
+
+
+def unknown_name(name: str, file: str, line: int) -> str:
+    """The text for a name that is not known: where it is known, or a similar name."""
+    lines = linecache.getlines(file)
+    try:
+        tree = ast.parse("".join(lines))
+    except SyntaxError:
+        return f"{name} is not defined"
+    within = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and n.lineno <= line <= (n.end_lineno or 0)]
+    nodes = list(ast.walk(max(within, key=lambda one: one.lineno))) if within else []
+    stored = {name: line for n in reversed(nodes) for name, line in stored_at(n)}
+    if name in stored:
+        first = f"{name} is known only in the if or loop of line {stored[name]}"
+        return f"{first}: give it a value before, in the block that uses it"
+    given = {n.arg for n in nodes if isinstance(n, ast.arg)}
+    of_module = {name for part in tree.body for n in ast.walk(part) for name, _ in stored_at(n)}
+    imported = {a.asname or a.name for n in tree.body if isinstance(n, (ast.Import, ast.ImportFrom)) for a in n.names}
+    known = [*stored, *given, *imported, *of_module, *(n.name for n in tree.body if hasattr(n, "name"))]
+    of_math = f"tm.{name}" if hasattr(taichi.math, name) else ""
+    guess = of_math or nearest(name, known)
+    return f"{name} is not defined{f': did you mean {guess!r}?' if guess else ''}"

@@ -1,0 +1,181 @@
+"""A class compared with the package's class from which it derives: methods that lack, that are misspelt, or that cannot
+be called as the package calls them.
+"""
+
+import ast
+import difflib
+import functools
+import inspect
+import linecache
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+from taichi_tracer.system.errors import OwnCodeError
+from taichi_tracer.system.own_code import rules
+from taichi_tracer.system.own_code.kinds import expect
+from taichi_tracer.system.own_code.source import (
+    fault,
+    fault_at,
+    gives_nothing,
+    is_own,
+    line_of,
+    parameters,
+    place,
+    plain,
+    tree_of,
+    what_it_says,
+)
+
+DRAWN = {"xi", "rng", "jitter", "within"}  # arguments that a method may leave out: it draws its numbers itself
+LIKE = 0.75  # how similar a misspelt name is to the right one, as ``difflib`` measures it
+
+
+def check_class(cls: type, required: tuple[str, ...], file: str = "") -> None:
+    """Raise an OwnCodeError if a class lacks a method that it must define.
+
+    Args:
+        required: the names of these methods. file: where the class is written, if that is known.
+    """
+    if is_packages(cls):
+        return
+    for name in required:
+        function = inspect.getattr_static(cls, name)
+        if not is_own(function) and is_left_open(function):
+            own = own_names(cls)
+            near = difflib.get_close_matches(name, own, n=1, cutoff=0.6)
+            guess = f": is {near[0]!r} misspelt?" if near else "."
+            at = where(vars_of(cls)[near[0]]) if near else place_of(cls, file)
+            taken = ", ".join(["self", *(p.name for p in parameters(function))])
+            raise fault_at(*at, f"{cls.__name__} lacks {name}({taken}){guess} It gives: {what_it_says(function)}")
+
+
+@functools.cache
+def note_misspelt(cls: type, known: tuple[str, ...]) -> None:
+    """Note, once, methods that nobody calls, and whose names are nearly those of the package's methods.
+
+    Args:
+        known: the names of the package's methods that a class may replace.
+    """
+    if is_packages(cls):
+        return
+    own = vars_of(cls)
+    called = {name for function in own.values() for name in plain(function).__code__.co_names}
+    free = [name for name in own_names(cls) if name not in called and name not in known]
+    for name in free:
+        near = difflib.get_close_matches(name, [one for one in known if one not in own], n=1, cutoff=LIKE)
+        if near:
+            text = f"{place(own[name])}: nothing calls {cls.__name__}.{name}: did you mean {near[0]!r}?"
+            warnings.warn(text, stacklevel=2)
+
+
+def is_packages(cls: type) -> bool:
+    """Whether a class and all its methods stand in the package."""
+    return all(base.__module__.split(".")[0] in ("taichi_tracer", "builtins") for base in cls.__mro__)
+
+
+def vars_of(cls: type) -> dict[str, Any]:
+    """The methods that somebody has written in a class and in its bases: name → function."""
+    found: dict[str, Any] = {}
+    for base in reversed(cls.__mro__):
+        found |= {n: v for n, v in vars(base).items() if hasattr(plain(v), "__code__") and is_own(v)}
+    return found
+
+
+def own_names(cls: type) -> list[str]:
+    """Names of methods that somebody has added, and that the package's classes do not have."""
+    packages = [base for base in cls.__mro__ if base.__module__.split(".")[0] == "taichi_tracer"]
+    return [n for n in vars_of(cls) if not n.startswith("_") and not any(n in vars(base) for base in packages)]
+
+
+def where(function: Callable) -> tuple[str, int]:
+    """The file and the line of a function."""
+    return plain(function).__code__.co_filename, line_of(function)
+
+
+def place_of(cls: type, file: str = "") -> tuple[str, int]:
+    """The file and the line of a class."""
+    own = [plain(function) for function in vars_of(cls).values()]
+    file = own[0].__code__.co_filename if own else file
+    try:
+        nodes = ast.walk(ast.parse("".join(linecache.getlines(file))))
+    except SyntaxError:
+        nodes = iter(())
+    lines = [node.lineno for node in nodes if isinstance(node, ast.ClassDef) and node.name == cls.__name__]
+    return file or cls.__module__, lines[-1] if lines else 1
+
+
+@functools.cache
+def is_left_open(function: Callable) -> bool:
+    """Whether the package's method only says what a subclass must write."""
+    names = plain(function).__code__.co_names
+    return "static_assert" in names or "NotImplementedError" in names
+
+
+@functools.cache
+def check_method(owner: type, name: str, function: Callable, shipped: Callable, gives: str) -> None:
+    """Raise an OwnCodeError if what somebody has written cannot take the place of a method of the package.
+
+    Args:
+        owner: the class for which it was written. function: what was written, as the class holds it.
+        shipped: the package's method. gives: the kind of what it returns, see ``kinds``; "" if any is right.
+    """
+    if not is_own(function):
+        return
+    own_name = plain(function).__qualname__.split("<locals>.")[-1]
+    what = f"{owner.__name__}.{name}" if "." in own_name else own_name
+    if gives and is_plain_python(function):
+        raise fault(function, f"{what} runs in kernels: write @ti.func above it")
+    if not hasattr(plain(shipped), "__code__") or is_kernel(function):
+        return  # a kernel may write a field instead
+    check_parameters(what, function, shipped)
+    if gives_nothing(function) and not gives_nothing(shipped):
+        raise fault(function, f"{what} has no return with a value. It gives: {what_it_says(shipped)}")
+    rules.check(function, owner)
+    if gives:
+        expect(function, what, gives)
+
+
+def check_parameters(what: str, function: Callable, shipped: Callable) -> None:
+    """Raise an OwnCodeError if the package cannot call a function as it calls its own."""
+    given, wanted = parameters(function), parameters(shipped)
+    if any(p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in given):
+        return
+    names, known = [p.name for p in given], [p.name for p in wanted]
+    needed = [p.name for p in wanted if p.name not in DRAWN and p.default is p.empty]
+    least = [p.name for p in given if p.default is p.empty]
+    if len(least) > len(known):
+        raise wrong_call(what, function, f"{word(least[len(known) :])} comes from nowhere", known)
+    if len(names) < len(needed):
+        raise wrong_call(what, function, f"it takes only {word(names) or 'self'}", known)
+    if len(names) == len(known) and names != known and sorted(names) == sorted(known):
+        raise wrong_call(what, function, f"its arguments stand in another order, {word(names)}", known)
+    has_self = "self" in inspect.signature(plain(function)).parameters
+    in_class = "." in plain(function).__qualname__.split("<locals>.")[-1]
+    tree = tree_of(function)
+    is_static = tree is not None and any(getattr(one, "id", "") == "staticmethod" for one in tree.decorator_list)
+    if in_class and not has_self and not is_static and names == known:
+        raise wrong_call(what, function, "its first argument must be self", known)
+
+
+def wrong_call(what: str, function: Callable, why: str, known: list[str]) -> OwnCodeError:
+    """The error for a function that cannot be called with the arguments that are ``known``."""
+    return fault(function, f"{what} is called as {what}({', '.join(known)}), but {why}")
+
+
+def word(names: list[str]) -> str:
+    """Names in a sentence."""
+    return ", ".join(names)
+
+
+def is_plain_python(function: Any) -> bool:
+    """Whether a function is neither one of Taichi nor one that may be called in kernels."""
+    inner = getattr(function, "__func__", function)
+    marks = "_is_taichi_function", "_is_wrapped_kernel", "_primal", "is_for_python_too"
+    return inspect.isfunction(inner) and not any(hasattr(inner, mark) for mark in marks)
+
+
+def is_kernel(function: Any) -> bool:
+    """Whether a function is a kernel of Taichi, which cannot be called in another one."""
+    inner = getattr(function, "__func__", function)
+    return hasattr(inner, "_is_wrapped_kernel")

@@ -1,0 +1,159 @@
+"""Mistakes in functions of kernels that Taichi takes without a word, or that end the process: found in their text."""
+
+import ast
+import functools
+import inspect
+import types
+import warnings
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from taichi_tracer.system.errors import OwnCodeError
+from taichi_tracer.system.own_code.source import fault, gives_nothing, is_own, place, plain, tree_of
+
+ONCE = {"random", "numpy.random", "time", "secrets"}  # modules whose functions run once, when a kernel is compiled
+GROWS = {"append", "extend", "insert", "pop", "remove"}  # methods of Python's lists
+DECIDES = (ast.If, ast.While, ast.IfExp, ast.BoolOp)
+
+
+@functools.cache
+def check(function: Callable, owner: type) -> None:
+    """Raise an OwnCodeError for the first mistake in a function, or in the own functions that it calls; note the rest.
+
+    Args:
+        owner: the class to whose object ``self`` belongs.
+    """
+    for one in reachable(function, owner):
+        for node, call in one.calls():
+            one.check_call(node, call)
+        one.check_lists()
+        one.note_divisions()
+
+
+def reachable(function: Callable, owner: type) -> Iterator["Own"]:
+    """A function, and those of Taichi's functions outside of the package that it calls, each once."""
+    waiting, seen = [function], set()
+    while waiting:
+        found = plain(waiting.pop())
+        if found in seen or not is_own(found) or tree_of(found) is None:
+            continue
+        seen.add(found)
+        one = Own(found, owner)
+        yield one
+        waiting += [call for _, call in one.calls() if is_of_taichi(call)]
+
+
+def runs_once(function: Any) -> bool:
+    """Whether a function belongs to a module whose functions run once, when a kernel is compiled."""
+    homes = getattr(function, "__module__", None), type(getattr(function, "__self__", None)).__module__
+    return any(home in ONCE or str(home).startswith("numpy.random") for home in homes)
+
+
+def is_of_taichi(function: Any) -> bool:
+    """Whether a function, or what a class holds of it, has @ti.func."""
+    return hasattr(getattr(function, "__func__", function), "_is_taichi_function")
+
+
+class Own:
+    """A function that somebody has written.
+
+    Args:
+        function: without decorators. owner: the class to which ``self`` belongs.
+    """
+
+    def __init__(self, function: Callable, owner: type) -> None:
+        tree = tree_of(function)
+        assert tree is not None
+        self.function, self.owner, self.tree = function, owner, tree
+        self.parents = {child: node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}
+        closure = inspect.getclosurevars(function)
+        self.names: dict[str, Any] = {**closure.builtins, **closure.globals, **closure.nonlocals}
+
+    @functools.cached_property
+    def _calls(self) -> list[tuple[ast.Call, Any]]:
+        body = [node for statement in self.tree.body for node in ast.walk(statement)]
+        return [(node, self.meant(node.func)) for node in body if isinstance(node, ast.Call)]
+
+    def calls(self) -> list[tuple[ast.Call, Any]]:
+        """Each call, with what it calls; None where that is not known."""
+        return self._calls
+
+    def meant(self, node: ast.AST) -> Any:
+        """The function or module that an expression names; None if it is not known before the kernel runs."""
+        if isinstance(node, ast.Name):
+            return self.names.get(node.id)
+        if not isinstance(node, ast.Attribute):
+            return None
+        if isinstance(node.value, ast.Name) and node.value.id == "self":
+            found = inspect.getattr_static(self.owner, node.attr, None)
+            return found if is_of_taichi(found) or inspect.isfunction(found) else None
+        base = self.meant(node.value)
+        return getattr(base, node.attr, None) if isinstance(base, types.ModuleType) else None
+
+    def fails(self, node: ast.AST, text: str) -> OwnCodeError:
+        """The error at a node."""
+        return fault(self.function, text, node)
+
+    def is_static(self, node: ast.AST) -> bool:
+        """Whether a node stands in what Taichi decides while the kernel is read: in ti.static."""
+        while node in self.parents:
+            node = self.parents[node]
+            heads = [getattr(node, "test", None), getattr(node, "iter", None), node]
+            if any(isinstance(head, ast.Call) and getattr(head.func, "attr", "") == "static" for head in heads):
+                return True
+        return False
+
+    # ── the mistakes ──
+
+    def check_call(self, node: ast.Call, function: Any) -> None:
+        """A function that gives nothing where a value is needed; one that lacks @ti.func; one that runs only once."""
+        name = ast.unparse(node.func)
+        if function is not None and runs_once(function):
+            advice = "a sample takes rng.next_1d(), and other kernels ti.random()"
+            warnings.warn(
+                f"{place(self.function, node)}: {name} runs once, while the kernel is compiled: {advice}", stacklevel=2
+            )
+        if function is None or not is_own(function) or tree_of(plain(function)) is None:
+            return
+        if is_of_taichi(function):
+            is_used = not isinstance(self.parents.get(node), ast.Expr)
+            if is_used and gives_nothing(function):
+                text = f"{name} has no return with a value, and {place(self.function, node)} needs one"
+                raise fault(function, text)
+        elif inspect.isfunction(function) and self.needs_func(node, function):
+            raise fault(function, f"{name} is called in a kernel: write @ti.func above it")
+
+    def needs_func(self, node: ast.Call, function: Callable) -> bool:
+        """Whether a plain function decides something by values that only the kernel knows."""
+        tree = tree_of(plain(function))
+        given = [*node.args, *(keyword.value for keyword in node.keywords)]
+        is_known = all(isinstance(one, ast.Constant) for one in given) or self.is_static(node)
+        if is_known or tree is None or hasattr(function, "is_for_python_too"):
+            return False
+        return any(isinstance(one, DECIDES) for one in ast.walk(tree))
+
+    def check_lists(self) -> None:
+        """A list of Python that grows in a loop of the kernel, which is read once."""
+        for node in ast.walk(self.tree):
+            if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in GROWS):
+                continue
+            loops = [one for one in self.above(node) if isinstance(one, (ast.For, ast.While, ast.If))]
+            if loops and isinstance(node.func.value, ast.Name) and not self.is_static(node):
+                name = node.func.value.id
+                text = f"the list {name} does not grow in a kernel: write {name} = ti.Vector([0.0, 0.0, 0.0])"
+                raise self.fails(node, f"{text}, and {name}[k] = ... in the loop")
+
+    def above(self, node: ast.AST) -> Iterator[ast.AST]:
+        """The nodes in which a node stands."""
+        while node in self.parents:
+            node = self.parents[node]
+            yield node
+
+    def note_divisions(self) -> None:
+        """``1 // 2``, which is 0."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.BinOp) and isinstance(node.op, ast.FloorDiv):
+                a, b = (getattr(side, "value", None) for side in (node.left, node.right))
+                if isinstance(a, int) and isinstance(b, int) and b != 0 and a % b != 0:
+                    text = f"{a} // {b} is {a // b}: {a} / {b} is {a / b:g}"
+                    warnings.warn(f"{place(self.function, node)}: {text}", stacklevel=2)

@@ -1,0 +1,72 @@
+"""Where Taichi reads a student's function: what it returns is looked at, and its mistakes are told in one line."""
+
+import functools
+import re
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+from taichi.lang import impl
+from taichi.lang.exception import TaichiTypeError
+from taichi.lang.expr import Expr
+
+from taichi_tracer.system.own_code import faults, kinds
+from taichi_tracer.system.own_code.source import is_own_file, told_place
+
+
+def looking(call: Callable) -> Callable:
+    """``Func.__call__``, after which the kind of what a student's method returns is looked at."""
+
+    @functools.wraps(call)
+    def looked(self: Any, *arguments: Any, **options: Any) -> Any:
+        value = call(self, *arguments, **options)
+        if impl.inside_kernel():
+            kinds.look(self.func, value)
+        return value
+
+    return looked
+
+
+def telling(create: Callable) -> Callable:
+    """``Program.create_kernel``, whose errors of a student's own code are told in one line."""
+
+    @functools.wraps(create)
+    def told(*words: Any) -> Any:
+        try:
+            return create(*words)
+        except Exception as error:
+            fault = faults.fault_of(error)
+            if fault is None:
+                raise
+            raise fault from error
+
+    return told
+
+
+def assigning(assign: Callable) -> Callable:
+    """``TaichiOperations._assign``, or ``_augassign``: a vector that is given to a number would end the process.
+
+    A number with a fraction that is given to a whole number loses it: that is noted for a student's own code.
+    """
+
+    @functools.wraps(assign)
+    def assigned(of: Any, value: Any, *operation: Any) -> Any:
+        if isinstance(of, Expr) and kinds.types_of(of) != ["unknown"] and not of.is_tensor() and kinds.shape_of(value):
+            what = kinds.kind_of(value)
+            raise TaichiTypeError(f"a variable that holds a number cannot get {what}: begin with tm.vec3(0)")
+        note_cut(of, value)
+        return assign(of, value, *operation)
+
+    return assigned
+
+
+def note_cut(of: Any, value: Any) -> None:
+    """Note that a whole number gets a number with a fraction, if somebody's own code does it."""
+    found = faults.PLACE.match(impl.get_runtime().get_current_src_info())
+    if found is None or not is_own_file(found[1]):
+        return
+    is_whole = all(re.fullmatch(r"[iu]\d+", one) for one in kinds.types_of(of))
+    has_fraction = any(one.startswith("f") for one in kinds.types_of(value)) or isinstance(value, float)
+    if is_whole and has_fraction:
+        text = "a whole number gets a number with a fraction, which is cut off: begin with 0.0 instead of 0"
+        warnings.warn(f"{told_place(found[1], int(found[2]))}: {text}", stacklevel=2)
