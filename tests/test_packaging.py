@@ -74,7 +74,7 @@ def test_the_wheel_tells_type_checkers_that_it_has_types(files):
 
 def test_the_wheel_has_nothing_but_the_package(files):
     assert {name.split("/")[0] for name in files} == {"taichi_tracer", f"taichi_tracer-{tt.__version__}.dist-info"}
-    strange = [name for name in files if "test" in name or "renders" in name or name.endswith(".pyc")]
+    strange = [name for name in files if "/test" in name or "renders" in name or name.endswith(".pyc")]
     assert strange == []
 
 

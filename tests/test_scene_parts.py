@@ -61,5 +61,7 @@ def test_what_a_ray_can_hit_is_all_unless_the_package_can_tell():
 class Students(tt.BVHRayIntersector):
     """An intersector of which the package does not know what it finds."""
 
+    @ti.func
     def query_ray(self, ray):
         """Another answer."""
+        return tt.no_hit()

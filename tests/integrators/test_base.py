@@ -60,7 +60,7 @@ def test_an_integrator_must_say_its_radiance():
         name = "unfinished"
 
     scene = tt.scene_from_mesh(*SQUARE, environment="white")
-    with pytest.raises(Exception, match=r"an integrator must say what radiance\(self, scene, ray, hit, rng\) is"):
+    with pytest.raises(Exception, match=r"Unfinished lacks radiance\(self, scene, ray, hit, rng\)"):
         tt.A2Renderer(scene, 8, 8).use(Unfinished()).render()
 
 

@@ -1,6 +1,7 @@
 """Where the scenes of a study come from: another process, or the caller where only the caller has what is needed."""
 
 import pytest
+import taichi as ti
 from made_up_study import made_study
 
 import taichi_tracer as tt
@@ -30,8 +31,9 @@ def test_what_only_the_caller_has_stays_with_the_caller():
 
         name = "still_here"
 
-        def pair(self, state, i):  # pragma: no cover (never sampled)
-            return 0.5, 0.5
+        @ti.func
+        def get_2d(self, seed, pixel, index, dimension):  # pragma: no cover (never sampled)
+            return ti.Vector([0.5, 0.5])
 
     part = PARTS.find("sampler", "still_here")
     try:

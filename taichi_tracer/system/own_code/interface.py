@@ -129,7 +129,7 @@ def check_method(owner: type, name: str, function: Callable, shipped: Callable, 
     if not hasattr(plain(shipped), "__code__") or is_kernel(function):
         return  # a kernel may write a field instead
     check_parameters(what, function, shipped)
-    if gives_nothing(function) and not gives_nothing(shipped):
+    if not is_plain_python(function) and gives_nothing(function) and not gives_nothing(shipped):
         raise fault(function, f"{what} has no return with a value. It gives: {what_it_says(shipped)}")
     rules.check(function, owner)
     if gives:
@@ -169,10 +169,11 @@ def word(names: list[str]) -> str:
 
 
 def is_plain_python(function: Any) -> bool:
-    """Whether a function is neither one of Taichi nor one that may be called in kernels."""
+    """Whether a function is neither one of Taichi nor one that may be called in kernels; a formula in a lambda may."""
     inner = getattr(function, "__func__", function)
-    marks = "_is_taichi_function", "_is_wrapped_kernel", "_primal", "is_for_python_too"
-    return inspect.isfunction(inner) and not any(hasattr(inner, mark) for mark in marks)
+    marks = "_is_taichi_function", "_is_wrapped_kernel", "is_for_python_too"
+    is_marked = any(hasattr(inner, mark) for mark in marks)
+    return inspect.isfunction(inner) and inner.__name__ != "<lambda>" and not is_marked
 
 
 def is_kernel(function: Any) -> bool:
