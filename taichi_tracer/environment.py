@@ -16,6 +16,7 @@ from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.held import HeldExpr, element, held
+from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import seams
 from taichi_tracer.system.tables import Tables
 from taichi_tracer.system.varying import varying
@@ -35,7 +36,7 @@ class Environment:
         intensity: a factor by which all radiance is multiplied.
         rotation: degrees about the axis that is up.
         lookup: "nearest" takes the nearest texel, as in the course; "bilinear" interpolates.
-        name: the name of the environment in messages.
+        name: the name of the environment in messages; "" for the attribute of the class.
 
     Attributes:
         is_black: whether all texels are 0. constant: the colour that all texels have, or None. The scene's effects are
@@ -47,18 +48,22 @@ class Environment:
             row and column.
     """
 
+    kind = "environment"
+    name: str = ""
+
     def __init__(
         self,
         image: ArrayLike,
         intensity: float = 1.0,
         rotation: float = 0.0,
         lookup: str = "nearest",
-        name: str = "environment",
+        name: str = "",
     ) -> None:
         if lookup not in LOOKUPS:
             raise one_of("lookup", lookup, LOOKUPS)
         runtime.ensure()
-        self.name, self.lookup = name, lookup
+        self.name = name = name or self.name or "environment"
+        self.lookup = lookup
         self.pixels = checked(image, name)
         self.height, self.width = map(varying, self.pixels.shape[:2])
         if self.width != 2 * self.height and (self.width, self.height) != (1, 1):
@@ -234,7 +239,7 @@ def check_intensity(intensity: float) -> None:
 
 
 def load_environment(value: "ArrayLike | Path | Environment | None", **options: Any) -> Environment | None:
-    """An environment from a shipped name, the path of an image, an array, an ``Environment``, or None.
+    """An environment from a shipped or registered name, the path of an image, an array, an ``Environment``, or None.
 
     PNG and JPEG files are decoded from sRGB; files of the other formats hold linear values.
 
@@ -246,12 +251,17 @@ def load_environment(value: "ArrayLike | Path | Environment | None", **options: 
     """
     if value is None or isinstance(value, Environment):
         return value
+    if isinstance(value, type) and issubclass(value, Environment):
+        return value(**options)
     if not isinstance(value, (str, Path)):
         return Environment(value, **options)
+    registered = {part.name: part for part in PARTS.all("environment")}
+    if str(value) in registered:
+        return registered[str(value)](**options)
     known = shipped_environments()
     path = known.get(str(value), Path(value).expanduser())
     if not path.exists() and path.suffix == "" and path.parent == Path("."):
-        raise one_of("environment", str(value), [*known, "or the path of an image"])
+        raise one_of("environment", str(value), [*known, *registered, "or the path of an image"])
     from taichi_tracer.files.images import read_image
 
     is_encoded = path.suffix.lower() in (".png", ".jpg", ".jpeg")

@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contracts.brdfs import Bench
 from oracles.microfacets import masking
 from scipy import stats
 from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.brdfs.microfacet import Microfacet
+from taichi_tracer.contracts.brdfs import Bench
 from taichi_tracer.files import read
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.scene_data import SceneData

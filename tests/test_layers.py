@@ -45,6 +45,7 @@ LAYERS = (
     "__init__",
     "course",
     "studies",
+    "contracts",
     "teaching",
     "apps",
     "cluster",
@@ -66,7 +67,9 @@ MAP = {
         "picture unseen effects background mesh_parts instances places options values camera_settings camera_calls "
         "scene_parts ray_hits maps system"
     ),
-    "outside; each folder but files can be taken off": "files rt3 course studies teaching explain apps cluster",
+    "outside; each folder but files can be taken off": (
+        "files rt3 course studies contracts teaching explain apps cluster"
+    ),
 }
 WIDTH, INDENT = 132, 26
 
@@ -271,6 +274,8 @@ TESTED_THROUGH = {
     "apps.merge": "apps/test_cli",
     "apps.render": "apps/test_cli",
     "apps.same_again": "apps/test_viewer",
+    "contracts.plots": "apps/test_check_part",
+    "contracts.steps": "apps/test_check_part",
     "course.environment_sampling": "course/test_scripts",
     "course.geometry": "course/test_hand_ins",
     "fast.counted_tiles": "fast/test_tiles",

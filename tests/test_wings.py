@@ -56,6 +56,10 @@ NEED = {
     "explain": ("tt.A1Renderer(scene, 8, 8).explain(1, 1)", "this installation has no taichi_tracer/explain, which"),
     "fast": ("scene.receipt()", "this installation has no fast forms"),
     "rt3": ("tt.load_scene_data('rt3/two_views')", ".xml: this installation has no taichi_tracer/rt3, which reads"),
+    "contracts": (
+        "__import__('taichi_tracer.system.wings', fromlist=['wing']).wing('contracts.steps', 'check-part')",
+        "check-part: this installation has no taichi_tracer/contracts, which checks parts",
+    ),
     "studies": ("tt.studies.accuracy('cube')", "this installation has no taichi_tracer/studies, which measures"),
     "teaching": ("tt.teaching", "this installation has no taichi_tracer/teaching, which hands out"),
 }

@@ -43,7 +43,8 @@ class Choices:
         self._last = {type(renderer): renderer}  # the renderer of each class that was shown last
         self._environments = {} if environment is None else {environment.name: environment}
         # That of the scene, those of the package, and none: the order in which they come one after another.
-        self.environments = list(dict.fromkeys([*self._environments, *shipped_environments(), NO_LIGHT]))
+        shipped = [*shipped_environments(), *PARTS.names("environment")]
+        self.environments = list(dict.fromkeys([*self._environments, *shipped, NO_LIGHT]))
         self._light_options = {} if environment is None else {name: getattr(environment, name) for name in OF_LIGHT}
         self._has_chosen_light = environment is not None
         self.white: float | None = None

@@ -131,7 +131,7 @@ def names_of_options() -> dict[str, Names]:
         "AOVs": Names(tuple(AOVS)),
         "tones": of(PARTS.names("tone curve"), Display, "tone"),
         "scenes": Names(tuple(scene_names())),
-        "environments": Names((*shipped_environments(), "none")),
+        "environments": Names((*shipped_environments(), *PARTS.names("environment"), "none")),
         "up axes": of(tuple(UP_AXES), SceneData, "up_axis"),
         "lookups": of(LOOKUPS, Environment, "lookup"),
         "effects": of(MODES, SceneData, "effects"),

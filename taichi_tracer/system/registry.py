@@ -34,6 +34,7 @@ HOMES: dict[str, tuple[tuple[str, ...], bool]] = {
     "sampler": (("samplers",), True),
     "BRDF": (("brdfs",), True),
     "light": (("lights",), True),
+    "environment": (("environment",), False),
     "lamp choice": (("lights",), True),
     "integrator": (("integrators",), True),
     "renderer": (("renderer", "maps", "rt3.renderer"), False),
@@ -71,7 +72,7 @@ class Registry:
         kind, name = getattr(part, "kind", None), getattr(part, "name", None)
         what = class_name(part)
         if kind not in HOMES:
-            bases = "Camera, RayIntersector, Sampler, Brdf, Light, LampChoice, Integrator, View, Tone"
+            bases = "Camera, RayIntersector, Sampler, Brdf, Light, Environment, LampChoice, Integrator, View, Tone"
             raise InputError(f"register: {what} derives from none of the parts that can be registered ({bases})")
         if not isinstance(name, str) or name == "":
             raise InputError(f"register: {what} needs a name: name = {what.lower()!r} in the class")

@@ -42,11 +42,16 @@ def seams(*names: str, **gives: str) -> Callable[[Class], Class]:
             if base not in _SHIPPED:
                 inherited |= {name: written(base, name) for name in inherited if name in vars(base)}
         own = {name: written(cls, name) for name in [*inherited, *names] if name in vars(cls) or name not in inherited}
-        _GIVES[cls] = {name: kind for base in cls.__mro__[:0:-1] for name, kind in _GIVES.get(base, {}).items()} | gives
+        _GIVES[cls] = gives
         _SHIPPED[cls] = inherited | own  # what a base had when it was defined: somebody may have replaced it since
         return cls
 
     return remember
+
+
+def gives_of(cls: type) -> dict[str, str]:
+    """Name of a method → the kind of what it returns in kernels, of a class and of those from which it derives."""
+    return {name: kind for base in reversed(cls.__mro__) for name, kind in _GIVES.get(base, {}).items()}
 
 
 def replaced(part) -> tuple[str, ...]:
@@ -68,7 +73,7 @@ def replaced(part) -> tuple[str, ...]:
     for name in names if not impl.inside_kernel() else ():  # there, Taichi would wrap the error
         function: Any = own[name] if name in own else written(cls, name)
         if callable(shipped[name]):
-            check_method(cls, name, function, shipped[name], _GIVES[home].get(name, ""))
+            check_method(cls, name, function, shipped[name], gives_of(home).get(name, ""))
     for listen in LISTENERS:
         listen(part, names)
     return names

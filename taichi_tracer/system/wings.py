@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).parents[1]
 # Folder → what it does.
 WINGS = {
     "apps": "has the command line, the windows and the pages",
+    "contracts": "checks parts of one's own",
     "cluster": "renders and grades on several machines",
     "course": "runs files that were written for the Taichi course",
     "explain": "explains pixels",

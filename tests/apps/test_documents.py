@@ -15,7 +15,8 @@ from taichi_tracer.apps.words import as_value
 from taichi_tracer.picture.aovs import AOVS
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.scene_data_loader import find_scene, scene_names
-from taichi_tracer.system.registry import PARTS, load_parts
+from taichi_tracer.system.registry import HOMES, PARTS, load_parts
+from taichi_tracer.system.seams import gives_of, parameters
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -87,6 +88,24 @@ def test_code_that_a_document_quotes_is_in_the_file_that_it_names():
     for file, block in quoted:
         lines = {line.strip() for line in (ROOT / "taichi_tracer" / file).read_text("utf-8").splitlines()}
         assert [line for line in block.splitlines() if line.strip() not in lines] == [], file
+
+
+ROW = re.compile(r"^\| `(\w+)\.(\w+)\(([\w, ]*)\)` \|.*\| (.*) \|$", re.MULTILINE)
+
+
+def test_the_table_of_methods_is_that_of_the_classes():
+    rows = ROW.findall(DESIGN)
+    assert len(rows) > 15
+    for owner, name, arguments, gives in rows:
+        cls = getattr(tt, owner)
+        assert parameters(getattr(cls, name)) == arguments.split(", "), f"{owner}.{name}"
+        for kind in gives_of(cls).get(name, "").split():
+            assert kind in gives, f"{owner}.{name}"
+
+
+def test_the_table_has_every_kind_of_part():
+    kinds = {getattr(tt, owner).kind for owner, *_ in ROW.findall(DESIGN)}
+    assert kinds == set(HOMES) - {"renderer", "environment"}  # of which nobody writes a method that is called
 
 
 def test_the_readme_shows_every_view_and_names_every_scene():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from contracts.brdfs import Bench
 from oracles import microfacets as oracle
 
 import taichi_tracer as tt
 from taichi_tracer.brdfs.microfacet import SMOOTH_BELOW, Microfacet, MicrofacetBRDF, SmoothConductor, schlick
+from taichi_tracer.contracts.brdfs import Bench
 from taichi_tracer.materials import Material, MaterialLibrary
 from taichi_tracer.scene_data_loader import scene_from_mesh
 from taichi_tracer.system import memory

@@ -3,8 +3,14 @@
 from contextlib import contextmanager
 
 import pytest
+from support import DEBUG
 
+from taichi_tracer.contracts import integrators, intersectors
 from taichi_tracer.system.registry import PARTS
+
+if DEBUG:  # bounds are what is tested
+    integrators.SIZE, integrators.SPP = 6, 2
+    intersectors.RAYS, intersectors.MANY = 2_000, 5_000
 
 
 def every(kind, only=lambda part: True, alike=()):

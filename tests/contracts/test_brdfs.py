@@ -6,11 +6,11 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from contracts import brdfs
 from contracts.registered import broken_parts, check_fails, every
 from taichi_tracer.brdfs.diffuse import Diffuse
 from taichi_tracer.brdfs.mirror import Mirror
 from taichi_tracer.brdfs.phong import Phong
+from taichi_tracer.contracts import brdfs
 
 pytestmark = pytest.mark.usefixtures("f32")
 

@@ -6,8 +6,8 @@ import taichi.math as tm
 from support import start
 
 import taichi_tracer as tt
-from contracts import cameras
 from contracts.registered import broken_parts, check_fails, every
+from taichi_tracer.contracts import cameras
 
 
 @every("camera")

@@ -5,8 +5,8 @@ import taichi as ti
 import taichi.math as tm
 from support import DEBUG
 
-from contracts import integrators
 from contracts.registered import broken_parts, check_fails, every
+from taichi_tracer.contracts import integrators
 from taichi_tracer.formulas.warps import uniform_hemisphere
 from taichi_tracer.integrators.direct_light import BrdfSampling, UniformHemisphere
 from taichi_tracer.integrators.rt3 import Flat

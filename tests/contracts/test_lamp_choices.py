@@ -5,8 +5,8 @@ import pytest
 import taichi as ti
 
 import taichi_tracer as tt
-from contracts import lamp_choices
 from contracts.registered import broken_parts, check_fails, every
+from taichi_tracer.contracts import lamp_choices
 from taichi_tracer.lights.choose_by_weight import ByPower
 
 pytestmark = pytest.mark.usefixtures("f32")

@@ -7,9 +7,9 @@ import taichi.math as tm
 from shapes import SQUARE
 
 import taichi_tracer as tt
-from contracts import lights
 from contracts.registered import broken_parts, check_fails, every
-from contracts.statistics import SphereCells
+from taichi_tracer.contracts import lights
+from taichi_tracer.contracts.statistics import SphereCells
 
 pytestmark = pytest.mark.usefixtures("f32")
 

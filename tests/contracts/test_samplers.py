@@ -5,8 +5,8 @@ import taichi as ti
 import taichi.math as tm
 from support import DEBUG, start
 
-from contracts import samplers
 from contracts.registered import broken_parts, check_fails, every
+from taichi_tracer.contracts import samplers
 from taichi_tracer.samplers.independent import IndependentSampler
 from taichi_tracer.samplers.sobol import SobolSampler
 

@@ -6,7 +6,7 @@ from support import start
 
 import taichi_tracer as tt
 from contracts.registered import broken_parts, check_fails, every
-from contracts.tones import check_tone
+from taichi_tracer.contracts.tones import check_tone
 from taichi_tracer.system.seams import in_kernels
 
 

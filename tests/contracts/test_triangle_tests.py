@@ -4,8 +4,8 @@ import taichi as ti
 import taichi.math as tm
 from support import start
 
-from contracts import triangle_tests
 from contracts.registered import broken_parts, check_fails, every
+from taichi_tracer.contracts import triangle_tests
 from taichi_tracer.formulas.triangles import TriangleTest, moller_trumbore
 
 

@@ -5,8 +5,8 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from contracts import views
 from contracts.registered import broken_parts, check_fails, every
+from taichi_tracer.contracts import views
 from taichi_tracer.system.registry import PARTS
 
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from contracts.statistics import largest_z
 from oracles.lamps import room_radiance
 from shapes import sphere
 from support import start
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.statistics import largest_z
 from taichi_tracer.geometry import Mesh
 
 WAYS = ("implicit", "explicit", "path")

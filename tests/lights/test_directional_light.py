@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from contracts.lights import Bench
 from shapes import SQUARE
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.lights import Bench
 
 pytestmark = pytest.mark.usefixtures("f32")
 

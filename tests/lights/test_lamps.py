@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from contracts.statistics import largest_z
 from oracles.lamps import clipped, polygon_irradiance, sphere_irradiance
 from shapes import SQUARE, with_spheres
 from support import long_except
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.statistics import largest_z
 from taichi_tracer.geometry import Mesh
 
 SAMPLES = 20_000

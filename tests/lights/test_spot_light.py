@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from contracts.lights import Bench
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.lights import Bench
 
 pytestmark = pytest.mark.usefixtures("f32")
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from contracts import brdfs, cameras, integrators, intersectors, lights, samplers, views
 from shapes import SQUARE, sphere
 from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
+from taichi_tracer.contracts import brdfs, cameras, integrators, intersectors, lights, samplers, views
 from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS, load_parts
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from contracts.statistics import largest_z
 from PIL import Image
 from shapes import SQUARE
 from support import start
 
 import taichi_tracer as tt
+from taichi_tracer.contracts.statistics import largest_z
 from taichi_tracer.formulas.luminance import luminance
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.studies import samples

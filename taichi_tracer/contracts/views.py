@@ -6,11 +6,12 @@ Of spheres the colour need only be finite: their ``barycentric_coords`` are long
 from dataclasses import dataclass
 
 import numpy as np
-from support import start
+import taichi as ti
 
 import taichi_tracer as tt
-from contracts.cameras import rays
-from contracts.intersectors import all_primitives
+from taichi_tracer.contracts.cameras import rays
+from taichi_tracer.contracts.intersectors import all_primitives
+from taichi_tracer.system import runtime
 
 SIZE = 40
 PRECISIONS = ("f32", "f64")
@@ -39,9 +40,9 @@ class Shot:
 
 def shots_of(views):
     """{precision: {name of the view: its ``Shot``}} of a scene with everything: see ``intersectors.all_primitives``."""
-    found = {}
+    found, former = {}, runtime.ensure().precision
     for precision in PRECISIONS:
-        start(precision)
+        start_in(precision)
         scene = tt.SceneData(all_primitives(np.random.default_rng(20)))
         camera = tt.Camera(SIZE, SIZE, eye=(0.5, 1, 4), at=(0, 0, 0), fov=50)
         renderer = tt.A1Renderer(scene, camera=camera)
@@ -57,14 +58,22 @@ def shots_of(views):
             again = renderer.render().image()
             same = np.array_equal(image, again, equal_nan=True)
             found[precision][view.name] = Shot(image, ids, on_triangle, same, non_finite)
+    start_in(former)
     return found
+
+
+def start_in(precision):
+    """Start Taichi in a precision, unless it runs in it."""
+    now = runtime.ensure()
+    if now.precision != precision:
+        runtime.init(now.arch, precision, now.fast_math, force=True, debug=ti.cfg.debug)
 
 
 # ── the checks ──
 
 
 def check_view(view, shots=None):
-    """All that a view must do.
+    """Colours in [0, 1], the same each time and in each precision; a miss is black.
 
     Args:
         shots: of all views, as ``shots_of`` returns them; None renders this view alone.

@@ -71,13 +71,8 @@ def poses(camera):
 def check_camera(camera_class):
     """All that a camera must do."""
     camera = camera_class(WIDTH, HEIGHT)
-    check_rays_are_finite(camera)
-    check_central_ray_meets_at(camera)
-    check_rays_move_with_the_camera(camera)
-    check_handedness_mirrors(camera)
-    check_fractions_of_a_pixel(camera)
-    check_it_can_be_made_again(camera)
-    check_python_gets_the_same_rays(camera)
+    for step in STEPS:
+        step(camera)
 
 
 def check_rays_are_finite(camera):
@@ -190,3 +185,14 @@ def check_python_gets_the_same_rays(camera):
     found = camera.rays(*pixels.astype(int).T)
     same = all((a == b).all() for a, b in zip(rays(camera, pixels), found, strict=True))
     assert same, f"{camera.name}: camera.rays gives other rays than generate_ray"
+
+
+STEPS = (
+    check_rays_are_finite,
+    check_central_ray_meets_at,
+    check_rays_move_with_the_camera,
+    check_handedness_mirrors,
+    check_fractions_of_a_pixel,
+    check_it_can_be_made_again,
+    check_python_gets_the_same_rays,
+)

@@ -7,10 +7,9 @@ multiples of 2⁻²⁴, as those of f32 are.
 import numpy as np
 import taichi as ti
 import taichi.math as tm
-from scipy import stats
 
 import taichi_tracer as tt
-from contracts.statistics import chi_square_p, sidak
+from taichi_tracer.contracts.statistics import chi_square_p, distributions, sidak
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.system import runtime
 
@@ -117,7 +116,7 @@ def points(corners):
 
 
 def check_lamp_choice(part):
-    """All that a choice of lamps must do."""
+    """Probabilities that add up to 1, choices that follow them, and no lamp that is never chosen."""
     corners, radiance = many_lamps()
     bench = Bench(corners, radiance, part)
     places = points(corners)
@@ -166,7 +165,7 @@ def p_of_uniform(lamp, rest):
     np.add.at(counts, (lamp, (rest * BINS).astype(int)), 1)
     counts = counts[counts.sum(axis=1) >= 10 * BINS]
     expected = counts.sum(axis=1, keepdims=True) / BINS
-    return stats.chi2.sf((np.square(counts - expected) / expected).sum(), len(counts) * (BINS - 1))
+    return distributions().chi2.sf((np.square(counts - expected) / expected).sum(), len(counts) * (BINS - 1))
 
 
 def check_a_dim_lamp_is_reached(bench):

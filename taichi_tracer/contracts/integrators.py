@@ -10,16 +10,16 @@ from functools import lru_cache
 import numpy as np
 import taichi as ti
 import taichi.math as tm
-from shapes import SQUARE
-from support import DEBUG
 
 import taichi_tracer as tt
-from contracts.cameras import rays
-from contracts.intersectors import all_primitives
-from contracts.statistics import ALPHA, largest_z
+from taichi_tracer.contracts.cameras import rays
+from taichi_tracer.contracts.intersectors import all_primitives
+from taichi_tracer.contracts.shapes import SQUARE
+from taichi_tracer.contracts.statistics import ALPHA, largest_z
 from taichi_tracer.geometry import Mesh
 
-SIZE, SPP = (6, 2) if DEBUG else (32, 256)
+SIZE, SPP = 32, 256  # pixels of a side, samples of a pixel
+ENOUGH = 64  # samples from which on statistics mean something
 KD, KE = np.array([0.8, 0.5, 0.2]), np.array([0.0, 0.3, 0.1])
 ROUNDING = 3e-6  # of the mean of samples that are all alike
 ALPHA_OF_ONE = ALPHA / 2  # of the two scenes
@@ -95,7 +95,7 @@ def check_estimator(estimator):
 
 
 def check_constant_light(estimator):
-    """Under light of 1.5 from everywhere the plane has the radiance 1.5 Kd, and a miss shows 1.5."""
+    """Under light of 1.5 from everywhere a plane has the radiance 1.5 Kd, and a miss shows 1.5."""
     scene = plane(environment=np.full((2, 4, 3), 1.5))
     image, spread = rendered(estimator, scene)
     square, above, _ = regions()
@@ -104,7 +104,10 @@ def check_constant_light(estimator):
 
 
 def check_sky_sun_and_emission(estimator):
-    """Ke + Kd Σ L_k (cos² θ_k − cos² θ_k+1) + Kd/π E cos θ for rows of sky L_k between polar angles, and a sun E."""
+    """Under sky and sun a plane has its closed form.
+
+    It is Ke + Kd Σ L_k (cos² θ_k − cos² θ_k+1) + Kd/π E cos θ, with rows of sky L_k between polar angles, and a sun E.
+    """
     scene = plane(environment=sky(), lights=[Sun()], emission=KE)
     image, spread = rendered(estimator, scene)
     square, above, row = regions()
@@ -132,7 +135,7 @@ def check_mean(estimator, what, image, variance, region, expected):
     """z-test of the mean over a region, for each colour, at the level of ``largest_z`` for all of them."""
     assert region.sum() > 0.1 * region.size
     mean = image[region].mean(axis=0)
-    if DEBUG:  # too few samples for statistics: bounds are what is tested
+    if SPP < ENOUGH:  # finite samples, and reads within bounds, are all that is tested
         return
     spread = np.sqrt(variance[region].mean(axis=0) / region.sum()) + ROUNDING * np.abs(expected)
     z = np.abs(mean - expected) / spread
@@ -147,7 +150,7 @@ def _agree(estimator, what, found, expected):
 
 
 def check_samples_are_finite(integrator):
-    """Triangles, spheres, vertex normals, one-sided triangles, all shipped BRDFs: finite, and none below 0."""
+    """Samples are finite, and none is below 0: triangles, spheres, vertex normals, one-sided triangles, all BRDFs."""
     mesh = all_primitives(np.random.default_rng(20))
     mesh.materials = [tt.Material(Kd=(0.7, 0.6, 0.5), Ns=ns) for ns in (1.0, 50.0, 1e21)]
     mesh.face_materials = (np.arange(len(mesh.faces)) % 3).astype(np.int32)

@@ -9,7 +9,7 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from contracts.statistics import SphereCells, chi_square_p, sidak
+from taichi_tracer.contracts.statistics import SphereCells, chi_square_p, sidak
 from taichi_tracer.ray import no_hit
 from taichi_tracer.system import runtime
 
@@ -114,12 +114,15 @@ def check_light_of_samples(light, intersector=None, cells=None):
         cells: ``SphereCells`` at whose edges the density may jump; chosen by the samples when None.
     """
     bench = Bench(light, intersector)
-    check_samples_are_legal(bench)
+    for step in steps(light):
+        step(bench, cells) if step is check_sample_follows_pdf else step(bench)
+
+
+def steps(light):
+    """The checks of a light that is no ambient light, in the order in which a mistake is looked for."""
     if light.is_delta:
-        check_delta(bench)
-    else:
-        check_sample_agrees_with_values(bench)
-        check_sample_follows_pdf(bench, cells)
+        return check_samples_are_legal, check_delta
+    return check_samples_are_legal, check_sample_agrees_with_values, check_sample_follows_pdf
 
 
 def check_samples_are_legal(bench):
@@ -173,7 +176,7 @@ def check_sample_agrees_with_values(bench):
 
 
 def check_sample_follows_pdf(bench, cells=None):
-    """χ² of the samples, at the level that ``sidak`` gives for all points; ∫ pdf = 1."""
+    """The samples are those of pdf, and ∫ pdf = 1: χ² at the level that ``sidak`` gives for all points."""
     for i, x in enumerate(bench.points):
         w_i = bench.sample(x, pairs(SAMPLES, seed=10 + i))[0]
         own = SphereCells.of_samples(bench.sample(x, pairs(10_000, seed=20 + i))[0]) if cells is None else cells

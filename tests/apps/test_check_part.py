@@ -1,0 +1,82 @@
+"""``check-part`` says the first wrong number of a part, and draws its lobe."""
+
+import pytest
+
+from taichi_tracer.apps.cli import main
+from taichi_tracer.apps.new_part import text_of
+
+# Kind → what is changed in a part that is right, and what must be told.
+WRONG = {
+    "brdf": (("ti.max(0.0, tm.dot(n, w_i)) / tm.pi", "1 / tm.pi"), "the integral of pdf is 4.0"),
+    "light": (("distance**2, 1.0", "distance**2, 2.0"), "sample of a delta light returns a pdf of 2.0, not 1"),
+    "integrator": (("L += f_cos", "L += 0.5 * f_cos"), "a plane under constant light has the radiance"),
+    "view": (("abs(hit.normal)", "hit.normal"), "is below 0"),
+    "sampler": (("as_fraction(b)", "as_fraction(a)"), "two pixels or samples have the same pair"),
+    "camera": (("ti.cos(theta), 0)", "-ti.cos(theta), 0)"), "the central ray leads away from at"),
+    "triangle_test": (("det = -tm", "det = tm"), "t is -2.7"),
+    "intersector": (("tm.vec2(u, v)", "tm.vec2(v, u)"), "barycentric_coords is ["),
+    "tone": (("self.white**2", "self.white"), "white, 4, becomes 1.6"),
+}
+
+
+@pytest.fixture
+def check(tmp_path, monkeypatch, capsys):
+    """``check(text, words)``: the exit code, what is printed, and the errors."""
+    monkeypatch.chdir(tmp_path)
+
+    def checked(text, *words):
+        (tmp_path / "parts.py").write_text(text)
+        code = main(["check-part", "parts.py", *words])
+        return code, *capsys.readouterr()
+
+    return checked
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_the_first_wrong_number_is_told(kind, check):
+    (right, wrong), told = WRONG[kind]
+    text = text_of(kind, f"wrong_{kind}")
+    assert text.count(right) >= 1
+    code, out, _ = check(text.replace(right, wrong, 1))
+    assert code == 1
+    (line,) = [line for line in out.splitlines() if "WRONG" in line]
+    assert told in line
+
+
+def test_an_environment_that_is_no_light_is_an_error_of_its_own(check):
+    code, _, error = check(text_of("environment", "dark").replace("self.sky(d)", "-self.sky(d)"))
+    assert code == 2
+    assert "dark: radiance is negative at row 0, column 0" in error
+
+
+def test_lobes_are_drawn(check, tmp_path):
+    code, _, _ = check(text_of("brdf", "drawn"), "--page", "lobe.html")
+    assert code == 0
+    page = (tmp_path / "lobe.html").read_text()
+    assert "<svg" in page
+    assert "viewer at 60°" in page
+
+
+def test_only_named_parts_are_checked(check):
+    code, out, error = check(text_of("tone", "one") + text_of("tone", "two").replace("class Two", "class Other"), "two")
+    assert (code, error) == (0, "")
+    assert out.startswith("tone curve two (Other)\n")
+    code, _, error = check(text_of("tone", "one"), "tow")
+    assert code == 2
+    assert "unknown part of parts.py 'tow'" in error
+
+
+def test_a_mistake_of_the_language_is_one_line(check):
+    code, _, error = check(text_of("brdf", "faulty").replace("return material.Kd", "return material.kd"))
+    assert code == 2
+    assert "no member 'kd': did you mean 'Kd'?" in error
+    assert error.count("\n") == 1
+    code, _, error = check(text_of("brdf", "faulty").replace("return material.Ns <= 1", "return material.N <= 1"))
+    assert code == 2
+    assert "parts.py:21: AttributeError" in error
+
+
+def test_a_brdf_for_no_material_is_told(check):
+    code, out, _ = check(text_of("brdf", "nothing").replace("return material.Ns <= 1", "return False"))
+    assert code == 0
+    assert "nothing is checked" in out
