@@ -13,7 +13,7 @@ import taichi_tracer as tt
 from taichi_tracer.studies import variants
 
 ROOT = Path(__file__).parents[1]
-INIT = ast.parse(Path(tt.__file__).read_text(encoding="utf-8"))
+INIT = ast.parse(Path(tt.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
 
 
 def imported() -> dict[str, str]:
@@ -25,6 +25,41 @@ def imported() -> dict[str, str]:
 def test_editors_see_the_names_that_the_package_exports():
     lazy = {name: f"taichi_tracer.{module}" for name, module in tt._HOME_OF.items()}
     assert imported() == lazy | dict.fromkeys(tt._PACKAGES, "taichi_tracer")
+
+
+def completed(text: str) -> set[str]:
+    """What IPython and Jupyter offer at the end of a text, by jedi, where ``tt`` is imported."""
+    jedi = pytest.importorskip("jedi")
+    return {one.name for one in jedi.Interpreter(text, [{"tt": tt}]).complete() if not one.name.startswith("_")}
+
+
+def test_a_notebook_offers_the_public_names_and_nothing_else():
+    assert completed("tt.") == {name for name in dir(tt) if not name.startswith("_")}
+    assert {"render", "image", "error", "explain", "receipt"} <= completed("tt.A4Renderer.")
+    assert {"intersect", "occluded", "receipt"} <= completed("tt.SceneData.")
+
+
+def test_an_editor_offers_the_methods_of_what_is_made_in_a_file():
+    jedi = pytest.importorskip("jedi")
+    text = "import taichi_tracer as tt\nscene = tt.load_scene_data('cube')\ntt.A4Renderer(scene)."
+    found = {one.name for one in jedi.Script(text, project=jedi.Project(ROOT)).complete()}
+    assert {"render", "image", "error", "max_bounces"} <= found
+    found = {one.name for one in jedi.Script(text.rpartition("tt.")[0] + "scene.", project=jedi.Project(ROOT)).complete()}
+    assert {"intersect", "occluded"} <= found
+
+
+def test_pyright_sees_the_public_names(tmp_path):
+    pytest.importorskip("pyright")
+    (tmp_path / "right.py").write_text("import taichi_tracer as tt\ntt.A4Renderer.render\ntt.scene_names()\n")
+    (tmp_path / "wrong.py").write_text("import taichi_tracer as tt\ntt.A4Renderer.rendre\n")
+    words = [sys.executable, "-m", "pyright", "--pythonpath", sys.executable]
+    codes = {}
+    for name in ("right.py", "wrong.py"):
+        done = subprocess.run([*words, name], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        if "error:" not in done.stdout and "0 errors" not in done.stdout:
+            pytest.skip("pyright cannot start here: it loads Node")
+        codes[name] = done.returncode
+    assert codes == {"right.py": 0, "wrong.py": 1}
 
 
 def python_functions(name: str):
