@@ -14,7 +14,7 @@ from taichi_tracer.formulas.view import DEFAULT_WINDOW, DEFAULTS, CameraView, wo
 from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.annotations import AbstractAnnotation
 from taichi_tracer.system.attributes import KnownAttributes
-from taichi_tracer.system.errors import InputError, one_of
+from taichi_tracer.system.errors import InputError, no_argument, one_of
 from taichi_tracer.system.held import HeldExpr, element, held
 from taichi_tracer.system.seams import replaced, runs_in_kernels
 from taichi_tracer.system.tables import Tables
@@ -302,5 +302,5 @@ def only_known(values: Mapping[str, Any]) -> dict[str, Any]:
     """The same values of a view; a TypeError if one of them has an unknown name."""
     for name in values:
         if name not in CameraView.__dataclass_fields__:
-            raise TypeError(f"a camera got an unexpected keyword argument {name!r}")
+            raise no_argument("a camera", name, list(CameraView.__dataclass_fields__))
     return dict(values)

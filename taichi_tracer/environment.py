@@ -14,6 +14,7 @@ from taichi.lang import impl
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.formulas.angles import azimuth, latitude
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.held import HeldExpr, element, held
 from taichi_tracer.system.registry import PARTS
@@ -26,7 +27,7 @@ LOOKUPS = ("nearest", "bilinear")
 
 @ti.data_oriented
 @seams("query_ray", "radiance", "coords", "texel_of", "bilinear")
-class Environment:
+class Environment(KnownAttributes):
     """Radiance from every direction (A2-5), in a frame in which y is up.
 
     In a scene with ``up_axis="z"``, ``lights.environment_light`` turns every direction into this frame.
@@ -234,7 +235,8 @@ def checked(image, name: str) -> np.ndarray:
 
 def check_intensity(intensity: float) -> None:
     """Raise an InputError unless all radiance can be multiplied by this number."""
-    if not 0 <= float(intensity) < math.inf:
+    is_number = isinstance(intensity, int | float | np.number)
+    if not (is_number and 0 <= float(intensity) < math.inf):
         raise InputError(f"environment: intensity must be a finite number of at least 0, not {intensity!r}")
 
 

@@ -10,7 +10,7 @@ from taichi.lang.expr import Expr
 
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
-from taichi_tracer.system.annotations import Annotation
+from taichi_tracer.system.annotations import Spelled
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
@@ -20,7 +20,7 @@ TEXTURES = ("map_Kd", "map_layer", "map_d", "map_Ks")  # the members of a materi
 
 
 @dataclass(frozen=True, repr=False)
-class Material(metaclass=Annotation):
+class Material(metaclass=Spelled):
     """One material, as a Python object. Colours are linear RGB; values that are not set are the defaults of MTL.
 
     Attributes:

@@ -33,6 +33,7 @@ from taichi_tracer.system import memory, runtime
 from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.held import held
+from taichi_tracer.system.own_code.values import Values, note_change, values_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.seams import called, fit, in_kernels, replaced, seams, why_replaced
 from taichi_tracer.system.stopwatch import LIGHTS, stage
@@ -70,7 +71,7 @@ def unknown_integrator(renderer: "ProgressiveRenderer", chosen: str) -> InputErr
 
 def whole(name: str, number: int) -> int:
     """A whole number of 32 bits; an InputError for anything else."""
-    if int(number) != number or not 0 <= number < 2**32:
+    if not isinstance(number, int | float | np.number) or int(number) != number or not 0 <= number < 2**32:
         raise InputError(f"renderer: {name} must be a whole number from 0 to 2^32 - 1, not {number!r}")
     return int(number)
 
@@ -116,7 +117,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
             raise not_a_scene(type(self).__name__, scene_data)
         scene_data.check_alive()
         self.scene_data = scene_data
-        self.seed, self.first_sample = whole("seed", given["seed"]), whole("first_sample", given["first_sample"])
+        self.seed, self.first_sample = given["seed"], whole("first_sample", given["first_sample"])
         self.camera = camera_of(given["camera"], width, height, scene_data)
         self.width, self.height = self.camera.width, self.camera.height
         bytes_per_pixel = NUMBERS_PER_PIXEL * np.dtype(runtime.dtype()).itemsize + BYTES_PER_PIXEL
@@ -137,6 +138,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.replaced = replaced(self)
         self.use_tiles: bool | None = None
         self.plan = self.make_plan()
+        self._compiled_for: Values | None = None  # the numbers of own parts that are constants of the kernels
         self._shown: tuple | None = None  # the ``state`` to which the samples on the film belong
         self.progress = Progress(Target())
         self.seconds_before, self.error_curves = 0.0, ErrorCurves()
@@ -145,6 +147,15 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.other: OtherTechnique | None = None
         self.display = Display()
         self.use(self.offers[0].name if given["integrator"] is None else given["integrator"])
+
+    @property
+    def seed(self) -> int:
+        """What the random numbers begin with: a whole number of 32 bits. Another one gives another picture."""
+        return self._seed
+
+    @seed.setter
+    def seed(self, number: int) -> None:
+        self._seed = whole("seed", number)
 
     def _make_film(self, crop: tuple[int, int, int, int] | None) -> Film:
         """The film, with what the estimate of the error needs of this sampler."""
@@ -343,7 +354,8 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         sky = 0 if scene.environment is None else scene.environment.version
         values = sum(integrator.version for integrator in self._integrators.values())
         lights = tuple(light.version for light in scene.lights)
-        return self.active, values, self.camera.version, scene.version, sky, *lights
+        own = values_of((self, self.active, self.camera, self.sampler, *scene.parts))
+        return own, self.active, values, self.camera.version, scene.version, sky, *lights
 
     def is_current(self) -> bool:
         """Whether the samples on the film belong to the present ``state``."""
@@ -352,13 +364,18 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
     def reset(self) -> None:
         """Forget the samples, so that the next ``render`` starts the picture again."""
         self.film.reset()
-        self.error_curves.begin(self.active.name, self.state()[1:])
+        self.error_curves.begin(self.active.name, self.state()[2:])
 
     def begin(self) -> None:
         """Start the picture again, in the present ``state``."""
         with stage(LIGHTS, waits=True):
             environment = self.scene_data.environment if self.shows_light else None
             self.film.unseen.begin(environment, self.kernel_scene, self.width, self.height)
+        own, *_ = self.state()
+        if self._compiled_for is not None and own != self._compiled_for:
+            note_change(self._compiled_for, own)
+            self.plan = self.make_plan()
+        self._compiled_for = own
         self.reset()
         fit(type(self.active))
         self.active.prepare(self.scene_data, self.camera)

@@ -40,6 +40,7 @@ from taichi_tracer.scene_parts import (
     make_intersector,
 )
 from taichi_tracer.system import memory, runtime
+from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.errors import one_of
 from taichi_tracer.system.recent import Recent
 from taichi_tracer.system.registry import PARTS
@@ -60,7 +61,7 @@ KEPT_FORMS = 8  # of a scene: with so many different lights, going back to an ea
 
 
 @ti.data_oriented
-class SceneData:
+class SceneData(KnownAttributes):
     """Everything that rays can hit. The memory is freed together with the object, or by ``destroy``.
 
     Args:
@@ -101,8 +102,8 @@ class SceneData:
         if self.effects_mode not in MODES:
             raise one_of("effects", self.effects_mode, MODES)
         self.lights: list[Light] = [*lights_of(mesh), *(PARTS.find("light", light) for light in given["lights"])]
-        self.environment = load_environment(given["environment"])
-        self.background = load_background(given["background"])
+        self._environment = load_environment(given["environment"])
+        self._background = load_background(given["background"])
 
         self._blockers = blockers_of(mesh, chosen, chosen_test)
         self._memory = memory.Memory()
@@ -132,21 +133,44 @@ class SceneData:
         self._in_kernels = Recent(KEPT_FORMS)
         self._reused = Reused()  # the memory of the results of ``intersect``
 
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """The intersector, the BRDFs and the lights."""
+        return self.ray_intersector, *self.material_library.brdfs, *self.lights
+
     def view_for(self, aspect: float) -> dict[str, Any]:
         """``view`` for a picture with this width / height: a computed view of a high picture is from farther away."""
         if self.view is not self._computed_view or aspect >= 1:
             return self.view
         return view_of_points(points_to_show(self.mesh), self.up_axis, aspect=aspect)
 
+    @property
+    def environment(self) -> Any:
+        """The light from far away, an ``Environment`` or None; it may be assigned, as to ``set_environment``."""
+        return self._environment
+
+    @environment.setter
+    def environment(self, environment: EnvironmentChoice) -> None:
+        self._environment = load_environment(environment)
+        self._changed()
+
+    @property
+    def background(self) -> Any:
+        """What stands behind the scene, a ``Background`` or None; it may be assigned, as to ``set_background``."""
+        return self._background
+
+    @background.setter
+    def background(self, background: BackgroundChoice) -> None:
+        self._background = load_background(background)
+        self._changed()
+
     def set_environment(self, environment: EnvironmentChoice) -> None:
         """Replace the light from far away. The argument may be anything that the constructor takes."""
-        self.environment = load_environment(environment)
-        self._changed()
+        self.environment = environment
 
     def set_background(self, background: BackgroundChoice) -> None:
         """Replace the picture behind the scene. The argument may be anything that the constructor takes."""
-        self.background = load_background(background)
-        self._changed()
+        self.background = background
 
     def _changed(self) -> None:
         self.effects = self.geometry.effects = derive(self, self._blockers)

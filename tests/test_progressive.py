@@ -197,7 +197,7 @@ def test_what_cannot_be_rendered_is_one_line(renderer):
     with pytest.raises(tt.InputError, match="normal"):
         renderer.use("nromal")
     for spp in (0, -1, 1.5):
-        with pytest.raises(tt.InputError, match="spp must be a whole number of at least 1"):
+        with pytest.raises(tt.InputError, match="spp must be a"):
             renderer.render(spp)
 
 

@@ -44,7 +44,9 @@ def test_an_editor_offers_the_methods_of_what_is_made_in_a_file():
     text = "import taichi_tracer as tt\nscene = tt.load_scene_data('cube')\ntt.A4Renderer(scene)."
     found = {one.name for one in jedi.Script(text, project=jedi.Project(ROOT)).complete()}
     assert {"render", "image", "error", "max_bounces"} <= found
-    found = {one.name for one in jedi.Script(text.rpartition("tt.")[0] + "scene.", project=jedi.Project(ROOT)).complete()}
+    found = {
+        one.name for one in jedi.Script(text.rpartition("tt.")[0] + "scene.", project=jedi.Project(ROOT)).complete()
+    }
     assert {"intersect", "occluded"} <= found
 
 

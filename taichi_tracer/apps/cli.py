@@ -19,7 +19,7 @@ from taichi_tracer.apps.grammar import Parser, add_command, load, load_parts
 from taichi_tracer.apps.interruption import EXIT_CODE
 from taichi_tracer.apps.words import USER_ERROR, as_value, let_every_character_print, note, told, values_of
 from taichi_tracer.system import clock, leftovers
-from taichi_tracer.system.errors import CannotCompileError, InputError, StaleSceneError
+from taichi_tracer.system.errors import CannotCompileError, InputError, NotFiniteWarning, StaleSceneError
 from taichi_tracer.system.wings import missing_wing
 
 RUNTIME = "taichi_tracer.system.runtime"  # imports Taichi
@@ -74,7 +74,7 @@ def text_of(error: Exception, words: Sequence[str], parts: Sequence[str]) -> str
 
 def show_warning(message, category, *_where, **_more) -> None:
     """Print what the library warns of as a note of ours; what other libraries warn of is not the user's to mend."""
-    if issubclass(category, UserWarning):
+    if issubclass(category, UserWarning) and not issubclass(category, NotFiniteWarning):
         note(str(message))
 
 

@@ -8,12 +8,13 @@ whether something blocks the light.
 import taichi as ti
 import taichi.math as tm
 
+from taichi_tracer.system.attributes import KnownAttributes
 from taichi_tracer.system.seams import seams
 
 
 @ti.data_oriented
 @seams(sample="vec3 number vec3 number", pdf="number", radiance="vec3")
-class Light:
+class Light(KnownAttributes):
     """The interface. A subclass defines ``sample``; if it is not a delta light, also ``pdf`` and ``radiance``.
 
     Attributes:

@@ -5,10 +5,12 @@ import statistics
 from dataclasses import dataclass, field
 from time import perf_counter
 
+import numpy as np
 import taichi as ti
 
 from taichi_tracer.picture.adaptive import adapt
 from taichi_tracer.picture.error_estimate import RelativeError
+from taichi_tracer.picture.own_parts import note_numbers
 from taichi_tracer.system import compiling
 from taichi_tracer.system.errors import InputError
 
@@ -25,7 +27,13 @@ FIT_SPAN = 3  # the factor between the first and the last number of samples that
 CAUTION = 0.8
 MOST_EXTRA_SLOPE = 0.5  # beyond the 1/2 of 1/√n; a larger value comes from the noise of the estimates
 RECENT = 16  # the number of passes over which the time of a sample is measured
+MOST_SAMPLES = 2**32 - 1  # of a pixel: their indices have 32 bits
 SURE = 3  # passes from which the time of a pass is known well enough to decide by it
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a number of Python or of numpy; True and False are none."""
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True)
@@ -44,12 +52,12 @@ class Target:
     error: float | None = None
 
     def __post_init__(self) -> None:
-        if self.spp is not None and (int(self.spp) != self.spp or self.spp < 1):
-            raise InputError(f"render: spp must be a whole number of at least 1, not {self.spp!r}")
-        for name in ("time", "error"):
+        for name in ("spp", "time", "error"):
             value = getattr(self, name)
-            if value is not None and not 0 < value < math.inf:
-                raise InputError(f"render: {name} must be more than 0, not {value!r}")
+            if value is not None and not (is_number(value) and 0 < value < math.inf):
+                raise InputError(f"render: {name} must be a number above 0, not {value!r}")
+        if self.spp is not None and (int(self.spp) != self.spp or self.spp > MOST_SAMPLES):
+            raise InputError(f"render: spp must be a whole number from 1 to {MOST_SAMPLES:,}, not {self.spp!r}")
 
     @classmethod
     def of(cls, spp: int | None = None, time: float | None = None, error: float | None = None) -> "Target":
@@ -254,5 +262,7 @@ def render_until(renderer, target: Target, watch=None) -> None:
             progress.look(renderer.error)
         if not renderer.is_random and (target.error is not None or target.time is not None):
             break
+        if renderer.film.samples == 1:
+            note_numbers(renderer)
         if watch is not None:
             watch(progress)

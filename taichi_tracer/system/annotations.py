@@ -3,10 +3,14 @@
 Taichi takes only types of its own there. An argument with such a class as its annotation is passed as if it had none.
 """
 
+import inspect
 from abc import ABCMeta
 from typing import TYPE_CHECKING, Any
 
 import taichi as ti
+
+from taichi_tracer.system.attributes import OfObjects
+from taichi_tracer.system.errors import no_argument
 
 
 class Annotation(type):
@@ -19,5 +23,16 @@ class Annotation(type):
             return ti.template
 
 
-class AbstractAnnotation(Annotation, ABCMeta):
+class Spelled(Annotation):
+    """The same for a dataclass, which names the most similar argument to one that it does not have."""
+
+    def __call__(cls, *values: Any, **named: Any) -> Any:
+        known = list(inspect.signature(vars(cls)["__init__"]).parameters)
+        for name in named:
+            if name not in known:
+                raise no_argument(cls.__name__, name, known)
+        return super().__call__(*values, **named)
+
+
+class AbstractAnnotation(Annotation, OfObjects, ABCMeta):
     """The same for an abstract class."""

@@ -1,6 +1,7 @@
 """A value that nobody reads is refused: ``renderer.max_bounce = 3`` would change nothing, and say nothing."""
 
 import difflib
+import inspect
 import sys
 from types import FrameType
 from typing import Any
@@ -10,7 +11,16 @@ from taichi_tracer.system.errors import InputError
 OWN = ("taichi_tracer", "taichi")  # packages that may add attributes
 
 
-class KnownAttributes:
+class OfObjects(type):
+    """A class whose properties belong to its objects: a value that is given to the class would take their place."""
+
+    def __setattr__(cls, name: str, value: Any) -> None:
+        if isinstance(inspect.getattr_static(cls, name, None), property) and not hasattr(value, "__get__"):
+            raise InputError(f"{cls.__name__}.{name} belongs to its objects: assign {value!r} to one of them")
+        super().__setattr__(name, value)
+
+
+class KnownAttributes(metaclass=OfObjects):
     """A class whose objects get only attributes that they know, from outside.
 
     Known are those that its methods have set, and those of its class, with a value or with an annotation alone; and

@@ -34,6 +34,10 @@ class MissingFileError(InputError, FileNotFoundError):
         return str(self.args[0])
 
 
+class NotFiniteWarning(UserWarning):
+    """Many samples are NaN or infinite. The command line tells of them at the end of a picture."""
+
+
 class StaleSceneError(RuntimeError):
     """The memory of an object is gone, because Taichi was initialised again after the object was made."""
 
@@ -44,6 +48,22 @@ def one_of(what: str, value: object, known: Iterable[str]) -> InputError:
     near = difflib.get_close_matches(str(value), known, n=1)
     guess = f"did you mean {near[0]!r}? " if near else ""
     return InputError(f"unknown {what} {value!r}: {guess}known are {', '.join(known)}")
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The name that is meant, of those that are known; "" if none is similar."""
+    known = list(known)
+    small = {one.lower(): one for one in known}
+    begins = [one for one in known if one.startswith(name) or name.startswith(one)]
+    near = [*difflib.get_close_matches(name, known, n=1), *begins]
+    return small[name.lower()] if name.lower() in small else near[0] if near else ""
+
+
+def no_argument(what: str, name: str, known: Iterable[str]) -> TypeError:
+    """The error for a keyword argument that there is not, with the most similar one."""
+    near = nearest(name, known)
+    guess = f": did you mean {near!r}?" if near else ""
+    return TypeError(f"{what} got an unexpected keyword argument {name!r}{guess}")
 
 
 class IncompleteError(RuntimeError):

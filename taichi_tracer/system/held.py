@@ -56,9 +56,11 @@ class HeldArray(_Held, np.ndarray):
             _Held.__setitem__(self, index, value)
         else:
             np.ndarray.__setitem__(self, index, value)
+            if self._assign is not None:  # ``camera.eye[0] += 3``
+                self._assign(np.array(self))
 
     def __array_finalize__(self, obj: Any) -> None:
-        self._assign = getattr(obj, "_assign", None)  # type: ignore[assignment]
+        self._assign = None  # type: ignore[assignment]  # a copy, or a part of it, belongs to no object
 
 
 class HeldExpr(Expr, SharedArray):

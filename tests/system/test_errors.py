@@ -2,7 +2,7 @@
 
 import pytest
 
-from taichi_tracer.system.errors import InputError, MissingFileError, StaleSceneError, one_of
+from taichi_tracer.system.errors import InputError, MissingFileError, StaleSceneError, nearest, no_argument, one_of
 
 
 def test_a_name_that_is_nearly_known_is_suggested():
@@ -25,3 +25,10 @@ def test_a_missing_file_is_both_kinds_of_error():
 
 def test_a_stale_object_is_not_an_error_of_the_input():
     assert not issubclass(StaleSceneError, InputError)
+
+
+def test_a_similar_name_is_found():
+    assert nearest("kd", ["d", "Kd"]) == "Kd"
+    assert nearest("dir", ["origin", "direction"]) == "direction"
+    assert nearest("zzz", ["origin"]) == ""
+    assert "did you mean 'eye'?" in str(no_argument("a camera", "eey", ["eye", "at"]))

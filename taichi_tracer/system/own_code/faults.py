@@ -1,7 +1,6 @@
 """What Taichi tells of a mistake in somebody's own function: in one line, with its place and with what is right."""
 
 import ast
-import difflib
 import linecache
 import re
 from typing import Any
@@ -10,7 +9,7 @@ import taichi.math
 from taichi.lang.exception import TaichiCompilationError
 from taichi.lang.struct import Struct
 
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import InputError, nearest
 from taichi_tracer.system.own_code.source import PACKAGE, fault_at, is_own_file
 
 PLACE = re.compile(r'(?:^|: ) *File "(.+)", line (\d+), in (.+?):?$', re.MULTILINE)  # as Taichi and Python tell places
@@ -103,14 +102,6 @@ def lacking(of: Any, name: str) -> str:
     if what == "Expr":
         return f"a number of a kernel has no attribute {name!r}: does a function lack @ti.func?"
     return f"{what} has no attribute {name!r}{guess}"
-
-
-def nearest(name: str, known: list[str]) -> str:
-    """The name that is meant, of those that are known; "" if none is similar."""
-    small = {one.lower(): one for one in known}
-    begins = [one for one in known if one.startswith(name) or name.startswith(one)]
-    near = [*difflib.get_close_matches(name, known, n=1), *begins]
-    return small[name.lower()] if name.lower() in small else near[0] if near else ""
 
 
 def stored_at(node: ast.AST) -> list[tuple[str, int]]:

@@ -59,12 +59,6 @@ def test_an_error_of_the_package_stays_as_it_is():
     assert faults.fault_of(ValueError("anything")) is None
 
 
-def test_a_similar_name_is_found():
-    assert faults.nearest("kd", ["d", "Kd"]) == "Kd"
-    assert faults.nearest("dir", ["origin", "direction"]) == "direction"
-    assert faults.nearest("zzz", ["origin"]) == ""
-
-
 def test_a_method_that_is_right_is_not_judged(tmp_path):
     path = tmp_path / "my_parts.py"
     path.write_text(WRONG["no self"][0].replace("color(hit)", "color(self, hit)"))
