@@ -292,6 +292,7 @@ TESTED_THROUGH = {
     "system.own_code.kinds": "system/own_code/test_faults",
     "system.own_code.source": "system/own_code/test_faults",
     "system.taichi_17.own_code": "system/own_code/test_faults",
+    "system.taichi_17.bounds": "system/own_code/test_bounds",
     "system.blocks": "system/taichi_17/test_blocks",
     "brdfs.handout": "brdfs/test_microfacet",
     "studies.hard.case": "test_hard_cases",

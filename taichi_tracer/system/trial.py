@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from taichi_tracer.system.cache import cache_folder, wanted_folder
 
@@ -80,7 +81,7 @@ def versions() -> str:
     return f"taichi {importlib.metadata.version('taichi')}, {Path(__file__).stat().st_mtime_ns}"
 
 
-def read(path: Path) -> dict[str, str | None]:
+def read(path: Path) -> dict[str, Any]:
     """The answers that were kept; none if the file is not there, or is no such file."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
@@ -89,7 +90,7 @@ def read(path: Path) -> dict[str, str | None]:
     return found if isinstance(found, dict) else {}
 
 
-def write(path: Path, kept: dict[str, str | None]) -> None:
+def write(path: Path, kept: dict[str, Any]) -> None:
     """Keep the answers; the file is whole at each moment."""
     part = path.with_suffix(f".{os.getpid()}")
     part.write_text(json.dumps(kept, indent=1), encoding="utf-8")

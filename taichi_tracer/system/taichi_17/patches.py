@@ -5,7 +5,7 @@ Taichi itself; an import replaces nothing. A patch is left out, with a reason th
 Taichi's version is another one, or if one of its names is missing or has other parameters than are expected. The
 environment variable ``TAICHI_TRACER_PATCHES`` names those that are wanted: ``none``, ``all``, or a list with commas.
 
-No patch changes what a kernel computes.
+No patch changes what a kernel computes, unless the kernel reads beyond a field.
 """
 
 import functools
@@ -103,6 +103,17 @@ PATCHES = (
             "taichi._lib:core.KernelLaunchContext.set_arg_external_array_with_shape",
         ),
         then="arguments:use",
+    ),
+    Patch(
+        "bounds",
+        "no time: an index of one's own that is beyond its field is one line, and reads no foreign memory",
+        {
+            "taichi._lib:core.Program.create_kernel": (COMPILED, "bounds:preparing"),
+            "taichi.lang.kernel_impl:Kernel.materialize": ("self key args arg_features", "bounds:reading"),
+            "taichi.lang.kernel_impl:Kernel.launch_kernel": ("self t_kernel args", "bounds:checking"),
+            "taichi.lang.impl:subscript": ("ast_builder value _indices skip_reordered", "bounds:keeping"),
+        },
+        needs=("taichi._lib:core.ASTBuilder.expr_alloca", "taichi.lang.impl:begin_frontend_if"),
     ),
     Patch(
         "counters",
