@@ -17,8 +17,9 @@ import taichi_tracer
 from taichi_tracer.apps import commands
 from taichi_tracer.apps.grammar import Parser, add_command, load, load_parts
 from taichi_tracer.apps.interruption import EXIT_CODE
+from taichi_tracer.apps.waiting import CompilingLine
 from taichi_tracer.apps.words import USER_ERROR, as_value, let_every_character_print, note, told, values_of
-from taichi_tracer.system import clock, leftovers
+from taichi_tracer.system import clock, compiling, leftovers
 from taichi_tracer.system.errors import CannotCompileError, InputError, NotFiniteWarning, StaleSceneError
 from taichi_tracer.system.wings import missing_wing
 
@@ -37,6 +38,8 @@ def main(argv: list[str] | None = None) -> int:
     words = [as_value(word) for word in (sys.argv[1:] if argv is None else argv)]
     parts = values_of("--parts", words)
     started = clock.started_at() if argv is None else time.perf_counter()
+    if argv is None and sys.stderr.isatty():
+        compiling.watchers.append(CompilingLine())
     try:
         args = make_parser(parts, words[:1]).parse_args(words)
         args.started = started

@@ -9,11 +9,14 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
+from typing import Any
 
-from taichi_tracer.system import leftovers
+from taichi_tracer.system import compiling, leftovers
 
 SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 EXIT_CODE = 128  # and the number of the signal: the exit code of a program that a signal ended
+SHORT = 0.05  # seconds of reading: the translation of such a kernel takes less than half a second
 SAME = 1.0  # seconds: a signal that comes so soon after another one asks for nothing new
 
 
@@ -26,6 +29,39 @@ def leave_at_once() -> None:
     for number in SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, leave)
+    compiling.watchers.append(WhileCompiling())
+
+
+class WhileCompiling:
+    """While Taichi translates a kernel, which may take seconds, the system ends the process: Python sees no signal.
+
+    Only the handlers of this file are replaced.
+    """
+
+    def __init__(self) -> None:
+        self._former: dict[int, Any] = {}
+        self._folders: list[str] = []
+
+    def begins(self, kernel: compiling.Kernel) -> None:
+        """Leave the signals to the system, unless that takes no time: a kernel that is read at once is small."""
+        is_main = threading.current_thread() is threading.main_thread()
+        if not is_main or kernel.reading < SHORT or leftovers.unfinished:
+            return
+        handlers = {number: signal.getsignal(number) for number in SIGNALS}
+        owners = {getattr(handler, "__self__", None) for handler in handlers.values()}
+        let_go = {owner for owner in owners if isinstance(owner, Interruption) and owner.lets_go()}
+        for number, handler in handlers.items():
+            if handler is leave or getattr(handler, "__self__", None) in let_go:
+                self._former[number] = signal.signal(number, signal.SIG_DFL)
+        if self._former:
+            self._folders = leftovers.put_away()
+
+    def ends(self) -> None:
+        """Take them back."""
+        leftovers.put_back(self._folders)
+        self._folders = []
+        while self._former:
+            signal.signal(*self._former.popitem())
 
 
 def ignore() -> None:
@@ -49,11 +85,15 @@ class Interruption:
     Attributes:
         number: of the signal that came; None while none has.
         is_rendering: whether a later signal may end a sample that takes long, by a KeyboardInterrupt.
+        has_come: whether something would be lost if the process ended now. keep: writes it, and is called before a
+            kernel is compiled, so that the system may end the process; None if that cannot be done.
     """
 
     def __init__(self) -> None:
         self.number: int | None = None
         self.is_rendering = False
+        self.has_come: Callable[[], bool] = lambda: True
+        self.keep: Callable[[], object] | None = None
         self._since = 0.0
         self._former: dict[int, object] = {}
 
@@ -66,11 +106,27 @@ class Interruption:
 
     def _note(self, number: int, _frame) -> None:
         if self.number is None:
+            if not self.has_come():
+                leave(number)
             self.number, self._since = number, time.monotonic()
         elif time.monotonic() - self._since > SAME:
             if self.is_rendering:
                 raise KeyboardInterrupt
             leave(number)
+
+    def lets_go(self) -> bool:
+        """Whether the system may end the process, before a kernel is compiled: nothing is lost, or it is kept.
+
+        Raises:
+            KeyboardInterrupt: a signal has come, and something was rendered: this ends the rendering.
+        """
+        if not self.has_come():
+            return True
+        if self.number is not None:
+            raise KeyboardInterrupt
+        if self.keep is not None:
+            self.keep()
+        return self.keep is not None
 
     def __exit__(self, *_error) -> None:
         for number, former in self._former.items():

@@ -6,7 +6,7 @@ import time
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -200,6 +200,8 @@ def make_picture(
         InputError: the rendering ended before its targets; what came is written, and the message says how to go on.
     """
     renderer.reset()
+    interruption.has_come = lambda: renderer.samples > 0
+    interruption.keep = lambda: write_so_far(renderer, picture, path)
     channels = renderer.channels([aov.name for aov in request.aovs])  # first, because the picture may take hours
     keeper = Keeper(renderer, request.checkpoint, request.checkpoint_every)
     incomplete = None
@@ -209,10 +211,9 @@ def make_picture(
         incomplete = InputError(f"{error} after {renderer.samples} samples: {keeper.kept_at_end(path)}")
     is_in_place = keeper.is_in_place
     if renderer.samples > 0:
-        encoding = renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
         with stage(stopwatch.WRITE, waits=True):
             image = renderer.film.own_pixels(renderer.image())
-            place = written_picture(path, image, channels, **encoding)
+            place = written_picture(path, image, channels, **encoding_of(renderer, picture))
         times = f"{clock.before}, {describe_times(renderer)}, {clock.total(renderer)}"
         print(f"{place}: {describe(renderer, image)} ({times})", flush=True)
         report_non_finite(renderer)
@@ -223,6 +224,16 @@ def make_picture(
     if incomplete is not None:
         raise incomplete
     return is_in_place
+
+
+def write_so_far(renderer: ProgressiveRenderer, picture: PictureRequest, path: Path) -> None:
+    """Write what there is of a picture, before a time in which no signal is seen."""
+    written_picture(path, renderer.film.own_pixels(renderer.image()), {}, **encoding_of(renderer, picture))
+
+
+def encoding_of(renderer: ProgressiveRenderer, picture: PictureRequest) -> dict[str, Any]:
+    """How the picture of a renderer is written."""
+    return renderer.encoding | {"srgb": renderer.srgb and picture.is_encoded}
 
 
 class RendersElsewhere(Protocol):

@@ -11,7 +11,7 @@ import shlex
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import taichi as ti
@@ -30,6 +30,7 @@ from taichi_tracer.apps.session import Session
 from taichi_tracer.apps.words import PICTURE_FOLDER, let_every_character_print
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.files.images import check_writable
+from taichi_tracer.integrators.base import Integrator
 from taichi_tracer.picture.progress import two_digits
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError
@@ -48,7 +49,8 @@ def run(args: Namespace) -> int:
     renderer = picture.make_renderer(renderer_class, scene.load()).use(integrator.name)
     if args.browser:
         return serve(Session(renderer, scene.words()))
-    return show(renderer, scene_options=scene.words(), offers_browser=sys.stdout.isatty())
+    asks_browser, all_views = sys.stdout.isatty(), not picture.names_view
+    return show(renderer, scene_options=scene.words(), offers_browser=asks_browser, all_views=all_views)
 
 
 def show(
@@ -56,13 +58,15 @@ def show(
     folder: str | Path = PICTURE_FOLDER,
     scene_options: Sequence[str] = (),
     offers_browser: bool = False,
+    all_views: bool = True,
 ) -> int:
-    """Open the window, until it is closed; where none can open, write every view into ``folder`` instead.
+    """Open the window, until it is closed; where none can open, write pictures into ``folder`` instead.
 
     Args:
         scene_options: words of the command line that make the scene, to be repeated in the command that makes a saved
             picture again.
         offers_browser: whether the picture is served to a browser where no window can open.
+        all_views: whether everything that the renderer offers is written there, and not only what it shows.
 
     Returns:
         0, in both cases: the exit code of a program that shows pictures.
@@ -75,7 +79,8 @@ def show(
     print(f"No window can open here: {verdict.reason}.")
     if offers_browser:
         return serve(Session(renderer, scene_options))
-    paths = write_all(renderer, Path(folder))
+    shown = renderer.offers if all_views else (renderer.active,)
+    paths = write_all(renderer, Path(folder), shown)
     print(f"What {type(renderer).__name__} shows is in {paths[0].parent.resolve()}:")
     for path in paths:
         print(f"  {path}")
@@ -83,10 +88,10 @@ def show(
     return 0
 
 
-def write_all(renderer: ProgressiveRenderer, folder: Path) -> list[Path]:
-    """One picture per thing that the renderer offers; returns their paths."""
+def write_all(renderer: ProgressiveRenderer, folder: Path, shown: Iterable[Integrator]) -> list[Path]:
+    """One picture for each integrator that is to be shown; returns their paths."""
     spp = OFFLINE_SPP if renderer.srgb else 1
-    return [save(renderer.use(integrator.name).render(spp), folder) for integrator in renderer.offers]
+    return [save(renderer.use(integrator.name).render(spp), folder) for integrator in shown]
 
 
 def save(renderer: ProgressiveRenderer, folder: Path) -> Path:

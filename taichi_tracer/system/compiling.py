@@ -7,9 +7,11 @@ process finds it there. Only the second part is what a second run is spared.
 ``taichi_17.kernels`` notes both parts here. Without it, no kernel is known, and no seconds either.
 """
 
+import contextlib
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 FOUND = 0.04  # seconds: a kernel that took less was found in the folder, or is so small that it does not matter
 # Seconds of the processor: a kernel that took less was found. That of direct light takes 0.02 s to load, and the
@@ -44,6 +46,17 @@ class Kernel:
         return self.processor > max(LOADED, LOADED_SHARE * self.reading)
 
 
+class Watcher(Protocol):
+    """Who is told when Taichi translates a kernel: meanwhile Python sees no signal, and no other thread runs."""
+
+    def begins(self, kernel: Kernel) -> None:
+        """Taichi is about to translate a kernel, or to load it."""
+
+    def ends(self) -> None:
+        """It has done so."""
+
+
+watchers: list[Watcher] = []
 _kernels: list[Kernel] = []
 _seconds = 0.0  # of reading and of translating, for all kernels so far
 _by_id: dict[int, Kernel] = {}
@@ -60,6 +73,22 @@ def note_reading(made: Any, name: str, read_at: float, reading: float) -> None:
     _seconds += reading
     _by_id[id(made)] = Kernel(name, read_at, reading)
     _kernels.append(_by_id[id(made)])
+
+
+@contextlib.contextmanager
+def watched(made: Any) -> Iterator[None]:
+    """Tell the watchers of a kernel that is translated within this context; of a launch that needs nothing, not."""
+    kernel = _by_id.get(id(made))
+    if kernel is None:
+        yield
+        return
+    for watcher in watchers:
+        watcher.begins(kernel)
+    try:
+        yield
+    finally:
+        for watcher in watchers:
+            watcher.ends()
 
 
 def note_translating(made: Any, seconds: float, processor: float) -> None:

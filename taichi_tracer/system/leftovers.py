@@ -12,8 +12,22 @@ def remove() -> None:
     for path in list(unfinished):
         with contextlib.suppress(OSError):
             os.unlink(path)
+    put_away()
+    unfinished.clear()
+    folders.clear()
+
+
+def put_away() -> list[str]:
+    """Remove the folders in which nothing is. Returns them; ``put_back`` makes them again."""
+    away = []
     for folder in reversed(folders):
         with contextlib.suppress(OSError):
             os.rmdir(folder)
-    unfinished.clear()
-    folders.clear()
+            away.append(folder)
+    return away
+
+
+def put_back(away: list[str]) -> None:
+    """Make again what ``put_away`` has removed."""
+    for folder in reversed(away):
+        os.makedirs(folder, exist_ok=True)

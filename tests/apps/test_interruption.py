@@ -4,13 +4,15 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps import cli, interruption
-from taichi_tracer.apps.interruption import SIGNALS, Interruption
+from taichi_tracer.apps.interruption import SIGNALS, Interruption, WhileCompiling
+from taichi_tracer.files.disk import make_folder
 from taichi_tracer.studies import hard_cases
 from taichi_tracer.system import leftovers
 
@@ -91,11 +93,73 @@ def test_an_interrupted_report_leaves_no_empty_folder(tmp_path, monkeypatch, cap
 
 
 def test_folders_that_were_there_or_hold_something_stay(tmp_path):
-    from taichi_tracer.files.disk import make_folder
-
     (tmp_path / "old").mkdir()
     for name in ("old", "old/full", "old/empty"):
         make_folder(tmp_path / name, "test")
     (tmp_path / "old" / "full" / "a").touch()
     leftovers.remove()
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["a", "full", "old"]
+
+
+class Slow:
+    """A kernel that was read for long, so that its translation may take seconds."""
+
+    reading, name = 1.0, "slow"
+
+
+def test_while_a_kernel_is_compiled_the_system_ends_the_process(tmp_path):
+    before = signal.signal(signal.SIGINT, interruption.leave)
+    try:
+        watcher = WhileCompiling()
+        make_folder(tmp_path / "new", "test")
+        watcher.begins(Slow())
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_DFL
+        assert not (tmp_path / "new").exists()
+        watcher.ends()
+        assert signal.getsignal(signal.SIGINT) is interruption.leave
+        assert (tmp_path / "new").exists()
+    finally:
+        signal.signal(signal.SIGINT, before)
+        leftovers.remove()
+
+
+def test_before_that_the_picture_so_far_is_kept():
+    kept = []
+    with Interruption() as caught:
+        watcher = WhileCompiling()
+        watcher.begins(Slow())
+        assert signal.getsignal(signal.SIGINT) == caught._note  # something has come, and nobody can keep it
+        watcher.ends()
+        caught.keep = lambda: kept.append(True)
+        watcher.begins(Slow())
+        assert (signal.getsignal(signal.SIGINT), kept) == (signal.SIG_DFL, [True])
+        watcher.ends()
+        assert signal.getsignal(signal.SIGINT) == caught._note
+
+
+def test_a_signal_that_came_before_a_kernel_is_compiled_ends_the_rendering():
+    with Interruption() as caught:
+        os.kill(os.getpid(), signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            WhileCompiling().begins(Slow())
+    assert caught.number == signal.SIGINT
+
+
+def test_where_nothing_has_come_a_signal_ends_the_process_at_once(left):
+    with Interruption() as caught:
+        caught.has_come = lambda: False
+        os.kill(os.getpid(), signal.SIGTERM)
+    assert left == [signal.SIGTERM]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("delay", [0.7, 1.3])
+def test_a_render_ends_within_a_second_whatever_it_does(delay, tmp_path):
+    words = [sys.executable, "-m", "taichi_tracer", "render", "cornell_box", "--estimator", "path", "--spp", "500"]
+    env = os.environ | {"PYTHONPATH": str(PACKAGE), "TI_OFFLINE_CACHE_FILE_PATH": str(tmp_path / "cache")}
+    child = subprocess.Popen([*words, "-o", "a.png"], cwd=tmp_path, env=env, stderr=subprocess.DEVNULL)
+    time.sleep(delay)
+    child.send_signal(signal.SIGINT)
+    start = time.perf_counter()
+    assert child.wait(timeout=10) in (130, -signal.SIGINT)
+    assert time.perf_counter() - start < 1.5  # beside other tests on the same processors

@@ -72,6 +72,14 @@ def test_right_parts_and_dark_pictures_are_not_told_of():
         cube().render()
 
 
+def test_an_eye_that_is_too_far_away_is_told():
+    with pytest.warns(UserWarning, match=r"the eye is 1e\+30 away from the scene, .* numbers of float32"):
+        cube(camera=tt.Camera(16, 16, eye=(1e30, 0, 0))).render()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        cube(camera=tt.Camera(16, 16, eye=(1e4, 0, 0))).render()
+
+
 def test_a_value_that_a_kernel_reads_may_change():
     view = Grey()
     renderer = cube(integrator=view).render(2)

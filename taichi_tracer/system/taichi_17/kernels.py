@@ -43,7 +43,7 @@ def counting_translating(compile_it: Callable) -> Callable:
     def compiled(*words: Any) -> Any:
         start, processor = perf_counter(), thread_time()
         try:
-            with stage(KERNELS_MADE):
+            with stage(KERNELS_MADE), compiling.watched(words[-1]):
                 return compile_it(*words)
         except RuntimeError as error:
             arch = getattr(words[-3], "arch", None)  # of the configuration, behind the program
