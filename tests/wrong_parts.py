@@ -243,5 +243,9 @@ WRONG = {
         view("c = 0", "c += abs(hit.normal.x)  # here", "return tm.vec3(c)"),
         r"note: .*a whole number gets a number with a fraction, which is cut off",
     ),
+    "a copy is changed": (
+        view("n = hit.normal", "flip(n)  # here", "return abs(n)", before=function("def flip(n):\n    n = -n")),
+        r"note: .*flip changes only its own copy of n: let it return the new value",
+    ),
     "a random number of Python": (view("return tm.vec3(random.random())  # here"), r"note: .*random.random runs once"),
 }

@@ -51,6 +51,28 @@ def runs_once(function: Any) -> bool:
     return any(home in ONCE or str(home).startswith("numpy.random") for home in homes)
 
 
+def changed_copies(function: Any) -> list[str]:
+    """The arguments to which a function that returns nothing gives values, if it changes nothing else."""
+    tree = tree_of(plain(function))
+    if tree is None or not gives_nothing(function):
+        return []
+    copied = [a.arg for a in tree.args.args if a.annotation is None and a.arg != "self"]
+    nodes = [node for statement in tree.body for node in ast.walk(statement)]
+    stored = [node for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)]
+    roots = [root_of(node) for node in stored]
+    locals_too = {node.id for node in stored if isinstance(node, ast.Name)}
+    has_calls = any(isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) for node in nodes)
+    is_local = all(name in copied or name in locals_too for name in roots)
+    return sorted(set(roots) & set(copied)) if is_local and not has_calls else []
+
+
+def root_of(node: ast.AST) -> str:
+    """The name at the beginning of ``name.member[index]``; "" where there is none."""
+    while isinstance(node, (ast.Attribute, ast.Subscript)):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else ""
+
+
 def is_of_taichi(function: Any) -> bool:
     """Whether a function, or what a class holds of it, has @ti.func."""
     return hasattr(getattr(function, "__func__", function), "_is_taichi_function")
@@ -122,6 +144,9 @@ class Own:
             if is_used and gives_nothing(function):
                 text = f"{name} has no return with a value, and {place(self.function, node)} needs one"
                 raise fault(function, text)
+            if not is_used and (lost := changed_copies(function)):
+                text = f"{name} changes only its own copy of {', '.join(lost)}: let it return the new value"
+                warnings.warn(f"{place(self.function, node)}: {text}", stacklevel=2)
         elif inspect.isfunction(function) and self.needs_func(node, function):
             raise fault(function, f"{name} is called in a kernel: write @ti.func above it")
 

@@ -38,7 +38,7 @@ def telling(create: Callable) -> Callable:
             fault = faults.fault_of(error)
             if fault is None:
                 raise
-            raise fault from error
+            raise fault from None  # whose context has what Taichi says
 
     return told
 
