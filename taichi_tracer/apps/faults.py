@@ -11,6 +11,12 @@ from pathlib import Path
 from taichi_tracer.system.own_code.faults import fault_of
 from taichi_tracer.system.own_code.source import told_place
 
+# What Python or Taichi says of code outside of kernels → what it means.
+MEANINGS = {
+    "truth value of an array": "a whole array comes here: use + - * / and powers, and no if",
+    "cannot be called from Python-scope": "a function of Taichi runs in kernels only: numpy has it for Python",
+}
+
 
 def text_of_fault(error: Exception, parts: Sequence[str]) -> str | None:
     """The line for an error that arose in the code of one of the files; None where it did not.
@@ -19,13 +25,14 @@ def text_of_fault(error: Exception, parts: Sequence[str]) -> str | None:
     the code that calls it.
     """
     files = [str(Path(path).expanduser().resolve()) for path in parts]
-    if type(error).__module__ == "taichi.lang.exception":
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in files]
+    is_of_python = any(text in str(error) for text in MEANINGS)
+    if type(error).__module__ == "taichi.lang.exception" and not (is_of_python and frames):
         fault = fault_of(error)
         last = str(error).strip().splitlines()[-1]
         return str(fault) if fault is not None else last if parts else None
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in files]
     if frames:
-        if "truth value of an array" in str(error):
-            error = ValueError("a whole array comes here: use + - * / and powers, and no if")
-        return f"{told_place(frames[-1].filename, frames[-1].lineno or 0)}: {type(error).__name__}: {error}"
+        place = told_place(frames[-1].filename, frames[-1].lineno or 0)
+        meant = next((means for text, means in MEANINGS.items() if text in str(error)), None)
+        return f"{place}: {meant or f'{type(error).__name__}: {error}'}"
     return str(error) if parts and isinstance(error, NotImplementedError) else None

@@ -17,6 +17,7 @@ SAMPLES = 100_000
 POINTS = np.array([[0.0, 0.0, 0.0], [0.7, -0.3, 0.4], [-30.0, 20.0, 10.0]])  # that are lit
 PDF_TOLERANCE = 1e-2  # of ∫ pdf dω, where the cells are not fine enough for a kink or a pole of the density
 VALUE_TOLERANCE = 1e-4  # between what ``sample`` returns and what is asked for its direction
+ROWS = 16  # of the cells in which samples of an image are counted; each is as wide as a texel
 FEW = 5e-3  # of the samples, which rounding moves over an edge, such as that of a texel
 
 
@@ -186,6 +187,26 @@ def check_sample_follows_pdf(bench, cells=None):
         )
         p = chi_square_p(own.counts(w_i), SAMPLES * integrals)
         assert p > sidak(len(bench.points)), f"{bench.light.name} at {x}: the samples are not those of pdf: p = {p:.1e}"
+
+
+def check_sample_follows_texels(bench, height, width):
+    """The samples are those of pdf, and ∫ pdf = 1: of an image whose pdf is constant in each texel."""
+    theta, phi = np.pi * (np.arange(height) + 0.5) / height, 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+    across, up = np.sin(theta)[:, None], np.broadcast_to(np.cos(theta)[:, None], (height, width))
+    centres = np.stack([across * np.cos(phi), up, across * np.sin(phi)], axis=-1).reshape(-1, 3)
+    solid_angle = -np.diff(np.cos(np.pi * np.arange(height + 1) / height)) * 2 * np.pi / width
+    x = bench.points[0]
+    expected = (bench.values(x, centres)[0].reshape(height, width) * solid_angle[:, None]).ravel()
+    name = bench.light.name
+    assert abs(expected.sum() - 1) < PDF_TOLERANCE, f"{name}: the integral of pdf is {expected.sum():.5f}"
+    w_i = bench.sample(x, pairs(SAMPLES, seed=10))[0]
+    row = np.minimum((np.arccos(np.clip(w_i[:, 1], -1, 1)) / np.pi * height).astype(int), height - 1)
+    turn = np.arctan2(w_i[:, 2], w_i[:, 0]) / (2 * np.pi) + 0.5
+    found = np.bincount(row * width + np.minimum((turn * width).astype(int), width - 1), minlength=height * width)
+    blocks = [of.reshape(height, width)[: height // ROWS * ROWS] for of in (found, SAMPLES * expected)]
+    counts, wanted = (of.reshape(ROWS, -1, width).sum(axis=1) for of in blocks)
+    p = chi_square_p(counts, wanted)
+    assert p > sidak(1), f"{name}: the samples are not those of pdf: p = {p:.1e}"
 
 
 def check_facts(light):

@@ -62,16 +62,22 @@ def steps_of_light(light: Any) -> list[Step]:
 def steps_of_environment(environment: Any) -> list[Step]:
     """Those of a light that surrounds a triangle, which is lit by the environment alone."""
     scene = tt.scene_from_mesh(np.eye(3), [[0, 1, 2]], environment=environment())
-    light = scene.in_kernels().lights.far[0]
-    return named(lights.steps(light), lights.Bench(light))
+    light, image = scene.in_kernels().lights.far[0], scene.environment
+    bench = lights.Bench(light)
+    steps = named([step for step in lights.steps(light) if step is not lights.check_sample_follows_pdf], bench)
+    is_constant_in_texels = image.lookup == "nearest" and image.height >= lights.ROWS and image.constant is None
+    if is_constant_in_texels:
+        check = lights.check_sample_follows_texels
+        steps.append((sentence(check), partial(check, bench, int(image.height), int(image.width))))
+    return steps
 
 
 def steps_of_integrator(integrator: Any) -> list[Step]:
-    """Those of a view; finite samples of any other; and the means of an estimator, if it shows light."""
+    """Those of a view; finite samples of any other; and the means of an estimator of light, which needs some."""
     if integrator.what == "view":
         return named([views.check_view], integrator)
     checks = [integrators.check_samples_are_finite]
-    if integrator.what == "estimator" and integrator.srgb:
+    if integrator.what == "estimator" and integrator.srgb and integrator.needs_light:
         checks += [integrators.check_constant_light, integrators.check_sky_sun_and_emission]
     return named(checks, integrator)
 

@@ -5,10 +5,13 @@ import subprocess
 import sys
 
 import pytest
+import taichi as ti
+import taichi.math as tm
 
+import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
 from taichi_tracer.apps.new_part import FOLDER, SHOWN, text_of
-from taichi_tracer.system.registry import load_parts
+from taichi_tracer.system.registry import PARTS, load_parts
 
 MOST_LINES = 40
 
@@ -74,3 +77,17 @@ def test_names_of_several_words_become_a_class(tmp_path):
     (tmp_path / "parts.py").write_text(text_of("view", "edge_light_2"))
     (part,) = load_parts(str(tmp_path / "parts.py"))
     assert (type(part).__name__, part.name, part.label) == ("EdgeLight2", "edge_light_2", "Edge light 2")
+
+
+def test_the_sky_has_its_sun_where_its_formula_says(tmp_path):
+    (tmp_path / "parts.py").write_text(text_of("environment", "sunny"))
+    load_parts(str(tmp_path / "parts.py"))
+    sky = tt.load_scene_data("cube", environment="sunny").environment
+
+    @ti.kernel
+    def along(d: tm.vec3) -> tm.vec3:
+        return sky.radiance(d)
+
+    assert along(ti.Vector([0.48, 0.6, 0.64])).max() > 60
+    assert along(ti.Vector([0.64, 0.6, 0.48])).max() < 1
+    PARTS.remove(PARTS.find("environment", "sunny"))

@@ -122,8 +122,7 @@ def check_method(owner: type, name: str, function: Callable, shipped: Callable, 
     """
     if not is_own(function):
         return
-    own_name = plain(function).__qualname__.split("<locals>.")[-1]
-    what = f"{owner.__name__}.{name}" if "." in own_name else own_name
+    what = plain(function).__qualname__.split("<locals>.")[-1]
     if gives and is_plain_python(function):
         raise fault(function, f"{what} runs in kernels: write @ti.func above it")
     if not hasattr(plain(shipped), "__code__") or is_kernel(function):
