@@ -50,6 +50,7 @@ def test_an_editor_offers_the_methods_of_what_is_made_in_a_file():
     assert {"intersect", "occluded"} <= found
 
 
+@pytest.mark.long
 def test_pyright_sees_the_public_names(tmp_path):
     pytest.importorskip("pyright")
     (tmp_path / "right.py").write_text("import taichi_tracer as tt\ntt.A4Renderer.render\ntt.scene_names()\n")

@@ -1,6 +1,7 @@
 """``check-part`` says the first wrong number of a part, and draws its lobe."""
 
 import pytest
+from support import long_except
 
 from taichi_tracer.apps.cli import main
 from taichi_tracer.apps.new_part import text_of
@@ -32,7 +33,7 @@ def check(tmp_path, monkeypatch, capsys):
     return checked
 
 
-@pytest.mark.parametrize("kind", WRONG)
+@pytest.mark.parametrize("kind", long_except(WRONG, *(kind for kind in WRONG if kind not in ("integrator", "view"))))
 def test_the_first_wrong_number_is_told(kind, check):
     (right, wrong), told = WRONG[kind]
     text = text_of(kind, f"wrong_{kind}")
@@ -49,6 +50,7 @@ def test_an_environment_that_is_no_light_is_an_error_of_its_own(check):
     assert "dark: radiance is negative at row 0, column 0" in error
 
 
+@pytest.mark.long
 def test_lobes_are_drawn(check, tmp_path):
     code, _, _ = check(text_of("brdf", "drawn"), "--page", "lobe.html")
     assert code == 0

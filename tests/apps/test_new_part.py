@@ -7,6 +7,7 @@ import sys
 import pytest
 import taichi as ti
 import taichi.math as tm
+from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
@@ -16,7 +17,10 @@ from taichi_tracer.system.registry import PARTS, load_parts
 MOST_LINES = 40
 
 
-@pytest.mark.parametrize("kind", SHOWN)
+QUICK = [kind for kind in SHOWN if kind not in ("brdf", "integrator", "sampler")]
+
+
+@pytest.mark.parametrize("kind", long_except(SHOWN, *QUICK))
 def test_a_new_part_is_right(kind, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["new-part", kind, f"my_{kind}"]) == 0

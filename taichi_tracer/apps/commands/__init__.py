@@ -13,7 +13,7 @@ import os
 
 # The order of the help. Commands that are not named here come after these, by their names.
 ORDER = ("render", "merge", "view", "export", "info", "effects", "explain", "accuracy", "samples", "compare")
-ORDER += ("hardcases", "assignment", "check", "grade", "warm-up", "doctor")
+ORDER += ("hardcases", "new-part", "check-part", "assignment", "check", "grade", "warm-up", "doctor")
 
 
 def names() -> list[str]:
