@@ -20,6 +20,7 @@ import taichi as ti
 
 from taichi_tracer.random_numbers import RandomNumbers
 from taichi_tracer.system.errors import InputError, OwnCodeError
+from taichi_tracer.system.own_code.bounds import WATCH
 from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.system.wings import is_there, wing
 from taichi_tracer.teaching import sealed
@@ -268,6 +269,7 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
             without_the_packages(subject, part),
             beside_the_solution(part, student, solution, files),
         ):
+            WATCH.is_wanted = True
             arrays = part.run(subject, inputs)
         return Answer(OK, {name: np.ascontiguousarray(array) for name, array in arrays.items()})
     except KeyboardInterrupt:

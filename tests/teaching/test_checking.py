@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
+from support import needs_arrays
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
@@ -45,6 +46,16 @@ def test_a_wrong_number_stands_beside_the_right_one(solved):
     assert "1 of 2 parts are right: 2" in text
     assert "hint: Where is pixel (0, 0)" in text
     assert "pixels agree with: y axis points down" in report.page()
+
+
+def test_an_index_beyond_a_field_has_its_line(solved):
+    needs_arrays()
+    change(solved, "ray_intersector.py", "self.geometry.vertices[vertex_ids.y]", "self.geometry.vertices[10**8]")
+    lines = (solved / "ray_intersector.py").read_text(encoding="utf-8").splitlines()
+    (result,) = check_folder(solved, ["intersect_triangle"]).results
+    assert result.verdict.status == "crashed"
+    line = 1 + next(i for i, text in enumerate(lines) if "10**8" in text)
+    assert f"line {line} of ray_intersector.py: index 100000000 is beyond the field" in result.verdict.message
 
 
 def test_a_crash_has_its_line(solved):
