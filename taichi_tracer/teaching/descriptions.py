@@ -115,7 +115,16 @@ def description_of(name: str, y: np.ndarray, r: np.ndarray) -> str:
         return f"{name} is always too small"
     if k == 1 and (y > r).all():
         return f"{name} is always too large"
-    return f"{name} is wrong, by {abs(y - r).max():.3g} at most"
+    return worst(name, y, r)
+
+
+def worst(name: str, y: np.ndarray, r: np.ndarray) -> str:
+    """Where (n, k) numbers that nothing else describes are wrong most, and in which direction."""
+    row, column = np.unravel_index(abs(y - r).argmax(), r.shape)
+    off = y[row, column] - r[row, column]
+    part = f"its {AXES[column]}" if 1 < r.shape[1] <= 4 else "it" if r.shape[1] == 1 else f"its number {column}"
+    size = f"too {'large' if off > 0 else 'small'} by {abs(off):.3g}"
+    return f"{name} is wrong: most for input {row} of {len(r)}, where {part} is {size}"
 
 
 def near(a: np.ndarray, b: np.ndarray) -> bool:

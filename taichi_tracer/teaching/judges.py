@@ -120,6 +120,13 @@ def statistics(samples: np.ndarray) -> np.ndarray:
     return np.stack([np.stack(means, axis=1), np.stack(squared_errors, axis=1)], axis=1)
 
 
+def length_of(samples: np.ndarray) -> np.ndarray:
+    """(n, 1) of (n, m, 3) samples of n inputs: the length, of the m vectors of an input, that is farthest from 1."""
+    lengths = np.linalg.norm(np.asarray(samples, np.float64), axis=2)
+    farthest = np.abs(np.nan_to_num(lengths, nan=np.inf) - 1).argmax(axis=1)
+    return np.take_along_axis(lengths, farthest[:, None], axis=1)
+
+
 @dataclass(frozen=True)
 class Samples(JudgeOfRows):
     """Random answers: the means of many samples are compared with those of the solution, by z-tests.

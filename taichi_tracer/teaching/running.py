@@ -32,6 +32,7 @@ OK = "ok"
 NOT_ASKED = "not asked"  # by the course's own handout: see ``is_asked``
 NOT_ASKED_TEXT = "the course's own handout does not ask for it: it is not judged"
 OPTIONAL_TEXT = "it is optional, for graduate students, and was not handed in: nothing is lost"
+MOST_NAMES = 3  # methods that are named where a picture needs some that are not written
 LONGEST_MESSAGE = 300  # characters of an error, or of what a submission's process says, that a report shows
 
 
@@ -244,7 +245,8 @@ def _answer(part: Part, student: Loaded, solution: Loaded, inputs: Arrays, files
                 return next(iter(student.errors.values()))
             stubs = [name for name in student.stubs() if name not in solution.optional]
             if stubs:
-                return Answer(NOT_WRITTEN, message=f"it needs what is not written yet: {', '.join(stubs)}")
+                names = ", ".join(stubs) if len(stubs) <= MOST_NAMES else f"{len(stubs)} of the methods above"
+                return Answer(NOT_WRITTEN, message=f"it needs what is not written yet: {names}")
             subject: Any = student.namespace(solution)
         else:
             cls = student.classes.get(part.replaces)

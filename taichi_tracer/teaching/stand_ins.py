@@ -82,12 +82,13 @@ def geometry(inputs: Arrays) -> Geometry:
 
 
 def make_geometry(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, material_ids: np.ndarray) -> Geometry:
-    """Triangles whose corners have one normal for each vertex."""
+    """Triangles whose corners have one normal for each vertex; the ids of normals are not those of vertices."""
+    faces = np.asarray(faces, np.int32)
     mesh = Mesh(
         np.asarray(vertices, np.float64),
-        np.asarray(faces, np.int32),
-        normals=np.asarray(normals, np.float64),
-        face_normals=np.asarray(faces, np.int32),
+        faces,
+        normals=np.asarray(normals, np.float64)[::-1],
+        face_normals=np.int32(len(normals) - 1) - faces,
         face_materials=np.asarray(material_ids, np.int32),
     )
     store = memory.Memory()
@@ -304,6 +305,19 @@ def quads(count: int) -> np.ndarray:
     return np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(count)]).astype(np.int32)
 
 
+def moved(rng: np.random.Generator, inputs: Arrays) -> Arrays:
+    """The same scene, turned and far from the origin: hits are rounded there.
+
+    A ray that begins at a hit, and not beside the surface, often meets the surface itself.
+    """
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    turn, move = turn * np.sign(np.linalg.det(turn)), rng.uniform(4, 8, 3)
+    vertices, origin = (np.asarray(inputs[name], np.float64) @ turn.T + move for name in ("vertices", "origin"))
+    direction = unit(np.asarray(inputs["direction"], np.float64) @ turn.T)
+    changed = {"origin": origin.astype(np.float32), "direction": direction.astype(np.float32)}
+    return {**inputs, "vertices": vertices.astype(np.float32).astype(np.float64), **changed}
+
+
 def lamp_room(rng: np.random.Generator) -> Arrays:
     """A floor, half diffuse and half glossy, and a wall; a lamp above, and one at the wall that the floor mirrors.
 
@@ -319,7 +333,7 @@ def lamp_room(rng: np.random.Generator) -> Arrays:
     on_wall = rng.uniform([-1, 1.1, -2], [1, 1.5, -2], (2, 3))
     eye = np.array([0.2, 1.0, 5.0])
     target = np.concatenate([on_floor, on_wall, [[0.1, 0.5, -1.95]]])
-    return {
+    room = {
         "origin": np.tile(eye, (len(target), 1)).astype(np.float32),
         "direction": unit(target - eye).astype(np.float32),
         "vertices": np.concatenate(corners),
@@ -329,6 +343,7 @@ def lamp_room(rng: np.random.Generator) -> Arrays:
         "Ns": np.array([1.0, rng.uniform(20, 40), 1, 1]),
         "Ke": np.concatenate([np.zeros((2, 3)), rng.uniform(2, 6, (2, 3))]),
     }
+    return moved(rng, room)
 
 
 def closed_room(rng: np.random.Generator) -> Arrays:

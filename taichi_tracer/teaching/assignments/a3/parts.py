@@ -8,7 +8,7 @@ from taichi_tracer.system import memory
 from taichi_tracer.system.seams import in_kernels
 from taichi_tracer.teaching import stand_ins
 from taichi_tracer.teaching.base import Arrays, method, optional
-from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
+from taichi_tracer.teaching.judges import Numbers, Samples, length_of, picture, statistics
 from taichi_tracer.teaching.rows import WHOLE, rows, samples
 from taichi_tracer.teaching.running import own_method
 
@@ -96,7 +96,8 @@ def run_points(sampler_class: type, inputs: Arrays) -> Arrays:
     w_i, chosen = found["w_i"], found["chosen"]
     place = places_on_triangles(inputs, w_i.astype(np.float64), chosen)
     frequency = statistics(chosen[..., None] == inputs["emissive"])
-    return {"w_i": statistics(w_i), "triangle_id": frequency, "place (u, v)": statistics(place)}
+    drawn = {"w_i": statistics(w_i), "triangle_id": frequency, "place (u, v)": statistics(place)}
+    return {**drawn, "length": length_of(w_i)}
 
 
 def places_on_triangles(inputs: Arrays, w_i: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -268,7 +269,7 @@ PARTS = (
     method(f"{LIGHTS}.compute_cdf", 2, POINTS, lights, run_cdf, AREAS),
     method(f"{LIGHTS}.sample_emissive_triangle", 2, POINTS, lights, run_choice, Samples(called="sets")),
     method(f"{LIGHTS}.evaluate_probability", 1, POINTS, lights, run_density, NUMBERS),
-    method(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, lights, run_points, Samples(called="points")),
+    method(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, lights, run_points, Samples(exact=("length",), called="points")),
     method(f"{RENDERER}.to_solid_angle", 2, MEASURES, densities, run_conversion, NUMBERS),
     method(f"{RENDERER}.power_heuristic", 1, COMBINED, densities, run_heuristic, NUMBERS),
     method(f"{RENDERER}.shade_ray", 6, COMBINED, stand_ins.lamp_room, BOTH, Samples(called="rays")),

@@ -29,8 +29,10 @@ class RayIntersector(tt.BruteForceRayIntersector):
 
         The ray hits the triangle if |det| > ε, u ≥ 0, v ≥ 0, u + v ≤ 1 and t > ε, with ε = ``self.EPSILON``. The
         direction d may have any length; t counts in lengths of d. If det < 0, the ray meets the back of the triangle.
-        The normal is w n0 + u n1 + v n2, normalised, and turned round if the ray meets the back. ``distance`` is t, and
-        ``barycentric_coords`` is (u, v).
+        The normal is w n0 + u n1 + v n2, normalised, and turned round if the ray meets the back.
+
+        A hit has seven members to be set: ``is_hit`` (1), ``is_backfacing`` (1 if the ray meets the back), and
+        ``triangle_id``, ``distance`` (t), ``barycentric_coords`` (u, v), ``normal`` and ``material_id``.
         """
         hit = tt.no_hit()
         ### BEGIN SOLUTION
