@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import needs_arrays
+from support import needs_arrays, needs_patch
 
 import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
@@ -50,6 +50,7 @@ def test_a_wrong_number_stands_beside_the_right_one(solved):
 
 def test_an_index_beyond_a_field_has_its_line(solved):
     needs_arrays()
+    needs_patch("bounds")
     change(solved, "ray_intersector.py", "self.geometry.vertices[vertex_ids.y]", "self.geometry.vertices[10**8]")
     lines = (solved / "ray_intersector.py").read_text(encoding="utf-8").splitlines()
     (result,) = check_folder(solved, ["intersect_triangle"]).results

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 import taichi.math as tm
-from support import needs_arrays
+from support import needs_arrays, needs_patch
 
 import taichi_tracer as tt
 from taichi_tracer.system.errors import OwnCodeError
@@ -18,6 +18,7 @@ FAR = 100_000_000  # elements beyond: memory that the process does not have
 @pytest.fixture(autouse=True)
 def _nothing_is_kept(monkeypatch, tmp_path):
     needs_arrays()
+    needs_patch("bounds")
     monkeypatch.setattr(WATCH, "kept", Kept())
     monkeypatch.setattr(bounds, "path_of_kept", lambda: tmp_path / "kept.json")
 

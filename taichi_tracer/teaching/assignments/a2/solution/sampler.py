@@ -1,8 +1,8 @@
 """Assignment 2, part 3: random directions, their densities, and the BRDF.
 
-All directions have the length 1 and point away from the surface: w_o to the viewer, w_i to the light. Densities are per
-solid angle. A material is diffuse if ``material.Ns`` is 1 or less, and Phong with the exponent α = ``material.Ns`` if it
-is larger. ``material.Kd`` is the reflectance in both cases.
+All directions have the length 1 and point away from the surface: w_o to the viewer, w_i to the light. Densities are
+per solid angle. A material is diffuse if ``material.Ns`` is 1 or less, and Phong with the exponent α = ``material.Ns``
+if it is larger. ``material.Kd`` is the reflectance in both cases.
 """
 
 import taichi as ti
