@@ -2,13 +2,16 @@
 
 import difflib
 import inspect
+import os
 import sys
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from taichi_tracer.system.errors import InputError
 
 OWN = ("taichi_tracer", "taichi")  # packages that may add attributes
+PACKAGE = f"{Path(__file__).resolve().parents[1]}{os.sep}"  # files of it that run under another name, too
 
 
 class OfObjects(type):
@@ -42,9 +45,9 @@ def is_of_class(cls: type, name: str) -> bool:
 
 def may_add(part: object, frame: FrameType) -> bool:
     """Whether the code of a frame may add an attribute: a method of the object, and the packages ``OWN``."""
-    if str(frame.f_globals.get("__name__")).split(".")[0] in OWN:
-        return True
     code = frame.f_code
+    if str(frame.f_globals.get("__name__")).split(".")[0] in OWN or code.co_filename.startswith(PACKAGE):
+        return True
     return code.co_argcount > 0 and frame.f_locals.get(code.co_varnames[0]) is part
 
 

@@ -332,7 +332,7 @@ def lamp_room(rng: np.random.Generator) -> Arrays:
     on_floor = rng.uniform([-1, 0, -1], [1, 0, 1], (6, 3))
     on_wall = rng.uniform([-1, 1.1, -2], [1, 1.5, -2], (2, 3))
     eye = np.array([0.2, 1.0, 5.0])
-    target = np.concatenate([on_floor, on_wall, [[0.1, 0.5, -1.95]]])
+    target = np.concatenate([on_floor, on_wall, [[0.25, 0.55, -1.95]]])  # no edge is near
     room = {
         "origin": np.tile(eye, (len(target), 1)).astype(np.float32),
         "direction": unit(target - eye).astype(np.float32),
