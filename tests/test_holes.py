@@ -79,6 +79,7 @@ def test_shadows_have_holes_and_every_form_has_the_same_bits():
 
 
 @pytest.mark.parametrize("view", ["normal", pytest.param("albedo", marks=pytest.mark.exhaustive)])
+@pytest.mark.long
 def test_packets_see_holes(view):
     """Of many triangles, so that eye rays are traced in packets."""
     n = 24

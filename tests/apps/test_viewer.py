@@ -520,6 +520,7 @@ def test_help_lies_over_the_picture_and_goes_again(desktop, offline):
     poll(shows(desktop, bare), "the picture without help")
 
 
+@pytest.mark.long
 def test_a_drag_orbits_and_a_right_drag_zooms(desktop, offline):
     def distance(args):
         return np.linalg.norm(np.subtract(args.eye, args.at))

@@ -187,6 +187,7 @@ def test_the_receipt_has_the_numbers_that_decided():
     assert "their search    in packets: 2 × 384 rays so far" in view.receipt()
 
 
+@pytest.mark.long
 def test_a_short_picture_compiles_one_form():
     """``render`` is asked for a few samples, again and again: packets would take longer to compile than they gain."""
     needs_patch("counters")

@@ -57,6 +57,7 @@ def test_the_commands_tell_what_the_document_says(there, capfd):
     )
 
 
+@pytest.mark.long
 def test_every_mistake_is_named_in_the_students_folder(there, capfd):
     """Which has no solution, but its answers."""
     write_folder(catalogue.load("sphere"), "copy", is_solved=True)

@@ -98,7 +98,9 @@ def own_statements(kernel: list[str]) -> list[int]:
     return [own for _, own, together in done + open_blocks if 2 * together > len(kernel)]
 
 
-@pytest.mark.parametrize(("renderer", "name"), [("A2Renderer", "brdf"), ("A4Renderer", "path")])
+@pytest.mark.parametrize(
+    ("renderer", "name"), [("A2Renderer", "brdf"), pytest.param("A4Renderer", "path", marks=pytest.mark.long)]
+)
 def test_the_outer_blocks_of_a_sample_are_short(renderer, name):
     """Each statement of the kernel lets Taichi look through all of them."""
     needs_patch("blocks")

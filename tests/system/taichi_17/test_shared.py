@@ -64,10 +64,10 @@ ESTIMATORS = ("uniform", "hemisphere", "brdf", "environment", "mis", "mis_balanc
 QUICK = {
     "a view": picture(tt.A1Renderer, "normal"),
     "direct light": picture(tt.A2Renderer, "mis"),
-    "paths": picture(tt.A4Renderer, "path"),
     "rays": rays,
 }
 LONG = {
+    "paths": picture(tt.A4Renderer, "path"),
     **{f"view {name}": picture(tt.A1Renderer, name) for name in VIEWS},
     **{f"estimator {name}": picture(tt.A2Renderer, name) for name in ESTIMATORS},
     "tiles of a view": picture(tt.A1Renderer, "normal", tiles=True),
@@ -313,6 +313,7 @@ def test_a_variable_of_the_function_around_is_too():
     assert renderer(of, 8, 8).render().image().max() == 0.5
 
 
+@pytest.mark.long
 def test_a_density_that_is_replaced_later_is_noticed(monkeypatch):
     of = scene(1)
     first = tt.A2Renderer(of, 16, 12).use("uniform").render(4).image()
