@@ -14,7 +14,7 @@ from taichi_tracer.system.own_code.source import fault, gives_nothing, is_own, p
 
 ONCE = {"random", "numpy.random", "time", "secrets"}  # modules whose functions run once, when a kernel is compiled
 GROWS = {"append", "extend", "insert", "pop", "remove"}  # methods of Python's lists
-DECIDES = (ast.If, ast.While, ast.IfExp, ast.BoolOp)
+SIZES = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)  # comparisons that only the kernel can make of its numbers
 
 
 @functools.cache
@@ -64,6 +64,18 @@ def changed_copies(function: Any) -> list[str]:
     has_calls = any(isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) for node in nodes)
     is_local = all(name in copied or name in locals_too for name in roots)
     return sorted(set(roots) & set(copied)) if is_local and not has_calls else []
+
+
+def compares(node: ast.AST, function: ast.FunctionDef) -> bool:
+    """Whether a node decides something by comparing numbers that come from the arguments of a function."""
+    tests = [node.test] if isinstance(node, (ast.If, ast.While, ast.IfExp)) else []
+    tests += node.values if isinstance(node, ast.BoolOp) else []
+    inside = [one for test in tests for one in ast.walk(test) if isinstance(one, ast.Compare)]
+    sizes = [one for one in inside if any(isinstance(op, SIZES) for op in one.ops)]
+    own = {a.arg for a in function.args.args if a.arg != "self"}
+    stored = (one for one in ast.walk(function) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
+    own |= {one.id for one in stored}
+    return any(isinstance(name, ast.Name) and name.id in own for one in sizes for name in ast.walk(one))
 
 
 def root_of(node: ast.AST) -> str:
@@ -157,7 +169,7 @@ class Own:
         is_known = all(isinstance(one, ast.Constant) for one in given) or self.is_static(node)
         if is_known or tree is None or hasattr(function, "is_for_python_too"):
             return False
-        return any(isinstance(one, DECIDES) for one in ast.walk(tree))
+        return any(compares(one, tree) for one in ast.walk(tree))
 
     def check_lists(self) -> None:
         """A list of Python that grows in a loop of the kernel, which is read once."""
