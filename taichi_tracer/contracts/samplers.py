@@ -10,7 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import taichi as ti
 
-from taichi_tracer.contracts.statistics import ALPHA, chi_square_p, distributions, largest_z, sidak
+from taichi_tracer.contracts.statistics import ALPHA, chi_square_p, largest_z, sidak
+from taichi_tracer.contracts.tails import chi_square_sf, student_sf, uniform_p
 from taichi_tracer.sampler import sampler_of
 from taichi_tracer.system import runtime
 
@@ -102,7 +103,7 @@ def check_numbers_are_uniform(sampler):
         columns = found.reshape(len(found), -1).astype(np.float64)
         for k in range(columns.shape[1]):
             counts = np.bincount((columns[:, k] * 64).astype(int), minlength=64)
-            p_of_distance = distributions().kstest(columns[:, k], "uniform").pvalue
+            p_of_distance = uniform_p(columns[:, k])
             p = min(p_of_distance, chi_square_p(counts, np.full(64, len(found) / 64)))
             assert p > level, f"{sampler.name}: number {k % 2} of dimension {k // 2} is not uniform: p = {p:.1e}"
 
@@ -119,7 +120,7 @@ def check_dimensions_are_independent(sampler):
     is_in = ((columns * BINS).astype(int)[..., None] == np.arange(BINS)).astype(np.float32).reshape(len(columns), -1)
     boxes = (is_in.T @ is_in).reshape(count, BINS, count, BINS)[first, :, second].astype(np.float64)
     expected = len(columns) / BINS**2
-    p = distributions().chi2.sf((np.square(boxes - expected) / expected).sum(axis=(1, 2)), BINS**2 - 1)
+    p = chi_square_sf((np.square(boxes - expected) / expected).sum(axis=(1, 2)), BINS**2 - 1)
     assert p.min() > sidak(len(p), ALPHA_OF_ONE), _told(
         sampler, first, second, p.argmin(), f"p = {p.min():.1e} over pixels"
     )
@@ -131,7 +132,7 @@ def check_dimensions_are_independent(sampler):
         r.append(np.corrcoef(own.T)[first, second])
     r = np.array(r)
     t = r.mean(axis=0) / np.maximum(r.std(axis=0, ddof=1), 1e-6) * np.sqrt(len(pixels))
-    p = 2 * distributions().t.sf(np.abs(t), len(pixels) - 1)
+    p = 2 * student_sf(np.abs(t), len(pixels) - 1)
     assert p.min() > sidak(len(p), ALPHA_OF_ONE), _told(
         sampler, first, second, p.argmin(), f"p = {p.min():.1e} within a pixel"
     )

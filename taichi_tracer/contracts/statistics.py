@@ -4,26 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.contracts.tails import chi_square_sf, normal_isf
 
 # The probability that a part which is right fails one of all the tests of its contract. The seeds are fixed, so that a
 # part which passes once passes always.
 ALPHA = 0.01
 QUARTERS = np.array([[0, 0], [0, 0.5], [0.5, 0], [0.5, 0.5]])  # corners of the quarters of a rectangle
 LEAST_EXPECTED = 5  # in a cell of a χ² test; cells with less are put together
-
-
-def distributions():
-    """The module scipy.stats.
-
-    Raises:
-        InputError: it is not installed.
-    """
-    try:
-        from scipy import stats
-    except ImportError:
-        raise InputError("the checks of random numbers need scipy: pip install scipy") from None
-    return stats
 
 
 def sidak(count, alpha=ALPHA):
@@ -33,7 +20,7 @@ def sidak(count, alpha=ALPHA):
 
 def largest_z(count, alpha=ALPHA):
     """The |z| that none of ``count`` independent normal numbers exceeds, but with the probability ``alpha``."""
-    return distributions().norm.isf(sidak(count, alpha) / 2)
+    return normal_isf(sidak(count, alpha) / 2)
 
 
 def chi_square_p(observed, expected):
@@ -45,7 +32,7 @@ def chi_square_p(observed, expected):
     expected = np.concatenate([[expected[:pooled].sum()], expected[pooled:]])
     if len(expected) < 2:
         return 1.0
-    return distributions().chi2.sf((np.square(observed - expected) / expected).sum(), len(expected) - 1)
+    return chi_square_sf((np.square(observed - expected) / expected).sum(), len(expected) - 1)
 
 
 @dataclass(frozen=True)
