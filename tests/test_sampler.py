@@ -8,7 +8,7 @@ from oracles import light
 from probe import Numbers, brdf_values, put
 from scipy import stats
 from sequences import SOBOL, points
-from support import start
+from support import needs_patch, start
 
 import taichi_tracer as tt
 from taichi_tracer import sampler
@@ -84,11 +84,18 @@ class ThreeNumbers(sampler.Sampler):
         return tm.vec3(0.25, 0.5, 0.75)
 
 
-@pytest.mark.parametrize("wrong", [NoReturn, OneNumber, OneNumberPerPoint, ThreeNumbers])
+@pytest.mark.parametrize("wrong", [NoReturn, OneNumber, OneNumberPerPoint])
 def test_a_sampler_that_returns_no_pair_is_an_error_that_python_can_catch(wrong):
     scene = tt.load_scene_data("cube", environment="studio")
     with pytest.raises((ti.TaichiCompilationError, tt.InputError)):
         tt.A2Renderer(scene, 8, 8, sampler=wrong()).use("brdf").render(1)
+
+
+def test_a_sampler_that_returns_three_numbers_is_told():
+    needs_patch("own code")
+    scene = tt.load_scene_data("cube", environment="studio")
+    with pytest.raises(tt.InputError, match="ThreeNumbers.get_2d returns a vec3, but a vec2 is needed"):
+        tt.A2Renderer(scene, 8, 8, sampler=ThreeNumbers()).use("brdf").render(1)
 
 
 def test_directions_come_from_the_numbers_that_were_given():
