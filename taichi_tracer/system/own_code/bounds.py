@@ -19,7 +19,7 @@ from taichi_tracer.system.cache import cache_folder, wanted_folder
 from taichi_tracer.system.own_code.source import fault_at
 from taichi_tracer.system.trial import read, write
 
-MOST_PLACES = 256  # indices in the text of own functions that are watched; later ones are only kept within bounds
+MOST_PLACES = 256  # indices in the text of own functions that are watched; later ones are not
 MOST_FILES = 1000  # that are kept
 NUMBERS = 3  # of each: whether it was beyond, the index, the number of elements
 
@@ -106,6 +106,8 @@ class Watch:
         from taichi_tracer.system.memory import Memory
 
         is_gone = self._memory is None or self._memory.is_over()
+        if is_gone:
+            self.found = None  # on a GPU and in debug mode there is none, and nothing is watched
         if self.is_wanted and is_gone and are_possible():
             self._memory = Memory()
             self.found, self.places = ti.field(ti.i32), []
@@ -127,8 +129,7 @@ class Watch:
             OwnCodeError: with the file and the line.
         """
         ti.sync()
-        is_noted = self._memory is not None and not self._memory.is_over()
-        found = np.array(self._memory.read(self.found) if is_noted else []).reshape(-1, NUMBERS)
+        found = np.array(self._memory.read(self.found)).reshape(-1, NUMBERS)
         beyond = np.flatnonzero(found[:, 0])
         for reading, forget, places in self.forget:
             forget()

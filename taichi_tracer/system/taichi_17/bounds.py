@@ -11,7 +11,7 @@ from taichi.lang.expr import Expr
 from taichi.lang.field import Field
 from taichi.lang.struct import StructField
 
-from taichi_tracer.system.own_code.bounds import WATCH, Place
+from taichi_tracer.system.own_code.bounds import NUMBERS, WATCH, Place
 from taichi_tracer.system.own_code.faults import PLACE
 from taichi_tracer.system.own_code.kinds import types_of
 from taichi_tracer.system.own_code.source import fault_at, is_own_file
@@ -82,7 +82,7 @@ def keeping(usual: Callable) -> Callable:
 
     @functools.wraps(usual)
     def subscript(builder: Any, value: Any, *indices: Any, skip_reordered: bool = False) -> Any:
-        if WATCH.is_wanted and isinstance(value, Field) and indices and watched and is_new():
+        if WATCH.found is not None and isinstance(value, Field) and indices and watched and is_new():
             found = PLACE.match(impl.get_runtime().get_current_src_info())
             if found is not None and is_own_file(found[1]):
                 indices = tuple(kept(usual, value, indices, (found[1], int(found[2]))))
@@ -117,11 +117,11 @@ def kept(usual: Callable, value: Any, indices: tuple[Any, ...], at: tuple[str, i
             if not 0 <= index < count:
                 raise fault_at(*at, f"index {index} is beyond the field, which has {count} elements")
             made.append(index)
-        elif WATCH.kept.has(place):
+        elif WATCH.kept.has(place) or (number := WATCH.number_of(place)) is None:
             made.append(index)
         else:
             watched[-1].add(place)
-            made.append(within(index, count, place))
+            made.append(within(index, count, number))
     return made
 
 
@@ -130,12 +130,10 @@ def is_whole(index: Any) -> bool:
     return isinstance(index, int) or (isinstance(index, Expr) and types_of(index)[0][0] in "iu")
 
 
-def within(index: Any, count: Any, place: Place) -> Any:
-    """An index within [0, count); one that was not is noted."""
+def within(index: Any, count: Any, number: int) -> Any:
+    """An index within [0, count); one that was not is noted under the number of its place."""
     index = impl.expr_init(ops.cast(index, ti.i32))
-    number = WATCH.number_of(place) if WATCH.found is not None else None
-    if number is not None:
-        note(index, count, 3 * number)
+    note(index, count, NUMBERS * number)
     return ops.max(0, ops.min(index, count - 1))
 
 

@@ -132,3 +132,16 @@ def test_what_was_wrong_is_not_kept():
     with pytest.raises(OwnCodeError):
         picture(view)
     assert not Kept().has(Place(__file__, line_of("return self.table[hit"), 0, 16))
+
+
+def test_what_nobody_could_note_is_not_taken_for_right(monkeypatch):
+    """On a GPU there is no array for it; and there are more places than it has room for."""
+    monkeypatch.setattr(bounds, "MOST_PLACES", 0)
+    monkeypatch.setattr(WATCH, "places", [])
+    picture(Table())
+    here = Place(__file__, line_of("return self.table[hit"), 0, 16)
+    assert not Kept().has(here)
+    monkeypatch.setattr(WATCH, "found", None)
+    monkeypatch.setattr(WATCH, "prepare", lambda: None)
+    picture(Table())
+    assert not Kept().has(here)
