@@ -467,7 +467,7 @@ class A(tt.View):
     def color(self, hit):
 """
 FAULTS = {
-    "in a kernel": ("return hit.normal * missing", 'my_parts.py:14: Name "missing" is not defined'),
+    "in a kernel": ("return hit.normal * missing", "my_parts.py:14: missing is not defined"),
     "in a function that it calls": ("return helper(hit)", "my_parts.py:6: "),
 }
 

@@ -298,7 +298,7 @@ def lit_scene(rng: np.random.Generator) -> Arrays:
         "Ns": np.array([1.0, rng.uniform(4, 12)]),
         "image": image,
     }
-    return stand_ins.moved(rng, lit)
+    return stand_ins.turned(rng, lit)
 
 
 # ── a picture ──
