@@ -59,7 +59,7 @@ def address():
     yield found[0]
     program.send_signal(signal.SIGINT)
     rest = program.communicate(timeout=30)[0]
-    assert program.returncode in (0, 130)
+    assert program.returncode in (0, 130, -signal.SIGINT)  # the last: while a kernel is compiled
     assert "Traceback" not in rest
 
 

@@ -94,7 +94,7 @@ class Program:
         self.process.send_signal(signal.SIGINT)
         rest = self.process.communicate(timeout=PATIENCE)[0]
         assert "Traceback" not in rest, rest
-        assert self.process.returncode in (0, 130)
+        assert self.process.returncode in (0, 130, -signal.SIGINT)  # the last: while a kernel is compiled
 
 
 @pytest.fixture(scope="module")
