@@ -172,6 +172,8 @@ def wall_lines() -> Iterator[Line]:
     remedy = "docs/teaching_security.md says what the levels stop"
     trust = "; by --trust only" if best is not None and best.name == "limits" else ""
     yield Line("walls of grade", f"{best}{trust}{inside}", best is not None and best.name != "limits", remedy)
+    if best is not None:
+        yield Line("not stopped there", sandbox.walls.NOT_STOPPED[best.name])
 
 
 def cache_lines(wanted: Path) -> Iterator[Line]:

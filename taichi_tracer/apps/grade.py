@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from taichi_tracer.apps.words import note
 from taichi_tracer.files.disk import check_place, replace_file
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, class_page, gradescope, submissions
+from taichi_tracer.teaching import catalogue, class_page, gradescope, similar, submissions
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.grade import GradingSettings, grade_class
 from taichi_tracer.teaching.marks import Mark, Rules, most_points, plain, read_rules
@@ -41,8 +41,12 @@ def run(args: Namespace, elsewhere: "GradesElsewhere | None" = None) -> int:
     watch = None if args.json else lambda mark: print(line_of(mark), flush=True)
     grades = grade_class if elsewhere is None else elsewhere.grade_class
     marks = grades(assignment, found, rules, settings, watch)
-    write(args, assignment, found, marks, settings)
-    print(as_json(assignment, marks, settings) if args.json else summary(marks, level))
+    alike = similar.groups(assignment, found)
+    write(args, assignment, found, marks, settings, alike)
+    if not args.json:
+        for group in alike:
+            print(f"alike: {group}")
+    print(as_json(assignment, marks, settings, alike) if args.json else summary(marks, level))
     return 0
 
 
@@ -82,6 +86,7 @@ def write(
     found: Sequence[submissions.Submission],
     marks: Sequence[Mark],
     settings: GradingSettings,
+    alike: Sequence[similar.Group],
 ) -> None:
     """Write the files that were asked for."""
     if args.gradescope is not None:
@@ -90,7 +95,7 @@ def write(
     if args.csv is not None:
         replace_file(Path(args.csv), as_csv(marks).encode())
     if args.report is not None:
-        page = class_page.write(Path(args.report), assignment, found, marks, settings)
+        page = class_page.write(Path(args.report), assignment, found, marks, settings, alike)
         if not args.json:
             print(page)
 
@@ -111,10 +116,13 @@ def summary(marks: Sequence[Mark], level: WallLevel) -> str:
     return f"{len(marks)} submission{plural}, mean {mean:.4g} of {most_points(marks):g}; walls: {level}"
 
 
-def as_json(assignment: Assignment, marks: Sequence[Mark], settings: GradingSettings) -> str:
+def as_json(
+    assignment: Assignment, marks: Sequence[Mark], settings: GradingSettings, alike: Sequence[similar.Group]
+) -> str:
     """Everything as JSON."""
     facts = {"assignment": assignment.name, "title": assignment.title, "seed": settings.seed}
     facts |= {"level": str(settings.level), "submissions": [mark.facts() for mark in marks]}
+    facts["alike"] = [group.facts() for group in alike]
     return json.dumps(plain(facts), indent=1)
 
 

@@ -13,17 +13,9 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.teaching import boxes, catalogue
 from taichi_tracer.teaching.base import NOT_WRITTEN, RIGHT, Assignment, Part, Verdict
 from taichi_tracer.teaching.handing_out import RECORD
+from taichi_tracer.teaching.loading import OK, Answer, Loaded, load_submission, solution_of
 from taichi_tracer.teaching.mistakes import Finding, find, kept_expected
-from taichi_tracer.teaching.running import (
-    OK,
-    Answer,
-    Loaded,
-    answer,
-    has_own_distribution,
-    is_asked,
-    load_submission,
-    solution_of,
-)
+from taichi_tracer.teaching.running import answer, has_own_distribution, is_asked
 from taichi_tracer.teaching.stubs import plain
 from taichi_tracer.teaching.telling import Teller, Told, summary
 

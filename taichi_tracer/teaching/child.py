@@ -3,9 +3,12 @@
 The grader starts it (``sandbox.SubmissionProcess``), sends requests as frames, and reads frames with the answers:
 
     {"do": "hello"}                                     → {"status": "ok"}: Taichi can be started here
-    {"do": "load", "assignment", "folder", "files"}     → {"errors": {file: what went wrong}}
-    {"do": "run", "part": name} and arrays of inputs    → {"status", "message", "line", "file"} and arrays of answers
-    {"do": "run", "part", "mended": names} and arrays   → the same, beside the solution's methods of the named parts
+    {"do": "load", "assignment", "order", "folder", "files"}  → {"errors": {file: what went wrong}}
+    {"do": "run", "part": name} and arrays of inputs          → {"status", "message", "line", "file"} and arrays
+    {"do": "run", "part", "mended": names} and arrays         → the same, with the solution's methods of these parts
+
+The assignment of a submission's process is an outline without the solution. A request to run a part brings, as
+"solution", the methods that stand beside it: file → text; see ``outline``.
 
 A process without a folder runs the solution. It is the grader's own, and can be asked for the mistakes that explain a
 wrong answer, too:
@@ -18,6 +21,7 @@ of its request.
 
 import contextlib
 import sys
+import tempfile
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -50,18 +54,19 @@ class Work:
         return {"status": "ok"}, {}
 
     def do_load(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
-        """Load the solution, and then the submission."""
-        from taichi_tracer.teaching import catalogue, running
+        """Load the solution, or the outline of it, and then the submission."""
+        from taichi_tracer.teaching import catalogue, loading
 
         self.do_hello(message, arrays)
         self.assignment = catalogue.load(message["assignment"])
-        self.solution = self.student = running.solution_of(self.assignment)
+        self.solution = self.student = loading.solution_of(self.assignment)
         if message.get("folder"):
+            self.solution.order = tuple(message.get("order", ()))
             folder, files = Path(message["folder"]).resolve(), message.get("files")
-            if files and not running.load_submission(folder, self.assignment).is_of_course:
-                self.student = running.load_classes(folder, files, self.assignment.solution_folder)
+            if files and not loading.load_submission(folder, self.assignment).is_of_course:
+                self.student = loading.load_classes(folder, files, self.solution)
             else:
-                self.student = running.load_submission(folder, self.assignment)
+                self.student = loading.load_submission(folder, self.assignment)
         return {"errors": {file: error.message for file, error in self.student.errors.items()}}, {}
 
     def do_run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
@@ -71,6 +76,8 @@ class Work:
         part, files = self.assignment.part(message["part"]), dict(self.assignment.classes)
         if not running.is_asked(part, self.student, self.assignment):
             return {"status": running.NOT_ASKED}, {}
+        if message.get("solution"):
+            self.solution.learn(message["solution"], Path(tempfile.mkdtemp()))
         student = self.mended(message["mended"]) if message.get("mended") else self.student
         found = running.answer(part, student, self.solution, arrays, files)
         facts = {"status": found.status, "message": found.message, "line": found.line, "file": found.file}

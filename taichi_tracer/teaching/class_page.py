@@ -14,6 +14,7 @@ from taichi_tracer.teaching import boxes
 from taichi_tracer.teaching.base import RIGHT, STATUSES, Assignment, Verdict
 from taichi_tracer.teaching.grade import GradingSettings, pictures_of
 from taichi_tracer.teaching.marks import Mark, PartMark, most_points
+from taichi_tracer.teaching.similar import Group
 from taichi_tracer.teaching.submissions import Submission
 
 THUMBNAIL = 96  # pixels: of a picture on the page of the class
@@ -21,6 +22,10 @@ MOST_SMALL = 60  # pictures of one part on the page of the class
 MOST_SLOWEST = 10  # submissions on the list of the slowest
 BINS = 10  # of the distribution
 MEANING = "right: all points; wrong: points by the share of right inputs; the others: none"
+ALIKE = (
+    "Their functions have the same structure under other names, in what few others have. This is no verdict: students "
+    "may have worked together as they were allowed to. Read both."
+)
 STYLE = """
 .bad img { outline: 2px solid var(--wrong); } .tall { vertical-align: bottom; }
 .tall span { writing-mode: vertical-rl; transform: rotate(180deg); }
@@ -30,7 +35,12 @@ svg line { stroke: var(--grid); }
 
 
 def write(
-    folder: Path, assignment: Assignment, found: Sequence[Submission], marks: Sequence[Mark], settings: GradingSettings
+    folder: Path,
+    assignment: Assignment,
+    found: Sequence[Submission],
+    marks: Sequence[Mark],
+    settings: GradingSettings,
+    alike: Sequence[Group] = (),
 ) -> Path:
     """Write index.html and a page for each student below a folder; returns the path of index.html."""
     (folder / "students").mkdir(parents=True, exist_ok=True)
@@ -44,7 +54,7 @@ def write(
             if len(small.setdefault(part, [])) < MOST_SMALL:
                 small[part].append((mark, thumbnail(images["yours"]), thumbnail(images["right"])))
     index = folder / "index.html"
-    replace_file(index, class_page(assignment, marks, files, small, settings).encode())
+    replace_file(index, class_page(assignment, marks, files, small, settings, alike).encode())
     return index
 
 
@@ -122,6 +132,7 @@ def class_page(
     files: dict[str, str],
     small: dict[str, list[tuple[Mark, np.ndarray, np.ndarray]]],
     settings: GradingSettings,
+    alike: Sequence[Group] = (),
 ) -> str:
     """The page of the class."""
     scores = np.array([mark.score for mark in marks])
@@ -137,6 +148,7 @@ def class_page(
         mistakes_table(marks, files),
         "<h2>Students</h2>",
         students_table(marks, files),
+        *alike_table(marks, files, alike),
         "<h2>Slowest parts</h2>",
         slowest_table(marks, files),
         *(row_of_pictures(name, entries) for name, entries in small.items()),
@@ -220,6 +232,19 @@ def students_table(marks: Sequence[Mark], files: dict[str, str]) -> str:
     head = "".join(f"<th class='tall'><span>{html.escape(name)}</span></th>" for name in short)
     head = f"<th>student</th><th>score</th>{head}<th>remarks</th>"
     return page.sortable(head, "".join(rows))
+
+
+def alike_table(marks: Sequence[Mark], files: dict[str, str], alike: Sequence[Group]) -> list[str]:
+    """Submissions that a human should look at together."""
+    by = {mark.key: mark for mark in marks}
+    rows = "".join(
+        f"<tr><td>{', '.join(link(by[key], files) if key in by else html.escape(key) for key in group.keys)}</td>"
+        f"<td>{group.share:.0%}</td><td>{html.escape(', '.join(group.functions))}</td></tr>"
+        for group in alike
+    )
+    if not rows:
+        return []
+    return ["<h2>Submissions that are alike</h2>", page.paragraph(ALIKE, "note"), headed(["by", "alike", "in"], rows)]
 
 
 def slowest_table(marks: Sequence[Mark], files: dict[str, str]) -> str:

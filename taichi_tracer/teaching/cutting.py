@@ -11,6 +11,7 @@ matter. After ``# BEGIN SOLUTION NO PROMPT``, nothing takes its place. A text be
 
 import ast
 import re
+from collections.abc import Callable, Collection
 
 from taichi_tracer.system.errors import InputError
 
@@ -32,7 +33,12 @@ def stub_of(source: str, name: str) -> str:
     Raises:
         InputError: a tag has no partner; the message has the line.
     """
-    text = "\n".join(_lines(source, name, is_stub=True)) + "\n"
+    return partly_solved(source, name, ())
+
+
+def partly_solved(source: str, name: str, shown: Collection[str]) -> str:
+    """A tagged file with the solution of some methods alone: "Class.method", or "" for what is in no method."""
+    text = "\n".join(_lines(source, name, lambda owner: owner in shown)) + "\n"
     return with_package(text) if CALL in text else text
 
 
@@ -52,10 +58,10 @@ def with_package(text: str) -> str:
 
 def solved(source: str, name: str) -> str:
     """The tagged file without its tags and prompts."""
-    return "\n".join(_lines(source, name, is_stub=False)) + "\n"
+    return "\n".join(_lines(source, name, lambda _owner: True)) + "\n"
 
 
-def _lines(source: str, name: str, is_stub: bool) -> list[str]:
+def _lines(source: str, name: str, is_shown: Callable[[str], bool]) -> list[str]:
     lines = source.splitlines()
     owners = methods_by_line(source, name)
     kept: list[str] = []
@@ -70,11 +76,11 @@ def _lines(source: str, name: str, is_stub: bool) -> list[str]:
             continue
         end = partner(lines, i, END, f"{name}:{i + 1}: BEGIN SOLUTION without an END SOLUTION after it")
         prompt, after = prompt_after(lines, end + 1, name)
-        if not is_stub:
+        method = owners.get(i + 1, "")
+        if is_shown(method):
             kept += lines[i + 1 : end]
         elif begin.group(2) is None:
             indent = begin.group(1)
-            method = owners.get(i + 1, "")
             kept += prompt or [f"{indent}{PLACE}"]
             if method:
                 kept.append(f'{indent}{CALL}"{method}")  {REMINDER}')

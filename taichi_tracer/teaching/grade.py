@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.system.wings import is_there, wing
-from taichi_tracer.teaching import kept, submissions, temporary
+from taichi_tracer.teaching import kept, outline, submissions, temporary
 from taichi_tracer.teaching.base import (
     CRASHED,
     MISSING,
@@ -33,9 +33,11 @@ from taichi_tracer.teaching.base import (
     Verdict,
 )
 from taichi_tracer.teaching.judges import Samples
+from taichi_tracer.teaching.loading import LONGEST_MESSAGE, OK
 from taichi_tracer.teaching.marks import Mark, PartMark, Rules, deductions, mark_of, plain
 from taichi_tracer.teaching.reference import Reference, fingerprint
-from taichi_tracer.teaching.running import LONGEST_MESSAGE, NOT_ASKED, NOT_ASKED_TEXT, OK, OPTIONAL_TEXT
+from taichi_tracer.teaching.roundabout import check_imports
+from taichi_tracer.teaching.running import NOT_ASKED, NOT_ASKED_TEXT, OPTIONAL_TEXT
 from taichi_tracer.teaching.sandbox import SECONDS_TO_LOAD, ChildEnded, SubmissionProcess, WallLevel
 from taichi_tracer.teaching.submissions import RefusedError, Submission
 from taichi_tracer.teaching.walls import Limits
@@ -114,7 +116,7 @@ def grade_class(
     stop = Stop()
     marks: dict[str, Mark] = {}
     with Reference(assignment, settings.seed) as reference, ThreadPoolExecutor(settings.jobs) as pool:
-        reference.expected  # noqa: B018 (computed before the threads ask for it)
+        reference.expected, reference.outline  # noqa: B018 (computed before the threads ask for them)
         waiting = {pool.submit(grade_or_read, reference, one, settings, stop): one for one in found}
         try:
             for future in as_completed(waiting):
@@ -166,11 +168,11 @@ def grade(
         if is_there("course"):
             wing("course.files").correct_notes(unpacked, assignment.name, assignment.files)
         methods = {name: {p.method for p in assignment.parts if p.replaces == name} for name in assignment.classes}
-        imports = submissions.check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
+        imports = check_imports(unpacked.folder, assignment.solution_folder, assignment.files, methods)
         with Runner(reference, unpacked.folder, settings, Stop() if stop is None else stop) as runner:
-            marks: dict[str, PartMark] = {}
-            for part in sorted(assignment.parts, key=lambda part: part.replaces == ""):  # pictures last
-                marks[part.name] = runner.mark(part, pictures, marks)
+            marks = {part.name: runner.mark(part, pictures) for part in runner.in_order()}
+            for part in assignment.parts:
+                marks[part.name] = runner.consequential(part, marks)
             parts = tuple(marks[part.name] for part in assignment.parts)
         found = {"notes": tuple(unpacked.notes), "imports": tuple(imports), "printed": runner.printed}
         return replace(blank, parts=parts, **found), pictures
@@ -191,10 +193,12 @@ class Runner:
     def __init__(self, reference: Reference, folder: Path, settings: GradingSettings, stop: Stop) -> None:
         self.reference, self.folder, self.settings, self.stop = reference, folder, settings, stop
         self.printed = ""
+        self._order = outline.in_order(reference.assignment)
         self._child: SubmissionProcess | None = None
         self._loaded: tuple[str, ...] = ()  # the files that the process has loaded; () for all
         self._bad: dict[tuple[str, ...], ChildEnded] = {}  # files whose loading ends the process
         self._late = 0
+        self._known: frozenset[str] = frozenset()  # the parts whose solution the process has
         self._is_fresh = False  # whether the process has not been asked for a part yet
 
     def __enter__(self) -> "Runner":
@@ -203,8 +207,13 @@ class Runner:
     def __exit__(self, *_error) -> None:
         self._end()
 
-    def mark(self, part: Part, pictures: dict[str, np.ndarray], others: Mapping[str, PartMark]) -> PartMark:
-        """The mark of one part; its pictures are added. ``others`` are the marks of the parts before it."""
+    def in_order(self) -> list[Part]:
+        """The parts as they are asked for: pictures, beside which nothing of the solution stands; then methods."""
+        assignment = self.reference.assignment
+        return [*(part for part in assignment.parts if not part.replaces), *map(assignment.part, self._order)]
+
+    def mark(self, part: Part, pictures: dict[str, np.ndarray]) -> PartMark:
+        """The mark of one part; its pictures are added."""
         start = time.perf_counter()
         expected = self.reference.expected[part.name]
         blank = PartMark(part.name, part.topic, part.points, 0.0, CRASHED)
@@ -231,17 +240,19 @@ class Runner:
         findings = self.reference.find(part, answers) if is_explained else ()
         facts = {"first_wrong": plain(verdict.first_wrong), "findings": tuple(plain(findings)), "seconds": seconds}
         share = float(np.clip(np.nan_to_num(verdict.share), 0, 1))
-        mark = replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
-        return mark if part.replaces or mark.status != WRONG else self._consequential(part, mark, others)
+        return replace(blank, status=verdict.status, share=share, message=clean(verdict.message), **facts)
 
-    def _consequential(self, part: Part, mark: PartMark, others: Mapping[str, PartMark]) -> PartMark:
-        """The mark of a wrong picture. A method that is wrong must not cost its points again in every picture.
+    def consequential(self, part: Part, marks: Mapping[str, PartMark]) -> PartMark:
+        """The mark of a part, among those of all. A method that is wrong must not cost its points in every picture.
 
         The picture is made once more with the solution's methods in place of the wrong ones. What is right then counts,
         multiplied by the share of points that the methods have: nobody gets a picture for the solution's methods alone.
         """
+        mark = marks[part.name]
+        if part.replaces or mark.status != WRONG:
+            return mark
         tested = {one.name for one in self.reference.assignment.parts if one.replaces and not one.is_optional}
-        methods = [other for name, other in others.items() if name in tested]
+        methods = [other for name, other in marks.items() if name in tested]
         wrong = [other.name for other in methods if other.status == WRONG]
         if not wrong:
             return mark
@@ -269,8 +280,12 @@ class Runner:
         if self._child is None or self._loaded != files:
             self._start(files)
         request = {"do": "run", "part": part.name, "mended": list(mended)}
+        before = self._order[: self._order.index(part.name)] if part.replaces else self._order if mended else ()
+        known = frozenset(before)  # asked for before this part, or wrong
         while True:
             is_first, self._is_fresh = self._is_fresh, False
+            request["solution"] = outline.solved_parts(self.reference.assignment, known) if known - self._known else {}
+            self._known |= known
             try:
                 return self._child.ask(request, self.reference.inputs[part.name])
             except ChildEnded as error:
@@ -302,12 +317,12 @@ class Runner:
             limits = replace(limits, cpu=min(limits.cpu, LESS_CPU), wall=min(limits.wall, LESS_WALL))
         if self.stop:
             raise ChildEnded("the grader was stopped")
-        assignment = self.reference.assignment
-        self._child = SubmissionProcess(
-            self.folder, self.settings.level, limits, self.reference.kernels, reads=(assignment.folder,)
-        )
+        given = self.reference.outline
+        self._child = SubmissionProcess(self.folder, self.settings.level, limits, self.reference.kernels, outline=given)
         self.stop.add(self._child)
-        request = {"do": "load", "assignment": str(assignment.folder), "folder": "submission", "files": list(files)}
+        self._known = frozenset()
+        request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission"}
+        request |= {"files": list(files), "order": list(self._order)}
         try:
             self._child.ask(request, wall=SECONDS_TO_LOAD if self._late == 0 else limits.wall)
         except ChildEnded as error:

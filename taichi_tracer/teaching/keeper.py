@@ -46,7 +46,7 @@ class Task:
     def of(cls, words: str) -> "Task":
         """The task of a JSON text."""
         values = json.loads(words)
-        world = values["world"] | {"reads": tuple(values["world"]["reads"])}
+        world = values["world"] | {name: tuple(values["world"][name]) for name in ("reads", "hides")}
         limits = None if values["limits"] is None else Limits(**values["limits"])
         return cls(**values | {"world": Surroundings(**world), "limits": limits})
 

@@ -26,7 +26,8 @@ from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
 from taichi_tracer.teaching.kept import arrays_in, cache_folder, keep_arrays
-from taichi_tracer.teaching.running import OK, Loaded, answer, expected, load_classes, solution_of
+from taichi_tracer.teaching.loading import OK, Loaded, load_classes, solution_of
+from taichi_tracer.teaching.running import answer, expected
 
 MOST_PAIRS = (
     16  # how many pairs of mistakes are tried for one answer; of pairs that were made, at least 7 of 10 are found
@@ -266,7 +267,7 @@ def load_text(assignment: Assignment, file: str, text: str) -> Loaded:
     folder = work_folder() / key
     folder.mkdir(exist_ok=True)
     (folder / file).write_text(text, encoding="utf-8")
-    return load_classes(folder, [file], assignment.solution_folder)
+    return load_classes(folder, [file], solution_of(assignment))
 
 
 @cache

@@ -16,7 +16,6 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -24,6 +23,7 @@ from pathlib import Path
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import frames, keeper, temporary, walls
+from taichi_tracer.teaching.catalogue import SHIPPED
 from taichi_tracer.teaching.kept import VARIABLE, cache_folder
 from taichi_tracer.teaching.walls import Limits, Surroundings
 
@@ -70,7 +70,7 @@ class SubmissionProcess:
         level: the walls. limits: None lets the process use what it wants, for the solution only.
         kernels: a folder with compiled kernels, of which the process gets a copy; None for none.
         keep: a folder that is used instead of a temporary one, and stays.
-        reads: files and folders beside those of Python that the process may read, such as the assignment.
+        outline: the folder of an assignment, of which the process gets a copy in the folder "assignment".
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class SubmissionProcess:
         limits: Limits | None = None,
         kernels: Path | None = None,
         keep: Path | None = None,
-        reads: Iterable[Path] = (),
+        outline: Path | None = None,
     ) -> None:
         check_system()
         self.limits, self.printed, self.is_cut = limits, b"", False
@@ -89,12 +89,14 @@ class SubmissionProcess:
         self.given = Path(keep or self._temporary)
         if files is not None:
             shutil.copytree(files, self.given / "submission", symlinks=True)
+        if outline is not None:
+            shutil.copytree(outline, self.given / "assignment" / outline.name)
         if kernels is not None:
             shutil.copytree(kernels, self.given / "cache")
         (self.given / "cache").mkdir(exist_ok=True)
         (self.given / "tmp").mkdir(exist_ok=True)
         user = walls.USER + secrets.randbelow(10_000_000) if level.user else None
-        world = Surroundings(level.name, str(self.given), readable(reads), user)
+        world = Surroundings(level.name, str(self.given), readable(), user, (str(SHIPPED),))
         if user is not None:
             walls.give_folder_to(world.given, user)
         self._start(world)
@@ -309,12 +311,12 @@ def _libraries() -> tuple[str, ...]:
     return tuple(places | {os.path.realpath(p) for p in places})
 
 
-def readable(reads: Iterable[Path]) -> tuple[str, ...]:
+def readable() -> tuple[str, ...]:
     """What a process may read beside the system's folders."""
     from taichi_tracer.files import shipped
 
-    more = [Path(p) for p in (*reads, shipped.scene_data_dir())]
-    return (*_libraries(), *(str(p) for p in more), *(str(p.resolve()) for p in more))
+    scenes = Path(shipped.scene_data_dir())
+    return (*_libraries(), str(scenes), str(scenes.resolve()))
 
 
 def environment(world: Surroundings, is_trusted: bool) -> dict[str, str]:

@@ -20,6 +20,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 LEVELS = ("bwrap", "limits")  # the stronger first
+NOT_STOPPED = {
+    "bwrap": "using a hole in the system's kernel, reading the package's own methods",
+    "limits": "reading your files and the solution, changing and deleting files, filling the disk, using the network, "
+    "ending your processes, and what bwrap does not stop",
+}
 WORK = "/walled"  # the folder of the submission in the world that bubblewrap makes; no other folder has this name
 DISK = 128 << 20  # bytes that this folder can hold, in memory
 USER = 60_000_000  # the first of the user numbers that submissions get if the grader is root
@@ -62,12 +67,14 @@ class Surroundings:
     Attributes:
         level: one of ``LEVELS``. given: the folder with the submission's files and its copy of the kernel cache.
         reads: what it may read beside the system's folders. user: a number of a user, if the grader is root; or None.
+        hides: folders within these that it does not see.
     """
 
     level: str
     given: str
     reads: tuple[str, ...] = ()
     user: int | None = None
+    hides: tuple[str, ...] = ()
 
     @property
     def folder(self) -> str:
@@ -156,6 +163,8 @@ def bwrap_command(world: Surroundings) -> list[str]:
     shown = outermost([*SYSTEM, *world.reads, world.given])
     for path in shown:
         words += ["--symlink", os.readlink(path), path] if os.path.islink(path) else ["--ro-bind", path, path]
+    for path in world.hides:
+        words += ["--tmpfs", path] if os.path.isdir(path) else []
     words += ["--dev", "/dev", "--proc", "/proc", "--size", str(DISK), "--perms", "0777", "--tmpfs", WORK]
     if not any(path.startswith("/tmp/") for path in shown):
         words += ["--symlink", f"{WORK}/tmp", "/tmp"]

@@ -118,7 +118,8 @@ def test_the_walls_of_the_grader_are_told(monkeypatch):
     assert lines["walls of grade"].is_ok
     assert lines["walls of grade"].found.startswith("bwrap")
     monkeypatch.setattr(sandbox, "problem_of", lambda level, **_: None if level.name == "limits" else "no")
-    *_, line = doctor.wall_lines()
+    *_, line, not_stopped = doctor.wall_lines()
+    assert "changing and deleting files" in not_stopped.found
     assert "--trust" in line.found
     assert not line.is_ok
     assert "teaching_security.md" in str(line)

@@ -205,6 +205,37 @@ ATTACKS = {
         "import os, signal", "os.kill(-1, signal.SIGKILL)\nreturn a + b", becomes=ANY, needs_bwrap=True
     ),
     # the grader's words
+    "the solution's method in this process": Attack(
+        "import gc",
+        """
+            for found in gc.get_objects():
+                if isinstance(found, type) and "add" in vars(found) and found not in type(self).__mro__:
+                    value = vars(found)["add"](self, a, b)
+                    if value is not None: return value
+            return 0 * a
+            """,
+        becomes=WRONG,
+    ),
+    "the solution by the kit": Attack(
+        "import sys",
+        """
+            loading = sys.modules["taichi_tracer.teaching.loading"]
+            for solution in loading._SOLUTIONS.values():
+                value = solution.classes["Sums"]().add(a, b)
+                if value is not None: return value
+            return 0 * a
+            """,
+        becomes=WRONG,
+    ),
+    "the solutions' files": Attack(
+        "import taichi_tracer\nfrom pathlib import Path",
+        """
+            folder = Path(taichi_tracer.__file__).parent / "teaching" / "assignments"
+            return a + b * bool(list(folder.rglob("*.py")))
+            """,
+        becomes=WRONG,
+        needs_bwrap=True,
+    ),
     "patched numpy": Attack(
         """
             import numpy as np

@@ -15,6 +15,7 @@ from taichi_tracer.teaching.grade import GradingSettings
 from taichi_tracer.teaching.marks import Mark, PartMark
 from taichi_tracer.teaching.mistakes import Finding
 from taichi_tracer.teaching.sandbox import WallLevel
+from taichi_tracer.teaching.similar import Group
 from taichi_tracer.teaching.submissions import Submission
 
 EVIL = "<script>document.title='hacked'</script>"
@@ -75,7 +76,8 @@ def folder(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(class_page, "pictures_of", lambda *args: pictures)
         assignment = type("Assignment", (), {"title": "A & B"})
-        class_page.write(place, assignment, found, MARKS, GradingSettings(WallLevel("bwrap")))
+        alike = [Group(("123456782.zip", "123456783.zip", "the solution"), 0.97, ("A.f",))]
+        class_page.write(place, assignment, found, MARKS, GradingSettings(WallLevel("bwrap")), alike)
     return place
 
 
@@ -88,7 +90,15 @@ def test_the_page_of_the_class_has_everything(folder):
         assert (folder / link).is_file()
     rows = re.findall(r"<tr><td>pixel corner</td><td>(\d+)</td>", text)
     assert rows == ["2"]
-    for word in ("6 submissions; mean ", "late by 1 day: −10 %", "Seed of the inputs: 1", "bwrap", "A &amp; B"):
+    for word in (
+        "6 submissions; mean ",
+        "late by 1 day: −10 %",
+        "Seed of the inputs: 1",
+        "bwrap",
+        "A &amp; B",
+        "97%",
+        "no verdict",
+    ):
         assert word in text
 
 

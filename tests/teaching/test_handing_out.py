@@ -17,7 +17,8 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, checkerboard, running
 from taichi_tracer.teaching.base import NOT_WRITTEN
 from taichi_tracer.teaching.handing_out import write_folder, write_notebook
-from taichi_tracer.teaching.running import answer, load_submission, solution_of
+from taichi_tracer.teaching.loading import load_submission, solution_of
+from taichi_tracer.teaching.running import answer
 
 NAMES = catalogue.names()
 BLOCK = re.compile(r"^ *### BEGIN SOLUTION$.*?^ *### END SOLUTION$", re.MULTILINE | re.DOTALL)

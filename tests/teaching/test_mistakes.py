@@ -13,8 +13,9 @@ from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue, mistakes
 from taichi_tracer.teaching.base import mistake
 from taichi_tracer.teaching.cutting import solved, stub_of
+from taichi_tracer.teaching.loading import OK, solution_of
 from taichi_tracer.teaching.mistakes import find, split_at_method, with_mistakes
-from taichi_tracer.teaching.running import OK, answer, expected, solution_of
+from taichi_tracer.teaching.running import answer, expected
 
 # Pairs of names of which no input can tell which one it is, and why.
 ALIKE = [

@@ -5,8 +5,9 @@ import pytest
 from taichi_tracer.camera import Camera
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching import catalogue
+from taichi_tracer.teaching.loading import load_submission, solution_of
 from taichi_tracer.teaching.reading import compiled, module_of, taken_name, values_of
-from taichi_tracer.teaching.running import answer, load_submission, solution_of
+from taichi_tracer.teaching.running import answer
 
 CODE = 'NAME = "Grün"\n'
 # Words that a student might give to a helper of a camera; which of them are taken follows from the package.

@@ -3,7 +3,8 @@
 import pytest
 
 from taichi_tracer.teaching.base import Part
-from taichi_tracer.teaching.running import Loaded, beside_the_solution, one_line
+from taichi_tracer.teaching.loading import Loaded, one_line
+from taichi_tracer.teaching.running import beside_the_solution
 
 
 @pytest.mark.parametrize(

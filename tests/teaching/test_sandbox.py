@@ -41,8 +41,13 @@ def started(assignment, tmp_path, add: str, level: WallLevel | None = None, **li
     """A process that has loaded a submission, without Taichi."""
     (tmp_path / "files").mkdir()
     (tmp_path / "files" / "sums.py").write_text(sums.submission(add=add))
-    child = SubmissionProcess(tmp_path / "files", level or WallLevel("limits"), Limits(**limits), reads=(assignment,))
-    request = {"do": "load", "assignment": str(assignment), "folder": "submission", "starts_taichi": False}
+    child = SubmissionProcess(tmp_path / "files", level or WallLevel("limits"), Limits(**limits), outline=assignment)
+    request = {
+        "do": "load",
+        "assignment": "assignment/sums",
+        "folder": "submission",
+        "starts_taichi": False,
+    }
     child.ask(request, wall=100)
     return child
 
@@ -190,8 +195,8 @@ from taichi_tracer.teaching import sandbox
 from taichi_tracer.teaching.walls import Limits
 folder, assignment, level, user = sys.argv[1:]
 walls = sandbox.WallLevel(level, user == "True")
-child = sandbox.SubmissionProcess(Path(folder), walls, Limits(wall=400), reads=(assignment,))
-child.ask({"do": "load", "assignment": assignment, "folder": "submission", "starts_taichi": False}, wall=100)
+child = sandbox.SubmissionProcess(Path(folder), walls, Limits(wall=400), outline=Path(assignment))
+child.ask({"do": "load", "assignment": "assignment/sums", "folder": "submission", "starts_taichi": False}, wall=100)
 print(child.given, flush=True)
 child.ask({"do": "run", "part": "Sums.add"}, {"a": np.ones(20), "b": np.ones(20)})
 """

@@ -10,7 +10,8 @@ from support import long_except
 
 import taichi_tracer as tt
 from taichi_tracer.teaching import catalogue
-from taichi_tracer.teaching.running import expected, reproducible_random, solution_of
+from taichi_tracer.teaching.loading import solution_of
+from taichi_tracer.teaching.running import expected, reproducible_random
 
 
 class ShippedIntersector(tt.BruteForceRayIntersector):

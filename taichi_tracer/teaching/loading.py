@@ -1,0 +1,250 @@
+"""Loads the classes of a folder: a student's, beside the solution's versions of the other files, or a solution's."""
+
+import contextlib
+import re
+import sys
+import traceback
+import types
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from taichi_tracer.system.errors import InputError, OwnCodeError
+from taichi_tracer.system.wings import is_there, wing
+from taichi_tracer.teaching.base import CRASHED, MISSING, Arrays, Assignment, Part
+from taichi_tracer.teaching.outline import in_order
+from taichi_tracer.teaching.reading import module_of
+from taichi_tracer.teaching.stubs import is_stub, plain
+
+OK = "ok"
+LONGEST_MESSAGE = 300  # characters of an error, or of what a submission's process says, that a report shows
+
+
+@dataclass
+class Answer:
+    """What running a part gave: arrays, or the reason why there are none.
+
+    Attributes:
+        status: "ok", "not written", "crashed" or "missing".
+        arrays: the answers.
+        message: one sentence about a crash. line: where it was, in the student's file; 0 if unknown. file: its name.
+        seconds: how long it took, with compilation.
+    """
+
+    status: str
+    arrays: Arrays = field(default_factory=dict)
+    message: str = ""
+    line: int = 0
+    file: str = ""
+    seconds: float = 0.0
+
+
+@dataclass
+class Loaded:
+    """The classes of a folder.
+
+    Attributes:
+        classes: name → class. together: the same, if they had to be run again for this; see ``load_submission``.
+        errors: name of a file that could not be run → why.
+        folder: where they come from; None for classes of a notebook.
+        is_of_course: whether they were written for the course, whose handouts do not ask for all parts.
+        optional: of a solution, the names of the optional parts; see ``base.Part``.
+        failed: class that only optional parts need → why its file could not be run.
+        modules: name → module, of the files that were run.
+        order: of a solution, the names of its parts, see ``outline.in_order``.
+    """
+
+    classes: dict[str, type]
+    errors: dict[str, Answer] = field(default_factory=dict)
+    folder: Path | None = None
+    together: dict[str, type] = field(default_factory=dict)
+    is_of_course: bool = False
+    optional: frozenset[str] = frozenset()
+    failed: dict[str, Answer] = field(default_factory=dict)
+    modules: dict[str, types.ModuleType] = field(default_factory=dict)
+    order: tuple[str, ...] = ()
+
+    def namespace(self, reference: "Loaded") -> types.SimpleNamespace:
+        """All classes, for a picture; those that are missing come from ``reference``."""
+        return types.SimpleNamespace(**{**reference.classes, **(self.together or self.classes)})
+
+    def stubs(self) -> list[str]:
+        """The methods that are not written yet, such as "Camera.generate_ray"."""
+        of_all = [(name, method, value) for name, cls in self.classes.items() for method, value in vars(cls).items()]
+        return [f"{name}.{method}" for name, method, value in of_all if is_stub(value)]
+
+    def beside(self, part: Part) -> dict[str, object]:
+        """The methods of a solution that stand beside that of a part: those before it, and what is no part."""
+        later = self.order[self.order.index(part.name) :] if part.name in self.order else (part.name,)
+        of_class = vars(self.classes[part.replaces]).items() if part.replaces in self.classes else ()
+        names = {name: value for name, value in of_class if is_method(name, value) and not is_stub(value)}
+        return {name: value for name, value in names.items() if f"{part.replaces}.{name}" not in later}
+
+    def learn(self, texts: Mapping[str, str], folder: Path) -> None:
+        """Of a solution without methods: take those that are written in these texts of its files."""
+        for file, text in texts.items():
+            (folder / file).write_text(text, encoding="utf-8")
+            for name, cls in load_classes(folder, [file], self).classes.items():
+                for method, value in vars(cls).items():
+                    if is_method(method, value) and not is_stub(value):
+                        setattr(self.classes[name], method, value)
+
+
+def load_submission(folder: str | Path, assignment: Assignment) -> Loaded:
+    """The classes of a student's folder. Each file is run with the solution's version of the other files.
+
+    So a renderer that imports a wrong sampler is tested with the right one. For pictures, ``together`` has the classes
+    of files that import each other as they are.
+    """
+    course = wing("course.files") if is_there("course") else None
+    of_course = None if course is None else course.folder_of_course(folder, assignment.files)
+    if of_course is not None:
+        return load_of_course(of_course, assignment)
+    solution = solution_of(assignment)
+    together = load_classes(folder, assignment.files)
+    alone = Loaded({}, dict(together.errors), together.folder, together.classes)
+    for file in assignment.files:
+        if file in together.errors and together.errors[file].status == MISSING:
+            continue
+        loaded = load_classes(folder, [file], solution)
+        names = [name for name, home in assignment.classes.items() if home == file]
+        if not loaded.errors:
+            alone.errors.pop(file, None)  # it failed only because of another file
+            alone.classes |= {name: loaded.classes[name] for name in names if name in loaded.classes}
+        else:  # it imports something from another file that only the student's own version has
+            alone.classes |= {name: together.classes[name] for name in names if name in together.classes}
+    return alone
+
+
+def load_of_course(folder: Path, assignment: Assignment) -> Loaded:
+    """The classes of files that were written for the course, behind their borders."""
+    files, borders = wing("course.files"), wing("course.borders")
+    found, asked = files.load(folder), files.ASKED.get(assignment.name, {})
+    graduate = files.GRADUATE.get(assignment.name, {})
+    folder = found.folder
+    loaded = Loaded({}, {}, folder, is_of_course=True)
+    for file in dict.fromkeys(asked.values()):
+        if file in found.errors:
+            loaded.errors[file] = crash(found.errors[file], folder)
+        elif not (folder / file).is_file():
+            loaded.errors[file] = Answer(MISSING, message=f"the file {file} is missing", file=file)
+    classes = borders.borders_of(found.classes)
+    loaded.classes = {name: cls for name, cls in classes.items() if name in asked or name in graduate}
+    for name, file in graduate.items():
+        if file in found.errors and file not in asked.values():
+            loaded.failed[name] = crash(found.errors[file], folder)
+    return loaded
+
+
+def load_classes(folder: str | Path, files: Sequence[str], others: Loaded | None = None) -> Loaded:
+    """The classes that some files of a folder define. A file that is missing or fails becomes an entry of ``errors``.
+
+    The files may import each other. Their modules are forgotten afterwards, so that another folder with files of the
+    same names can be loaded, too.
+
+    Args:
+        others: the classes of a folder from which imports of files that are not among ``files`` are taken.
+    """
+    folder = Path(folder).resolve()
+    loaded = Loaded({}, {}, folder)
+    before = set(sys.modules)
+    places = [folder] if others is None or others.folder is None else [others.folder, folder]
+    names = {path.stem for place in places for path in place.glob("*.py")}
+    hidden = {name: sys.modules.pop(name) for name in names if name in sys.modules}
+    own = {Path(file).stem for file in files}
+    sys.modules |= {name: module for name, module in (others.modules if others else {}).items() if name not in own}
+    paths = [str(place) for place in places]
+    sys.path[:0] = paths
+    try:
+        for file in files:
+            if not (folder / file).is_file():
+                loaded.errors[file] = Answer(MISSING, message=f"the file {file} is missing", file=file)
+                continue
+            try:
+                module = module_of(folder / file)
+            except BaseException as error:  # noqa: BLE001 (a student's file may raise anything, SystemExit too)
+                if isinstance(error, KeyboardInterrupt):
+                    raise
+                loaded.errors[file] = crash(error, folder)
+                continue
+            loaded.modules[module.__name__] = module
+            loaded.classes |= {
+                name: value
+                for name, value in vars(module).items()
+                if isinstance(value, type) and value.__module__ == module.__name__
+            }
+    finally:
+        for path in paths:
+            with contextlib.suppress(ValueError):
+                sys.path.remove(path)
+        for name in set(sys.modules) - before:
+            if name in names:
+                del sys.modules[name]
+        sys.modules.update(hidden)
+    return loaded
+
+
+def is_method(name: str, value: object) -> bool:
+    """Whether an attribute of a class is a method that the handout names, and not one that Python or Taichi adds."""
+    return hasattr(plain(value), "__code__") and not name.startswith("__")
+
+
+def crash(error: BaseException, folder: Path | None) -> Answer:
+    """What is known about an exception of the student's code."""
+    if isinstance(error, OwnCodeError):
+        file, line, told = Path(error.file).name, error.line, error.text
+    else:
+        file, line = place_of(error, folder)
+        told = f"{type(error).__name__}: {one_line(error)}"
+    where = f"line {line} of {file}: " if line else ""
+    return Answer(CRASHED, message=f"{where}{told}"[:LONGEST_MESSAGE], line=line, file=file)
+
+
+def one_line(error: BaseException) -> str:
+    """The last line of a message: Taichi puts what is wrong there, after the lines of the source."""
+    if isinstance(error, SyntaxError) and "\n" not in error.msg:
+        return error.msg
+    lines = [line.strip() for line in str(error).splitlines() if line.strip(" ^~")]
+    last = lines[-1] if lines else ""
+    return last.removeprefix("[").strip() if last.count("[") > last.count("]") else last
+
+
+def place_of(error: BaseException, folder: Path | None) -> tuple[str, int]:
+    """(name of the file, line) of the innermost line of the student's code; ("", 0) if the error is elsewhere."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return Path(error.filename).name, error.lineno or 0
+    pattern = re.compile(r'File "([^"]+)", line (\d+)')
+    told = [(Path(file), int(line)) for file, line in pattern.findall(str(error))]
+    frames = [(Path(f.filename), f.lineno or 0) for f in traceback.extract_tb(error.__traceback__)]
+    for places in (told, frames):
+        own = [(file.name, line) for file, line in places if is_students(file, folder)]
+        if own:
+            return own[-1]
+    return "", 0
+
+
+def is_students(file: Path, folder: Path | None) -> bool:
+    """Whether a file of a traceback belongs to the student: it lies in the folder, or is a cell of a notebook."""
+    if folder is not None:
+        return file.resolve().parent == folder
+    package = Path(__file__).parents[1]
+    return "ipykernel" in str(file) or (package not in file.parents and "site-packages" not in str(file))
+
+
+_SOLUTIONS: dict[Path, Loaded] = {}
+
+
+def solution_of(assignment: Assignment) -> Loaded:
+    """The classes of the solution; none if the assignment has only its answers."""
+    if assignment.is_sealed:
+        return Loaded({}, optional=assignment.optional)
+    folder = assignment.solution_folder
+    if folder not in _SOLUTIONS:
+        loaded = load_classes(folder, assignment.files)
+        loaded.optional = assignment.optional
+        loaded.order = in_order(assignment)
+        if loaded.errors:
+            file, reason = next(iter(loaded.errors.items()))
+            raise InputError(f"assignment {assignment.name}: the solution cannot be run: {file}: {reason.message}")
+        _SOLUTIONS[folder] = loaded
+    return _SOLUTIONS[folder]
