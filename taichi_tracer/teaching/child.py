@@ -3,7 +3,7 @@
 The grader starts it (``sandbox.SubmissionProcess``), sends requests as frames, and reads frames with the answers:
 
     {"do": "hello"}                                     → {"status": "ok"}: Taichi can be started here
-    {"do": "load", "assignment", "order", "folder", "files"}  → {"errors": {file: what went wrong}}
+    {"do": "load", "assignment", "order", "folder", "files"}  → {"absent": names of parts}: it has no such class
     {"do": "run", "part": name} and arrays of inputs          → {"status", "message", "line", "file"} and arrays
     {"do": "run", "part", "mended": names} and arrays         → the same, with the solution's methods of these parts
 
@@ -67,7 +67,14 @@ class Work:
                 self.student = loading.load_classes(folder, files, self.solution)
             else:
                 self.student = loading.load_submission(folder, self.assignment)
-        return {"errors": {file: error.message for file, error in self.student.errors.items()}}, {}
+        return {"absent": [part.name for part in self.assignment.parts if self.is_absent(part)]}, {}
+
+    def is_absent(self, part: Any) -> bool:
+        """Whether the submission has nothing that a part could test: the solution stands in its place elsewhere."""
+        from taichi_tracer.teaching import running
+
+        has_class = part.replaces == "" or part.replaces in self.student.classes
+        return not has_class or not running.is_asked(part, self.student, self.assignment)
 
     def do_run(self, message: dict, arrays: Arrays) -> tuple[dict, Arrays]:
         """Run one part."""

@@ -199,6 +199,7 @@ class Runner:
         self._bad: dict[tuple[str, ...], ChildEnded] = {}  # files whose loading ends the process
         self._late = 0
         self._known: frozenset[str] = frozenset()  # the parts whose solution the process has
+        self._absent: frozenset[str] = frozenset()  # the parts of which it said that it has nothing: they earn nothing
         self._is_fresh = False  # whether the process has not been asked for a part yet
 
     def __enter__(self) -> "Runner":
@@ -227,6 +228,8 @@ class Runner:
         if status == NOT_ASKED:
             told = OPTIONAL_TEXT if part.is_optional else NOT_ASKED_TEXT
             return replace(blank, points=0.0, status=MISSING, message=told)
+        if part.name in self._absent and status not in (MISSING, CRASHED):
+            return replace(blank, status=MISSING, message="the process said before that there is none")
         if status != OK:
             status = status if status in (NOT_WRITTEN, MISSING) else CRASHED
             message = clean(reply.get("message") or "the process did not say what went wrong")
@@ -281,7 +284,7 @@ class Runner:
             self._start(files)
         request = {"do": "run", "part": part.name, "mended": list(mended)}
         before = self._order[: self._order.index(part.name)] if part.replaces else self._order if mended else ()
-        known = frozenset(before)  # asked for before this part, or wrong
+        known = self._absent.union(before)  # it cannot earn anything any more by knowing these
         while True:
             is_first, self._is_fresh = self._is_fresh, False
             request["solution"] = outline.solved_parts(self.reference.assignment, known) if known - self._known else {}
@@ -324,7 +327,9 @@ class Runner:
         request = {"do": "load", "assignment": f"assignment/{given.name}", "folder": "submission"}
         request |= {"files": list(files), "order": list(self._order)}
         try:
-            self._child.ask(request, wall=SECONDS_TO_LOAD if self._late == 0 else limits.wall)
+            reply, _ = self._child.ask(request, wall=SECONDS_TO_LOAD if self._late == 0 else limits.wall)
+            told = reply.get("absent")
+            self._absent |= {name for name in self._order if isinstance(told, list) and name in told}
         except ChildEnded as error:
             self._late += error.is_late
             self._bad[files] = ChildEnded(f"loading {' '.join(files) or 'the files'}: {error.reason}", error.is_late)

@@ -6,7 +6,7 @@ Every judge is an object that can be called as ``Part.judge`` describes, and has
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,11 @@ class JudgeOfRows:
             tried.append({name: np.broadcast_to(right[row], right.shape) for name, right in expected.items()})
         chance = max(float(self.agrees(inputs, one, expected).mean()) for one in tried)
         return beyond_chance(float(self.agrees(inputs, answers, expected).mean()), chance)
+
+
+def agree(judge: JudgeOfRows, inputs: Arrays, one: Arrays, other: Arrays) -> np.ndarray:
+    """(n,) bool: where two answers are the same. Each is judged by the other: what is much noisier fits everything."""
+    return judge.agrees(inputs, one, other) & judge.agrees(inputs, other, one)
 
 
 def beyond_chance(share: float, chance: float) -> float:
@@ -139,6 +144,8 @@ class Samples(JudgeOfRows):
         largest_z: the largest |z| that passes.
         only_means: whether samples may be distributed in another way than the solution's, with the same mean: as with
             another way to choose between light and BRDF.
+        for_means: the share of the points of samples that have the right means, and another distribution: as with a
+            roulette that begins one bounce later.
 
     The standard errors of means are at most ``MOST_NOISE`` times the solution's, so that nothing passes because it is
     noise.
@@ -148,6 +155,7 @@ class Samples(JudgeOfRows):
     called: str = "inputs"
     largest_z: float = LARGEST_Z
     only_means: bool = False
+    for_means: float = 0.0
 
     def scores(self, answers: Arrays, expected: Arrays) -> dict[str, np.ndarray]:
         """Name → (inputs, k) z-scores; infinite where an answer is not finite or has another shape."""
@@ -184,7 +192,10 @@ class Samples(JudgeOfRows):
         told = f"the samples of {int((~agrees).sum())} of {len(agrees)} {self.called} are distributed wrongly"
         told += f" ({worst:.0f} standard errors away)" if math.isfinite(worst) else ""
         wrong = first_wrong(inputs, self.told(answers), self.told(expected), first, len(agrees))
-        return Verdict(WRONG, self.earned(inputs, answers, expected), told, wrong)
+        share = self.earned(inputs, answers, expected)
+        if self.for_means > share and replace(self, only_means=True).agrees(inputs, answers, expected).all():
+            share, told = self.for_means, f"{told}; their means are right"
+        return Verdict(WRONG, share, told, wrong)
 
     def told(self, answers: Arrays) -> Arrays:
         """What a report shows of answers: exact ones as they are; means and standard deviations of random ones."""

@@ -21,10 +21,11 @@ import numpy as np
 
 import taichi_tracer
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import sealed, temporary
+from taichi_tracer.teaching import sealed, sketches, temporary
 from taichi_tracer.teaching.base import Arrays, Assignment, Mistake, Part
 from taichi_tracer.teaching.cutting import solved
 from taichi_tracer.teaching.descriptions import describe
+from taichi_tracer.teaching.judges import agree
 from taichi_tracer.teaching.kept import arrays_in, cache_folder, keep_arrays
 from taichi_tracer.teaching.loading import OK, Loaded, load_classes, solution_of
 from taichi_tracer.teaching.running import answer, expected
@@ -67,7 +68,8 @@ def find(
     if right.all():
         return []
     case, clock = WrongAnswers(assignment, part, inputs, answers, expected), TimeLimit(seconds)
-    single = [(mistake,) for mistake in assignment.mistakes_of(part)]
+    known = assignment.mistakes_of(part)
+    single = [(mistake,) for mistake in sketches.likely_first(assignment, part, inputs, answers, known)]
     tried = [one for one in single if is_kept(assignment, part, one, inputs)]
     fitting = [one for one in tried if case.fits(one)]
     for one in (one for one in single if one not in tried):
@@ -129,7 +131,7 @@ class WrongAnswers:
         judge = self.part.judge
         if wrong is None or judge.agrees(self.inputs, wrong, self.expected).all():
             return False
-        return bool(judge.agrees(self.inputs, self.answers, wrong).all())
+        return bool(agree(judge, self.inputs, self.answers, wrong).all())
 
     def fitting_pairs(self, clock: "TimeLimit") -> list[tuple[Mistake, Mistake]]:
         """The pairs of mistakes that explain every answer; the likely ones are tried first, and only these."""

@@ -325,6 +325,7 @@ def turned(rng: np.random.Generator, inputs: Arrays) -> Arrays:
 def lamp_room(rng: np.random.Generator) -> Arrays:
     """A floor, half diffuse and half glossy, and a wall; a lamp above, and one at the wall that the floor mirrors.
 
+    A third lamp hides a part of the first one from the floor: whoever chose a point there gets nothing from it.
     The lamps do not reflect: then it makes no difference whether a path goes on where it has met one.
 
     Rays lead to the surfaces, and one to a lamp.
@@ -333,6 +334,7 @@ def lamp_room(rng: np.random.Generator) -> Arrays:
     up, forward = down[::-1], down[::-1][:, [0, 2, 1]] * [1, -1, 1]
     corners = [3 * up, forward * [2, 1, 1] + [0, 1, -2]]
     corners += [down * rng.uniform(0.25, 0.5) + [-0.8, 1.6, 0], forward * [0.8, 0.35, 1] + [0.1, 0.5, -1.95]]
+    corners += [down * rng.uniform(0.35, 0.5) + [-0.4, 0.8, 0]]
     on_floor = rng.uniform([-1, 0, -1], [1, 0, 1], (6, 3))
     on_wall = rng.uniform([-1, 1.1, -2], [1, 1.5, -2], (2, 3))
     eye = np.array([0.2, 1.0, 5.0])
@@ -341,11 +343,11 @@ def lamp_room(rng: np.random.Generator) -> Arrays:
         "origin": np.tile(eye, (len(target), 1)).astype(np.float32),
         "direction": unit(target - eye).astype(np.float32),
         "vertices": np.concatenate(corners),
-        "faces": quads(4),
-        "materials": np.array([0, 1, 0, 0, 2, 2, 3, 3], np.int32),
-        "Kd": np.concatenate([rng.uniform(0.2, 0.5, (2, 3)), np.zeros((2, 3))]),
-        "Ns": np.array([1.0, rng.uniform(20, 40), 1, 1]),
-        "Ke": np.concatenate([np.zeros((2, 3)), rng.uniform(2, 6, (2, 3))]),
+        "faces": quads(5),
+        "materials": np.array([0, 1, 0, 0, 2, 2, 3, 3, 4, 4], np.int32),
+        "Kd": np.concatenate([rng.uniform(0.2, 0.5, (2, 3)), np.zeros((3, 3))]),
+        "Ns": np.array([1.0, rng.uniform(20, 40), 1, 1, 1]),
+        "Ke": np.concatenate([np.zeros((2, 3)), rng.uniform(2, 6, (3, 3))]),
     }
     return turned(rng, room)
 

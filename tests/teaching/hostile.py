@@ -208,9 +208,10 @@ ATTACKS = {
     "the solution's method in this process": Attack(
         "import gc",
         """
-            for found in gc.get_objects():
-                if isinstance(found, type) and "add" in vars(found) and found not in type(self).__mro__:
-                    value = vars(found)["add"](self, a, b)
+            classes = [one for one in gc.get_objects() if isinstance(one, type) and "add" in vars(one)]
+            for add in (vars(one)["add"] for one in classes):
+                if getattr(add, "__code__", None) and add.__code__.co_filename != __file__:
+                    value = add(self, a, b)
                     if value is not None: return value
             return 0 * a
             """,

@@ -117,3 +117,15 @@ def test_noise_is_no_answer():
     for only_means in (False, True):
         verdict = Samples(only_means=only_means)({}, noise, right)
         assert (verdict.status, verdict.share) == ("wrong", 0)
+
+
+def test_right_means_with_another_distribution_earn_a_share():
+    rng = np.random.default_rng(3)
+    right = {"x": statistics(rng.choice([0.0, 2.0], (3, 10_000, 1)))}
+    other = {"x": statistics(rng.uniform(0, 2, (3, 10_000, 1)))}
+    wrong = {"x": statistics(rng.uniform(0, 1, (3, 10_000, 1)))}
+    judge = Samples(for_means=0.8)
+    assert (judge({}, other, right).status, judge({}, other, right).share) == ("wrong", 0.8)
+    assert judge({}, other, right).message.endswith("their means are right")
+    assert judge({}, wrong, right).share == 0
+    assert Samples()({}, other, right).share == 0

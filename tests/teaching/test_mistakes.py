@@ -10,9 +10,10 @@ import pytest
 from teaching.variants import VARIANTS
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching import catalogue, mistakes
+from taichi_tracer.teaching import catalogue, mistakes, sketches
 from taichi_tracer.teaching.base import mistake
 from taichi_tracer.teaching.cutting import solved, stub_of
+from taichi_tracer.teaching.kept import arrays_in, parted
 from taichi_tracer.teaching.loading import OK, solution_of
 from taichi_tracer.teaching.mistakes import find, split_at_method, with_mistakes
 from taichi_tracer.teaching.running import answer, expected
@@ -188,7 +189,7 @@ def test_an_error_that_no_mistake_explains_is_described():
     right = expected(assignment, part, inputs)
     found = find(assignment, part, inputs, {"ndc": right["ndc"] * np.float32(0.7)}, right, seconds=0)
     assert [f.names for f in found] == [(), ()]
-    assert [f.text for f in found] == ["ndc is scaled by 0.7", "6 more known mistakes are compared in the next check"]
+    assert [f.text for f in found] == ["ndc is scaled by 0.7", "7 more known mistakes are compared in the next check"]
 
 
 def test_two_changes_add_or_multiply():
@@ -225,3 +226,43 @@ def test_answers_are_kept_and_a_damaged_file_is_computed_again():
     again = mistakes.answers_of(assignment, part, one, inputs)
     assert np.array_equal(first["ndc"], again["ndc"])
     assert path.read_bytes() != b"no zip"
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name == "rt3" else pytest.mark.long) for name in catalogue.names()]
+)
+def test_a_mistake_is_compared_first_by_its_sketch(name):
+    """Every known mistake has a sketch; ``sketches.write`` makes them anew."""
+    assignment = catalogue.load(name)
+    for part in assignment.parts:
+        inputs, known = assignment.inputs(part, sketches.SEED), assignment.mistakes_of(part)
+        for one in known:
+            wrong = mistakes.answers_of(assignment, part, (one,), inputs)
+            first = sketches.likely_first(assignment, part, inputs, wrong, known)[0]
+            assert first is one or {first.name, one.name} in ALIKE
+
+
+def test_other_inputs_have_no_sketch():
+    assignment = catalogue.load("rt3")
+    part = assignment.parts[0]
+    inputs, known = assignment.inputs(part, 5), assignment.mistakes_of(part)
+    assert sketches.likely_first(assignment, part, inputs, {}, known) == list(known)
+
+
+def test_what_is_missing_in_an_answer_does_not_matter_to_a_sketch():
+    assignment = catalogue.load("rt3")
+    part = assignment.parts[0]
+    inputs, known = assignment.inputs(part, sketches.SEED), assignment.mistakes_of(part)
+    for answers in ({}, {"matrix": np.float32(1)}, {"matrix": np.zeros((2, 3))}):
+        assert set(sketches.likely_first(assignment, part, inputs, answers, known)) == set(known)
+
+
+def test_every_mistake_has_a_sketch():
+    for name in catalogue.names():
+        assignment = catalogue.load(name)
+        kept = parted(arrays_in(assignment.folder / sketches.FILE))
+        told = {part: set(group[sketches.CHANGES]) for part, group in kept.items()}
+        assert all(sketches.digest_of(one) in told[one.part] for one in assignment.mistakes), name
+        for part in assignment.parts:
+            if part.name in told:
+                assert str(kept[part.name][sketches.INPUTS]) == sketches.digest(assignment.inputs(part, sketches.SEED))

@@ -108,6 +108,7 @@ class A3Renderer:
                 elif self.sample_mode[None] == int(self.SampleMode.MIS):
                     pl = self.mis_plight[None]
                 w = tm.vec3(0.)
+                light_id = -1  # that of a sample of the BRDF
                 if ti.random() < pl:
                     w, light_id = self.scene_data.mesh_light_sampler.sample_mesh_lights(x)
                 else:
@@ -116,7 +117,8 @@ class A3Renderer:
                 s.origin = x + 1e-4 * n
                 s.direction = w
                 h = self.scene_data.ray_intersector.query_ray(s)
-                if h.is_hit and n.dot(w) > 0 and not h.is_backfacing:
+                is_visible = h.is_hit and (light_id == -1 or h.triangle_id == light_id)
+                if is_visible and n.dot(w) > 0 and not h.is_backfacing:
                     Le = self.scene_data.material_library.materials[h.material_id].Ke
                     if Le.norm() > 0:
                         pdf = pl * self.light_pdf(h, w, x) + (1 - pl) * BRDF.evaluate_probability(m, w_o, w, n)

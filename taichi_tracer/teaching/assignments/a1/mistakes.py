@@ -41,6 +41,11 @@ MISTAKES = {
             (X_NDC, "ndc_coords.x = 2 * pixel_x / (self.width - 1) - 1"),
             (Y_NDC, "ndc_coords.y = 2 * pixel_y / (self.height - 1) - 1"),
         ),
+        "divided by the size less 1": (
+            "How many pixels wide is the picture, from edge to edge?",
+            (X_NDC, "ndc_coords.x = 2 * (pixel_x + 0.5) / (self.width - 1) - 1"),
+            (Y_NDC, "ndc_coords.y = 2 * (pixel_y + 0.5) / (self.height - 1) - 1"),
+        ),
     },
     "Camera.generate_camera_coords": {
         "fov taken as the horizontal angle": (
@@ -70,6 +75,10 @@ MISTAKES = {
         "looks along -z": (
             "Along which axis of its own does this camera look?",
             ("camera_coords.z = 1", "camera_coords.z = -1"),
+        ),
+        "sine instead of the tangent": (
+            "Which function of the angle is the height on a plane at the distance 1?",
+            (TAN, "ti.sin(self.fov * tm.pi / 180 / 2)"),
         ),
     },
     "Camera.compute_matrix": {
@@ -109,6 +118,16 @@ MISTAKES = {
             "at is a point. Which vector leads to it from the eye?",
             ("(self.at - self.eye) / np.linalg.norm(self.at - self.eye)", "self.at / np.linalg.norm(self.at)"),
         ),
+        "up taken as y_c, whatever its length": ("Is up perpendicular to the gaze?", ("np.cross(z_c, x_c)", "self.up")),
+        "from the world to the camera": (
+            "Does this matrix get coordinates of the camera, or of the world?",
+            ("return matrix", "return np.linalg.inv(matrix)"),
+        ),
+        "the axis to the right mirrored, and the axis up with it": (
+            "The order of the factors of a cross product matters.",
+            ("np.cross(self.up, z_c)", "np.cross(z_c, self.up)"),
+            ("np.cross(z_c, x_c)", "np.cross(x_c, z_c)"),
+        ),
     },
     "Camera.generate_ray": {
         "direction not normalised": (
@@ -132,6 +151,10 @@ MISTAKES = {
         "direction reversed": (
             "Does the direction lead away from the eye?",
             ("tm.normalize(world_coords.xyz)", "-tm.normalize(world_coords.xyz)"),
+        ),
+        "origin on the image plane": (
+            "Which point do all rays of this camera share?",
+            ("ray.origin = self.eye", "ray.origin = self.eye + world_coords.xyz"),
         ),
     },
     "RayIntersector.intersect_triangle": {
@@ -200,6 +223,17 @@ MISTAKES = {
             ("normals[normal_ids.y]", "normals[triangle_id]"),
             ("normals[normal_ids.z]", "normals[triangle_id]"),
         ),
+        "weights of n1 and n2 exchanged": (
+            "Which weight belongs to which corner?",
+            (NORMAL, "tm.normalize(w * n0 + v * n1 + u * n2)"),
+        ),
+        "corner v0 not subtracted from the origin": (
+            "From which point do the edges start?",
+            ("u = tm.dot(o - v0,", "u = tm.dot(o,"),
+            ("v = tm.dot(d, tm.cross(o - v0,", "v = tm.dot(d, tm.cross(o,"),
+            ("t = tm.dot(e2, tm.cross(o - v0,", "t = tm.dot(e2, tm.cross(o,"),
+        ),
+        "(w, u) instead of (u, v)": ("Which two weights are kept?", ("tm.vec2(u, v)", "tm.vec2(w, u)")),
     },
     "RayIntersector.query_ray": {
         "the last hit is kept": ("Which of several hits counts?", (CLOSER, "hit.is_hit")),
@@ -226,6 +260,14 @@ MISTAKES = {
                 "nearest.material_id = self.geometry.triangle_material_ids[self.geometry.n_triangles - 1]\n"
                 "        return nearest",
             ),
+        ),
+        "the last triangle is skipped": (
+            "Where does range end?",
+            ("range(self.geometry.n_triangles)", "range(self.geometry.n_triangles - 1)"),
+        ),
+        "the first triangle is skipped": (
+            "Which id has the first triangle?",
+            ("range(self.geometry.n_triangles)", "range(1, self.geometry.n_triangles)"),
         ),
     },
     "A1Renderer.shade_hit": {

@@ -65,6 +65,10 @@ MISTAKES = {
             "What is the mean of one sample?",
             (NEW_MEAN, "(mean * (count + 1) + sample) / (count + 2)"),
         ),
+        "divided by the number of older samples, even by 0": (
+            "How many samples are in the new mean?",
+            (NEW_MEAN, "(mean * count + sample) / count"),
+        ),
     },
     "Environment.query_ray": {
         "v divided by 2π": ("From where to where does asin run?", ("/ tm.pi\n", "/ (2 * tm.pi)\n")),
@@ -89,6 +93,10 @@ MISTAKES = {
             "Is the height of a direction an angle?",
             ("tm.asin(tm.clamp(d.y, -1, 1)) / tm.pi", "tm.clamp(d.y, -1, 1) / 2"),
         ),
+        "turned by half a turn": (
+            "Where is u = 0?",
+            ("u = 0.5 + tm.atan2(d.z, d.x) / (2 * tm.pi)", "u = tm.fract(tm.atan2(d.z, d.x) / (2 * tm.pi))"),
+        ),
     },
     "UniformSampler.sample_direction": {
         "only the upper half of the sphere": ("Which numbers can ω_z have?", ("2 * ti.random() - 1", "ti.random()")),
@@ -109,6 +117,10 @@ MISTAKES = {
                 "direction = tm.vec3(r * ti.cos(phi), r * ti.sin(phi), z)",
                 "direction = tm.normalize(2 * tm.vec3(ti.random(), ti.random(), ti.random()) - 1)",
             ),
+        ),
+        "a quarter of a turn to each side": (
+            "How large is a full turn?",
+            ("2 * tm.pi * ti.random()", "tm.pi * (ti.random() - 0.5)"),
         ),
     },
     "UniformSampler.evaluate_probability": {
@@ -147,6 +159,14 @@ MISTAKES = {
         "α ignored": ("How does the lobe become narrow?", ("alpha = material.Ns", "alpha = 1.0")),
         "only half a turn": ("How large is a full turn?", ("phi = 2 * tm.pi", "phi = tm.pi")),
         "the root is missing in r": ("How long must the direction be?", ("ti.sqrt(1 - z * z)", "1 - z * z")),
+        "a quarter of a turn to each side": (
+            "How large is a full turn?",
+            ("2 * tm.pi * ti.random()", "tm.pi * (ti.random() - 0.5)"),
+        ),
+        "exponent 1/(α + 2)": (
+            "Which exponent makes the integral of the density 1?",
+            ("1 / (alpha + 1)", "1 / (alpha + 2)"),
+        ),
     },
     "BRDF.evaluate_probability": {
         "negative cosine not cut off": (
@@ -168,6 +188,19 @@ MISTAKES = {
         "power inside max": (
             "What is a negative number to an even power?",
             ("cosine = ti.max(0.0, tm.dot(w_r, w_i))", "cosine = abs(tm.dot(w_r, w_i))"),
+        ),
+        "α + 2 instead of α + 1": ("Is the integral of the density 1?", ("(material.Ns + 1)", "(material.Ns + 2)")),
+        "absolute value of the diffuse cosine": (
+            "How probable are directions below the horizon?",
+            ("ti.max(0.0, tm.dot(normal, w_i)) / tm.pi", "abs(tm.dot(normal, w_i)) / tm.pi"),
+        ),
+        "half vector instead of the mirrored direction": (
+            "Between which two directions is the angle of this lobe?",
+            ("tm.dot(w_r, w_i)", "tm.dot(normal, tm.normalize(w_o + w_i))"),
+        ),
+        "density of the hemisphere": (
+            "Are all directions equally probable?",
+            ("ti.max(0.0, tm.dot(normal, w_i)) / tm.pi", "1 / (2 * tm.pi)"),
         ),
     },
     "BRDF.evaluate_brdf": {
@@ -193,6 +226,14 @@ MISTAKES = {
             "What does the lobe reflect to the other side?",
             ("cosine = ti.max(0.0, tm.dot(w_r, w_i))", "cosine = abs(tm.dot(w_r, w_i))"),
         ),
+        "half vector instead of the mirrored direction": (
+            "Between which two directions is the angle of this lobe?",
+            ("tm.dot(w_r, w_i)", "tm.dot(normal, tm.normalize(w_o + w_i))"),
+        ),
+        "2π instead of π for diffuse materials": (
+            "What is the integral of the cosine over the hemisphere?",
+            ("material.Kd / tm.pi", "material.Kd / (2 * tm.pi)"),
+        ),
     },
     "BRDF.evaluate_brdf_factor": {
         "the cosine of Phong forgotten": (
@@ -214,6 +255,10 @@ MISTAKES = {
         "divided by π again": (
             "What is left of Kd/π · cos / (cos/π)?",
             ("factor = material.Kd\n", "factor = material.Kd / tm.pi\n"),
+        ),
+        "absolute value of the cosine": (
+            "What arrives from below the horizon?",
+            ("ti.max(0.0, tm.dot(normal, w_i))", "abs(tm.dot(normal, w_i))"),
         ),
     },
     "A2Renderer.shade_ray": {
@@ -252,6 +297,26 @@ MISTAKES = {
                 "factor = BRDF.evaluate_brdf_factor(material, w_o, w_i, n)",
                 "factor = BRDF.evaluate_brdf(material, w_o, w_i, n)",
             ),
+        ),
+        "multiplied by the density": (
+            "What stands below the fraction line of a Monte Carlo estimator?",
+            ("cosine / Uni", "cosine * Uni"),
+        ),
+        "divided by the density of the BRDF": (
+            "From which density was this direction drawn?",
+            ("UniformSampler.evaluate_probability()", "BRDF.evaluate_probability(material, w_o, w_i, n)"),
+        ),
+        "cosine squared": (
+            "How often does the cosine at the surface count?",
+            ("f_r * cosine / Uni", "f_r * cosine**2 / Uni"),
+        ),
+        "directions of the BRDF in both modes": (
+            "Which sampler belongs to which estimator?",
+            ("w_i = UniformSampler.sample_direction()", "w_i = BRDF.sample_direction(material, w_o, n)"),
+        ),
+        "directions always along the normal": (
+            "Which directions contribute to the integral?",
+            ("w_i = BRDF.sample_direction(material, w_o, n)", "w_i = n"),
         ),
     },
     "MicrofacetBRDF.sample_direction": {

@@ -44,6 +44,10 @@ MISTAKES = {
             "What is the largest index?",
             ("self.n_emissive_triangles - 1", "self.n_emissive_triangles - 2"),
         ),
+        "one index too far": (
+            "Between which two entries lies ξ?",
+            ("i = low", "i = ti.min(low + 1, self.n_emissive_triangles - 1)"),
+        ),
     },
     "MeshLightSampler.evaluate_probability": {
         "total area instead of 1/total area": (
@@ -98,6 +102,10 @@ MISTAKES = {
             ("/ cos_light", "* cos_light"),
         ),
         "not converted": ("Which measure does each density have?", ("pdf_area * distance**2 / cos_light", "pdf_area")),
+        "distance to the third power": (
+            "How does the solid angle of a light shrink with the distance?",
+            ("distance**2", "distance**3"),
+        ),
     },
     "A3Renderer.power_heuristic": {
         "balance heuristic instead of power": (
@@ -151,6 +159,43 @@ MISTAKES = {
         "sample of the BRDF divided by the light's density": (
             "From which density was this direction drawn?",
             ("f_cos / p_brdf", "f_cos / p_light"),
+        ),
+        "cosine at the light forgotten": (
+            "How large does a light look that is seen from the side?",
+            ("light_hit.distance, cos_light)", "light_hit.distance, 1.0 + 0 * cos_light)"),
+        ),
+        "cosine at the surface squared": (
+            "How often does the cosine at the surface count?",
+            ("ti.max(0.0, tm.dot(n, w_i))", "ti.max(0.0, tm.dot(n, w_i))**2"),
+        ),
+        "sample of the light: weight reversed": (
+            "Whose density comes first?",
+            ("self.power_heuristic(p_light, p_brdf)", "self.power_heuristic(p_brdf, p_light)"),
+        ),
+        "sample of the BRDF: weight reversed": (
+            "Whose density comes first?",
+            ("p_brdf * self.power_heuristic(p_brdf, p_light)", "p_brdf * self.power_heuristic(p_light, p_brdf)"),
+        ),
+        "sample of the light without its weight": (
+            "Is light that both strategies find counted twice?",
+            (" * self.power_heuristic(p_light, p_brdf)", ""),
+        ),
+        "sample of the BRDF without its weight": (
+            "Is light that both strategies find counted twice?",
+            (" * self.power_heuristic(p_brdf, p_light)", ""),
+        ),
+        "sample of the light divided by the density per area": (
+            "Which measure does each density have?",
+            ("f_cos / p_light * self", "f_cos / lights.evaluate_probability() * self"),
+        ),
+        "the chosen triangle not compared": (
+            "Which lamp does the density belong to, if another one stands before it?",
+            ("strategy == 0 and light_hit.triangle_id != triangle_id", "strategy == 0 and triangle_id < 0"),
+        ),
+        "mean of both samples": (
+            "Do the weights of both strategies sum to 1?",
+            ("radiance += L_e * f_cos / p_light * self", "radiance += 0.5 * L_e * f_cos / p_light * self"),
+            ("radiance += L_e * f_cos / p_brdf * self", "radiance += 0.5 * L_e * f_cos / p_brdf * self"),
         ),
     },
     "EnvironmentSampler.compute_probabilities": {

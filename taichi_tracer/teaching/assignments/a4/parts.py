@@ -13,7 +13,7 @@ from taichi_tracer.teaching.rows import rows, samples
 PATHS, ROULETTE, EVENTS = "paths", "Russian roulette", "next-event estimation"
 # With so many samples, the nearest known mistakes are 97 and 9 standard errors from the solution, and 6 pass.
 SAMPLES, PATH_SAMPLES = 8192, 8192
-BOUNCES = 2
+BOUNCES = 3
 
 
 def bounces(rng: np.random.Generator) -> Arrays:
@@ -86,6 +86,6 @@ PARTS = (
     method("A4Renderer.next_throughput", 2, PATHS, bounces, run_throughput, Numbers(1e-4, called="bounces")),
     method("A4Renderer.play_roulette", 2, ROULETTE, games, run_roulette, Samples(called="games")),
     method("A4Renderer.sample_light", 4, EVENTS, stand_ins.lamp_room, run_event, Samples(called="rays")),
-    method("A4Renderer.shade_ray", 8, PATHS, two_rooms, run_paths, Samples(called="rays")),
+    method("A4Renderer.shade_ray", 8, PATHS, two_rooms, run_paths, Samples(called="rays", for_means=0.8)),
     picture("explicit", 2, stand_ins.any_seed, run_picture),
 )
