@@ -301,6 +301,7 @@ TESTED_THROUGH = {
     "system.types": "test_typed",
     "teaching.boxes": "teaching/test_notebooks",
     "teaching.child": "teaching/test_sandbox",
+    "teaching.rooms": "teaching/test_mistakes",
     "teaching.sealed": "teaching/test_solutions",
     "teaching.sealing": "teaching/test_solutions",
     "tones.base": "contracts/test_tones",

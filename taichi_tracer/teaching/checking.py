@@ -2,6 +2,7 @@
 
 import json
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from taichi_tracer.teaching.stubs import plain
 from taichi_tracer.teaching.telling import Teller, Told, summary
 
 SECONDS_OF_A_PART = 3.5  # after these, a check looks for no further mistakes; about one more goes by before the part
+DIGITS = 4  # of points that are handed on
 LEAST_FOR_MISTAKES = 0.5  # seconds for mistakes, however long the part took
 Watch = Callable[[list[str]], Any]
 
@@ -68,10 +70,15 @@ class CheckedPart:
 
 @dataclass
 class Report:
-    """The results of a check. ``print`` shows it as text, and a notebook as a page."""
+    """The results of a check. ``print`` shows it as text, and a notebook as a page.
+
+    Attributes:
+        notes: warnings that came while the parts ran.
+    """
 
     assignment: Assignment
     results: list[CheckedPart] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     @property
     def points(self) -> float:
@@ -83,6 +90,16 @@ class Report:
         """Whether every part that was checked is right."""
         return all(result.verdict.status == RIGHT for result in self.results)
 
+    def score(self) -> float:
+        """The points, for nbgrader.
+
+        Raises:
+            AssertionError: none were earned. nbgrader would take the number 0 for all points.
+        """
+        if not self.points > 0:
+            raise AssertionError(self.results[0].verdict.message if self.results else self.summary())
+        return float(round(self.points, DIGITS))
+
     def summary(self) -> str:
         """One line."""
         return summary(self.told())
@@ -93,13 +110,15 @@ class Report:
 
     def __str__(self) -> str:
         lines = [line for result in self.results for line in result.lines()]
-        return "\n".join([self.assignment.title, *lines, self.summary()])
+        notes = [f"note: {text}" for text in self.notes]
+        return "\n".join([self.assignment.title, *lines, *notes, self.summary()])
 
     __repr__ = __str__
 
     def body(self) -> list[str]:
         """The page without its frame."""
-        return [page.paragraph(self.summary()), *(result.html() for result in self.results)]
+        notes = [page.paragraph(f"note: {text}", "note") for text in self.notes]
+        return [page.paragraph(self.summary()), *notes, *(result.html() for result in self.results)]
 
     def page(self) -> str:
         """A whole document of HTML."""
@@ -194,7 +213,10 @@ def check_classes(name: str | Path, classes: Sequence[type], seed: int = 0, part
     found = [part for part in chosen(assignment, parts) if part.replaces in student.classes]
     if tested <= set(student.classes):
         found += [part for part in chosen(assignment, parts) if part.replaces == ""]
-    return check(assignment, student, found, seed)
+    with warnings.catch_warnings(record=True) as told:  # what stands on stderr costs all points of a cell of nbgrader
+        report = check(assignment, student, found, seed)
+    report.notes = list(dict.fromkeys(str(one.message) for one in told))
+    return report
 
 
 def role_of(cls: type, assignment: Assignment, solution: Loaded) -> str:
@@ -244,5 +266,5 @@ def check_part(assignment: Assignment, student: Loaded, part: Part, seed: int, w
 
 def verdict_without_answer(found: Answer) -> Verdict:
     """The verdict on a part that gave no numbers."""
-    where = f" (line {found.line} still calls not_written)" if found.line else ""
+    where = f" (line {found.line} is still that of the handout)" if found.line else ""
     return Verdict(found.status, 0.0, found.message + (where if found.status == NOT_WRITTEN else ""))

@@ -42,6 +42,27 @@ def partly_solved(source: str, name: str, shown: Collection[str]) -> str:
     return with_package(text) if CALL in text else text
 
 
+def for_otter(source: str, name: str) -> str:
+    """The tagged file with the tags of otter-grader: what replaces a solution stands behind it, as a text."""
+    lines, owners, kept = source.splitlines(), methods_by_line(source, name), []
+    i = 0
+    while i < len(lines):
+        begin = BEGIN.match(lines[i])
+        if begin is None:
+            kept.append(lines[i])
+            i += 1
+            continue
+        end = partner(lines, i, END, f"{name}:{i + 1}: BEGIN SOLUTION without an END SOLUTION after it")
+        prompt, after = prompt_after(lines, end + 1, name)
+        indent, method = begin.group(1), owners.get(i + 1, "")
+        kept += [f"{indent}# BEGIN SOLUTION NO PROMPT", *lines[i + 1 : end], f"{indent}# END SOLUTION"]
+        if begin.group(2) is None:
+            prompt = (prompt or [f"{indent}{PLACE}"]) + [f'{indent}{CALL}"{method}")  {REMINDER}'] * bool(method)
+            kept += [f'{indent}""" # BEGIN PROMPT', *prompt, f'{indent}""" # END PROMPT']
+        i = after
+    return with_package("\n".join(kept) + "\n")
+
+
 def with_package(text: str) -> str:
     """A file that knows ``tt``: the import is added after its other imports, unless it is there."""
     tree = ast.parse(text)

@@ -8,7 +8,7 @@ from taichi_tracer.files.disk import replace_file
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.teaching.base import Assignment
 from taichi_tracer.teaching.catalogue import SHIPPED
-from taichi_tracer.teaching.cutting import solved, stub_of
+from taichi_tracer.teaching.cutting import for_otter, solved, stub_of
 from taichi_tracer.teaching.notebooks import notebook
 from taichi_tracer.teaching.sealing import seal
 
@@ -58,12 +58,19 @@ def write_folder(assignment: Assignment, folder: str | Path, is_solved: bool = F
     return write_all(assignment, folder, texts, seed)
 
 
-def write_notebook(assignment: Assignment, folder: str | Path, is_solved: bool = False, seed: int = 0) -> list[Path]:
-    """Write an assignment as one notebook, into a folder that does not exist yet, or is empty. Returns its path."""
+def write_notebook(
+    assignment: Assignment, folder: str | Path, is_solved: bool = False, seed: int = 0, grader: str = ""
+) -> list[Path]:
+    """Write an assignment as one notebook, into a folder that does not exist yet, or is empty. Returns its path.
+
+    Args:
+        grader: "nbgrader" or "otter" for a teacher's notebook of this program, which has the tagged solution.
+    """
     folder = Path(folder).expanduser()
     word = record(assignment, seed)["assignment"]
     text = (assignment.folder / "README.md").read_text(encoding="utf-8")
-    made = notebook(assignment, word, sources(assignment, is_solved), text, seed)
+    texts = tagged(assignment, grader) if grader else sources(assignment, is_solved)
+    made = notebook(assignment, word, texts, text, seed, grader)
     content = json.dumps(made, indent=1, ensure_ascii=False) + "\n"
     return write_all(assignment, folder, {f"{assignment.name}.ipynb": content}, seed)
 
@@ -96,6 +103,13 @@ def sources(assignment: Assignment, is_solved: bool) -> dict[str, str]:
     change = solved if is_solved else stub_of
     files = sorted(assignment.solution_folder.glob("*.py"))
     return {path.name: change(path.read_text(encoding="utf-8"), str(path)) for path in files}
+
+
+def tagged(assignment: Assignment, grader: str) -> dict[str, str]:
+    """Name → text of every Python file of the solution, with the tags of this program."""
+    paths = sorted(assignment.solution_folder.glob("*.py"))
+    texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
+    return {name: for_otter(text, name) for name, text in texts.items()} if grader == "otter" else texts
 
 
 def record(assignment: Assignment, seed: int) -> dict:

@@ -7,39 +7,56 @@ are left out. A file that needs another one comes after it.
 import ast
 import json
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 
 from taichi_tracer.system.errors import InputError
-from taichi_tracer.teaching.base import Assignment
+from taichi_tracer.teaching import graded_cells
+from taichi_tracer.teaching.base import Assignment, Part
+from taichi_tracer.teaching.catalogue import SHIPPED
+from taichi_tracer.teaching.graded_cells import Cell, code, markdown
 
 SAMPLES = 16  # of the picture in the end
 
-Cell = dict
 
-
-def notebook(assignment: Assignment, word: str, texts: Mapping[str, str], readme: str, seed: int) -> dict:
+def notebook(
+    assignment: Assignment, word: str, texts: Mapping[str, str], readme: str, seed: int, grader: str = ""
+) -> dict:
     """The JSON of a notebook of format 4.5; nbgrader knows the cells to be written by a student.
 
     Args:
         word: what ``check`` takes to find the assignment. texts: name → text of every Python file. readme: the task.
+        grader: for which program a teacher's notebook is, "nbgrader" or "otter"; see ``graded_cells``.
 
     Raises:
         InputError: two files need each other, or a file imports another one as a whole.
     """
     tested = {part.replaces for part in assignment.parts if part.replaces}
-    cells = [markdown("text", readme)]
+    hidden_seed = seed + 1 if assignment.folder.parent == SHIPPED else seed  # others have the answers of one seed
+    cells = [*graded_cells.head(grader, assignment.name), markdown("text", readme)]
     stems = {name.removesuffix(".py") for name in texts}
     for name in in_order({name: texts[name] for name in assignment.files}):
         classes = [cls for cls, file in assignment.classes.items() if file == name and cls in tested]
         stem = name.removesuffix(".py")
-        cells.append(code(stem, without_imports_of(texts[name], stems, name), is_written_by_student=True))
+        written = code(stem, without_imports_of(texts[name], stems, name), is_written_by_student=True)
+        if grader:
+            parts = [part for part in assignment.parts if part.replaces in classes and not part.is_optional]
+            cells += graded_cells.question(
+                grader, written, stem, parts, call_of(word, seed), call_of(word, hidden_seed)
+            )
+            continue
+        cells.append(written)
         if classes:
             cells.append(check_cell(f"check-{stem}", word, classes, seed))
     if assignment.program:
         cells += picture_cells(texts[assignment.program], stems, assignment.program)
     together = [part.name for part in assignment.parts if part.replaces == ""]
-    if together and len({assignment.classes[cls] for cls in tested}) > 1:  # otherwise, one check has them all
+    if grader:
+        pictures = [part for part in assignment.parts if part.replaces == ""]
+        classes = [cls for cls in assignment.classes if cls in tested]
+        calls = call_of(word, seed, classes), call_of(word, hidden_seed, classes)
+        cells += graded_cells.question(grader, None, "pictures", pictures, *calls) if pictures else []
+    elif together and len({assignment.classes[cls] for cls in tested}) > 1:  # otherwise, one check has them all
         classes = [cls for cls in assignment.classes if cls in tested]
         cells.append(check_cell("check-together", word, classes, seed, together))
     metadata = {
@@ -103,6 +120,20 @@ def picture_cells(program: str, stems: set[str], file: str) -> list[Cell]:
     return [markdown("picture-text", "## Your picture"), code("picture", "\n".join([*lines, last]))]
 
 
+def call_of(word: str, seed: int, classes: Sequence[str] = ()) -> Callable[[Part], str]:
+    """Part → the call that checks it.
+
+    Args:
+        classes: that it needs; () is the one that it tests.
+    """
+
+    def call(part: Part) -> str:
+        words = [json.dumps(word), *(classes or [part.replaces]), f"seed={seed}", f"parts={json.dumps([part.name])}"]
+        return f"tt.teaching.check({', '.join(words)})"
+
+    return call
+
+
 def check_cell(name: str, word: str, classes: Sequence[str], seed: int, parts: Sequence[str] = ()) -> Cell:
     """A check of some classes; of some parts alone, if they are named."""
     words = [json.dumps(word), *classes]
@@ -121,21 +152,3 @@ def window_of(main: ast.FunctionDef | None) -> ast.expr | None:
 def is_text(node: ast.stmt) -> bool:
     """Whether a statement is a docstring."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-
-
-def markdown(name: str, text: str) -> Cell:
-    """A cell of text."""
-    return {"cell_type": "markdown", "id": name, "metadata": {}, "source": text.splitlines(keepends=True)}
-
-
-def code(name: str, source: str, is_written_by_student: bool = False) -> Cell:
-    """A cell of code."""
-    facts = {"grade": False, "grade_id": name, "locked": False, "schema_version": 3, "solution": True, "task": False}
-    return {
-        "cell_type": "code",
-        "execution_count": None,
-        "id": name,
-        "metadata": {"nbgrader": facts} if is_written_by_student else {},
-        "outputs": [],
-        "source": source.rstrip().splitlines(keepends=True),
-    }

@@ -208,8 +208,8 @@ ATTACKS = {
     "the solution's method in this process": Attack(
         "import gc",
         """
-            classes = [one for one in gc.get_objects() if isinstance(one, type) and "add" in vars(one)]
-            for add in (vars(one)["add"] for one in classes):
+            classes = [one for one in gc.get_objects() if isinstance(one, type) and one.__name__ == "Sums"]
+            for add in (vars(one).get("add") for one in classes):
                 if getattr(add, "__code__", None) and add.__code__.co_filename != __file__:
                     value = add(self, a, b)
                     if value is not None: return value

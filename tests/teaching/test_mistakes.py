@@ -72,9 +72,9 @@ def variant_classes(assignment, part, body):
     return mistakes.load_text(assignment, file, before + body + after)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("name", "part_name"), [ids for ids in PARTS if ids[0] in ("rt3", "rt3_lights")])
-@pytest.mark.parametrize("body", ["stub", "pass", "return None", "return 0.0"])
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("name", "part_name"), PARTS)
+@pytest.mark.parametrize("body", ["stub", "pass", "return None", "return 0.0", "return 1.0"])
 def test_a_method_that_computes_nothing_earns_nothing(name, part_name, body):
     """Neither the stub without its mark, nor a body without an answer; and the process goes on."""
     assignment = catalogue.load(name)

@@ -16,7 +16,10 @@ def add_arguments(parser: Parser) -> None:
     new.add_argument("assignment", metavar="NAME|FOLDER", help="a1 to a4, rt3, rt3_lights, or your own folder")
     new.add_argument("folder", metavar="DIR", help="folder to write; it must be empty or not exist")
     new.add_argument("--solution", action="store_true", help="write the solved one, for teachers")
-    new.add_argument("--notebook", action="store_true", help="write one notebook instead of Python files")
+    form = new.add_mutually_exclusive_group()
+    form.add_argument("--notebook", action="store_true", help="write one notebook instead of Python files")
+    form.add_argument("--nbgrader", action="store_true", help="write the teacher's notebook for nbgrader")
+    form.add_argument("--otter", action="store_true", help="write the teacher's notebook for otter-grader")
     new.add_argument("--seed", type=whole, default=0, metavar="N", help="of the inputs of the checks (default: 0)")
 
 
@@ -35,7 +38,12 @@ def write(args: Namespace) -> int:
     from taichi_tracer.teaching import catalogue
     from taichi_tracer.teaching.handing_out import write_folder, write_notebook
 
-    write_files = write_notebook if args.notebook else write_folder
-    for path in write_files(catalogue.load(args.assignment), args.folder, args.solution, args.seed):
+    assignment = catalogue.load(args.assignment)
+    if args.notebook or args.nbgrader or args.otter:
+        grader = "nbgrader" if args.nbgrader else "otter" if args.otter else ""
+        written = write_notebook(assignment, args.folder, args.solution, args.seed, grader)
+    else:
+        written = write_folder(assignment, args.folder, args.solution, args.seed)
+    for path in written:
         print(path)
     return 0

@@ -5,7 +5,7 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
-from taichi_tracer.teaching import stand_ins
+from taichi_tracer.teaching import rooms, stand_ins
 from taichi_tracer.teaching.base import Arrays, method, optional
 from taichi_tracer.teaching.judges import Numbers, Samples, length_of, picture, statistics
 from taichi_tracer.teaching.rows import rows, samples
@@ -292,13 +292,13 @@ def lit_scene(rng: np.random.Generator) -> Arrays:
         "origin": np.tile(eye, (RAYS, 1)).astype(np.float32),
         "direction": direction.astype(np.float32),
         "vertices": vertices,
-        "faces": stand_ins.quads(4),
+        "faces": rooms.quads(4),
         "materials": np.array([0, 0, 1, 1, 0, 0, 0, 0], np.int32),
         "Kd": rng.uniform(0.3, 0.9, (2, 3)),
         "Ns": np.array([1.0, rng.uniform(4, 12)]),
         "image": image,
     }
-    return stand_ins.turned(rng, lit)
+    return rooms.turned(rng, lit)
 
 
 # ── a picture ──

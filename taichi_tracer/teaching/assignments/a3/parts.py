@@ -6,7 +6,7 @@ from taichi.lang import impl
 
 from taichi_tracer.system import memory
 from taichi_tracer.system.seams import in_kernels
-from taichi_tracer.teaching import stand_ins
+from taichi_tracer.teaching import rooms, stand_ins
 from taichi_tracer.teaching.base import Arrays, method, optional
 from taichi_tracer.teaching.judges import Numbers, Samples, length_of, picture, statistics
 from taichi_tracer.teaching.rows import WHOLE, rows, samples
@@ -274,7 +274,7 @@ PARTS = (
     method(f"{LIGHTS}.sample_mesh_lights", 4, POINTS, lights, run_points, Samples(exact=("length",), called="points")),
     method(f"{RENDERER}.to_solid_angle", 2, MEASURES, densities, run_conversion, NUMBERS),
     method(f"{RENDERER}.power_heuristic", 1, COMBINED, densities, run_heuristic, NUMBERS),
-    method(f"{RENDERER}.shade_ray", 6, COMBINED, stand_ins.lamp_room, BOTH, Samples(called="rays")),
+    method(f"{RENDERER}.shade_ray", 6, COMBINED, rooms.lamp_room, BOTH, Samples(called="rays")),
     method(f"{ENVIRONMENT}.compute_probabilities", 2, SKY, image, run_probabilities, TEXELS),
     method(f"{ENVIRONMENT}.evaluate_density", 2, SKY, probabilities, run_sky_density, DENSITIES),
     optional(method(f"{IMAGE}.precompute_scalar", 3, SKY, image, run_scalar, TEXELS)),

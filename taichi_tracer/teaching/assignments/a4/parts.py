@@ -5,7 +5,7 @@ import taichi as ti
 
 import taichi_tracer as tt
 from taichi_tracer.ray import offset_origin
-from taichi_tracer.teaching import stand_ins
+from taichi_tracer.teaching import rooms, stand_ins
 from taichi_tracer.teaching.base import Arrays, method
 from taichi_tracer.teaching.judges import Numbers, Samples, picture, statistics
 from taichi_tracer.teaching.rows import rows, samples
@@ -62,8 +62,8 @@ def run_event(renderer_class: type, inputs: Arrays) -> Arrays:
 
 def two_rooms(rng: np.random.Generator) -> Arrays:
     """A closed room that emits everywhere, where light bounces often, and a room with two lamps."""
-    closed = {f"closed {name}": array for name, array in stand_ins.closed_room(rng).items()}
-    return {**stand_ins.lamp_room(rng), **closed}
+    closed = {f"closed {name}": array for name, array in rooms.closed_room(rng).items()}
+    return {**rooms.lamp_room(rng), **closed}
 
 
 def run_paths(renderer_class: type, inputs: Arrays) -> Arrays:
@@ -85,7 +85,7 @@ def run_picture(classes, inputs: Arrays) -> Arrays:
 PARTS = (
     method("A4Renderer.next_throughput", 2, PATHS, bounces, run_throughput, Numbers(1e-4, called="bounces")),
     method("A4Renderer.play_roulette", 2, ROULETTE, games, run_roulette, Samples(called="games")),
-    method("A4Renderer.sample_light", 4, EVENTS, stand_ins.lamp_room, run_event, Samples(called="rays")),
+    method("A4Renderer.sample_light", 4, EVENTS, rooms.lamp_room, run_event, Samples(called="rays")),
     method("A4Renderer.shade_ray", 8, PATHS, two_rooms, run_paths, Samples(called="rays", for_means=0.8)),
     picture("explicit", 2, stand_ins.any_seed, run_picture),
 )

@@ -10,7 +10,7 @@ import taichi.math as tm
 import taichi_tracer as tt
 from taichi_tracer.effects import Effects
 from taichi_tracer.lights.scene_lights import SceneLights
-from taichi_tracer.teaching import stand_ins
+from taichi_tracer.teaching import rooms, stand_ins
 from taichi_tracer.teaching.base import Arrays, method
 from taichi_tracer.teaching.judges import Numbers, picture
 from taichi_tracer.teaching.rows import rows
@@ -392,7 +392,7 @@ def make_room(vertices, materials, sky) -> Any:
     lights: list = [tt.AmbientLight(0.2), tt.PointLight((0.2, 2, 0), 2.0), tt.DirectionalLight((0.3, -1, -0.4), 0.6)]
     options = {"material": made, "face_materials": np.repeat(np.arange(4), 2), "lights": lights, "fast": False}
     options |= {"environment": np.broadcast_to(sky, (2, 4, 3)), "intersector": stand_ins.PlainIntersector}
-    return tt.scene_from_mesh(vertices, stand_ins.quads(4), **options)
+    return tt.scene_from_mesh(vertices, rooms.quads(4), **options)
 
 
 def run_radiance(integrator_class: type, inputs: Arrays) -> Arrays:
