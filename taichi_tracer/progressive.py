@@ -5,6 +5,7 @@ assignments define which integrators they offer, and have the methods of the han
 """
 
 import copy
+import math
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
@@ -40,6 +41,7 @@ from taichi_tracer.system.stopwatch import LIGHTS, stage
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
 from taichi_tracer.unseen.other_technique import OtherTechnique, missed_light
+from taichi_tracer.unseen.small_lamps import SmallLamps, missed_directly
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
@@ -145,6 +147,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.explainer: Any = None
         self._of_sample: Any = None  # while a replaced ``shade_ray`` is compiled: the scene and the random numbers
         self.other: OtherTechnique | None = None
+        self.small_lamps: tuple[Any, SmallLamps] | None = None  # of a state of the picture
         self.display = Display()
         self.use(self.offers[0].name if given["integrator"] is None else given["integrator"])
 
@@ -387,8 +390,8 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self._shown = None
 
     def _missed_light(self) -> float:
-        """What only a technique finds that the integrator in use has not, see ``unseen.other_technique``."""
-        return missed_light(self)
+        """What the samples may not have met, see ``unseen.other_technique`` and ``unseen.small_lamps``."""
+        return math.hypot(missed_light(self), missed_directly(self))
 
     def notes(self) -> list[str]:
         """What the user should know about the picture; nothing if a replaced method decides what is shown."""

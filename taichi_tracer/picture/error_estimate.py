@@ -34,6 +34,12 @@ most of the error, the picture would seem to be exact. Therefore the upper end i
 is larger in each pixel, with β = ``ONE_SAMPLE``; unless this gives less than e F. (Independent samples need no such
 rule: their s² / n is never less than d².)
 
+**The mean of the picture.** The error is a fraction of the true mean μ of the picture, and only the mean m of the
+samples is known. Pixels are independent of each other, and the channels of a pixel err together, so that the standard
+error of m is at most s = √(Σ v / 3) / N, with the larger v of the upper end. With δ = s/m, 95 % of the μ lie between
+m (1 − 2δ) and m (1 + 2δ). Therefore the lower end is divided by 1 + 2δ, and the upper one by 1 − 2δ. If δ is ½ or more,
+the error is unknown: then m may be all noise.
+
 **What no sample met.** Samples cannot tell of a small sun that no sample has met, nor of what a narrow lobe reflects if
 directions are drawn from the lights alone. ``unseen_light`` bounds the first by near misses, and ``other_technique``
 the second by samples of the other technique. The upper end of the interval is √((e F)² + unseen²).
@@ -48,6 +54,7 @@ import taichi.math as tm
 QUANTILE_RANGE = 30  # beyond this multiple of 1/√ν, practically nothing of the F-distribution is left
 TELLS_UNSEEN = 0.1  # of the upper end: less of it need not be said
 ONE_SAMPLE = 0.5  # β: so large that the interval holds the truth (``python -m benchmarks.error calibration glints``)
+STANDARD_ERRORS = 2.0  # of a normal number, between which 95 % lie
 CHANNELS = 3  # red, green and blue: the mean square error is a mean over pixels and channels
 
 
@@ -196,7 +203,11 @@ def relative_error(
     if of_largest is not None:
         v = np.where(known, np.maximum(v, CHANNELS * (ONE_SAMPLE * of_largest) ** 2), 0)
         high = max(high, math.sqrt(v.sum() * in_units_of_mean) * factor_of_interval(v))
-    return RelativeError(value, 0.0 if is_bound else value / factor, math.hypot(high, unseen), unseen)
+    doubt = STANDARD_ERRORS * math.sqrt(v.sum() / CHANNELS) / (known.sum() * mean)  # 2δ
+    if doubt >= 1:
+        return RelativeError(math.nan, math.nan, math.nan)
+    low = 0.0 if is_bound else value / factor / (1 + doubt)
+    return RelativeError(value, low, math.hypot(high, unseen) / (1 - doubt), unseen)
 
 
 def factor_of_interval(v: np.ndarray) -> float:

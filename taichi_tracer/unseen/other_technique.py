@@ -38,11 +38,10 @@ from taichi_tracer.system.observed import observed
 from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes
 from taichi_tracer.unseen.near_misses import counter_for
-from taichi_tracer.unseen.unseen_light import KNOWN, unseen_light
+from taichi_tracer.unseen.unseen_light import ABOUT_AS_RARE, KNOWN, expected, unseen_light
 
 SAMPLES = 4  # of the other technique, in each pixel that is looked at
 MOST_TILES = 128  # pixels along each side that are looked at; of larger pictures, one pixel of each tile
-ABOUT_AS_RARE = 4.0  # directions that are up to so many times as probable are counted together
 SAFETY = 1.2  # times u: the tiles and the few samples of a pixel make u rough
 SEED = 0x85EBCA6B  # combined with the seed of the picture, so that these samples are not its own
 SPHERE = 4 * math.pi  # the solid angle of all directions
@@ -183,12 +182,8 @@ class OtherTechnique:
         """
         is_lit = light > 0
         rare_first = np.sort(chance[is_lit].astype(np.float64))
-        if rare_first.size == 0:
-            return np.full(light.shape, np.inf)
         each = self.pixels / (self.rows * self.columns * SAMPLES)
-        total = np.concatenate([[0.0], np.cumsum(rare_first) * each])
-        found = total[np.searchsorted(rare_first, ABOUT_AS_RARE * chance, side="right")]
-        return np.where(is_lit, found, np.inf)
+        return np.where(is_lit, expected(rare_first, ABOUT_AS_RARE * chance, each), np.inf)
 
     def missed(self, samples: float) -> float:
         """SAFETY · u in the unit of the picture, for a picture with so many samples per pixel; u² has near misses."""

@@ -31,6 +31,7 @@ from taichi_tracer.system.recent import Recent
 from taichi_tracer.unseen.near_misses import LOBE, NearMissCounter, NearMisses, counter_for
 
 KEPT_COUNTERS = 8  # going back to an environment that was counted a short time ago compiles nothing
+ABOUT_AS_RARE = 4.0  # what is up to so many times as probable is counted together
 KNOWN = 10  # look-ups that met the light: from so many, the spread of the samples shows the error
 MOST_MISSED = (3.00, 3.74, 4.30, 4.75, 5.15, 5.51, 5.84, 6.15, 6.43, 6.71)  # M, for K from 0 to 9
 NOT_EVEN = (6.91, 9.23, 11.23, 13.06, 14.79, 16.45, 18.06, 19.63, 21.16, 22.66)  # the same at 99.9 %, not less K
@@ -60,6 +61,17 @@ def unseen_light(near: NearMisses | None, samples: float, mean: float) -> float:
                 missing = min(expected, MOST_MISSED[int(hits)]) * REFLECTED * radiance / samples
                 squares += missing**2 / ((spread_of_lobes if kind == LOBE else 1.0) * pixels)
     return SAFETY * math.sqrt(squares) / mean
+
+
+def expected(rare_first: np.ndarray, most: np.ndarray, each: float) -> np.ndarray:
+    """How many samples meet what is at most as probable as each of some numbers, for one sample per pixel.
+
+    Args:
+        rare_first: the probabilities with which a sample meets something, in order. most: the largest that count.
+        each: for how many pixels, or lamps, one probability stands.
+    """
+    total = np.concatenate([[0.0], np.cumsum(rare_first) * each])
+    return total[np.searchsorted(rare_first, most, side="right")]
 
 
 class UnseenLight:

@@ -13,10 +13,12 @@ def relative_error(variance, groups, image, unseen=0.0, of_largest=None):
     mean = sum(float(c) for p in known for c in image[p]) / (3 * len(known))
     value, factor = math.sqrt(sum(v) / (3 * len(known))) / mean, interval(v)
     high = value * factor
+    w = v
     if of_largest is not None:
         w = [max(one, 3 * (0.5 * float(of_largest[p])) ** 2) for one, p in zip(v, known, strict=True)]
         high = max(high, math.sqrt(sum(w) / (3 * len(known))) / mean * interval(w))
-    return value, value / factor, math.sqrt(high**2 + unseen**2)
+    delta = math.sqrt(sum(w) / 3) / len(known) / mean
+    return value, value / factor / (1 + 2 * delta), math.sqrt(high**2 + unseen**2) / (1 - 2 * delta)
 
 
 def interval(v):

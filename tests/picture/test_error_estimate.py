@@ -103,7 +103,8 @@ def test_two_halves_that_met_one_bright_sample_each_do_not_seem_exact(f32, doubl
     np.testing.assert_allclose(film.share_of_largest(image), share, rtol=1e-6, atol=1e-6)
     told, mean = film.error(), (63 + 20) / 64
     assert told == 0
-    assert told.high == pytest.approx(0.5 * 8.75 / 8 / mean * math.sqrt(stats.f.ppf(0.975, 2, 2)), rel=1e-4)
+    high = 0.5 * 8.75 / 8 / mean * math.sqrt(stats.f.ppf(0.975, 2, 2))
+    assert told.high == pytest.approx(high / (1 - 2 * 0.5 * 8.75 / 64 / mean), rel=1e-4)
     parts = [film.alike() for _ in range(3)]
     for part, half in zip(parts, (samples[..., :8], samples[..., 8:]), strict=False):
         _add(part, np.ascontiguousarray(half))
@@ -120,6 +121,31 @@ def test_pixels_without_an_estimate_are_left_out_and_none_is_nan():
     assert relative_error(variance, groups, image) == pytest.approx(0.2)
     assert math.isnan(relative_error(variance, groups, 0 * image))
     assert relative_error(0 * np.ones((2, 2, 3)), groups, image) == 0
+
+
+def test_a_mean_that_may_be_noise_makes_the_error_unknown():
+    """4 pixels: the standard error of their mean is half of the error of a pixel."""
+    groups, image = np.full((2, 2), 2), np.ones((2, 2, 3))
+    for deviation, is_known in ((0.9, True), (1.1, False)):
+        told = relative_error(np.full((2, 2, 3), deviation**2), groups, image)
+        assert math.isnan(told) != is_known
+        assert is_known == (str(told) != "unknown")
+    assert relative_error(np.full((2, 2, 3), 0.9**2), groups, image).high > 10 * 0.9
+
+
+def test_the_interval_is_of_the_true_mean(rng):
+    """Single bright samples make the mean of a small picture rough: the error as a fraction of the true mean."""
+    covered = unknown = 0
+    for _ in range(300):
+        hits = rng.binomial(16, 0.02, (2, 64, 1, 1)) / 16 / 0.02  # of two halves
+        picture = np.repeat(hits.mean(axis=0), 3, axis=2)
+        variance = np.repeat(np.square(hits[0] - hits[1]) / 4, 3, axis=2)
+        told = relative_error(variance, np.full((64, 1), 2), picture)
+        had = math.sqrt(np.square(picture - 1).mean())
+        covered += told.low <= had <= told.high
+        unknown += math.isnan(told)
+    assert unknown < 30
+    assert covered / (300 - unknown) > 0.93
 
 
 def test_a_variance_that_is_infinite_makes_the_error_unknown():
@@ -142,7 +168,8 @@ def test_what_no_sample_met_is_in_the_upper_end_and_said_where_it_matters():
     without = relative_error(variance, groups, image)
     told = relative_error(variance, groups, image, 1.5)
     assert (float(told), told.low, told.unseen) == (float(without), without.low, 1.5)
-    assert told.high == pytest.approx(math.hypot(without.high, 1.5))
+    doubt = 2 * 0.1 / 4  # twice the standard error of the mean of 16 pixels
+    assert told.high * (1 - doubt) == pytest.approx(math.hypot(without.high * (1 - doubt), 1.5))
     assert str(told).endswith("; light that no sample met may add 150 %")
     assert "no sample" not in str(relative_error(variance, groups, image, 0.001))
     assert relative_error(0 * variance, groups, image, 1.5).high == 1.5
