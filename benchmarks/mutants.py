@@ -1,9 +1,9 @@
 """How many wrong programs the checks notice, and name: mutants of the solutions, which nobody chose.
 
 A mutant has one small change that a program makes in one method: another operator, a number, a factor or a statement
-left out, arguments or components exchanged, a function in place of its neighbour. A part notices it, or it does not:
-then it may be a right program. The finder names it, or describes what is wrong. A name is wrong if the known mistake
-and the mutant differ for the inputs of another seed.
+left out, arguments or components exchanged, a function in place of its neighbour. There is none in a while loop, which
+might never end. A part notices it, or it does not: then it may be a right program. The finder names it, or describes
+what is wrong. A name is wrong if the known mistake and the mutant differ for the inputs of another seed.
 
 python -m benchmarks.mutants [ASSIGNMENT ...]
 """
@@ -75,8 +75,9 @@ def mutants(text: str) -> dict[str, str]:
     begin = "def f(self):\n"
     tree = ast.parse(begin + text)
     found = {}
+    endless = {id(node) for loop in ast.walk(tree) if isinstance(loop, ast.While) for node in ast.walk(loop)}
     for place, node in enumerate(ast.walk(tree)):
-        if isinstance(node, (ast.FunctionDef, ast.arguments)) or is_in_decorator(node):
+        if isinstance(node, (ast.FunctionDef, ast.arguments)) or is_operator(node) or id(node) in endless:
             continue
         for number in range(sum(1 for _ in changes(node))):
             copied = copy.deepcopy(tree)
@@ -91,8 +92,8 @@ def mutants(text: str) -> dict[str, str]:
     return found
 
 
-def is_in_decorator(node: ast.AST) -> bool:
-    """Whether a node is a name of a type or the like, which is no part of a formula."""
+def is_operator(node: ast.AST) -> bool:
+    """Whether a node is a sign, which the node around it changes."""
     return isinstance(node, (ast.Load, ast.Store, ast.operator, ast.cmpop, ast.boolop, ast.unaryop))
 
 

@@ -41,7 +41,7 @@ from taichi_tracer.system.stopwatch import LIGHTS, stage
 from taichi_tracer.tones.display import Display
 from taichi_tracer.tones.heat import Scale
 from taichi_tracer.unseen.other_technique import OtherTechnique, missed_light
-from taichi_tracer.unseen.small_lamps import SmallLamps, missed_directly
+from taichi_tracer.unseen.rarely_met import RarelyMet
 
 if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
@@ -147,7 +147,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.explainer: Any = None
         self._of_sample: Any = None  # while a replaced ``shade_ray`` is compiled: the scene and the random numbers
         self.other: OtherTechnique | None = None
-        self.small_lamps: tuple[Any, SmallLamps] | None = None  # of a state of the picture
+        self.rarely_met = RarelyMet(self)
         self.display = Display()
         self.use(self.offers[0].name if given["integrator"] is None else given["integrator"])
 
@@ -391,7 +391,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
     def _missed_light(self) -> float:
         """What the samples may not have met, see ``unseen.other_technique`` and ``unseen.small_lamps``."""
-        return math.hypot(missed_light(self), missed_directly(self))
+        return math.hypot(missed_light(self), self.rarely_met.missed())
 
     def notes(self) -> list[str]:
         """What the user should know about the picture; nothing if a replaced method decides what is shown."""

@@ -304,6 +304,7 @@ TESTED_THROUGH = {
     "teaching.rooms": "teaching/test_mistakes",
     "teaching.sealed": "teaching/test_solutions",
     "teaching.sealing": "teaching/test_solutions",
+    "unseen.rarely_met": "unseen/test_caustics",
     "tones.base": "contracts/test_tones",
     "tones.none": "contracts/test_tones",
 }

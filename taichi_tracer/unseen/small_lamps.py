@@ -1,13 +1,8 @@
 """How much light does a picture miss because its eye rays may pass beside a lamp that is smaller than a pixel?
 
 The image of a lamp covers the area P of the picture, in pixels. If P is below 1, and if the share V of the lamp is seen
-from the eye, then a sample of its pixel meets the lamp with the probability P V, and shows its radiance L. If n samples
-have most likely not met it, the light P V L is missing in this pixel. As in ``other_technique``, lamps that are about
-as rarely met are counted together: of many small lamps, samples know enough. The mean square error grows by
-
-    u² = (1/N) Σ_i (Σ P V L)²,
-
-a sum over the pixels i and over the lamps that are missing in each of them.
+from the eye, then a sample of its pixel meets the lamp with the probability P V, and shows its radiance L. So it adds
+P V L to the pixel on average: see ``rare_light``.
 
 Nothing is sampled here: the lamps are projected with numpy, once for each view. Rays are traced only to lamps that are
 so small in this view; they say what is seen. The ray of a camera that maps pixels in a way of its own does not lead to
@@ -20,32 +15,13 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.lights.choice import LampTable
-from taichi_tracer.unseen.unseen_light import ABOUT_AS_RARE, KNOWN, expected
+from taichi_tracer.unseen.rare_light import RareLight, none_in
 
 POINTS = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / np.array([[3], [6], [6], [6]])  # of a triangle
 OFF = 1e-3  # of the distance: a ray that passes a lamp's point by more does not lead to it
 
 
-class SmallLamps:
-    """The lamps that a view shows directly, and that are smaller than a pixel.
-
-    Attributes:
-        pixel: (n,) the number of a pixel that shows a part of a lamp. chance: (n,) with which a sample meets the lamp.
-        light: (n,) what this part adds to the pixel, as the root mean square of the channels. pixels: N.
-    """
-
-    def __init__(self, pixel: np.ndarray, chance: np.ndarray, light: np.ndarray, pixels: int) -> None:
-        self.pixel, self.chance, self.light, self.pixels = pixel, chance, light, pixels
-
-    def missed(self, samples: float) -> float:
-        """u in the unit of the picture, for a picture with so many samples per pixel."""
-        met = expected(np.sort(self.chance), ABOUT_AS_RARE * self.chance, 1 / len(POINTS))
-        is_missed = samples * met < KNOWN
-        of_pixel = np.bincount(self.pixel[is_missed], self.light[is_missed])
-        return math.sqrt(float(np.square(of_pixel).sum()) / self.pixels)
-
-
-def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...]) -> SmallLamps:
+def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...]) -> RareLight:
     """The lamps that a view shows directly, and that are smaller than a pixel.
 
     Args:
@@ -62,34 +38,24 @@ def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...]) -> SmallLam
         is_inside = ((at >= (x0, y0)) & (at < (x1, y1))).all(axis=2)
     lamp = np.flatnonzero((area > 0) & (area < 1) & is_inside.any(axis=1))
     if lamp.size == 0:
-        return SmallLamps(lamp, area[lamp], area[lamp], pixels)
+        return none_in(pixels)
     to, places = ((POINTS @ one[lamp]).reshape(-1, one.shape[2]) for one in (corners, image))
     is_seen = meets(scene_data, camera, places, to, np.repeat(lamp, len(POINTS))).reshape(-1, len(POINTS))
     of_points = is_seen * area[lamp, None] / len(POINTS)
     chance = np.broadcast_to(of_points.sum(axis=1, keepdims=True), of_points.shape)
-    light = of_points * radiance_of(mesh, scene_data.materials, table)[lamp, None]
+    light = of_points * radiance_of(scene_data)[lamp, None]
     number = (at[lamp, :, 0] - x0) + (x1 - x0) * (at[lamp, :, 1] - y0)
     shown = is_inside[lamp] & is_seen
-    return SmallLamps(number[shown].astype(np.int64), chance[shown], light[shown], pixels)
-
-
-def missed_directly(renderer: Any) -> float:
-    """What lamps that are smaller than a pixel may add to a renderer's picture; 0 if none is in view."""
-    if renderer.scene_data.lamps.count == 0 or not renderer.shows_light or renderer.replaced or renderer.samples == 0:
-        return 0.0
-    if renderer.small_lamps is None or renderer.small_lamps[0] != renderer._shown:
-        found = small_lamps(renderer.scene_data, renderer.camera, renderer.film.crop)
-        renderer.small_lamps = renderer._shown, found
-    return renderer.small_lamps[1].missed(renderer.samples)
+    return RareLight(number[shown].astype(np.int64), chance[shown], light[shown], pixels, 1 / len(POINTS))
 
 
 def corners_of(mesh: Any, table: LampTable, camera: Any) -> np.ndarray:
-    """(L, 3, 3) the corners of triangles; of spheres the centre, and the ends of two radii across the gaze."""
+    """(L, 3, 3) the corners of triangles; of spheres the centre, and the ends of two radii across the gaze, if any."""
     is_triangle = table.primitives >= 0
     corners = np.empty((len(table), 3, 3))
     corners[is_triangle] = mesh.vertices[mesh.faces[table.primitives[is_triangle]]]
     spheres = mesh.spheres[-1 - table.primitives[~is_triangle]].astype(np.float64)
-    axes = np.asarray(camera.compute_matrix(), np.float64)[:3, :2].T
+    axes = np.eye(3)[:2] if camera is None else np.asarray(camera.compute_matrix(), np.float64)[:3, :2].T
     corners[~is_triangle] = spheres[:, None, :3]
     corners[~is_triangle, 1:] += spheres[:, None, 3:] * axes
     return corners
@@ -104,26 +70,54 @@ def pixels_of(camera: Any, points: np.ndarray) -> np.ndarray:
     return (ndc + 1) / 2 * (int(camera.width), int(camera.height)) - 0.5
 
 
-def meets(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray, lamp: np.ndarray) -> np.ndarray:
-    """(n,) bool: whether the ray through each place of the picture leads to its point, and meets the lamp there.
+def look(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray) -> tuple[Any, np.ndarray, np.ndarray]:
+    """What the rays through places of the picture hit; whether each leads to its point; and how far that is.
 
     Args:
-        pixel: (n, 2) places. points: (n, 3). lamp: (n,) the numbers of the lamps.
+        pixel: (n, 2) places. points: (n, 3).
     """
-    table = scene_data.lamps.table
     place = np.nan_to_num(pixel, nan=-1.0, posinf=-1.0, neginf=-1.0)
     origins, directions = camera.rays(place[:, 0], place[:, 1])
     along = ((points - origins) * directions).sum(axis=1)
     beside = np.linalg.norm(points - origins - along[:, None] * directions, axis=1)
-    hits = scene_data.intersect(origins, directions)
-    is_lit = table.two_sided | ~hits.is_backfacing
-    return hits.is_hit & is_lit & (hits.triangle_id == table.ids[lamp]) & (beside < OFF * abs(along))
+    return scene_data.intersect(origins, directions), beside < OFF * abs(along), along
 
 
-def radiance_of(mesh: Any, materials: Any, table: LampTable) -> np.ndarray:
+def meets(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray, lamp: np.ndarray) -> np.ndarray:
+    """(n,) bool: whether the ray through each place of the picture leads to its point, and meets the lamp there.
+
+    Args:
+        lamp: (n,) the numbers of the lamps.
+    """
+    table = scene_data.lamps.table
+    hits, leads, _ = look(scene_data, camera, pixel, points)
+    return hits.is_hit & leads & (table.two_sided | ~hits.is_backfacing) & (hits.triangle_id == table.ids[lamp])
+
+
+def sees(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(n,) bool: whether the ray through each place of the picture meets its point, and nothing before it."""
+    hits, leads, along = look(scene_data, camera, pixel, points)
+    return hits.is_hit & leads & (abs(hits.distance - along) < OFF * abs(along))
+
+
+def area_of_pixel(camera: Any, points: np.ndarray) -> np.ndarray:
+    """(n,) the area that a pixel covers at each point, across the ray."""
+    to_world = np.asarray(camera.compute_matrix(), np.float64)
+    from_eye = points - to_world[:3, 3]
+    step = OFF * np.linalg.norm(from_eye, axis=1, keepdims=True)
+    ray = np.broadcast_to(to_world[:3, 2], points.shape) if camera.is_parallel else from_eye
+    a = np.cross(ray, to_world[:3, 1])
+    b = np.cross(ray, a)
+    a, b = (step * one / np.linalg.norm(one, axis=1, keepdims=True) for one in (a, b))
+    by_a, by_b = (pixels_of(camera, points + one) - pixels_of(camera, points - one) for one in (a, b))
+    return (2 * step[:, 0]) ** 2 / abs(by_a[:, 0] * by_b[:, 1] - by_a[:, 1] * by_b[:, 0])
+
+
+def radiance_of(scene_data: Any) -> np.ndarray:
     """(L,) the radiance of each lamp, as the root mean square of the channels."""
+    mesh, table = scene_data.geometry.mesh, scene_data.lamps.table
     is_triangle = table.primitives >= 0
     of = np.empty(len(table), np.int64)
     of[is_triangle] = np.asarray(mesh.face_materials)[table.primitives[is_triangle]]
     of[~is_triangle] = np.asarray(mesh.sphere_materials)[-1 - table.primitives[~is_triangle]]
-    return np.sqrt(np.square(np.array([m.Ke for m in materials], np.float64)[of]).mean(axis=1))
+    return np.sqrt(np.square(np.array([m.Ke for m in scene_data.materials], np.float64)[of]).mean(axis=1))

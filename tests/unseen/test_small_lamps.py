@@ -11,7 +11,8 @@ import taichi_tracer as tt
 from taichi_tracer.camera import make_camera
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.unseen.small_lamps import SmallLamps, small_lamps
+from taichi_tracer.unseen.rare_light import RareLight
+from taichi_tracer.unseen.small_lamps import small_lamps
 from taichi_tracer.unseen.unseen_light import KNOWN
 
 SIZE = 24
@@ -105,10 +106,10 @@ def test_the_back_of_a_lamp_with_two_sides_and_a_crop():
 
 def test_samples_know_of_many_small_lamps():
     """100 lamps that a sample meets with 1 % each: 16 samples meet one of them 16 times."""
-    many = SmallLamps(np.arange(400) // 4, np.full(400, 0.01), np.full(400, 2.5), 576)
+    many = RareLight(np.arange(400) // 4, np.full(400, 0.01), np.full(400, 2.5), 576, 1 / 4)
     assert many.missed(16) == 0
     assert many.missed(8) == pytest.approx(math.sqrt(100 * 10.0**2 / 576))
-    rare = SmallLamps(np.array([5, 5]), np.array([0.01, 1e-4]), np.array([3.0, 4.0]), 4)
+    rare = RareLight(np.array([5, 5]), np.array([0.01, 1e-4]), np.array([3.0, 4.0]), 4)
     assert rare.missed(1) == pytest.approx(7 / 2)
 
 

@@ -1,0 +1,46 @@
+"""What a renderer's samples find rarely, and have perhaps not found at all: small lamps, and caustics."""
+
+import math
+from typing import Any
+
+from taichi_tracer.unseen.caustics import CausticTracer, has_caustics
+from taichi_tracer.unseen.rare_light import RareLight
+from taichi_tracer.unseen.small_lamps import small_lamps
+
+SAFETY = 1.2  # times the light of caustics, of which only some thousand rays are known
+
+
+class RarelyMet:
+    """The rare light of a renderer's picture, which is found once for each view.
+
+    Args:
+        renderer: a ``ProgressiveRenderer``.
+    """
+
+    def __init__(self, renderer: Any) -> None:
+        self.renderer = renderer
+        self._of: Any = None  # the state of the picture for which it was found
+        self._found: list[tuple[float, RareLight]] = []
+        self._tracer: CausticTracer | None = None
+
+    def missed(self) -> float:
+        """What may be missing in the picture, as a root mean square error; 0 if samples find everything."""
+        renderer = self.renderer
+        if renderer.scene_data.lamps.count == 0 or not renderer.shows_light or renderer.replaced:
+            return 0.0
+        if renderer.samples == 0:
+            return 0.0
+        if self._of != renderer._shown:
+            self._of, self._found = renderer._shown, self._find()
+        return math.hypot(*(factor * light.missed(renderer.samples) for factor, light in self._found))
+
+    def _find(self) -> list[tuple[float, RareLight]]:
+        renderer = self.renderer
+        scene, camera, crop = renderer.scene_data, renderer.camera, renderer.film.crop
+        found = [(1.0, small_lamps(scene, camera, crop))]
+        kernel_scene = renderer.kernel_scene()
+        if has_caustics(kernel_scene, renderer.active):
+            if self._tracer is None or self._tracer.scene is not kernel_scene:
+                self._tracer = CausticTracer(kernel_scene)
+            found.append((SAFETY, self._tracer.light(scene, camera, crop, renderer.active)))
+        return found

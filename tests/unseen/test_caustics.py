@@ -1,0 +1,139 @@
+"""Caustics: what rays from the lamps say of them, against formulas and against long renders."""
+
+import math
+
+import numpy as np
+import pytest
+
+import taichi_tracer as tt
+from taichi_tracer.camera import make_camera
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.materials import Material
+from taichi_tracer.unseen.caustics import CausticTracer, has_caustics
+from taichi_tracer.unseen.rare_light import RareLight
+
+SIZE = 24
+KD, KE, HALF = 0.6, 2e4, 0.02
+VIEW = {"eye": (0, 4, 3), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}
+
+
+def flat(centre, half, facing=1.0):
+    """A square that looks along ±y."""
+    x, y, z = centre
+    s = half * facing
+    return np.array([[x - s, y, z + half], [x + s, y, z + half], [x + s, y, z - half], [x - s, y, z - half]])
+
+
+def upright(x, half, facing=1.0):
+    """A square that looks along ±x."""
+    s = half * facing
+    return np.array([[x, 0, s], [x, 0, -s], [x, 2 * half, -s], [x, 2 * half, s]])
+
+
+MATERIALS = [
+    Material("floor", Kd=(KD,) * 3),
+    Material("lamp", Kd=(0,) * 3, Ke=(KE,) * 3),
+    Material("mirror", Kd=(1,) * 3, Ns=1e15),
+    Material("glass", Kd=(0,) * 3, d=0.0, Ni=1.5),
+]
+
+
+def scene(parts, ids, spheres=(), sphere_material=3, **options):
+    """Squares with materials, and spheres (x, y, z, radius)."""
+    faces = [[4 * k + i for i in corner] for k in range(len(parts)) for corner in ((0, 1, 2), (0, 2, 3))]
+    mesh = Mesh(
+        vertices=np.concatenate(parts),
+        faces=np.array(faces, np.int32),
+        face_materials=np.repeat(ids, 2).astype(np.int32),
+        materials=MATERIALS,
+        spheres=np.array(spheres, float).reshape(-1, 4),
+        sphere_materials=np.full(len(spheres), sphere_material, np.int32),
+    )
+    return tt.SceneData(mesh, view=VIEW, **options)
+
+
+def caustics_of(made, max_bounces=5, **view) -> RareLight:
+    """The caustics of a view."""
+    camera = make_camera(SIZE, SIZE, **{**VIEW, **view})
+    renderer = tt.A4Renderer(made, SIZE, SIZE).use("path")
+    renderer.active.prepare(made, camera)
+    renderer.active.change("max_bounces", max_bounces)
+    return CausticTracer(made.in_kernels()).light(made, camera, (0, SIZE, 0, SIZE), renderer.active)
+
+
+@pytest.mark.parametrize("view", [{}, {"projection": "orthographic", "fov": None, "screen_window": (-1, 1, -1, 1)}])
+def test_a_mirror_shows_the_floor_a_second_lamp(view):
+    """A small lamp at the height 1 before an upright mirror: the floor is lit by its image behind the mirror, which
+    reflects the cosine of the angle at it."""
+    lamp = np.array([0.0, 1.0, 0.0])
+    turned = upright(0, HALF) + lamp - [0, HALF, 0]
+    made = scene([flat((0, 0, 0), 6), turned, upright(1.5, 3, -1.0)], [0, 1, 2])
+    found = caustics_of(made, **view)
+    camera = make_camera(SIZE, SIZE, **{**VIEW, **view})
+    y, x = np.mgrid[:SIZE, :SIZE]
+    origins, directions = camera.rays(x.ravel(), y.ravel())
+    points = origins - directions * (origins[:, 1:2] / directions[:, 1:2])
+    image = np.array([3.0, 1.0, 0.0])
+    to = image - points
+    r = np.linalg.norm(to, axis=1)
+    irradiance = KE * (2 * HALF) ** 2 * abs(to[:, 0]) / r * abs(to[:, 1]) / r / r**2
+    right = np.where(points[:, 0] < 1.5, KD / math.pi * irradiance * abs(to[:, 0]) / r, 0)
+    got = np.bincount(found.pixel, found.light, SIZE * SIZE)
+    hit = made.intersect(origins, directions).material_id == 0
+    assert got[hit].sum() == pytest.approx(right[hit].sum(), rel=0.04)
+    both = np.where(hit, got, 0), np.where(hit, right, 0)
+    blocks = [one.reshape(SIZE // 8, 8, SIZE // 8, 8).sum(axis=(1, 3)) for one in both]
+    np.testing.assert_allclose(*blocks, rtol=0.3, atol=0.05 * blocks[1].max())
+    chance = np.bincount(found.pixel, found.chance, SIZE * SIZE)
+    lit = (got > 0.2 * got.max()) & hit
+    mirrored = (abs(to[:, 0]) / r)[lit]
+    np.testing.assert_allclose(chance[lit], got[lit] / (KD * mirrored * KE), rtol=0.1)
+    made.destroy()
+
+
+@pytest.mark.long
+def test_glass_focuses_what_paths_find_after_a_long_time():
+    """The picture with paths through glass, less one of direct light, where the eye sees the floor itself."""
+    parts, ids, sphere = [flat((0, 0, 0), 4), flat((0.2, 3, 0.1), 0.3, -1.0)], [0, 1], [(0, 0.9, 0, 0.5)]
+    made = scene(parts, ids, sphere)
+    found = caustics_of(made)
+    pictures = [tt.A4Renderer(made, SIZE, SIZE).use("path") for _ in range(2)]
+    pictures[1].active.change("max_bounces", 1)
+    images = [one.render(1500).image()[::-1].mean(axis=2).ravel() for one in pictures]
+    y, x = np.mgrid[:SIZE, :SIZE]
+    on_floor = made.intersect(*pictures[0].camera.rays(x.ravel(), y.ravel())).material_id == 0
+    right = np.where(on_floor, images[0] - images[1], 0)
+    spot = np.argsort(-right)[:12]
+    got = np.bincount(found.pixel, found.light, SIZE * SIZE)
+    assert right[spot].sum() > 1000
+    assert got[spot].sum() == pytest.approx(right[spot].sum(), rel=0.25)
+    made.destroy()
+
+
+def test_where_caustics_can_be_missed():
+    floor, lamp, mirror = flat((0, 0, 0), 4), flat((0, 3, 0), 0.01, -1.0), upright(1.5, 1, -1.0)
+    with_all, without_mirror = scene([floor, lamp, mirror], [0, 1, 2]), scene([floor, lamp], [0, 1])
+    without_lamp = scene([floor, mirror], [0, 2], environment=np.ones((4, 8, 3), np.float32))
+    path = tt.A4Renderer(with_all, SIZE, SIZE).use("path")
+    path.active.prepare(with_all, path.camera)
+    assert has_caustics(with_all.in_kernels(), path.active)
+    assert not has_caustics(without_mirror.in_kernels(), path.active)
+    assert not has_caustics(without_lamp.in_kernels(), path.active)
+    path.active.change("max_bounces", 1)
+    assert not has_caustics(with_all.in_kernels(), path.active)
+    assert not has_caustics(with_all.in_kernels(), tt.A3Renderer(with_all, SIZE, SIZE).use("mis").active)
+
+
+@pytest.mark.long
+def test_claims_contain_a_caustic_that_no_path_found():
+    """A lamp of 4 cm above a glass sphere: the caustic is brighter than all else, and no path has found it."""
+    parts = [flat((0, 0, 0), 4), flat((0.2, 3, 0.1), HALF, -1.0), flat((0, 6, 0), 2, -1.0)]
+    made = scene(parts, [0, 1, 1], [(0, 0.9, 0, 0.5)])
+    for seed in range(5):
+        renderer = tt.A4Renderer(made, SIZE, SIZE, seed=seed).use("path").render(8)
+        told = renderer.error()
+        rare = renderer.rarely_met._found[1][1]
+        caustic = np.bincount(rare.pixel, rare.light, SIZE * SIZE)
+        truth = math.sqrt(float(np.square(caustic).mean())) / renderer.image().mean()
+        assert math.isnan(told) or told.high > 0.8 * truth
+    made.destroy()
