@@ -30,10 +30,12 @@ BENCHMARKS = {
     "instances": [],
     "obj_reader": [],
     "grading": [],
+    "mutants": [],
+    "claims": [],
     "cluster": ["--seconds", "30"],
     "live": [],
 }
-COUNTED = ("error", "samplers")
+COUNTED = ("error", "samplers", "mutants", "claims")
 # The files and folders of the package whose speed a benchmark measures.
 RAYS = ["fast", "ray_intersector.py", "geometry.py"]
 SAMPLES = ["integrators", "lights", "brdfs", "sampler.py", "samplers", "environment.py", "progressive.py", "picture"]
@@ -64,6 +66,8 @@ MEASURED = {
     "instances": [*RAYS, "intersectors", "instances.py", "places.py"],
     "obj_reader": ["files/obj.py", "files/text.py"],
     "grading": ["teaching"],
+    "mutants": ["teaching"],
+    "claims": ["picture", "unseen", "integrators", "lights"],
     "cluster": ["cluster"],
     "live": [
         "apps/session.py",

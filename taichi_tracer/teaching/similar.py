@@ -24,7 +24,7 @@ RUN = 12  # words: about a line of code
 ALIKE = 0.5  # the share of the rarer runs of the smaller submission that a pair has in common, if it is listed
 LEAST = 25.0  # what these runs count together: a few lines may be alike by chance
 SOLUTION = "the solution"
-MOST_FUNCTIONS = 3  # that are named
+MOST_FUNCTIONS, MOST_KEYS = 3, 8  # that a line names
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,9 @@ class Group:
     functions: tuple[str, ...]
 
     def __str__(self) -> str:
-        return f"{', '.join(self.keys)}: {self.share:.0%} of what few others have, in {', '.join(self.functions)}"
+        shown, rest = self.keys[:MOST_KEYS], len(self.keys) - MOST_KEYS
+        keys = ", ".join(shown) + (f" and {rest} more" if rest > 0 else "")
+        return f"{keys}: {self.share:.0%} of what few others have, in {', '.join(self.functions)}"
 
     def facts(self) -> dict:
         """The group for JSON."""
