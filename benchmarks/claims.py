@@ -21,7 +21,7 @@ from taichi_tracer.materials import Material
 from taichi_tracer.picture.metrics import relative_rmse
 
 SIZE, SPP, RENDERS = 48, (16, 64), 40
-REFERENCE_SPP, REFERENCE_SEED = 32_768, 10**6
+REFERENCE_SPP, REFERENCE_SEED = 8192, 10**6
 DIRECT, PATHS = (
     ("mis", "environment", "brdf"),
     (("path", 1), ("path", 3), ("path", 8), ("explicit", 3), ("implicit", 3)),
