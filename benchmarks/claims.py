@@ -272,7 +272,7 @@ def main() -> None:
         scene = SCENES[name]()
         for way, samples, one, unknown in cells_of(scene):
             holds, wrong = one.is_inside.mean(), one.told_wrong(2)
-            fails = holds < LEAST_INSIDE or wrong > MOST_WRONG
+            fails = bool(holds < LEAST_INSIDE or wrong > MOST_WRONG)
             failed, count = failed + fails, count + 1
             numbers = f"{holds:.0%} | {wrong:.0%} | {unknown} | {one.width:.2f} | {np.median(one.true):.1%}"
             print(f"| {name} | {way} | {samples} | {numbers} | {one.reference:.1%} | {'fails' * fails} |", flush=True)
