@@ -5,6 +5,7 @@ from argparse import Namespace
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from taichi_tracer.apps import agreement
 from taichi_tracer.apps.interruption import Interruption
 from taichi_tracer.apps.requests import CameraRequest, up_axis_of
 from taichi_tracer.apps.rescue import written_bytes
@@ -16,6 +17,7 @@ from taichi_tracer.studies import accuracy_report, accuracy_sentences, accuracy_
 from taichi_tracer.studies.source import Order, Source
 from taichi_tracer.studies.workers import OtherMachines
 from taichi_tracer.system.digits import digits
+from taichi_tracer.system.errors import InputError
 
 FAST_MATH = {"off": (False,), "on": (True,), "both": (False, True)}
 
@@ -42,8 +44,17 @@ def run(args: Namespace, machines: OtherMachines | None = None) -> int:
         machines: other machines that render; None renders here.
 
     Returns:
-        0, or 128 and the number of the signal.
+        0, or 128 and the number of the signal; with ``--check``, 1 if estimators differ.
     """
+    if args.check:
+        if args.helper is not None:
+            args.helper.close()
+        if machines is not None:
+            raise InputError("accuracy: --check renders here: leave out --cluster")
+        find_scene(args.scene)
+        estimators = names(args.estimators, variants.known("estimators"))
+        with StudyBar(args.budget, args.started) as bar:
+            return agreement.run(args, source_of(args), estimators, bar.show)
     try:
         order, report = study_of(args), report_of(args)
     except Exception:

@@ -60,6 +60,11 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.add_argument("--budget", type=positive, default=60, metavar="SECONDS", help="in all (default: %(default)s)")
     parser.add_argument("--report", metavar="DIR", help="folder for a page, a chart, CSV and JSON")
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="only say which estimators differ that should agree (exit code 1)",
+    )
     parser.add_argument("--arch", metavar="NAME", help="which backend runs the kernels")
     add_cluster_option(parser, "take the measurements")
     add_camera_options(parser)

@@ -1,0 +1,103 @@
+"""Do estimators agree? Those of the package do, and a wrong weight is found."""
+
+import numpy as np
+import pytest
+import taichi as ti
+
+import taichi_tracer as tt
+from taichi_tracer.apps import agreement as command
+from taichi_tracer.apps.cli import main
+from taichi_tracer.brdfs.diffuse import Diffuse
+from taichi_tracer.studies import agreement
+from taichi_tracer.studies.agreement import Compared, Group, block_scores
+from taichi_tracer.system.registry import PARTS
+
+
+def noisy(rng, mean, deviation=0.1, shape=(32, 32, 3)):
+    """A picture with normal noise, and its variance."""
+    noise = rng.normal(size=shape[:2])[..., None] * np.ones(3)
+    return mean + deviation * noise, np.full(shape, deviation**2)
+
+
+def test_scores_of_blocks_are_normal(rng):
+    scores = [block_scores(noisy(rng, 1.0), noisy(rng, 1.0), 0.0) for _ in range(100)]
+    assert scores[0].shape == (4, 4)
+    assert np.std(scores) == pytest.approx(1, abs=0.1)
+    assert np.mean(scores) == pytest.approx(0, abs=0.1)
+
+
+def test_light_that_no_sample_met_is_noise_of_every_block(rng):
+    one, other = noisy(rng, 1.0, 0.01), noisy(rng, 1.1, 0.01)
+    assert abs(block_scores(one, other, 0.0)).min() > 20
+    assert abs(block_scores(one, other, 0.2)).max() < 1
+    black = np.zeros((32, 32, 3)), np.zeros((32, 32, 3))
+    assert (block_scores(black, black, 0.0) == 0).all()
+
+
+def group(z: float, unseen: float = 0.0) -> Group:
+    """Two estimators that differ by z."""
+    one = Compared("brdf", 64, -0.031, 0.004, z, 3.0, np.array([[z, 0.0], [z, 1.0]]), unseen)
+    return Group("direct light", "mis", 0.012, (one,))
+
+
+def test_what_is_told():
+    head, line = command.lines_of(group(-7.75))
+    assert head == "direct light: compared with mis, whose error is 1.2 %"
+    told = "brdf -3.10 % ± 0.40 % differs: too dark (z -7.8), above all in 2 of 4 blocks"
+    assert " ".join(line.split()) == told
+    assert not group(-7.75).agrees
+    assert command.lines_of(group(1.0))[1].endswith("agrees")
+    assert command.lines_of(group(1.0, 0.5))[1].endswith("agrees; light that no sample met may hide 50 %")
+    text = command.as_page("<scene>", [group(-7.75)])
+    assert "&lt;scene&gt;" in text
+    assert text.count("<img") == 1
+
+
+@ti.data_oriented
+class Dark(Diffuse):
+    """Its samples have a weight that is 5 % too small."""
+
+    name = "dark"
+
+    @ti.func
+    def sample_weight(self, material, w_o, w_i, n):
+        return 0.95 * material.Kd
+
+
+@pytest.mark.long
+def test_a_wrong_weight_is_found_and_nothing_else(f32):
+    names = ("brdf", "environment", "mis")
+    scene = tt.load_scene_data("cornell_box")
+    (right,) = agreement.agreement(scene, (48, 48), 3.0, names)
+    assert right.agrees, command.lines_of(right)
+    part = Dark()
+    tt.register(part)
+    try:
+        dark = tt.load_scene_data("cornell_box")
+    finally:
+        PARTS.remove(part)
+    (wrong,) = agreement.agreement(dark, (48, 48), 6.0, names)
+    found = {wrong.reference: 0.0} | {one.name: one.z for one in wrong.others}
+    assert not wrong.agrees
+    assert found["brdf"] == min(found.values())
+    assert abs(found["environment"] - found["mis"]) < abs(found["brdf"]) / 2
+
+
+@pytest.mark.long
+def test_the_command(tmp_path, capsys):
+    words = [
+        "accuracy",
+        "cornell_box",
+        "--check",
+        "--size",
+        "32x32",
+        "--budget",
+        "2",
+        "--estimators",
+        "mis,environment",
+    ]
+    assert main([*words, "--report", str(tmp_path / "r")]) == 0
+    told = capsys.readouterr().out
+    assert "agrees" in told
+    assert "1% of such checks" in told
+    assert (tmp_path / "r" / "agreement.html").read_text().count("<img") == 1
