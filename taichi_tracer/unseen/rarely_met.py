@@ -1,13 +1,14 @@
-"""What a renderer's samples find rarely, and have perhaps not found at all: small lamps, and caustics."""
+"""What a renderer's samples find rarely, and have perhaps not found at all: small lamps, their images, and caustics."""
 
 import math
 from typing import Any
 
 from taichi_tracer.unseen.caustics import CausticTracer, has_caustics
+from taichi_tracer.unseen.mirrored_lamps import MirrorTracer, has_mirrors
 from taichi_tracer.unseen.rare_light import RareLight
 from taichi_tracer.unseen.small_lamps import small_lamps
 
-SAFETY = 1.2  # times the light of caustics, of which only some thousand rays are known
+SAFETY = 1.2  # times light of which only some thousand rays are known
 
 
 class RarelyMet:
@@ -22,6 +23,7 @@ class RarelyMet:
         self._of: Any = None  # the state of the picture for which it was found
         self._found: list[tuple[float, RareLight]] = []
         self._tracer: CausticTracer | None = None
+        self._mirrors: MirrorTracer | None = None
 
     def missed(self) -> float:
         """What may be missing in the picture, as a root mean square error; 0 if samples find everything."""
@@ -39,6 +41,12 @@ class RarelyMet:
         scene, camera, crop = renderer.scene_data, renderer.camera, renderer.film.crop
         found = [(1.0, small_lamps(scene, camera, crop))]
         kernel_scene = renderer.kernel_scene()
+        if has_mirrors(kernel_scene):
+            if self._mirrors is None or self._mirrors.scene is not kernel_scene:
+                self._mirrors = MirrorTracer(kernel_scene)
+            settings = getattr(renderer.active, "settings", None)
+            bounces = 1 if settings is None else int(settings["max_bounces"])
+            found.append((SAFETY, self._mirrors.light(scene, camera, crop, bounces)))
         if has_caustics(kernel_scene, renderer.active):
             if self._tracer is None or self._tracer.scene is not kernel_scene:
                 self._tracer = CausticTracer(kernel_scene)
