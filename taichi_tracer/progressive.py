@@ -5,7 +5,6 @@ assignments define which integrators they offer, and have the methods of the han
 """
 
 import copy
-import math
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
@@ -391,7 +390,8 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
     def _missed_light(self) -> float:
         """What the samples may not have met, see ``unseen.other_technique`` and ``unseen.small_lamps``."""
-        return math.hypot(missed_light(self), self.rarely_met.missed())
+        self.film.unseen.rare = self.rarely_met.rows()
+        return missed_light(self)
 
     def notes(self) -> list[str]:
         """What the user should know about the picture; nothing if a replaced method decides what is shown."""

@@ -271,7 +271,6 @@ TESTED_THROUGH = {
     "apps.export": "apps/test_cli",
     "apps.faults": "apps/test_parts",
     "apps.keeping": "apps/test_rescue",
-    "apps.merge": "apps/test_cli",
     "apps.render": "apps/test_cli",
     "apps.same_again": "apps/test_viewer",
     "contracts.plots": "apps/test_check_part",

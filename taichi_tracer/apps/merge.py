@@ -1,4 +1,4 @@
-"""``taichi-tracer merge``: the samples of two renderings of one picture, added."""
+"""``taichi-tracer merge``: the samples of several renderings of one picture, added."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -16,7 +16,9 @@ from taichi_tracer.tones.display import Display
 
 
 def run(args: Namespace) -> int:
-    """Add two checkpoints; write a checkpoint, or a picture if the ending is one of a picture's."""
+    """Add checkpoints; write a checkpoint, or a picture if the ending is one of a picture's."""
+    if len(args.files) < 2:
+        raise InputError(f"merge: give two checkpoints or more, not only {args.files[0]}")
     output, display = Path(args.output), Display(args.exposure, args.tone)
     is_picture = output.suffix.lower() in ENCODERS
     if is_picture:
@@ -27,19 +29,12 @@ def run(args: Namespace) -> int:
     else:
         known = ", ".join([checkpoint.EXTENSION, *ENCODERS])
         raise InputError(f"-o {output}: unknown file type {output.suffix!r}: known are {known}")
-    (facts, arrays), (other_facts, other_arrays) = (
-        checkpoint.read_checkpoint(path) for path in (args.first, args.second)
-    )
-    first, second = facts.pop("samples"), other_facts.pop("samples")
-    checkpoint.check_same(args.second, other_facts, args.first, facts)
-    try:
-        ranges = checkpoint.joined(first, second)
-    except InputError as error:
-        raise InputError(f"{args.first}, {args.second}: {error}") from None
-
+    first, *others = args.files
+    facts, ranges = checked(args.files)
     runtime.init("cpu", facts["precision"])
-    film, other = (film_of(facts, values, done) for values, done in ((arrays, first), (other_arrays, second)))
-    film.merge(other)
+    film = film_of(facts, *content_of(first))
+    for path in others:
+        film.merge(film_of(facts, *content_of(path)))
     if is_picture:
         shown = display if facts["srgb"] else Display()
         image = film.own_pixels(film.image())
@@ -50,6 +45,28 @@ def run(args: Namespace) -> int:
     if film.non_finite > 0:
         note(f"{film.non_finite} samples were not finite, not added")
     return 0
+
+
+def checked(files: list[str]) -> tuple[dict, list[list[int]]]:
+    """The facts of the picture, and the ranges of all samples; an InputError if the files do not fit together."""
+    first, *others = files
+    facts, _ = checkpoint.read_checkpoint(first)
+    ranges = facts.pop("samples")
+    for path in others:
+        other, _ = checkpoint.read_checkpoint(path)
+        samples = other.pop("samples")
+        checkpoint.check_same(path, other, first, facts)
+        try:
+            ranges = checkpoint.joined(ranges, samples)
+        except InputError as error:
+            raise InputError(f"{first}, {path}: {error}") from None
+    return facts, ranges
+
+
+def content_of(path: str) -> tuple[dict, list[list[int]]]:
+    """The arrays and the ranges of the samples of a checkpoint."""
+    facts, arrays = checkpoint.read_checkpoint(path)
+    return arrays, facts["samples"]
 
 
 def film_of(facts: dict, arrays: dict, ranges: list[list[int]]) -> Film:

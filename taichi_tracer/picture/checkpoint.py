@@ -56,6 +56,7 @@ def save(renderer, path: str | Path) -> None:
         name = renderer.active.name
         raise InputError(f"checkpoint: every sample of {name} is the picture itself: nothing to keep")
     ranges = [[renderer.first_sample, renderer.first_sample + renderer.samples]]
+    renderer.film.unseen.rare = renderer.rarely_met.rows()
     write_checkpoint(path, {"samples": ranges, **renderer.facts()}, renderer.film.to_arrays())
 
 

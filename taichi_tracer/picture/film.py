@@ -17,6 +17,7 @@ from taichi_tracer.picture.pixel_sums import PixelSums, is_finite, mean_of_chann
 from taichi_tracer.system import memory
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.system.varying import varying
+from taichi_tracer.unseen import rare_light
 from taichi_tracer.unseen.unseen_light import UnseenLight
 
 # Pixels up to which numpy reads the film: it takes less than 2 ms for them, and a kernel 0.1 s to translate and load.
@@ -261,6 +262,8 @@ class Film(PixelSums):
         image = self.image()
         mean = float(self.own_pixels(image).mean())
         unseen = self.unseen.bound(self.samples, mean)
+        pixels = self.own_pixels(image)[..., 0].size
+        missed = math.hypot(missed, rare_light.missed(self.unseen.rare, self.samples, pixels))
         if missed > 0 and mean > 0:
             unseen = math.hypot(unseen, missed / mean)
         spread = self._spread()

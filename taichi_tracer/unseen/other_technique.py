@@ -38,7 +38,8 @@ from taichi_tracer.system.observed import observed
 from taichi_tracer.system.some_pixels import SomePixels
 from taichi_tracer.unseen.narrow_lobes import has_narrow_lobes
 from taichi_tracer.unseen.near_misses import counter_for
-from taichi_tracer.unseen.unseen_light import ABOUT_AS_RARE, KNOWN, expected, unseen_light
+from taichi_tracer.unseen.rare_light import ABOUT_AS_RARE, KNOWN, expected
+from taichi_tracer.unseen.unseen_light import unseen_light
 
 SAMPLES = 4  # of the other technique, in each pixel that is looked at
 MOST_TILES = 128  # pixels along each side that are looked at; of larger pictures, one pixel of each tile

@@ -10,10 +10,13 @@ a sum over the pixels, and over the light that is missing in each of them.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from taichi_tracer.unseen.unseen_light import ABOUT_AS_RARE, KNOWN, expected
+ABOUT_AS_RARE = 4.0  # what is up to so many times as probable is counted together
+KNOWN = 10  # samples that met some light: from so many, their spread shows the error
+COLUMNS = 5  # of a row: which of several kinds of light it belongs to, pixel, P, E, and what one row stands for
 
 
 class RareLight:
@@ -31,12 +34,41 @@ class RareLight:
 
     def missed(self, samples: float) -> float:
         """u in the unit of the picture, for a picture with so many samples per pixel."""
-        found = expected(np.sort(self.chance), ABOUT_AS_RARE * self.chance, self.each)
-        is_missed = samples * found < KNOWN
-        of_pixel = np.bincount(self.pixel[is_missed], self.light[is_missed])
-        return math.sqrt(float(np.square(of_pixel).sum()) / self.pixels)
+        return missed(rows_of([(1.0, self)]), samples, self.pixels)
 
 
 def none_in(pixels: int) -> RareLight:
     """No such light in a picture with so many pixels."""
     return RareLight(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), pixels)
+
+
+def rows_of(found: Sequence[tuple[float, RareLight]]) -> np.ndarray:
+    """(n, COLUMNS) several kinds of light in one array, each kind multiplied by a factor."""
+    kinds = [np.zeros((0, COLUMNS))]
+    for k, (factor, one) in enumerate(found):
+        same = np.ones(len(one.pixel))
+        kinds.append(np.stack([k * same, one.pixel, one.chance, factor * one.light, one.each * same], axis=1))
+    return np.concatenate(kinds)
+
+
+def missed(rows: np.ndarray, samples: float, pixels: int) -> float:
+    """u of several kinds of light, each of which is counted by itself; see ``rows_of``."""
+    squares = 0.0
+    for kind in np.unique(rows[:, 0]):
+        _, pixel, chance, light, each = rows[rows[:, 0] == kind].T
+        found = expected(np.sort(chance), ABOUT_AS_RARE * chance, each[0])
+        is_missed = samples * found < KNOWN
+        of_pixel = np.bincount(pixel[is_missed].astype(np.int64), light[is_missed])
+        squares += float(np.square(of_pixel).sum()) / pixels
+    return math.sqrt(squares)
+
+
+def expected(rare_first: np.ndarray, most: np.ndarray, each: float) -> np.ndarray:
+    """How many samples meet what is at most as probable as each of some numbers, for one sample per pixel.
+
+    Args:
+        rare_first: the probabilities with which a sample meets something, in order. most: the largest that count.
+        each: for how many pixels, or lamps, one probability stands.
+    """
+    total = np.concatenate([[0.0], np.cumsum(rare_first) * each])
+    return total[np.searchsorted(rare_first, most, side="right")]

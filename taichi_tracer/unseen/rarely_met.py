@@ -1,11 +1,12 @@
 """What a renderer's samples find rarely, and have perhaps not found at all: small lamps, their images, and caustics."""
 
-import math
 from typing import Any
+
+import numpy as np
 
 from taichi_tracer.unseen.caustics import CausticTracer, has_caustics
 from taichi_tracer.unseen.mirrored_lamps import MirrorTracer, has_mirrors
-from taichi_tracer.unseen.rare_light import RareLight
+from taichi_tracer.unseen.rare_light import RareLight, rows_of
 from taichi_tracer.unseen.small_lamps import small_lamps
 
 SAFETY = 1.2  # times light of which only some thousand rays are known
@@ -25,16 +26,14 @@ class RarelyMet:
         self._tracer: CausticTracer | None = None
         self._mirrors: MirrorTracer | None = None
 
-    def missed(self) -> float:
-        """What may be missing in the picture, as a root mean square error; 0 if samples find everything."""
+    def rows(self) -> np.ndarray:
+        """All of it, see ``rare_light.rows_of``; no rows if samples find everything."""
         renderer = self.renderer
         if renderer.scene_data.lamps.count == 0 or not renderer.shows_light or renderer.replaced:
-            return 0.0
-        if renderer.samples == 0:
-            return 0.0
+            return rows_of([])
         if self._of != renderer._shown:
             self._of, self._found = renderer._shown, self._find()
-        return math.hypot(*(factor * light.missed(renderer.samples) for factor, light in self._found))
+        return rows_of(self._found)
 
     def _find(self) -> list[tuple[float, RareLight]]:
         renderer = self.renderer

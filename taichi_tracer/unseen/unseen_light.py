@@ -28,11 +28,12 @@ from typing import Any
 import numpy as np
 
 from taichi_tracer.system.recent import Recent
+from taichi_tracer.unseen import rare_light
 from taichi_tracer.unseen.near_misses import LOBE, NearMissCounter, NearMisses, counter_for
+from taichi_tracer.unseen.rare_light import KNOWN
 
+RARE = "rare_light"  # the name of the array in a checkpoint
 KEPT_COUNTERS = 8  # going back to an environment that was counted a short time ago compiles nothing
-ABOUT_AS_RARE = 4.0  # what is up to so many times as probable is counted together
-KNOWN = 10  # look-ups that met the light: from so many, the spread of the samples shows the error
 MOST_MISSED = (3.00, 3.74, 4.30, 4.75, 5.15, 5.51, 5.84, 6.15, 6.43, 6.71)  # M, for K from 0 to 9
 NOT_EVEN = (6.91, 9.23, 11.23, 13.06, 14.79, 16.45, 18.06, 19.63, 21.16, 22.66)  # the same at 99.9 %, not less K
 REFLECTED = 0.6  # of the light, by a surface that shows the sun: a bright one
@@ -63,25 +64,16 @@ def unseen_light(near: NearMisses | None, samples: float, mean: float) -> float:
     return SAFETY * math.sqrt(squares) / mean
 
 
-def expected(rare_first: np.ndarray, most: np.ndarray, each: float) -> np.ndarray:
-    """How many samples meet what is at most as probable as each of some numbers, for one sample per pixel.
-
-    Args:
-        rare_first: the probabilities with which a sample meets something, in order. most: the largest that count.
-        each: for how many pixels, or lamps, one probability stands.
-    """
-    total = np.concatenate([[0.0], np.cumsum(rare_first) * each])
-    return total[np.searchsorted(rare_first, most, side="right")]
-
-
 class UnseenLight:
     """What is known of the light that no sample of a picture met. Its arrays are kept and merged with the samples.
 
     Attributes:
         counter: what counts the near misses of the samples that are taken; None if nothing is counted.
+        rare: rows of light that samples find rarely, see ``rare_light.rows_of``.
     """
 
     def __init__(self) -> None:
+        self.rare = np.zeros((0, rare_light.COLUMNS))
         self.counter: NearMissCounter | None = None
         self._before: NearMisses | None = None  # of the samples that were loaded or merged
         self._of: Any = None  # the environment of the counter
@@ -121,22 +113,26 @@ class UnseenLight:
     def reset(self) -> None:
         """Forget what was counted."""
         self._before = None
+        self.rare = self.rare[:0]
         if self.counter is not None:
             self.counter.clear()
 
     def merge(self, other: "UnseenLight") -> None:
         """Add what was counted for other samples."""
         self._before = _sum(self._before, other.counted())
+        self.rare = self.rare if len(self.rare) else other.rare
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """The arrays of a checkpoint, see ``NearMisses.to_arrays``; none if nothing is counted."""
         counted = self.counted()
-        return {} if counted is None else counted.to_arrays()
+        rare = {RARE: self.rare} if len(self.rare) else {}
+        return rare if counted is None else rare | counted.to_arrays()
 
     def from_arrays(self, arrays: dict[str, np.ndarray]) -> None:
         """The inverse of ``to_arrays``."""
         self.reset()
         self._before = NearMisses.from_arrays(arrays)
+        self.rare = arrays.get(RARE, self.rare)
 
 
 def _sum(first: NearMisses | None, second: NearMisses | None) -> NearMisses | None:

@@ -682,6 +682,12 @@ def test_a_killed_render_goes_on_where_it_was_to_the_last_bit(tmp_path, instant,
     told = told_by(["merge", first, first, "-o", tmp_path / "x.checkpoint"], capsys, code=2)
     assert "samples 0 to 3 are in both" in told.err
     assert not (tmp_path / "x.checkpoint").exists()
+    third = tmp_path / "3.checkpoint"
+    told_by([*picture[:-1], 2, "--first-sample", 9, "--checkpoint", third, "-o", tmp_path / "3.pfm"], capsys)
+    told = told_by(["merge", third, first, second, "-o", tmp_path / "all.checkpoint"], capsys)
+    assert "11 spp" in told.out
+    assert "samples 0 to 10" in told.out
+    assert "two checkpoints or more" in told_by(["merge", first, "-o", tmp_path / "x.checkpoint"], capsys, code=2).err
     told = told_by(["merge", first, second, "-o", tmp_path / "x.txt"], capsys, code=2)
     assert "unknown file type '.txt'" in told.err
     told = told_by(["compare", tmp_path / "both.pfm", tmp_path / "whole.pfm", "--tolerance", 1], capsys)

@@ -10,7 +10,7 @@ from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.unseen.other_technique import ABOUT_AS_RARE, SAFETY, SAMPLES, OtherTechnique, other_techniques
-from taichi_tracer.unseen.unseen_light import KNOWN
+from taichi_tracer.unseen.rare_light import KNOWN
 
 SIZE = 12
 VIEW = {"eye": (0, 0, 2), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}

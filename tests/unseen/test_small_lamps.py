@@ -8,12 +8,14 @@ import taichi as ti
 import taichi.math as tm
 
 import taichi_tracer as tt
+from taichi_tracer.apps.cli import main
+from taichi_tracer.apps.merge import film_of
 from taichi_tracer.camera import make_camera
+from taichi_tracer.files.checkpoint import read_checkpoint
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
-from taichi_tracer.unseen.rare_light import RareLight
+from taichi_tracer.unseen.rare_light import KNOWN, RareLight, missed, rows_of
 from taichi_tracer.unseen.small_lamps import small_lamps
-from taichi_tracer.unseen.unseen_light import KNOWN
 
 SIZE = 24
 VIEW = {"eye": (0, 0, 4), "at": (0, 0, 0), "up": (0, 1, 0), "fov": 40.0}
@@ -113,6 +115,15 @@ def test_samples_know_of_many_small_lamps():
     assert rare.missed(1) == pytest.approx(7 / 2)
 
 
+def test_kinds_of_light_are_counted_by_themselves():
+    """A thousand caustics that are as rare as one lamp say nothing of the lamp."""
+    lamp = RareLight(np.array([0]), np.array([1e-3]), np.array([2.0]), 4)
+    caustics = RareLight(np.arange(1000) % 4, np.full(1000, 1e-3), np.full(1000, 7.0), 4)
+    assert missed(rows_of([(1.0, lamp), (1.0, caustics)]), 16, 4) == pytest.approx(1)
+    assert missed(rows_of([(3.0, lamp)]), 16, 4) == pytest.approx(3)
+    assert missed(rows_of([]), 16, 4) == 0
+
+
 @ti.data_oriented
 class Mirrored(tt.Camera):
     """A camera whose pixels count from the right."""
@@ -145,4 +156,21 @@ def test_claims_contain_a_lamp_that_no_sample_met():
         covered += is_met or math.isnan(told) or told.high > 0.9 * missing
     assert met < 10
     assert covered == 20
+    made.destroy()
+
+
+@pytest.mark.long
+def test_checkpoints_and_merged_samples_keep_what_is_known(tmp_path):
+    made = scene((AT, HALF))
+    first, second = (tt.A3Renderer(made, SIZE, SIZE, first_sample=start).use("mis").render(4) for start in (0, 4))
+    told = first.error().high
+    paths = [str(tmp_path / f"{name}.checkpoint") for name in "abc"]
+    first.save_checkpoint(paths[0])
+    second.save_checkpoint(paths[1])
+    assert main(["merge", *paths[:2], "-o", paths[2]]) == 0
+    facts, arrays = read_checkpoint(paths[2])
+    film = film_of(facts, arrays, facts["samples"])
+    assert film.samples == 8
+    assert len(film.unseen.rare) > 0
+    assert film.error().high > told / 2
     made.destroy()
