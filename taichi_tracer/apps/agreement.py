@@ -28,7 +28,10 @@ def run(args: Namespace, source: Source, estimators: tuple[str, ...] | None, tel
     Args:
         tell: is called with what is rendered, and the share of the work that is done.
     """
-    runtime.ensure(**({} if args.arch is None else {"arch": args.arch}))
+    if args.arch is None:
+        runtime.ensure()
+    else:
+        runtime.init(args.arch)
     if args.report is not None:
         make_folder(Path(args.report), f"--report {args.report}")
     scene = source.load(Variant())

@@ -62,8 +62,9 @@ def other_techniques(scene, integrator, pixels: int) -> tuple[str, ...]:
         found.append("brdf")
     # Bright spots of an environment are known by near misses (``unseen.near_misses``).
     if not integrator.samples_lights and scene.lights.has_lamps:
-        size = float((geometry.high - geometry.low).max())
-        if pixels * scene.lights.lamps.table.areas.sum() < KNOWN * SPHERE * size * size:
+        size, areas = float((geometry.high - geometry.low).max()), scene.lights.lamps.table.areas
+        alike = expected(np.sort(areas), ABOUT_AS_RARE * areas, each=1.0)  # a large lamp says nothing of a small one
+        if pixels * alike.min() < KNOWN * SPHERE * size * size:
             found.append("lights")
     return tuple(found)
 

@@ -687,6 +687,10 @@ def test_a_killed_render_goes_on_where_it_was_to_the_last_bit(tmp_path, instant,
     told = told_by(["merge", third, first, second, "-o", tmp_path / "all.checkpoint"], capsys)
     assert "11 spp" in told.out
     assert "samples 0 to 10" in told.out
+    told = told_by(["compare", first, second], capsys).out
+    assert "1.checkpoint: 4 spp, error" in told
+    assert "the difference may be noise" in told
+    assert "two checkpoints, or two pictures" in told_by(["compare", first, tmp_path / "1.pfm"], capsys, code=2).err
     assert "two checkpoints or more" in told_by(["merge", first, "-o", tmp_path / "x.checkpoint"], capsys, code=2).err
     told = told_by(["merge", first, second, "-o", tmp_path / "x.txt"], capsys, code=2)
     assert "unknown file type '.txt'" in told.err
