@@ -2,7 +2,8 @@
 
 A sample of pixel i finds this light with the probability P, and it adds the light E to the pixel on average. If n
 samples per pixel have most likely not found it, E is missing there. Light that is about as rare is counted together
-over the whole picture: of many rare things, samples know enough. The mean square error grows by
+over the whole picture: of many rare things, samples know enough. But a dim find says nothing of bright ones, so this
+holds only for finds V = E/P that are about as bright. The mean square error grows by
 
     u² = (1/N) Σ_i (Σ E)²,
 
@@ -15,6 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 
 ABOUT_AS_RARE = 4.0  # what is up to so many times as probable is counted together
+ABOUT_AS_BRIGHT = 4.0  # what is up to so many times as bright is counted together
 KNOWN = 10  # samples that met some light: from so many, their spread shows the error
 COLUMNS = 5  # of a row: which of several kinds of light it belongs to, pixel, P, E, and what one row stands for
 
@@ -53,14 +55,16 @@ def rows_of(found: Sequence[tuple[float, RareLight]]) -> np.ndarray:
 
 def missed(rows: np.ndarray, samples: float, pixels: int) -> float:
     """u of several kinds of light, each of which is counted by itself; see ``rows_of``."""
-    squares = 0.0
-    for kind in np.unique(rows[:, 0]):
-        _, pixel, chance, light, each = rows[rows[:, 0] == kind].T
-        found = expected(np.sort(chance), ABOUT_AS_RARE * chance, each[0])
-        is_missed = samples * found < KNOWN
-        of_pixel = np.bincount(pixel[is_missed].astype(np.int64), light[is_missed])
-        squares += float(np.square(of_pixel).sum()) / pixels
-    return math.sqrt(squares)
+    kind, pixel, chance, light, each = rows.T
+    brightness = np.round(np.log(light / chance) / math.log(ABOUT_AS_BRIGHT))
+    _, group = np.unique(np.stack([kind, brightness], axis=1), axis=0, return_inverse=True)
+    is_missed = np.zeros(len(rows), bool)
+    for k in np.unique(group):
+        own = group.ravel() == k
+        found = expected(np.sort(chance[own]), ABOUT_AS_RARE * chance[own], each[own][0])
+        is_missed[own] = samples * found < KNOWN
+    of_pixel = np.bincount(pixel[is_missed].astype(np.int64), light[is_missed])
+    return math.sqrt(float(np.square(of_pixel).sum()) / pixels)
 
 
 def expected(rare_first: np.ndarray, most: np.ndarray, each: float) -> np.ndarray:
