@@ -11,6 +11,7 @@ TOLERANCE = 1e-3  # of a relation such as "always twice as large"
 KNOWN = {math.pi: "π", 1 / math.pi: "1/π", 2 * math.pi: "2π", 1 / (2 * math.pi): "1/(2π)", 4 * math.pi: "4π"}
 KNOWN |= {1 / (4 * math.pi): "1/(4π)", 180 / math.pi: "180/π", math.pi / 180: "π/180", math.sqrt(2): "√2"}
 AXES = "xyzw"
+FEW, MANY = 2, 5  # wrong inputs of which nothing general is said, if there are more than so many times as many
 
 
 def describe(inputs: Arrays, answers: Arrays, expected: Arrays, is_right: np.ndarray) -> list[str]:
@@ -30,9 +31,13 @@ def describe(inputs: Arrays, answers: Arrays, expected: Arrays, is_right: np.nda
         told += [f"{missed} hits are missed"] if missed else []
         told += [f"{invented} rays hit something, although they should miss"] if invented else []
         rows = rows & yours & right
-    if rows.any():
-        for name, right in expected.items():
-            told += differences_of(name, np.asarray(answers[name])[rows], np.asarray(right)[rows])
+    where = np.flatnonzero(rows)
+    for name, right in expected.items() if len(where) else ():
+        y, r = np.asarray(answers[name])[where], np.asarray(right)[where]
+        if len(where) <= FEW and len(rows) > MANY * len(where):
+            told += [] if np.array_equal(y, r) else [at_few(name, y, r, where, len(rows))]
+        else:
+            told += differences_of(name, y, r)
     return told or ["the numbers differ in no way that is known"]
 
 
@@ -118,13 +123,25 @@ def description_of(name: str, y: np.ndarray, r: np.ndarray) -> str:
     return worst(name, y, r)
 
 
+def at_few(name: str, yours: np.ndarray, right: np.ndarray, where: np.ndarray, count: int) -> str:
+    """Answers that are wrong for one or two inputs alone: which, and how much. ``where`` are their numbers."""
+    y, r = (one.reshape(len(where), -1).astype(np.float64) for one in (yours, right))
+    inputs = f"input{'s' * (len(where) > 1)} {' and '.join(map(str, where))} of {count}"
+    return f"{name} is wrong for {inputs} alone, where {largest(y, r)[1]}"
+
+
 def worst(name: str, y: np.ndarray, r: np.ndarray) -> str:
     """Where (n, k) numbers that nothing else describes are wrong most, and in which direction."""
-    row, column = np.unravel_index(abs(y - r).argmax(), r.shape)
+    row, told = largest(y, r)
+    return f"{name} is wrong: most for number {row + 1} of {len(r)} wrong inputs, where {told}"
+
+
+def largest(y: np.ndarray, r: np.ndarray) -> tuple[int, str]:
+    """The row of (n, k) numbers with the largest difference, and in words which number it is, and how far off."""
+    row, column = np.unravel_index(np.nan_to_num(abs(y - r), nan=np.inf).argmax(), r.shape)
     off = y[row, column] - r[row, column]
     part = f"its {AXES[column]}" if 1 < r.shape[1] <= 4 else "it" if r.shape[1] == 1 else f"its number {column}"
-    size = f"too {'large' if off > 0 else 'small'} by {abs(off):.3g}"
-    return f"{name} is wrong: most for input {row} of {len(r)}, where {part} is {size}"
+    return int(row), f"{part} is too {'large' if off > 0 else 'small'} by {abs(off):.3g}"
 
 
 def near(a: np.ndarray, b: np.ndarray) -> bool:

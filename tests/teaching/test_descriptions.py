@@ -77,3 +77,20 @@ def test_cases_of_hits():
 def test_factors_with_a_name():
     words = [factor_word(x) for x in (math.pi, 1 / (2 * math.pi), 180 / math.pi, 0.5, 3, 1.234567)]
     assert words == ["π", "1/(2π)", "180/π", "1/2", "3", "1.235"]
+
+
+def test_one_wrong_input_is_named_and_nothing_general_is_said():
+    right = {"id": np.arange(50, dtype=np.int32), "x": np.ones((50, 3))}
+    wrong = {"id": right["id"].copy(), "x": right["x"].copy()}
+    wrong["id"][7] += 1
+    wrong["x"][[3, 9], 1] -= [0.5, 0.25]
+    is_right = np.ones(50, bool)
+    is_right[7] = False
+    assert describe({}, wrong | {"x": right["x"]}, right, is_right) == [
+        "id is wrong for input 7 of 50 alone, where it is too large by 1"
+    ]
+    is_right = np.ones(50, bool)
+    is_right[[3, 9]] = False
+    assert describe({}, wrong | {"id": right["id"]}, right, is_right) == [
+        "x is wrong for inputs 3 and 9 of 50 alone, where its y is too small by 0.5"
+    ]
