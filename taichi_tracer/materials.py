@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 import taichi.math as tm
+from taichi.lang import impl
 from taichi.lang.expr import Expr
 
 from taichi_tracer.ray import real
@@ -131,6 +132,11 @@ class Materials(list):
         return super().__getitem__(index)
 
 
+@ti.func
+def _within(number, count: ti.template()):
+    return tm.clamp(number, 0, count - 1)
+
+
 @ti.data_oriented
 class MaterialLibrary:
     """The materials of one scene, found by material id.
@@ -147,6 +153,7 @@ class MaterialLibrary:
     """
 
     scene: Any = None  # what owns the fields, where ``load_materials`` has made them
+    intersector: Any = None  # of the scene, which says what material was hit
 
     def __init__(self, materials: list[Material], brdfs: list, fields: ti.FieldsBuilder) -> None:
         self.materials, self.brdfs = Materials(materials), list(brdfs)
@@ -192,7 +199,7 @@ class MaterialLibrary:
     @in_kernels
     def get(self, material_id):
         """The numbers of one material, as a struct. The compiler removes the reads of numbers that are not used."""
-        values, column = {}, 0
+        values, column, material_id = {}, 0, self.row(material_id)
         for name, default in self.members.items():
             if np.size(default) == 3:
                 values[name] = self._vec3(material_id, column)
@@ -200,6 +207,13 @@ class MaterialLibrary:
                 values[name] = self._number(material_id, column)
             column += np.size(default)
         return self._struct(**values)
+
+    @in_kernels
+    def row(self, material_id):
+        """The row of a material. Where a user's own intersector says which material was hit, it is one that exists."""
+        if self.intersector is None or not replaced(self.intersector):
+            return material_id
+        return impl.expr_init(_within(material_id, len(self.materials)))
 
     @ti.func
     def _number(self, i, column: ti.template()):

@@ -124,7 +124,7 @@ class SceneData(KnownAttributes):
         self.geometry.load(self._memory, tables)
         with stage(BUILD, waits=True):
             self.ray_intersector, form = make_intersector(chosen, self.geometry, chosen_test, self.fast)
-        self.forms = (form,)
+        self.forms, self.material_library.intersector = (form,), self.ray_intersector
         with stage(LIGHTS):
             choice = lamp_choice_of(given["lamp_choice"], mesh)
             self.lamps = Lamps(self.geometry, self.material_library, choice, given["two_sided_lamps"])

@@ -198,3 +198,39 @@ def test_a_colour_is_three_numbers(value):
     with pytest.raises(tt.InputError, match="Material: Kd must be three numbers, not"):
         tt.Material(Kd=value)
     assert tt.Material(Ke=np.array([1.0, 2, 3])).Ke[2] == 3
+
+
+@ti.data_oriented
+class FarMaterial(tt.BruteForceRayIntersector):
+    """Every hit has a material that no scene has."""
+
+    far = 10**8
+
+    @ti.func
+    def query_ray(self, ray):
+        nearest = tt.no_hit()
+        for triangle_id in range(self.geometry.n_triangles):
+            hit = self.intersect_triangle(ray, triangle_id)
+            if hit.is_hit and hit.distance < nearest.distance:
+                nearest = hit
+        nearest.material_id = self.far
+        return nearest
+
+
+class NegativeMaterial(FarMaterial):
+    """The same, below 0."""
+
+    far = -(10**8)
+
+
+@pytest.mark.parametrize("wild", [FarMaterial, NegativeMaterial])
+def test_a_material_that_a_users_intersector_makes_up_ends_no_process(wild):
+    """A picture of light takes one that exists; the view of materials shows the number that was given."""
+    scene = tt.load_scene_data("cube", intersector=wild, environment=np.ones((4, 8, 3), np.float32))
+    picture = tt.A2Renderer(scene, 8, 8).use("brdf").render(4).image()
+    assert np.isfinite(picture).all()
+    assert picture.max() > 0
+    x, y = np.mgrid[:8, :8]
+    hits = scene.intersect(*tt.A1Renderer(scene, 8, 8).camera.rays(x.ravel(), y.ravel()))
+    assert set(hits.material_id[hits.is_hit]) <= {wild.far}
+    scene.destroy()

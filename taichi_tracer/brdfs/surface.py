@@ -130,7 +130,7 @@ def surface_at(scene, ray, hit) -> Surface:
     material = scene.material_at(hit)
     if any(brdf.transmits for brdf in brdfs.values()):
         material = impl.expr_init(_seen_from(material, hit.is_backfacing))
-    brdf_id = impl.expr_init(_brdf_id(library.brdf_ids, hit.material_id))
+    brdf_id = impl.expr_init(_brdf_id(library.brdf_ids, library.row(hit.material_id)))
     origin = impl.expr_init(offset_origin(hit.position, hit.position_error, hit.geometric_normal))
     w_o = impl.expr_init(_opposite(ray.direction))
     return Surface(brdfs, brdf_id, material, origin, hit, w_o)
