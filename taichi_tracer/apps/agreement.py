@@ -19,6 +19,11 @@ from taichi_tracer.system import runtime
 
 NAME = "agreement.html"
 MARKED = 3.0  # |z| of a block that is named
+LEGEND = (
+    "Each square is a block of pixels. Blue blocks are darker than those of the estimator that all are compared with, "
+    f"red ones brighter; the colour is full where the difference is {MARKED:g} times its standard error. Noise has both "
+    "colours without an order; a bias has one."
+)
 SHOWN = 320  # pixels: the width of a map
 
 
@@ -72,10 +77,8 @@ def coloured(scores: np.ndarray) -> np.ndarray:
 
 def as_page(title: str, groups: list[Group]) -> str:
     """The same as a page, with a map of z for each estimator."""
-    parts: list[Any] = []
+    parts: list[Any] = [page.paragraph(LEGEND, "note")]
     for group in groups:
         parts.append(f"<h2>{html.escape(lines_of(group)[0])}</h2>")
-        for one in group.others:
-            told = f"{line_of(one)}; blue is darker than {group.reference}, red brighter, full at |z| = {MARKED:g}"
-            parts.append(page.picture(coloured(one.blocks / MARKED), told, SHOWN))
+        parts += [page.picture(coloured(one.blocks / MARKED), line_of(one), SHOWN) for one in group.others]
     return page.page(f"Do the estimators of {title} agree?", parts)
