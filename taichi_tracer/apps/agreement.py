@@ -21,8 +21,8 @@ NAME = "agreement.html"
 MARKED = 3.0  # |z| of a block that is named
 LEGEND = (
     "Each square is a block of pixels. Blue blocks are darker than those of the estimator that all are compared with, "
-    f"red ones brighter; the colour is full where the difference is {MARKED:g} times its standard error. Noise has both "
-    "colours without an order; a bias has one."
+    f"red ones brighter; the colour is full where the difference is {MARKED:g} times its standard error. Noise has "
+    "both colours without an order; a bias has one."
 )
 SHOWN = 320  # pixels: the width of a map
 

@@ -104,6 +104,7 @@ def test_modes_counters_and_intensity_of_the_second_assignment(f32):
     assert renderer.sample_mode[None] == A2Renderer.SampleMode.BRDF
 
 
+@pytest.mark.long
 def test_the_weights_of_the_third_assignment_are_live(f32):
     renderer = A3Renderer(width=24, height=12, scene_data=load_scene_data(SceneName.VEACH))
     renderer.set_sample_mis()

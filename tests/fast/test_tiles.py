@@ -47,6 +47,7 @@ def assert_same(tiles, pixels):
     assert pixels.image().max() > 0
 
 
+@pytest.mark.long
 def test_the_same_picture_with_mis(scene):
     tiles, pixels = pictures(scene, "mis")
     assert_same(tiles, pixels)

@@ -67,6 +67,7 @@ def test_without_a_mirror_in_view_or_in_the_scene():
     assert MATERIALS[2].Ns > 1e14
 
 
+@pytest.mark.long
 def test_claims_of_direct_light_contain_a_highlight_that_no_sample_met():
     """A glass sphere shows a small lamp as a highlight: what is told contains it, whoever has met it."""
     parts, ids = [flat((0, 0, 0), 4), flat((0.2, 3, 0.1), 0.02, -1.0), flat((0, 6, 0), 2, -1.0)], [0, 1, 4]

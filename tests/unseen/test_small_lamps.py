@@ -140,6 +140,7 @@ def test_a_camera_with_pixels_of_its_own_order_adds_nothing():
     assert small_lamps(made, Mirrored(SIZE, SIZE, **VIEW), (0, SIZE, 0, SIZE)).pixel.size == 0
 
 
+@pytest.mark.long
 def test_claims_contain_a_lamp_that_no_sample_met():
     """Of 20 renders with 4 samples, most do not meet the lamp; every upper end contains the true error."""
     made = scene((AT, HALF))
