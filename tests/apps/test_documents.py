@@ -110,7 +110,7 @@ def test_the_table_has_every_kind_of_part():
 
 def test_the_readme_shows_every_view_and_names_every_scene():
     for name in A1Renderer.names():
-        picture = np.asarray(Image.open(ROOT / "docs" / "images" / f"cornell_box_{name}.png"))
+        picture = np.asarray(Image.open(ROOT / "docs" / "images" / f"cornell_box_{name}.png").convert("RGB"))
         assert f"docs/images/cornell_box_{name}.png" in README
         assert picture.shape == (256, 256, 3)
         assert picture.max() > 100
