@@ -389,7 +389,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self._shown = None
 
     def _missed_light(self) -> float:
-        """What the samples may not have met, see ``unseen.other_technique`` and ``unseen.small_lamps``."""
+        """What the samples may not have met, see ``unseen.other_technique`` and ``unseen.rarely_met``."""
         self.film.unseen.rare = self.rarely_met.rows()
         return missed_light(self)
 

@@ -42,7 +42,8 @@ the error is unknown: then m may be all noise.
 
 **What no sample met.** Samples cannot tell of a small sun that no sample has met, nor of what a narrow lobe reflects if
 directions are drawn from the lights alone. ``unseen_light`` bounds the first by near misses, and ``other_technique``
-the second by samples of the other technique. The upper end of the interval is √((e F)² + unseen²).
+the second by samples of the other technique; ``rarely_met`` knows lamps that are hard to find. The upper end of the
+interval is √((e F)² + unseen²), before it is divided.
 """
 
 import math

@@ -55,6 +55,8 @@ def rows_of(found: Sequence[tuple[float, RareLight]]) -> np.ndarray:
 
 def missed(rows: np.ndarray, samples: float, pixels: int) -> float:
     """u of several kinds of light, each of which is counted by itself; see ``rows_of``."""
+    if len(rows) == 0:
+        return 0.0
     kind, pixel, chance, light, each = rows.T
     brightness = np.round(np.log(light / chance) / math.log(ABOUT_AS_BRIGHT))
     _, group = np.unique(np.stack([kind, brightness], axis=1), axis=0, return_inverse=True)

@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from taichi_tracer.unseen.caustics import CausticTracer, has_caustics
-from taichi_tracer.unseen.mirrored_lamps import MirrorTracer, has_mirrors
+from taichi_tracer.unseen.caustics import caustics, has_caustics
+from taichi_tracer.unseen.mirror_chains import MirrorChains, has_mirrors
+from taichi_tracer.unseen.mirrored_lamps import mirrored_lamps
 from taichi_tracer.unseen.rare_light import RareLight, rows_of
 from taichi_tracer.unseen.small_lamps import small_lamps
 
@@ -23,8 +24,7 @@ class RarelyMet:
         self.renderer = renderer
         self._of: Any = None  # the state of the picture for which it was found
         self._found: list[tuple[float, RareLight]] = []
-        self._tracer: CausticTracer | None = None
-        self._mirrors: MirrorTracer | None = None
+        self._chains: MirrorChains | None = None
 
     def rows(self) -> np.ndarray:
         """All of it, see ``rare_light.rows_of``; no rows if samples find everything."""
@@ -41,13 +41,12 @@ class RarelyMet:
         found = [(1.0, small_lamps(scene, camera, crop))]
         kernel_scene = renderer.kernel_scene()
         if has_mirrors(kernel_scene):
-            if self._mirrors is None or self._mirrors.scene is not kernel_scene:
-                self._mirrors = MirrorTracer(kernel_scene)
+            if self._chains is None or self._chains.scene is not kernel_scene:
+                self._chains = MirrorChains(kernel_scene)
             settings = getattr(renderer.active, "settings", None)
             bounces = 1 if settings is None else int(settings["max_bounces"])
-            found.append((SAFETY, self._mirrors.light(scene, camera, crop, bounces)))
-        if has_caustics(kernel_scene, renderer.active):
-            if self._tracer is None or self._tracer.scene is not kernel_scene:
-                self._tracer = CausticTracer(kernel_scene)
-            found.append((SAFETY, self._tracer.light(scene, camera, crop, renderer.active)))
+            view = self._chains, scene, camera, crop, bounces
+            found.append((SAFETY, mirrored_lamps(*view)))
+            if has_caustics(kernel_scene, bounces):
+                found.append((SAFETY, caustics(*view)))
         return found

@@ -8,7 +8,8 @@ from unseen_scenes import MATERIALS, SIZE, flat, scene, upright
 
 import taichi_tracer as tt
 from taichi_tracer.camera import make_camera
-from taichi_tracer.unseen.mirrored_lamps import MirrorTracer, has_mirrors
+from taichi_tracer.unseen.mirror_chains import MirrorChains, has_mirrors
+from taichi_tracer.unseen.mirrored_lamps import mirrored_lamps
 from taichi_tracer.unseen.small_lamps import pixels_of
 
 VIEW = {"eye": (-2.0, 1.0, 0.5), "at": (1.5, 1.0, 0), "up": (0, 1, 0), "fov": 50.0}
@@ -18,7 +19,7 @@ KE, HALF = 2e4, 0.004
 def images(made, max_bounces=1):
     """The images of lamps in the view."""
     camera = make_camera(SIZE, SIZE, **VIEW)
-    return MirrorTracer(made.in_kernels()).light(made, camera, (0, SIZE, 0, SIZE), max_bounces), camera
+    return mirrored_lamps(MirrorChains(made.in_kernels()), made, camera, (0, SIZE, 0, SIZE), max_bounces), camera
 
 
 def test_a_flat_mirror_shows_a_lamp_as_large_as_the_lamp_behind_it():

@@ -1,0 +1,118 @@
+"""Follows rays over mirrors and glass, and says where they end: for ``caustics`` and ``mirrored_lamps``.
+
+The kernel is compiled for a scene that has lamps, and mirrors or glass; both questions need the same one.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import taichi as ti
+import taichi.math as tm
+
+from taichi_tracer.ray import Ray
+
+RAYS = 1 << 16  # that are followed for each question
+MOST_MIRRORS = 8  # on the way of a ray
+NUMBERS = 11  # of what a ray has found, see ``MirrorChains._follow``
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where rays end that have met a mirror or glass, in float64.
+
+    Attributes:
+        ray: (n,) their numbers. origin, direction: (n, 3) of the last part of each. distance: (n,) how far this goes,
+            infinite if it hits nothing.
+        T: (n,) what the mirrors and glasses leave of the light. material: (n,) of the first of them.
+        f_cos, f_T: (n,) f_r cos θ and f_r T of the rough surface at the end, towards the eye; 0 if there is none, or if
+            it looks away from the eye. T and these are root mean squares of the channels.
+    """
+
+    ray: np.ndarray
+    origin: np.ndarray
+    direction: np.ndarray
+    distance: np.ndarray
+    T: np.ndarray
+    material: np.ndarray
+    f_cos: np.ndarray
+    f_T: np.ndarray
+
+
+def has_mirrors(scene: Any) -> bool:
+    """Whether a scene has lamps, and mirrors or glass. ``scene`` is a ``SceneInKernels``."""
+    return scene.lights.has_lamps and any(scene.material_library.brdfs[i].is_delta for i in scene.effects.brdfs)
+
+
+@ti.data_oriented
+class MirrorChains:
+    """The chains of mirrors and glasses in a scene.
+
+    Args:
+        scene: a ``SceneInKernels``.
+    """
+
+    def __init__(self, scene: Any) -> None:
+        self.scene = scene
+
+    def follow(self, origins: np.ndarray, directions: np.ndarray, camera: Any, most: int, rng: Any) -> Ends:
+        """Where rays end.
+
+        Args:
+            origins, directions: (n, 3), in the running precision. camera: its eye looks at where they end.
+            most: mirrors on the way. rng: a numpy random generator, which decides what glass reflects.
+        """
+        found = np.empty((len(origins), NUMBERS), origins.dtype)
+        random = rng.random((len(origins), MOST_MIRRORS, 2), np.float32)
+        to_world = np.asarray(camera.compute_matrix(), np.float64)
+        eye = [*-to_world[:3, 2], 0.0] if camera.is_parallel else [*to_world[:3, 3], 1.0]
+        self._follow(origins, directions, random, found, min(most, MOST_MIRRORS), tm.vec4(*map(float, eye)))
+        ray = np.flatnonzero(found[:, 7] > 0)
+        end = found[ray].astype(np.float64)
+        return Ends(ray, end[:, :3], end[:, 3:6], *end[:, 6:].T)
+
+    @ti.kernel
+    def _follow(
+        self,
+        origins: ti.types.ndarray(ndim=2),
+        directions: ti.types.ndarray(ndim=2),
+        random: ti.types.ndarray(ndim=3),
+        found: ti.types.ndarray(ndim=2),
+        most: ti.i32,
+        eye: tm.vec4,
+    ):
+        """``found``: origin (3), direction (3), distance, T, material, f_cos, f_T, see ``Ends``.
+
+        T is 0 if no mirror was met. ``eye``: where it is, and 1; or the direction to it, and 0.
+        """
+        for i in range(origins.shape[0]):
+            ray = Ray(
+                origin=tm.vec3(origins[i, 0], origins[i, 1], origins[i, 2]),
+                direction=tm.vec3(directions[i, 0], directions[i, 1], directions[i, 2]),
+            )
+            hit = self.scene.ray_intersector.query_segment(ray, 0.0, tm.inf)
+            T, mirrors, is_going = tm.vec3(1), 0, hit.is_hit
+            for k in ti.static(range(NUMBERS)):
+                found[i, k] = 0.0  # a GPU gets no zeros of an array that the kernel only writes to
+            found[i, 8] = hit.material_id
+            while is_going:
+                surface = self.scene.surface_at(ray, hit)
+                is_going = surface.is_delta() and mirrors < most
+                if is_going:
+                    w_i = surface.sample(tm.vec2(random[i, mirrors, 0], random[i, mirrors, 1]))
+                    T *= surface.weight(w_i)
+                    mirrors += 1
+                    ray = surface.ray_along(w_i)
+                    hit = self.scene.met(surface, ray)
+                    is_going = hit.is_hit and T.max() > 0
+                elif mirrors > 0 and not surface.is_delta():
+                    to_eye = tm.normalize(eye.xyz - eye.w * hit.position)
+                    f, cosine = surface.eval(to_eye), tm.dot(surface.normal, to_eye)
+                    if cosine > 0:
+                        found[i, 9] = tm.sqrt(tm.dot(f, f) / 3) * cosine
+                        found[i, 10] = tm.sqrt(tm.dot(f * T, f * T) / 3)
+            if mirrors > 0:
+                for k in ti.static(range(3)):
+                    found[i, k], found[i, 3 + k] = ray.origin[k], ray.direction[k]
+                found[i, 6] = ti.select(hit.is_hit, hit.distance, tm.inf)
+                found[i, 7] = tm.sqrt(tm.dot(T, T) / 3)
