@@ -311,7 +311,7 @@ def test_accuracy_compares_parts_of_ones_own(parts, capsys):
     knobs = ["--estimators", "mis,twice", "--samplers", "sobol,still", "--triangle-tests", "watertight,half_triangles"]
     knobs += ["--precisions", "f32", "--fast-math", "off", "--lookups", "nearest", "--intersectors", "bvh,mine"]
     knobs += ["--forms", "fast,plain", "--brdfs", "grey", "--lights", "lamp", "--camera", "fisheye"]
-    assert main(["accuracy", "cube", *parts, *knobs, "--size", "16", "--budget", "15", "--seeds", "2"]) == 0
+    assert main(["accuracy", "cube", *parts, *knobs, "--size", "16", "--budget", "40", "--seeds", "2"]) == 0
     out = capsys.readouterr().out
     for label in ("twice, sobol, bvh ", "mis, still, bvh ", "half_triangles", "twice, sobol, mine ", "plain forms"):
         assert label in out
