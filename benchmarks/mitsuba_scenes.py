@@ -7,7 +7,7 @@ is not the same BRDF: pictures can be compared only where all materials are diff
 import numpy as np
 
 from benchmarks import peers  # noqa: F401 (its import sets the path of libLLVM)
-from taichi_tracer.brdfs.smooth_dielectric import GLASS
+from taichi_tracer.brdfs.smooth_dielectric import Dielectric
 from taichi_tracer.files import read
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.materials import Material
@@ -89,15 +89,25 @@ class MitsubaPicture:
         material, is_here = mesh.materials[i], mesh.face_materials == i
         ids = mesh.faces[is_here]
         has_normals = len(mesh.face_normals) > 0 and bool((mesh.face_normals[is_here] >= 0).all())
+        has_uv = mesh.corner_uv is not None and material.map_Kd is not None
         properties = self.mi.Properties()
         properties["mesh_bsdf"] = self.mi.load_dict(self.described or bsdf(material))
         if max(material.Ke) > 0:
             properties["mesh_emitter"] = self.mi.load_dict(light_of(material))
-        shape = self.mi.Mesh(f"part{i}", 3 * len(ids), len(ids), has_vertex_normals=has_normals, props=properties)
+        shape = self.mi.Mesh(
+            f"part{i}",
+            3 * len(ids),
+            len(ids),
+            has_vertex_normals=has_normals,
+            has_vertex_texcoords=has_uv,
+            props=properties,
+        )
         parameters = self.mi.traverse(shape)
         parameters["vertex_positions"] = mesh.vertices[ids.ravel()].astype(np.float32).ravel()
         if has_normals:
             parameters["vertex_normals"] = mesh.normals[mesh.face_normals[is_here].ravel()].astype(np.float32).ravel()
+        if has_uv:
+            parameters["vertex_texcoords"] = mesh.corner_uv[is_here].astype(np.float32).ravel()
         parameters["faces"] = np.arange(3 * len(ids), dtype=np.uint32)
         parameters.update()
         return shape
@@ -120,9 +130,14 @@ def light_of(material: Material) -> dict:
 
 def bsdf(material: Material) -> dict:
     """Mitsuba's description of a material."""
-    if material.value("illum", 0.0) == GLASS:
+    if Dielectric().describes(material, np.float32):
         return {"type": "dielectric", "int_ior": material.Ni, "ext_ior": 1.0}
     colour = {"type": "rgb", "value": list(material.Kd)}
+    if material.map_Kd is not None:
+        import mitsuba
+
+        picture = mitsuba.Bitmap((material.Kd * material.map_Kd.pixels[::-1]).astype(np.float32))
+        colour = {"type": "bitmap", "bitmap": picture, "raw": True}
     if material.Ns <= 1:
         inner = {"type": "diffuse", "reflectance": colour}
     elif material.Ns >= MIRROR_FROM:
