@@ -23,6 +23,7 @@ import taichi_tracer as tt
 from benchmarks.claim_scenes import SCENES
 from benchmarks.error import Cell
 from benchmarks.measure import describe_machine
+from taichi_tracer.files.checkpoint import EXTENSION
 from taichi_tracer.picture.bias import blocks_of, shift_of
 from taichi_tracer.picture.metrics import relative_rmse
 
@@ -119,7 +120,7 @@ def merged(way: Way, scene: tt.SceneData) -> Callable:
 def continued(way: Way, scene: tt.SceneData) -> Callable:
     """The same, where one renderer writes half of the samples into a file, and another one goes on from there."""
     first, second = way.renderer(scene), way.renderer(scene)
-    file = Path(tempfile.mkdtemp()) / "half.npz"
+    file = Path(tempfile.mkdtemp()) / f"half{EXTENSION}"
 
     def from_a_file(seed: int):
         for samples in SPP:
@@ -221,16 +222,13 @@ def pictures_of(render: Callable[[int], np.ndarray]) -> tuple[np.ndarray, np.nda
 
 def references(names: list[str]) -> None:
     """Print how the project's picture differs from Mitsuba's."""
-    from benchmarks.mitsuba_scenes import MIRROR_FROM, MitsubaPicture, path
+    from benchmarks.mitsuba_scenes import MitsubaPicture, path
 
     print(f"\n{SIZE}², {PICTURES} pictures of {PICTURE_SPP:,} samples of each\n")
     print("| scene | light | difference of the means | its standard error | z, by blocks | largest block |")
     print("|---|---|--:|--:|--:|--:|")
     for name in names:
         scene = SCENES[name]()
-        if any(1 < material.Ns < MIRROR_FROM for material in scene.mesh.materials):
-            print(f"| {name} | not compared: Mitsuba has no Phong lobe | | | | |")
-            continue
         for way in (Way("mis"), Way("path", 3)):
             renderer = way.renderer(scene)
 
@@ -240,7 +238,9 @@ def references(names: list[str]) -> None:
                 return renderer.render(PICTURE_SPP).image()
 
             sky = None if scene.environment is None else scene.environment.pixels.repeat(FINER, 0).repeat(FINER, 1)
-            other = MitsubaPicture(scene.mesh, path(max(1, way.bounces)), SIZE, SIZE, view=scene.view, environment=sky)
+            other = MitsubaPicture(
+                scene.mesh, path(max(1, way.bounces)), SIZE, SIZE, view=scene.view, environment=sky, is_exact=True
+            )
             theirs = pictures_of(lambda seed, other=other: other.render(PICTURE_SPP, seed))
             ours, spread = pictures_of(own)
             shift, error, z = shift_of([(ours, spread)], theirs)
