@@ -126,8 +126,9 @@ def continued(way: Way, scene: tt.SceneData) -> Callable:
         for samples in SPP:
             first.seed = second.seed = seed
             first.begin_anew()
-            first.render(samples // 2).save(file)
-            second.load(file)
+            first.render(samples // 2)
+            first.save_checkpoint(file)
+            second.load_checkpoint(file)
             yield second.render(samples - samples // 2)
 
     return from_a_file
