@@ -8,6 +8,8 @@ python -m benchmarks.claims stops [SCENE ...]
     Renderings to an error of 5 and 2 %: does one end although its true error is larger?
 python -m benchmarks.claims references [SCENE ...]
     Is the reference the same picture as Mitsuba's? By blocks of pixels.
+python -m benchmarks.claims pictures [FILE.png]
+    Four claims that samples alone would get wrong, each with its picture above the true one.
 """
 
 import math
@@ -18,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 import taichi_tracer as tt
 from benchmarks.claim_scenes import SCENES
@@ -67,6 +70,13 @@ class Way:
 DIRECT = tuple(Way(name) for name in ("mis", "environment", "brdf"))
 PATHS = tuple(Way("path", n) for n in (1, 3, 8)) + (Way("explicit", 3), Way("implicit", 3))
 OTHERS = tuple(Way(*of, how) for of in (("mis", 0), ("path", 3)) for how in ("adaptive", "crop", "merged", "continued"))
+SHOWN = (  # with their seeds
+    ("small_in_view", Way("mis"), 1),
+    ("above_glass", Way("path", 8), 0),
+    ("indirect", Way("implicit", 3), 0),
+    ("plates", Way("brdf"), 0),
+)
+PICTURE, BRIGHTNESS, COLOURS, LARGER = "docs/images/unseen_light.png", 0.25, 64, 4
 TO_AN_ERROR = (Way("mis"), Way("brdf"), Way("path", 3), Way("path", 8))
 
 
@@ -251,12 +261,27 @@ def references(names: list[str]) -> None:
         scene.destroy()
 
 
+def pictures(names: list[str]) -> None:
+    """Print what four pictures tell of their errors, and write them, each above its reference, into a file."""
+    columns = []
+    for name, way, seed in SHOWN:
+        scene = SCENES[name]()
+        truth, _ = References(scene).of(way)
+        renderer = way.renderer(scene, seed).render(SPP[0])
+        picture, told = renderer.image().astype(np.float64), renderer.error()
+        print(f"{name}, {way}, {SPP[0]} samples: {told}; true {relative_rmse(picture, truth):.1%}")
+        columns.append(np.concatenate([picture, truth]) * BRIGHTNESS / np.median(truth))
+    row = np.concatenate(columns, axis=1).repeat(LARGER, 0).repeat(LARGER, 1)
+    bits = (255 * np.clip(row, 0, 1) ** (1 / 2.2)).astype(np.uint8)
+    Image.fromarray(bits).quantize(COLOURS).save(*names, optimize=True)
+
+
 def main() -> None:
     """Measure what is asked for, by default the cells."""
-    measured = {"cells": cells, "stops": stops, "references": references}
+    measured = {"cells": cells, "stops": stops, "references": references, "pictures": pictures}
     what, *names = sys.argv[1:] or ["cells"]
     print(describe_machine())
-    measured[what](names or list(SCENES))
+    measured[what](names or ([PICTURE] if what == "pictures" else list(SCENES)))
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ CLAUSES = {
     "nobody": "No variant reached {target:percent} within the {budget:g} s of the study",
     "nearest": ": {variant} came nearest, with {last error:percent} after {after s:.3g} s of rendering",
     "fastest": "To {target:percent} error, {variant} is fastest: {seconds:.3g} s of rendering",
+    "hidden": "; light that no sample met may add {unseen:percent}",
     "alike": "; the time of {alike: and of } cannot be told from it",
     "slowest": "{variant} needs {seconds:.3g} s for it, {ratio:longer}",
     "missed": "Others did not reach {target:percent} in the time that they had: {missed:came to}",

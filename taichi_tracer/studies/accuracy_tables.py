@@ -13,7 +13,7 @@ import numpy as np
 
 from taichi_tracer.picture.error_estimate import percent
 from taichi_tracer.studies import accuracy_sentences as sentences
-from taichi_tracer.studies.convergence import MIDDLE, TARGETS, Curve, Study, error_ratio, time_ratio
+from taichi_tracer.studies.convergence import MIDDLE, TARGETS, UNSEEN_SHARE, Curve, Study, error_ratio, time_ratio
 from taichi_tracer.studies.variants import OF_QUESTIONS, is_of_the_chart
 
 CERTAIN = 1.5  # of the ends of an interval: a ratio that is known no better than within this factor is noise
@@ -158,7 +158,9 @@ def who_wins(study: Study, target: float = MIDDLE) -> Iterator[Finding]:
     reached = sorted((c for c in main if c.seconds_to(target) > 0), key=lambda c: c.seconds_to(target))
     if not reached:
         is_chance = any(c.is_unsure for c in main)  # an error that measures chance is no merit
-        yield ["nobody"] if is_chance else ["nobody", "nearest"], aim | costs[min(main, key=lambda c: c.last[1])]
+        nearest = min(main, key=lambda c: c.last[1])
+        rest = hidden_in(max(main, key=lambda c: c.unseen)) if is_chance else ["nearest"]
+        yield ["nobody", *rest], aim | costs[nearest] | {"unseen": max(c.unseen for c in main)}
         easier = [t for t in TARGETS if t > target and any(c.seconds_to(t) > 0 for c in main)]
         yield from who_wins(study, easier[-1]) if easier else ()
         return
@@ -166,7 +168,7 @@ def who_wins(study: Study, target: float = MIDDLE) -> Iterator[Finding]:
     least = first.seconds_to(target)
     alike = [c for c in others if cannot_be_told_apart(first, c, target)]
     numbers = aim | {"seconds": least, "alike": [c.variant.label for c in alike]}
-    yield ["fastest", "alike"] if alike else ["fastest"], costs[first] | numbers
+    yield ["fastest", *hidden_in(first), *(["alike"] if alike else [])], costs[first] | numbers
     for slowest in [c for c in others if c not in alike][-1:]:
         most = slowest.seconds_to(target)
         yield ["slowest"], costs[slowest] | {"seconds": most, "ratio": most / least}
@@ -176,6 +178,11 @@ def who_wins(study: Study, target: float = MIDDLE) -> Iterator[Finding]:
         named.append(min((c for c in missed if c.variant.sampler == sampler), key=lambda c: c.last[1]))
     if missed:
         yield ["missed"], aim | {"missed": [costs[c] for c in named]}
+
+
+def hidden_in(curve: Curve) -> list[str]:
+    """The clause that tells what light may be missing in a curve."""
+    return ["hidden"] if curve.unseen > UNSEEN_SHARE * curve.last[1] else []
 
 
 def cannot_be_told_apart(a: Curve, b: Curve, target: float) -> bool:

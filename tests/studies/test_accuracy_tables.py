@@ -51,6 +51,8 @@ def test_errors_with_unseen_light_are_not_compared():
     assert math.isnan(row["error"])
     told = "What independent numbers bring is unknown: light that no sample met may outweigh it."
     assert told in accuracy_tables.summary(made_study(first, other))
+    other.unseen = 5.0
+    assert accuracy_tables.summary(made_study(first, other))[0].endswith("; light that no sample met may add 500 %.")
     same = made_curve(scale=0.1, variant=Variant(precision="f64"))
     (row,) = accuracy_tables.knob_table(made_study(first, same))
     assert row["error"] == pytest.approx(1)
