@@ -85,7 +85,7 @@ def caustics(chains: MirrorChains, scene_data: Any, camera: Any, crop: tuple[int
         place, covered = pixels_of(camera, points), area_of_pixel(camera, points)
         at = np.floor(place + 0.5)
     shown = np.flatnonzero(((at >= (x0, y0)) & (at < (x1, y1))).all(axis=1) & (covered > 0))
-    shown = shown[sees(scene_data, camera, place[shown], points[shown])]
+    shown = shown[sees(chains.intersect, camera, place[shown], points[shown])]
     end, at, of = lit[shown], at[shown], lamp[ends.ray[lit[shown]]]
     light = power * ends.T[end] * ends.f_cos[end] / covered[shown]
     chance = light / (np.pi * ends.f_T[end] * radiance_of(scene_data)[of])

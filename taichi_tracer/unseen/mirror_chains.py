@@ -1,6 +1,6 @@
 """Follows rays over mirrors and glass, and says where they end: for ``caustics`` and ``mirrored_lamps``.
 
-The kernel is compiled for a scene that has lamps, and mirrors or glass; both questions need the same one.
+One kernel is compiled for a scene that has lamps, and mirrors or glass: it says what rays meet first, too.
 """
 
 from dataclasses import dataclass
@@ -11,10 +11,12 @@ import taichi as ti
 import taichi.math as tm
 
 from taichi_tracer.ray import Ray
+from taichi_tracer.system import runtime
 
 RAYS = 1 << 16  # that are followed for each question
 MOST_MIRRORS = 8  # on the way of a ray
-NUMBERS = 11  # of what a ray has found, see ``MirrorChains._follow``
+NUMBERS, FIRST = 12, 3  # of what a ray has found, and of what it met first: see ``MirrorChains._follow``
+NO_EYE = tm.vec4(0, 0, 1, 0)
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,17 @@ class Ends:
     material: np.ndarray
     f_cos: np.ndarray
     f_T: np.ndarray
+
+
+@dataclass(frozen=True)
+class FirstHits:
+    """What rays meet first: (n,) arrays, as ``SceneData.intersect`` has them."""
+
+    is_hit: np.ndarray
+    distance: np.ndarray
+    triangle_id: np.ndarray
+    material_id: np.ndarray
+    is_backfacing: np.ndarray
 
 
 def has_mirrors(scene: Any) -> bool:
@@ -62,14 +75,25 @@ class MirrorChains:
             origins, directions: (n, 3), in the running precision. camera: its eye looks at where they end.
             most: mirrors on the way. rng: a numpy random generator, which decides what glass reflects.
         """
-        found = np.empty((len(origins), NUMBERS), origins.dtype)
         random = rng.random((len(origins), MOST_MIRRORS, 2), np.float32)
         to_world = np.asarray(camera.compute_matrix(), np.float64)
         eye = [*-to_world[:3, 2], 0.0] if camera.is_parallel else [*to_world[:3, 3], 1.0]
-        self._follow(origins, directions, random, found, min(most, MOST_MIRRORS), tm.vec4(*map(float, eye)))
+        found, _ = self._found(origins, directions, random, min(most, MOST_MIRRORS), tm.vec4(*map(float, eye)))
         ray = np.flatnonzero(found[:, 7] > 0)
         end = found[ray].astype(np.float64)
-        return Ends(ray, end[:, :3], end[:, 3:6], *end[:, 6:].T)
+        return Ends(ray, end[:, :3], end[:, 3:6], *end[:, 6:11].T)
+
+    def intersect(self, origins: np.ndarray, directions: np.ndarray) -> FirstHits:
+        """What rays meet first, (n, 3) each."""
+        found, first = self._found(origins, directions, np.zeros((1, 1, 2), np.float32), 0, NO_EYE)
+        return FirstHits(first[:, 0] >= 0, found[:, 11], first[:, 0], first[:, 1], first[:, 2] > 0)
+
+    def _found(self, origins: np.ndarray, directions: np.ndarray, random: np.ndarray, most: int, eye: Any) -> Any:
+        dtype, count = runtime.dtype(), len(origins)
+        found, first = np.empty((count, NUMBERS), dtype), np.empty((count, FIRST), np.int32)
+        rays = (np.ascontiguousarray(one, dtype) for one in (origins, directions))
+        self._follow(*rays, random, found, first, most, eye)
+        return found, first
 
     @ti.kernel
     def _follow(
@@ -78,12 +102,14 @@ class MirrorChains:
         directions: ti.types.ndarray(ndim=2),
         random: ti.types.ndarray(ndim=3),
         found: ti.types.ndarray(ndim=2),
+        first: ti.types.ndarray(ndim=2),
         most: ti.i32,
         eye: tm.vec4,
     ):
-        """``found``: origin (3), direction (3), distance, T, material, f_cos, f_T, see ``Ends``.
+        """``found``: origin (3), direction (3), distance, T, material, f_cos, f_T, see ``Ends``; the first distance.
 
-        T is 0 if no mirror was met. ``eye``: where it is, and 1; or the direction to it, and 0.
+        T is 0 if no mirror was met. ``first``: the number of what is met first, or −1; its material; 1 for a back side.
+        ``eye``: where it is, and 1; or the direction to it, and 0.
         """
         for i in range(origins.shape[0]):
             ray = Ray(
@@ -94,7 +120,9 @@ class MirrorChains:
             T, mirrors, is_going = tm.vec3(1), 0, hit.is_hit
             for k in ti.static(range(NUMBERS)):
                 found[i, k] = 0.0  # a GPU gets no zeros of an array that the kernel only writes to
-            found[i, 8] = hit.material_id
+            found[i, 8], found[i, 11] = hit.material_id, hit.distance
+            first[i, 0], first[i, 1] = ti.select(hit.is_hit, hit.triangle_id, -1), hit.material_id
+            first[i, 2] = ti.cast(hit.is_backfacing, ti.i32)
             while is_going:
                 surface = self.scene.surface_at(ray, hit)
                 is_going = surface.is_delta() and mirrors < most

@@ -37,7 +37,7 @@ def mirrored_lamps(
     """
     x0, x1, y0, y1 = crop
     pixels, rng = (x1 - x0) * (y1 - y0), np.random.default_rng(SEED)
-    places, stands_for = mirror_pixels(scene_data, camera, crop, rng)
+    places, stands_for = mirror_pixels(chains, scene_data, camera, crop, rng)
     if len(places) == 0:
         return none_in(pixels)
     chosen = places[rng.integers(0, len(places), RAYS)]
@@ -58,7 +58,9 @@ def mirrored_lamps(
     return RareLight(found[:, 0].astype(np.int64), found[:, 1], found[:, 2], pixels)
 
 
-def mirror_pixels(scene_data: Any, camera: Any, crop: tuple[int, ...], rng: Any) -> tuple[np.ndarray, float]:
+def mirror_pixels(
+    chains: MirrorChains, scene_data: Any, camera: Any, crop: tuple[int, ...], rng: Any
+) -> tuple[np.ndarray, float]:
     """(n, 2) pixels whose middle shows a mirror or glass, and how many pixels these stand for."""
     x0, x1, y0, y1 = crop
     y, x = np.mgrid[y0:y1, x0:x1]
@@ -66,7 +68,7 @@ def mirror_pixels(scene_data: Any, camera: Any, crop: tuple[int, ...], rng: Any)
     count = len(places)
     if count > MOST_PIXELS:
         places = places[rng.choice(count, MOST_PIXELS, replace=False)]
-    hits = scene_data.intersect(*camera.rays(places[:, 0], places[:, 1]))
+    hits = chains.intersect(*camera.rays(places[:, 0], places[:, 1]))
     library = scene_data.material_library
     is_delta = np.array([library.brdfs[i].is_delta for i in library.brdf_of])
     found = places[hits.is_hit & is_delta[np.clip(hits.material_id, 0, len(is_delta) - 1)]]

@@ -38,15 +38,15 @@ class RarelyMet:
     def _find(self) -> list[tuple[float, RareLight]]:
         renderer = self.renderer
         scene, camera, crop = renderer.scene_data, renderer.camera, renderer.film.crop
-        found = [(1.0, small_lamps(scene, camera, crop))]
         kernel_scene = renderer.kernel_scene()
-        if has_mirrors(kernel_scene):
-            if self._chains is None or self._chains.scene is not kernel_scene:
-                self._chains = MirrorChains(kernel_scene)
-            settings = getattr(renderer.active, "settings", None)
-            bounces = 1 if settings is None else int(settings["max_bounces"])
-            view = self._chains, scene, camera, crop, bounces
-            found.append((SAFETY, mirrored_lamps(*view)))
-            if has_caustics(kernel_scene, bounces):
-                found.append((SAFETY, caustics(*view)))
+        if not has_mirrors(kernel_scene):
+            return [(1.0, small_lamps(scene, camera, crop, scene.intersect))]
+        if self._chains is None or self._chains.scene is not kernel_scene:
+            self._chains = MirrorChains(kernel_scene)
+        settings = getattr(renderer.active, "settings", None)
+        bounces = 1 if settings is None else int(settings["max_bounces"])
+        view = self._chains, scene, camera, crop, bounces
+        found = [(1.0, small_lamps(scene, camera, crop, self._chains.intersect)), (SAFETY, mirrored_lamps(*view))]
+        if has_caustics(kernel_scene, bounces):
+            found.append((SAFETY, caustics(*view)))
         return found

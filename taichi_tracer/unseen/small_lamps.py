@@ -10,6 +10,7 @@ the lamp, and then nothing is added.
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,13 +19,15 @@ from taichi_tracer.lights.choice import LampTable
 from taichi_tracer.unseen.rare_light import RareLight, none_in
 
 POINTS = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / np.array([[3], [6], [6], [6]])  # of a triangle
+Intersect = Callable[[np.ndarray, np.ndarray], Any]  # origins and directions, (n, 3) each, to what they meet first
 OFF = 1e-3  # of the distance: a ray that passes a lamp's point by more does not lead to it
 
 
-def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...]) -> RareLight:
+def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...], intersect: Intersect) -> RareLight:
     """The lamps that a view shows directly, and that are smaller than a pixel.
 
     Args:
+        intersect: finds what rays meet first, as ``SceneData.intersect`` does.
         crop: (x0, x1, y0, y1), the pixels of the picture.
     """
     x0, x1, y0, y1 = crop
@@ -40,7 +43,7 @@ def small_lamps(scene_data: Any, camera: Any, crop: tuple[int, ...]) -> RareLigh
     if lamp.size == 0:
         return none_in(pixels)
     to, places = ((POINTS @ one[lamp]).reshape(-1, one.shape[2]) for one in (corners, image))
-    is_seen = meets(scene_data, camera, places, to, np.repeat(lamp, len(POINTS))).reshape(-1, len(POINTS))
+    is_seen = meets(intersect, camera, places, to, table, np.repeat(lamp, len(POINTS))).reshape(-1, len(POINTS))
     of_points = is_seen * area[lamp, None] / len(POINTS)
     chance = np.broadcast_to(of_points.sum(axis=1, keepdims=True), of_points.shape)
     light = of_points * radiance_of(scene_data)[lamp, None]
@@ -70,7 +73,9 @@ def pixels_of(camera: Any, points: np.ndarray) -> np.ndarray:
     return (ndc + 1) / 2 * (int(camera.width), int(camera.height)) - 0.5
 
 
-def look(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray) -> tuple[Any, np.ndarray, np.ndarray]:
+def look(
+    intersect: Intersect, camera: Any, pixel: np.ndarray, points: np.ndarray
+) -> tuple[Any, np.ndarray, np.ndarray]:
     """What the rays through places of the picture hit; whether each leads to its point; and how far that is.
 
     Args:
@@ -80,23 +85,24 @@ def look(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray) ->
     origins, directions = camera.rays(place[:, 0], place[:, 1])
     along = ((points - origins) * directions).sum(axis=1)
     beside = np.linalg.norm(points - origins - along[:, None] * directions, axis=1)
-    return scene_data.intersect(origins, directions), beside < OFF * abs(along), along
+    return intersect(origins, directions), beside < OFF * abs(along), along
 
 
-def meets(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray, lamp: np.ndarray) -> np.ndarray:
+def meets(
+    intersect: Intersect, camera: Any, pixel: np.ndarray, points: np.ndarray, table: LampTable, lamp: np.ndarray
+) -> np.ndarray:
     """(n,) bool: whether the ray through each place of the picture leads to its point, and meets the lamp there.
 
     Args:
         lamp: (n,) the numbers of the lamps.
     """
-    table = scene_data.lamps.table
-    hits, leads, _ = look(scene_data, camera, pixel, points)
+    hits, leads, _ = look(intersect, camera, pixel, points)
     return hits.is_hit & leads & (table.two_sided | ~hits.is_backfacing) & (hits.triangle_id == table.ids[lamp])
 
 
-def sees(scene_data: Any, camera: Any, pixel: np.ndarray, points: np.ndarray) -> np.ndarray:
+def sees(intersect: Intersect, camera: Any, pixel: np.ndarray, points: np.ndarray) -> np.ndarray:
     """(n,) bool: whether the ray through each place of the picture meets its point, and nothing before it."""
-    hits, leads, along = look(scene_data, camera, pixel, points)
+    hits, leads, along = look(intersect, camera, pixel, points)
     return hits.is_hit & leads & (abs(hits.distance - along) < OFF * abs(along))
 
 

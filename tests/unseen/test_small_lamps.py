@@ -56,7 +56,7 @@ def scene(*lamps, before=None, spheres=(), view=VIEW, **options):
 
 def found(made, crop=(0, SIZE, 0, SIZE), **view):
     """The small lamps of a view."""
-    return small_lamps(made, make_camera(SIZE, SIZE, **{**VIEW, **view}), crop)
+    return small_lamps(made, make_camera(SIZE, SIZE, **{**VIEW, **view}), crop, made.intersect)
 
 
 AT = (0.1, 0.07, 2.0)  # in the middle of no pixel's edge
@@ -137,7 +137,7 @@ class Mirrored(tt.Camera):
 
 def test_a_camera_with_pixels_of_its_own_order_adds_nothing():
     made = scene((AT, HALF))
-    assert small_lamps(made, Mirrored(SIZE, SIZE, **VIEW), (0, SIZE, 0, SIZE)).pixel.size == 0
+    assert small_lamps(made, Mirrored(SIZE, SIZE, **VIEW), (0, SIZE, 0, SIZE), made.intersect).pixel.size == 0
 
 
 @pytest.mark.long
