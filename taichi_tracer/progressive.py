@@ -104,6 +104,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
 
     kind, name = "renderer", ""
     what = "view"  # the kind of integrators that it offers; messages use this word too
+    first = ""  # the integrator with which it begins; the first that it offers if there is no name
     jitters = False  # whether its pictures consist of random samples by default
     has_own_display = False  # whether exposure and tone curve are its own, and not those of the pictures beside it
     value_names: tuple[str, ...] = ()  # which of ``values.VALUES`` it has
@@ -148,7 +149,7 @@ class ProgressiveRenderer(KnownAttributes, RenderedPicture):
         self.other: OtherTechnique | None = None
         self.rarely_met = RarelyMet(self)
         self.display = Display()
-        self.use(self.offers[0].name if given["integrator"] is None else given["integrator"])
+        self.use(given["integrator"] or self.first or self.offers[0].name)
 
     @property
     def seed(self) -> int:

@@ -216,11 +216,11 @@ class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
 class A3Renderer(A2Renderer):
     """Assignment 3: direct illumination by surfaces that emit and by the environment (A3-1 … A3-5).
 
-    It has the estimators of ``A2Renderer``, which sample lamps, too, where a scene has some. The estimator
-    ``mis_one_sample`` has the weights ``mis_plight`` and ``mis_pbrdf``.
+    It has the estimators of ``A2Renderer``, which sample lamps, too, where a scene has some, and begins with ``mis``.
+    The estimator ``mis_one_sample`` has the weights ``mis_plight`` and ``mis_pbrdf``.
     """
 
-    name = "A3Renderer"
+    name, first = "A3Renderer", "mis"
     value_names = tuple(value.name for value in WEIGHTS)
 
     SampleMode = modes.LampSampleMode
@@ -292,10 +292,10 @@ class A3Renderer(A2Renderer):
 class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
     """Assignment 4: paths, on which light bounces from surface to surface (A4-1 … A4-5).
 
-    ``max_bounces`` and the other properties may be set at any time; the picture then starts again.
+    It begins with ``path``. ``max_bounces`` and the others may be set at any time; the picture then starts again.
     """
 
-    name, what, jitters = "A4Renderer", "path", True
+    name, what, first, jitters = "A4Renderer", "path", "path", True
     value_names = tuple(value.name for value in OF_PATHS)
 
     ShadingMode = modes.ShadingMode

@@ -83,6 +83,7 @@ EVENTS: dict[str, dict[str, Check]] = {
     "lamp_choice": {"name": text},
     "control": {"name": text, "value": anything},
     "exposure": {"value": number(-20, 20)},
+    "expose": {},
     "tone": {"name": text},
     "fov": {"value": number(1, 170)},
     "white": {"value": number(1e-9, 1e9)},

@@ -13,6 +13,8 @@ from taichi_tracer.apps.words import (
     LIGHT,
     PICTURE_SIZE,
     SMOOTH,
+    USUAL_SECONDS,
+    USUAL_SPP,
     OneOfOptions,
     at_least_one,
     bounces,
@@ -245,7 +247,8 @@ SPP = Option("spp", "samples per pixel", "N", at_least_one)
 ADAPTIVE = switch("adaptive", "more samples where the error is larger")
 WHEN_TO_STOP = Group(
     "when to stop",
-    "at the first that is reached; else the samples of the scene file, or 1",
+    f"at the first that is reached; else after the samples of the scene file, or {USUAL_SPP} samples or "
+    f"{USUAL_SECONDS:g} s for light, and 1 sample for a view",
     (
         SPP,
         Option("time", "seconds of rendering, without compiling", "SECONDS", positive),

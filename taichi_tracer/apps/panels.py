@@ -214,9 +214,12 @@ class Panels:
                 self.viewer.tell(str(error))
 
     def draw_display(self, panel) -> None:
-        """The slider of the exposure, and the button that takes the next tone curve; the samples stay."""
+        """The slider of the exposure, and the buttons that fit it and take the next tone curve; the samples stay."""
         display = self.renderer.display
         exposure = panel.slider_float("exposure", float(display.exposure), -MOST_EXPOSURE, MOST_EXPOSURE)
+        if panel.button("Expose to fit"):
+            self.renderer.expose()
+            return
         tones = PARTS.all("tone curve")
         tone = display.part
         if panel.button(f"Tone curve: {tone.label or tone.name}"):

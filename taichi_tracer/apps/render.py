@@ -18,7 +18,7 @@ from taichi_tracer.apps.requests import PictureRequest, SceneRequest
 from taichi_tracer.apps.rescue import written_bytes, written_picture
 from taichi_tracer.apps.words import USER_ERROR, note
 from taichi_tracer.files.disk import check_place
-from taichi_tracer.files.images import encode_png, to_bytes
+from taichi_tracer.files.images import EIGHT_BITS, encode_png, to_bytes
 from taichi_tracer.integrators.path_settings import Bounces, in_words
 from taichi_tracer.picture.checkpoint import NOT_ADAPTIVE
 from taichi_tracer.picture.error_estimate import percent
@@ -28,11 +28,13 @@ from taichi_tracer.system import compiling, stopwatch
 from taichi_tracer.system.errors import IncompleteError, InputError
 from taichi_tracer.system.stopwatch import READ, stage
 from taichi_tracer.system.wings import wing
+from taichi_tracer.tones.display import fitting_exposure, share_in_the_dark
 
 WORTH_TELLING = 0.3  # seconds that a second run is spared: less is not told
 SUM = "sum"  # the caption of the last picture of a contact sheet
 PROFILE = ".profile.html"  # the ending of the page that tells where the time of a picture went
 VISIBLE = LEAST_SHOWN = 1 / 255  # of a difference from the reference; less is not made white
+MOSTLY_DARK = 0.9  # of the pixels with light: from so many on that cannot be seen, another exposure is advised
 MOST_PLACES = 3  # of samples that are not finite: how many are told
 
 
@@ -218,6 +220,7 @@ def make_picture(
         print(f"{place}: {describe(renderer, image)} ({times})", flush=True)
         report_non_finite(renderer)
         report_missed_error(renderer, interruption)
+        report_darkness(renderer, image, place)
         for text in renderer.notes():
             note(text)
         is_in_place &= place == path
@@ -290,6 +293,16 @@ def report_missed_error(renderer: ProgressiveRenderer, interruption: Interruptio
     limits = [f"--{name} {getattr(progress.target, name):g}" for name in ("spp", "time")
               if getattr(progress.target, name) is not None]  # fmt: skip
     note(f"an error of {percent(target)} was not reached: {' or '.join(limits)} came first")
+
+
+def report_darkness(renderer: ProgressiveRenderer, image: np.ndarray, path: Path) -> None:
+    """A line if nearly all of the light in a picture is too dim to be seen in a file of 8 bits."""
+    if not renderer.srgb or renderer.has_own_display or path.suffix.lower() not in EIGHT_BITS:
+        return
+    share = share_in_the_dark(image, renderer.display)
+    if share >= MOSTLY_DARK:
+        advice = f"try --exposure {fitting_exposure(image)}"
+        note(f"{share:.0%} of the pixels with light are no brighter than 1/255: {advice}")
 
 
 def describe(renderer: ProgressiveRenderer, image: np.ndarray) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.options import BY_BOUNCE, OPTIONS, words_of
-from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, given, note, request_from, size
+from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, USUAL_SECONDS, USUAL_SPP, given, note, request_from, size
 from taichi_tracer.camera import ProjectiveCamera, change_projection, check_view, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.effects import MODES
@@ -326,15 +326,16 @@ def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
         width, height = args.size
     if args.quick:
         width, height = max(1, width // QUICK), max(1, height // QUICK)
+    views = find_views(view if args.view is None else args.view)
     picture = request_from(
         PictureRequest,
         args,
         width=width,
         height=height,
         crop_window=window if args.crop is None else tuple(args.crop),
-        views=find_views(view if args.view is None else args.view),
+        views=views,
         names_view=args.view is not None,
-        target=target_of(args, spp),
+        target=target_of(args, spp, any(renderer_class.jitters for renderer_class, _ in views)),
         shot=shot,
         filename=filename if args.view is None else None,
         camera=request_from(CameraRequest, args),
@@ -351,11 +352,20 @@ def _picture_of(args: Namespace, shot: "Shot | None") -> PictureRequest:
     return picture
 
 
-def target_of(args: Namespace, spp: int | None) -> Target:
-    """When the rendering ends: as the command line says, or after so many samples."""
+def target_of(args: Namespace, spp: int | None, is_light: bool) -> Target:
+    """When the rendering ends: as the command line says, or the scene file, which says so many samples.
+
+    Args:
+        is_light: whether the picture is a mean of random samples. Where nobody says when it ends, it has
+            ``USUAL_SPP`` samples, or those of ``USUAL_SECONDS``; pictures by bounce need the same samples each.
+    """
     error = None if args.error is None else args.error / 100
-    is_said = any(value is not None for value in (args.spp, args.time, error))
-    return Target.of(args.spp if is_said else spp, args.time, error)
+    if any(value is not None for value in (args.spp, args.time, error)):
+        return Target.of(args.spp, args.time, error)
+    if spp is None and is_light:
+        is_alone = len(getattr(args, "bounces", ())) < 2
+        return Target(USUAL_SPP, USUAL_SECONDS if is_alone else None)
+    return Target.of(spp)
 
 
 def values_of(args: Namespace, shot: "Shot | None") -> Values:

@@ -258,6 +258,10 @@ class Session(Mailbox):
         """Choose the exposure in stops."""
         self.renderer.set_display(exposure=value)
 
+    def on_expose(self) -> None:
+        """Choose the exposure that shows the picture well."""
+        self.renderer.expose()
+
     def on_tone(self, name: str) -> None:
         """Choose the tone curve."""
         self.renderer.set_display(tone=name)

@@ -19,7 +19,7 @@ from taichi_tracer.picture.progress import Progress
 from taichi_tracer.system.stopwatch import ERROR, stage
 from taichi_tracer.system.wings import wing
 from taichi_tracer.tones.base import Tone
-from taichi_tracer.tones.display import Display
+from taichi_tracer.tones.display import Display, fitting_exposure
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -57,6 +57,10 @@ class RenderedPicture:
         now = self.display
         self.display = Display(now.exposure if exposure is None else exposure, now.tone if tone is None else tone)
         return self
+
+    def expose(self) -> "Self":
+        """Choose the exposure that shows the picture well, in whole stops: see ``tones.display.fitting_exposure``."""
+        return self.set_display(exposure=fitting_exposure(self.film.own_pixels(self.image())))
 
     @property
     def encoding(self) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Exposure and tone curve together: what a screen and a file of 8 bits show of linear radiance."""
 
+import math
 from dataclasses import dataclass
 from numbers import Real
 
@@ -11,6 +12,8 @@ from taichi_tracer.system.registry import PARTS
 from taichi_tracer.tones.base import Tone
 
 PLAIN_TONE = "none"
+BRIGHT, AIM = 0.9, 0.5  # the fitting exposure shows this quantile of the light as this number
+DARKEST = 1 / 255 / 12.92  # linear: what is below becomes no more than 1/255 by the sRGB transfer function
 MOST_STOPS = 64.0  # a factor of 2^64: more would leave the numbers of f32 pictures
 
 
@@ -62,3 +65,24 @@ class Display:
 
     def __str__(self) -> str:
         return f"exposure {digits(float(self.exposure), '+.9g')} stops, tone curve {self.part.name}"
+
+
+def fitting_exposure(image: np.ndarray) -> int:
+    """The whole number of stops that shows an (h, w, 3) image of radiance well; 0 if it has no light."""
+    light = lit(image)
+    if light.size == 0:
+        return 0
+    stops = round(math.log2(AIM / float(np.quantile(light, BRIGHT))))
+    return int(np.clip(stops, -MOST_STOPS, MOST_STOPS))
+
+
+def share_in_the_dark(image: np.ndarray, display: Display) -> float:
+    """The share of the pixels with light that are shown as no more than 1/255; 0 if there is no light."""
+    light = lit(image)
+    return 0.0 if light.size == 0 else float((light * display.scale < DARKEST).mean())
+
+
+def lit(image: np.ndarray) -> np.ndarray:
+    """The brightest channel of each pixel that has light, in float64."""
+    brightest = np.asarray(image, np.float64).max(axis=2)
+    return brightest[np.isfinite(brightest) & (brightest > 0)]

@@ -25,7 +25,7 @@ from taichi_tracer.files import images
 from taichi_tracer.formulas.vertex_normals import USUAL_CREASE
 from taichi_tracer.picture import progress
 from taichi_tracer.progressive import ProgressiveRenderer
-from taichi_tracer.renderer import A1Renderer
+from taichi_tracer.renderer import A1Renderer, A2Renderer
 from taichi_tracer.studies import effects as effects_study
 from taichi_tracer.system import runtime, stopwatch
 from taichi_tracer.system.registry import PARTS
@@ -785,6 +785,25 @@ def test_raw_arrays_lie_beside_the_picture(tmp_path, monkeypatch):
         names = list(file.spec().channelnames)
         assert sorted(names) == ["B", "G", "N.X", "N.Y", "N.Z", "R", "Z"]
         np.testing.assert_array_equal(file.read_image("float")[..., names.index("Z")], distance)
+
+
+@pytest.mark.long
+def test_a_program_that_writes_an_exr_file_ends_without_a_word(tmp_path):
+    pytest.importorskip("OpenImageIO")
+    result = run("-m", "taichi_tracer", "render", "cube", *QUICK, "--size", "8x8", "-o", "a.exr", cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+def test_a_picture_too_dark_to_be_seen_gets_advice(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(A2Renderer, "add_sample", lambda self, index: self.film.canvas.fill(2.0**-20))
+    words = ["render", "cube", "--estimator", "brdf", "--spp", "1", "--size", "8x8"]
+    assert quickly([*words, "-o", "a.png"]) == 0
+    told = capsys.readouterr().err
+    assert "100% of the pixels with light are no brighter than 1/255: try --exposure 19" in told
+    assert quickly([*words, "-o", "a.png", "--exposure", "19"]) == 0
+    assert quickly([*words, "-o", "a.pfm"]) == 0
+    assert "try --exposure" not in capsys.readouterr().err
 
 
 def test_raw_arrays_go_where_the_picture_goes_if_its_place_is_full(tmp_path, monkeypatch):

@@ -18,6 +18,7 @@ GOOD = {
     "lamp_choice": {"name": "power"},
     "control": {"name": "max_bounces", "value": 3},
     "exposure": {"value": -2.5},
+    "expose": {},
     "tone": {"name": "filmic"},
     "fov": {"value": 45},
     "white": {"value": 4.0},

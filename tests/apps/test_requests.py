@@ -11,6 +11,7 @@ from taichi_tracer.apps.cli import make_parser
 from taichi_tracer.apps.render_request import render_of
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.words import as_value, values_of
+from taichi_tracer.picture.progress import Target
 
 COMMANDS = {
     "render": (render_of, ["cube"]),
@@ -54,6 +55,21 @@ def test_the_namespace_is_read_and_not_written(command):
     before = copy.copy(vars(args))
     request_of(args)
     assert vars(args) == before
+
+
+@pytest.mark.parametrize(
+    ("words", "target"),
+    [
+        ([], Target(spp=1)),
+        (["--estimator", "mis"], Target(spp=64, time=3.0)),
+        (["--estimator", "path", "--bounces", "0,1+"], Target(spp=64)),
+        (["--estimator", "mis", "--error", "2"], Target(error=0.02)),
+        (["--estimator", "mis", "--spp", "5", "--time", "1"], Target(spp=5, time=1.0)),
+    ],
+)
+def test_a_picture_of_light_has_samples_enough_to_be_looked_at(words, target):
+    _, (picture,) = scene_and_pictures_of(parsed("render", "cube", *words))
+    assert picture.target == target
 
 
 def test_a_scene_can_be_asked_for_again_by_its_words():

@@ -14,6 +14,7 @@ from taichi_tracer.apps.session import Session
 from taichi_tracer.apps.split import details_of, state_of
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.system.errors import InputError
+from taichi_tracer.tones.display import fitting_exposure
 from taichi_tracer.tones.heat import heat
 
 SIZE = (32, 24)
@@ -203,6 +204,9 @@ def test_light_has_its_error_its_curve_and_explained_pixels(session):
     session.step(0.0)
     assert "<svg" in session.explanation
     assert session.renderer.display.exposure == 1.5
+    session.post({"type": "expose"})
+    session.step(0.0)
+    assert session.renderer.display.exposure == fitting_exposure(session.renderer.image())
     session.post({"type": "use", "what": "view", "name": "normal"})
     session.post({"type": "environment", "name": "none"})
     session.step(0.0)

@@ -21,7 +21,7 @@ from taichi_tracer.apps.words import as_value
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.renderer import A1Renderer
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.tones.display import Display
+from taichi_tracer.tones.display import Display, fitting_exposure
 
 QUICK = {"intersector": "brute_force", "triangle_test": "moller_trumbore"}  # what compiles soonest
 
@@ -271,6 +271,9 @@ def test_the_settings_of_paths_are_shown_as_far_as_they_have_an_effect(path_rend
     assert "Environment: none" in panel.buttons
     pressed(view, **{"prob.": 0.25})
     assert path_renderer.rr_termination_probability == 0.25
+    pressed(view, "Expose to fit")
+    assert path_renderer.display.exposure == fitting_exposure(path_renderer.image())
+    path_renderer.set_display(0)
     assert pressed(view).sliders == ["max bounce", "rr prob.", "rr start", *ALWAYS, "exposure"]
     pressed(view, "Roulette: course")
     assert path_renderer.roulette == "throughput"

@@ -6,7 +6,7 @@ from oracles import tones
 
 import taichi_tracer as tt
 from taichi_tracer.files.images import to_bytes
-from taichi_tracer.tones.display import Display
+from taichi_tracer.tones.display import Display, fitting_exposure, share_in_the_dark
 
 LIGHT = np.random.default_rng(1).gamma(0.7, 2.0, (9, 7, 3)).astype(np.float32)
 
@@ -75,3 +75,21 @@ def test_the_words_of_the_command_line_ask_for_the_same():
     assert Display().words() == []
     assert Display(-1.5, "filmic").words() == ["--exposure", "-1.5", "--tone", "filmic"]
     assert str(Display(-1.5, "filmic")) == "exposure -1.5 stops, tone curve filmic"
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-3, 1.0, 1e6])
+def test_the_fitting_exposure_shows_nine_tenths_of_the_light_below_white(scale):
+    image = np.zeros((20, 20, 3), np.float32)
+    image[5:15] = scale * np.linspace(0.1, 1, 200).reshape(10, 20, 1)
+    stops = fitting_exposure(image)
+    bright = 0.91 * scale * 2.0**stops
+    assert 0.5 / 2**0.5 <= bright <= 0.5 * 2**0.5
+    assert share_in_the_dark(image, Display(stops)) == 0
+    assert share_in_the_dark(image, Display(stops - 20)) == 1
+
+
+def test_what_has_no_light_needs_no_exposure():
+    image = np.zeros((2, 2, 3), np.float32)
+    image[0, 0] = np.nan
+    assert fitting_exposure(image) == 0
+    assert share_in_the_dark(image, Display()) == 0

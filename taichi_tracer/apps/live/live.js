@@ -82,6 +82,7 @@ function render({ model, el }) {
   const context = canvas.getContext("2d", { alpha: false });
   let state = {}, bitmap = null, isAsking = false, frames = [], spokenAt = 0, shownAt = 0, busy = 0, last = Promise.resolve();
   let [shownViews, shownSettings, shownCurves, shownTold, shownSplit] = ["", "", "", "", ""];
+  let exposureBefore = null; // while the exposure that fits is awaited
 
   // ── frames ──
 
@@ -204,6 +205,7 @@ function render({ model, el }) {
 
   function showSettings() {
     const { controls, exposure, tone, fov, white } = state;
+    if (exposureBefore !== null && exposure !== exposureBefore) [exposureBefore, shownSettings] = [null, ""]; // the slider moves
     const key = JSON.stringify([state.environment, state.triangle_test, state.lamp_choice, state.lamp_choices, controls.map(
       c => c.kind === "slider" ? c.name : c), exposure === null, tone, fov === null, white === null]);
     if (key === shownSettings) return;
@@ -228,6 +230,7 @@ function render({ model, el }) {
     }
     if (exposure !== null) {
       parts.push(slider("Exposure", exposure, -10, 10, 0.125, value => send({ type: "exposure", value })));
+      parts.push(make("button", { onclick: () => { exposureBefore = exposure; send({ type: "expose" }); } }, "Expose to fit"));
       parts.push(choice("Tone curve", tone, state.tones, "tone"));
     }
     if (fov !== null) parts.push(slider("Field of view", fov, 5, 150, 0.5, value => send({ type: "fov", value })));
