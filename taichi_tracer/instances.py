@@ -7,10 +7,12 @@ The triangles of an object are in memory once, unless copies of them are small, 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from taichi_tracer.formulas.camera_frame import FROM, view_of_points
 from taichi_tracer.geometry import Mesh, check, smoothed
 from taichi_tracer.materials import Material
 from taichi_tracer.mesh_parts import inverse_of, joined, move, similarities, visible_points, with_common_materials
@@ -351,3 +353,10 @@ def points_to_show(mesh: Mesh) -> np.ndarray:
     if sizes[mesh.placed.object_of].sum() > MOST_VIEWED:
         objects = mesh.placed.boxes(mesh)
     return mesh.placed.points(objects)
+
+
+def view_of_mesh(
+    mesh: Mesh, up_axis: str, aspect: float = 1.0, seen_from: tuple[float, float] = FROM
+) -> dict[str, Any]:
+    """``view_of_points`` of all that a mesh shows."""
+    return view_of_points(points_to_show(mesh), up_axis, aspect=aspect, seen_from=seen_from)

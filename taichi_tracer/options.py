@@ -47,7 +47,8 @@ class SceneOptions(TypedDict, total=False):
     triangle_test: the name of a registered triangle test, or a ``TriangleTest``.
     view: camera parameters that show the scene, as for ``camera.make_camera``. With None, they are computed: a
         three-quarter view from above, which shows everything. ``load_scene_data`` takes the camera of the file, or
-        that of the course for some shipped meshes, before it computes one.
+        that of the course for some shipped meshes; of other files, the one that shows most, see
+        ``formulas.first_view``: a room from its open side, for example.
     environment: light from far away: a shipped name, the path of an image, an (h, w, 3) array, an ``Environment``,
         or None. "file", for ``load_scene_data``, takes what the file says; only .xml can say it.
     effects: "scene" compiles the effects that the scene calls for; "all" compiles every effect, for comparison.
@@ -58,7 +59,8 @@ class SceneOptions(TypedDict, total=False):
     smooth: whether corners without a normal get a smooth one; or the angle in degrees from which an edge stays sharp,
         see ``geometry.smoothed``. True is 30 degrees.
     up_axis: the axis that points upwards in the scene, "y" or "z". The computed view has this axis upright, and the
-        zenith of the environment is in this direction. The coordinates of the scene stay as they are.
+        zenith of the environment is in this direction. The coordinates of the scene stay as they are. "file", for
+        ``load_scene_data``, takes "z" where a mesh stands on a flat base then, and a note says so.
     lamp_choice: how a sample of the light chooses among the surfaces with Ke > 0: the name of a registered
         ``LampChoice``, or one: "area", "power" or "hierarchy". None takes "power" for up to 64 of them, and
         "hierarchy" for more.

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 from taichi_tracer.background import load_background
 from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
-from taichi_tracer.formulas.camera_frame import up_of, view_of_points
+from taichi_tracer.formulas.camera_frame import up_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
-from taichi_tracer.instances import points_to_show, settled
+from taichi_tracer.instances import settled, view_of_mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.materials import TEXTURES, Material, MaterialLibrary
@@ -128,8 +128,8 @@ class SceneData(KnownAttributes):
         with stage(LIGHTS):
             choice = lamp_choice_of(given["lamp_choice"], mesh)
             self.lamps = Lamps(self.geometry, self.material_library, choice, given["two_sided_lamps"])
-        self.view = view_of_points(points_to_show(mesh), up_axis) if view is None else dict(view)
-        self._computed_view = self.view if view is None else None
+        self._view_of = view_of_mesh if view is None else view
+        self.view = self._computed_view = self._view_of(mesh, up_axis) if callable(self._view_of) else dict(view or {})
         self._in_kernels = Recent(KEPT_FORMS)
         self._reused = Reused()  # the memory of the results of ``intersect``
 
@@ -140,9 +140,9 @@ class SceneData(KnownAttributes):
 
     def view_for(self, aspect: float) -> dict[str, Any]:
         """``view`` for a picture with this width / height: a computed view of a high picture is from farther away."""
-        if self.view is not self._computed_view or aspect >= 1:
+        if self.view is not self._computed_view or not callable(self._view_of) or aspect >= 1:
             return self.view
-        return view_of_points(points_to_show(self.mesh), self.up_axis, aspect=aspect)
+        return self._view_of(self.mesh, self.up_axis, aspect)
 
     @property
     def environment(self) -> Any:
@@ -325,7 +325,7 @@ def again(former: SceneData, **changes: Any) -> SceneData:
     own = {
         "intersector": former.chosen,
         "triangle_test": former.ray_intersector.triangle_test,
-        "view": None if former.view is former._computed_view else former.view,
+        "view": former._view_of if former.view is former._computed_view else former.view,
         "environment": former.environment,
         "effects": former.effects_mode,
         "background": former.background,

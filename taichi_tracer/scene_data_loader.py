@@ -1,5 +1,6 @@
 """Load a scene by its name or by the path of its file."""
 
+import functools
 import os
 import warnings
 from collections.abc import Sequence
@@ -15,8 +16,11 @@ from taichi_tracer.files import EXTENSIONS, read
 from taichi_tracer.files.arrays import dressed, mesh_from_arrays
 from taichi_tracer.files.meshes import from_trimesh
 from taichi_tracer.files.shipped import scene_data_dir
-from taichi_tracer.geometry import Geometry, Mesh
+from taichi_tracer.formulas.first_view import best_view, guessed_up_axis
+from taichi_tracer.geometry import Geometry, Mesh, check
+from taichi_tracer.instances import view_of_mesh
 from taichi_tracer.materials import Material, MaterialLibrary
+from taichi_tracer.mesh_parts import surface_of, visible_points
 from taichi_tracer.options import SCENE_DEFAULTS, SceneOptions, check_options, with_options
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.system.errors import InputError, MissingFileError, one_of
@@ -28,7 +32,8 @@ if TYPE_CHECKING:
     from taichi_tracer.rt3.document import Document
 
 # The camera of the course (A1-16), and the shipped scenes that are composed for a camera. They look best, and as in the
-# handouts, from there; the others are single objects, which ``SceneData`` shows in a three-quarter view.
+# handouts, from there; the others are single objects, which ``SceneData`` shows in a three-quarter view. Files of users
+# are shown from where most is seen of them, see ``formulas.first_view``; the course's cameras are asked, too.
 COURSE_VIEW: dict[str, Any] = {"eye": (0, 1, 3), "at": (0, 1, 0), "up": (0, 1, 0), "fov": 60.0}
 OWN_VIEWS: dict[str, dict[str, Any]] = {
     "caustic_sphere": COURSE_VIEW,
@@ -41,7 +46,10 @@ OWN_VIEWS: dict[str, dict[str, Any]] = {
     "white_room": COURSE_VIEW,
 }
 
-FILE = "file"  # in place of an environment or a background: what the scene's file says; a mesh says nothing
+OF_COURSE = COURSE_VIEW, OWN_VIEWS["veach_plates"]
+
+FILE = "file"  # in place of an option: what the scene's file says; a mesh says nothing of light
+Y_IS_UP = (".glb", ".gltf")  # files whose format says so
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -139,7 +147,7 @@ def find_course_file(name: SceneName | EnvironmentName, extensions: Sequence[str
     )
 
 
-@with_options(SceneOptions, SCENE_DEFAULTS, environment=FILE, background=FILE)
+@with_options(SceneOptions, SCENE_DEFAULTS, environment=FILE, background=FILE, up_axis=FILE)
 def load_scene_data(
     name_or_path: str | Path | SceneName | None = None,
     environment_name: Any = None,
@@ -171,6 +179,8 @@ def load_scene_data(
     if isinstance(name_or_path, SceneName):
         name_or_path = find_course_file(name_or_path, [".obj"])
     path = find_scene(name_or_path)
+    if is_document(path) and is_file(options.get("up_axis", FILE)):
+        options.pop("up_axis", None)
     if is_file(options.get("environment", FILE)):
         options.pop("environment", None)
     if is_file(options.get("background", FILE)):
@@ -180,9 +190,26 @@ def load_scene_data(
     mesh = read(path)
     if len(mesh.faces) == 0 and not mesh.instances:
         raise InputError(f"{path}: the file has no triangles")
-    if options.get("view") is None:
-        options["view"] = own_view(path)
+    options["up_axis"], options["view"] = stand(path, mesh, options.get("up_axis", FILE), options.get("view"))
     return SceneData(mesh, **options)
+
+
+def stand(path: Path, mesh: Mesh, up_axis: str = FILE, view: Any = None) -> tuple[str, Any]:
+    """(up_axis, view) of a file, as ``SceneOptions`` takes them: as they are asked for, composed, or guessed.
+
+    Nothing is guessed of a shipped scene, nor of objects in many places. A guess that z points upwards is told.
+    """
+    guesses = path.parent != scene_data_dir() and not mesh.instances
+    check(mesh)
+    surface = surface_of(mesh) if guesses and (view is None or is_file(up_axis)) else None
+    if is_file(up_axis):
+        up_axis = "y" if surface is None or path.suffix.lower() in Y_IS_UP else guessed_up_axis(surface)
+        if up_axis != "y":
+            mesh.notes.append(f"{path}: z points upwards, because a flat base is there: --up-axis y undoes this")
+    if view is None and surface is not None:
+        view = best_view(surface, visible_points(mesh), up_axis, OF_COURSE)
+        view = view if isinstance(view, dict) else functools.partial(view_of_mesh, seen_from=view)
+    return up_axis, own_view(path) if view is None else view
 
 
 def environment_of_course(name: EnvironmentName) -> Any:

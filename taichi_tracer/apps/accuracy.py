@@ -102,7 +102,7 @@ def study_of(args: Namespace) -> Order:
 def source_of(args: Namespace) -> Source:
     """Where the scenes of the study come from."""
     camera, (width, height) = request_from(CameraRequest, args), args.size
-    of_scene = {"brdfs": args.brdfs, "lights": args.lights, "up_axis": up_axis_of(args)}
+    of_scene = {"brdfs": args.brdfs, "lights": args.lights, **given(up_axis=up_axis_of(args))}
     return Source(
         args.scene,
         args.environment,

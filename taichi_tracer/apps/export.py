@@ -9,14 +9,13 @@ import numpy as np
 from taichi_tracer.apps.requests import PictureRequest, document_of, pictures_of, up_axis_of
 from taichi_tracer.apps.words import note
 from taichi_tracer.files import read
-from taichi_tracer.formulas.camera_frame import view_of_points
 from taichi_tracer.geometry import clean
-from taichi_tracer.instances import points_to_show, settled
+from taichi_tracer.instances import settled, view_of_mesh
 from taichi_tracer.renderer import A2Renderer
 from taichi_tracer.rt3.document import Document, FilmSettings, IntegratorSettings, Shot, read_rt3
 from taichi_tracer.rt3.renderer import RT3Renderer
 from taichi_tracer.rt3.write import as_rt3
-from taichi_tracer.scene_data_loader import find_scene, own_view
+from taichi_tracer.scene_data_loader import FILE, find_scene, stand
 from taichi_tracer.scene_parts import lights_of
 from taichi_tracer.system.errors import InputError
 
@@ -62,7 +61,7 @@ def output_of(args: Namespace) -> Path:
     return path
 
 
-def _shot(picture: PictureRequest, document: Document, scene: Path, up_axis: str) -> Shot:
+def _shot(picture: PictureRequest, document: Document, scene: Path, up_axis: str | None) -> Shot:
     """One picture, as the command line changes it."""
     old = picture.shot
     view = _default_view(document, scene, up_axis, picture.width / picture.height) if old is None else old.view
@@ -72,11 +71,13 @@ def _shot(picture: PictureRequest, document: Document, scene: Path, up_axis: str
     return Shot(picture.view_of(view), film, integrator)
 
 
-def _default_view(document: Document, scene: Path, up_axis: str, aspect: float) -> dict:
-    """The camera of a mesh: its own, if it is composed for one, else the one that ``SceneData`` computes."""
-    own = own_view(scene)
-    points = points_to_show(clean(settled(document.mesh), np.float64))
-    return view_of_points(points, up_axis, aspect=min(1.0, aspect)) if own is None else own
+def _default_view(document: Document, scene: Path, up_axis: str | None, aspect: float) -> dict:
+    """The camera of a mesh: that of ``load_scene_data``."""
+    up_axis, view = stand(scene, document.mesh, FILE if up_axis is None else up_axis)
+    if view is not None and not callable(view):
+        return dict(view)
+    mesh = clean(settled(document.mesh), np.float64)
+    return (view or view_of_mesh)(mesh, up_axis, min(1.0, aspect))
 
 
 def _integrator_of(picture: PictureRequest) -> IntegratorSettings:

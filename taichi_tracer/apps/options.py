@@ -98,9 +98,8 @@ class Group(NamedTuple):
 UP_AXIS = Option(
     "up_axis",
     "which axis of the scene points upwards: the view of a mesh, and the zenith of the environment, follow it "
-    "(default: %(default)s)",
+    "(default: y, or z for a file that stands on a flat base then)",
     "y|z",
-    default="y",
 )
 PARTS_OPTION = Option(
     "parts",

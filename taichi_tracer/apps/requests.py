@@ -98,7 +98,7 @@ class SceneRequest:
         smooth: the crease angle of smooth normals in degrees; None leaves triangles without normals flat.
         plain: whether only the plain forms run.
         parts: the files of ``--parts``, which are loaded already.
-        up_axis: which axis points upwards, "y" or "z".
+        up_axis: which axis points upwards, "y" or "z"; None is what the file says, or its shape.
     """
 
     name: str
@@ -116,13 +116,13 @@ class SceneRequest:
     plain: bool
     machine: MachineRequest
     parts: tuple[str, ...]
-    up_axis: str
+    up_axis: str | None
 
     def load(self) -> SceneData:
         """Start Taichi and read the scene; what the user should know about it goes to stderr."""
         self.machine.start()
-        options = {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain, "up_axis": self.up_axis}
-        names = ("intersector", "triangle_test", "effects", "smooth", "lamp_choice")
+        options = {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain}
+        names = ("intersector", "triangle_test", "effects", "smooth", "lamp_choice", "up_axis")
         options |= given(**{name: getattr(self, name) for name in names}, two_sided_lamps=self.two_sided_lamps)
         if not self.is_usual:
             options["environment"] = None if self.environment is None else self.environment.load()
@@ -293,9 +293,10 @@ def scene_of(args: Namespace, document: "Document | None", needs_light: bool) ->
     )
 
 
-def up_axis_of(args: Namespace) -> str:
-    """Which axis of the scene points upwards; an InputError for a name that is none."""
-    up_of(args.up_axis)
+def up_axis_of(args: Namespace) -> str | None:
+    """Which axis of the scene points upwards, or None; an InputError for a name that is none."""
+    if args.up_axis is not None:
+        up_of(args.up_axis)
     return args.up_axis
 
 

@@ -65,8 +65,14 @@ def world_axes(up_axis: str) -> np.ndarray:
     return np.stack([side, up, np.cross(side, up)], axis=1)
 
 
-def view_of_points(points: np.ndarray, up_axis: str = "y", fov: float = DEFAULT_FOV, aspect: float = 1.0) -> dict:
-    """Camera parameters (eye, at, up, fov) of a three-quarter view from above, which shows all points.
+def view_of_points(
+    points: np.ndarray,
+    up_axis: str = "y",
+    fov: float = DEFAULT_FOV,
+    aspect: float = 1.0,
+    seen_from: tuple[float, float] = FROM,
+) -> dict:
+    """Camera parameters (eye, at, up, fov) of a view that shows all points, by default three quarters from above.
 
     The camera looks at the middle of the points' box. In its frame, with this middle as origin, a point (x, y, z) is
     visible from the distance d if |x| ≤ (d + z) tan(fov/2) · aspect and |y| ≤ (d + z) tan(fov/2). The distance is the
@@ -74,12 +80,12 @@ def view_of_points(points: np.ndarray, up_axis: str = "y", fov: float = DEFAULT_
 
     Args:
         points: (n, 3) positions; without any, the camera looks at the origin.
-        aspect: width / height of the picture.
+        aspect: width / height of the picture. seen_from: azimuth and elevation in degrees.
     """
     points = np.asarray(points, np.float64) if len(points) > 0 else np.zeros((1, 3))
     low, high = points.min(axis=0), points.max(axis=0)
     at = low + (high - low) / 2
-    azimuth, elevation = (math.radians(angle) for angle in FROM)
+    azimuth, elevation = (math.radians(angle) for angle in seen_from)
     towards_eye = math.sin(azimuth) * math.cos(elevation), math.sin(elevation), math.cos(azimuth) * math.cos(elevation)
     offset, up = world_axes(up_axis) @ towards_eye, up_of(up_axis)
     x, y, z = ((points - at) @ camera_frame(offset, np.zeros(3), up)[:3, :3]).T

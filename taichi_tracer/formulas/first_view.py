@@ -1,0 +1,115 @@
+"""From where does a mesh show most? And which of its axes points upwards? Both are guessed from its shape, in numpy.
+
+Points on all surfaces, in proportion to the area, are projected into ``CELLS``² cells of the picture of each camera
+that comes into question. In each cell, the nearest point is seen. A view has the score
+
+    S = √c f² (0.3 + 0.7 H) (1 + 0.1 e),
+
+where c is the share of the cells that show something, f the share of these that show a front side, H the entropy of
+the normals that are seen, as a fraction of that of ``DIRECTIONS`` equally frequent ones, and e is 1 if a lamp is seen.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from taichi_tracer.formulas.camera_frame import FROM, camera_frame, up_of, view_of_points, world_axes
+
+CELLS, DIRECTIONS = 48, 20
+GOOD_ENOUGH = 0.75  # of the best score: the usual view is kept if it has so much
+AROUND = (35.0, 125.0, 215.0, 305.0), 20.0  # azimuths and elevation in degrees, of views from outside
+STRAIGHT = (0.0, 90.0, 180.0, 270.0), 3.5
+INSIDE = (0.85, 0.2, 0.85), (-0.5, -0.1, -0.5), 75.0  # eye and point looked at, in half boxes; degrees
+BASE, OF_BASE, DOWN = 0.01, 0.2, -0.98  # the thickness of a base, its share of the box, and the normal's part
+View = dict[str, Any]  # the parameters of a camera
+Angles = tuple[float, float]
+
+
+class Surface(NamedTuple):
+    """Points on the surfaces of a mesh, one for each equal part of the area.
+
+    Attributes:
+        points, normals: (n, 3) float64. emits: (n,) bool. area: of all surfaces.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    emits: np.ndarray
+    area: float
+
+
+def best_view(surface: Surface, shown: np.ndarray, up_axis: str, further: Sequence[View]) -> View | Angles:
+    """The view that shows most: as a view, or as the angles of ``view_of_points``.
+
+    Args:
+        shown: (n, 3) points that a view from outside must show. further: a view that comes into question, too.
+    """
+    around = [(azimuth, elevation) for azimuths, elevation in (STRAIGHT, AROUND) for azimuth in azimuths]
+    if len(surface.points) == 0:
+        return FROM
+    choices: list[View | Angles] = [FROM, *around, *inside(shown, up_axis), *further]
+    views = (one if isinstance(one, dict) else view_of_points(shown, up_axis, seen_from=one) for one in choices)
+    scores = [score(view, surface) for view in views]
+    return FROM if scores[0] >= GOOD_ENOUGH * max(scores) else choices[int(np.argmax(scores))]
+
+
+def inside(shown: np.ndarray, up_axis: str) -> list[View]:
+    """Views from four corners of the box into it; none if it is flat."""
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    middle, half, (eye, at, fov) = (low + high) / 2, (high - low) / 2, INSIDE
+    found = []
+    for x, z in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+        to, of = (middle + half * (world_axes(up_axis) @ (np.array(one) * (x, 1, z))) for one in (eye, at))
+        found.append({"eye": to, "at": of, "up": up_of(up_axis), "fov": fov})
+    return found if (half > 0).all() else []
+
+
+def score(view: dict[str, Any], surface: Surface) -> float:
+    """S of a square picture."""
+    eye, at, up = (np.asarray(view[name], np.float64) for name in ("eye", "at", "up"))
+    frame = camera_frame(eye, at, up)
+    x, y, z = ((surface.points - eye) @ frame[:3, :3]).T
+    half = z * math.tan(math.radians(view["fov"]) / 2)
+    point = np.flatnonzero((z > 0) & (abs(x) < half) & (abs(y) < half))
+    place = (np.stack([x, y])[:, point] / half[point] + 1) / 2 * CELLS
+    cell = place.astype(np.int64).T @ (1, CELLS)
+    order = np.lexsort((z[point], cell))
+    _, first = np.unique(cell[order], return_index=True)
+    seen = point[order][first]
+    if len(seen) == 0:
+        return 0.0
+    is_front = (surface.normals[seen] * (eye - surface.points[seen])).sum(axis=1) > 0
+    if not is_front.any():
+        return 0.0
+    rounded = np.round(1.2 * surface.normals[seen][is_front]).astype(np.int64)
+    _, counts = np.unique(rounded @ (1, 3, 9), return_counts=True)
+    share = counts / counts.sum()
+    entropy = -float((share * np.log(share)).sum()) / math.log(DIRECTIONS)
+    covered, lamp = len(seen) / CELLS**2, surface.emits[seen][is_front].any()
+    return math.sqrt(covered) * is_front.mean() ** 2 * (0.3 + 0.7 * entropy) * (1 + 0.1 * lamp)
+
+
+def guessed_up_axis(surface: Surface) -> str:
+    """ "z" if the lowest points in z are a flat base, and those in y are none; else "y".
+
+    A base looks down, and its area is a good part of the box. What is as flat on the other side is no base.
+    """
+    if len(surface.points) == 0:
+        return "y"
+    y, z = (base(surface, axis) for axis in (1, 2))
+    return "z" if z > OF_BASE and z > 2 * y else "y"
+
+
+def base(surface: Surface, axis: int) -> float:
+    """How much larger the flat lower end along an axis is than the upper one, as a share of the box's side."""
+    points, normal = surface.points, surface.normals[:, axis]
+    low, high = points.min(axis=0), points.max(axis=0)
+    side = np.delete(high - low, axis).prod()
+    thickness = BASE * (high - low)[axis]
+    lower = (points[:, axis] <= low[axis] + thickness) & (normal < DOWN)
+    upper = (points[:, axis] >= high[axis] - thickness) & (normal > -DOWN)
+    if not (side > 0 and thickness > 0):
+        return 0.0
+    return max(0.0, float(lower.mean() - upper.mean()) * surface.area / side)

@@ -1,0 +1,122 @@
+"""The view that is chosen for a mesh, and the axis that is taken to point upwards."""
+
+import math
+
+import numpy as np
+import pytest
+
+import taichi_tracer as tt
+from taichi_tracer.files.shipped import scene_data_dir
+from taichi_tracer.formulas.camera_frame import FROM, view_of_points, world_axes
+from taichi_tracer.formulas.first_view import best_view, guessed_up_axis, score
+from taichi_tracer.geometry import Mesh
+from taichi_tracer.mesh_parts import POINTS, surface_of, visible_points
+
+CORNERS = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+
+
+def boxes(*of, leave=()):
+    """Boxes of (low, high) corners, whose fronts look outwards; sides with the numbers in ``leave`` are missing."""
+    vertices, faces = [], []
+    for k, (low, high) in enumerate(of):
+        vertices.append(np.array(low) + CORNERS * (np.array(high) - np.array(low)))
+        for number, (a, b, c, d) in enumerate(SIDES):
+            if number not in leave:
+                faces += [[8 * k + a, 8 * k + b, 8 * k + c], [8 * k + a, 8 * k + c, 8 * k + d]]
+    return Mesh(vertices=np.concatenate(vertices), faces=np.array(faces, np.int32))
+
+
+def inside_out(mesh):
+    return Mesh(vertices=mesh.vertices, faces=mesh.faces[:, ::-1])
+
+
+def test_points_are_spread_over_all_surfaces_in_proportion_to_their_area():
+    mesh = boxes(((0, 0, 0), (1, 2, 3)))
+    mesh.spheres, mesh.sphere_materials = np.array([[9.0, 0, 0, 0.5]]), np.zeros(1, np.int32)
+    surface = surface_of(mesh)
+    area = 2 * (2 + 3 + 6) + math.pi
+    assert surface.area == pytest.approx(area)
+    on_sphere = surface.points[:, 0] > 5
+    assert on_sphere.mean() == pytest.approx(math.pi / area, rel=2 / POINTS**0.5)
+    outward = surface.points[on_sphere] - (9, 0, 0)
+    np.testing.assert_allclose(surface.normals[on_sphere], outward / 0.5, atol=1e-12)
+    top = np.isclose(surface.points[:, 1], 2) & ~on_sphere
+    assert top.mean() == pytest.approx(3 / area, rel=0.01)
+    upward = surface.normals[top & (abs(surface.points[:, 0] - 0.5) < 0.4)]
+    assert (upward @ (0, 1, 0) > 1 - 1e-9).all()
+    np.testing.assert_allclose(surface.points[top].mean(axis=0), (0.5, 2, 1.5), atol=0.02)
+
+
+@pytest.mark.parametrize("vertices", [np.zeros((3, 3)), np.full((3, 3), np.nan), np.full((3, 3), 1e300)])
+def test_what_has_no_area_is_seen_as_usual(vertices):
+    mesh = Mesh(vertices=vertices, faces=np.array([[0, 1, 2]], np.int32))
+    with np.errstate(all="ignore"):
+        surface = surface_of(mesh)
+    assert len(surface.points) == 0
+    assert best_view(surface, vertices, "y", []) == FROM
+    assert guessed_up_axis(surface) == "y"
+
+
+def test_a_closed_box_is_seen_as_usual_and_a_room_through_its_open_side():
+    box = boxes(((-1, -1, -1), (1, 1, 1)))
+    assert best_view(surface_of(box), visible_points(box), "y", []) == FROM
+    for missing, azimuth in ((5, 0.0), (4, 180.0), (1, 90.0), (0, 270.0)):
+        room = inside_out(boxes(((-1, -1, -1), (1, 1, 1)), leave=(missing,)))
+        found = best_view(surface_of(room), visible_points(room), "y", [])
+        assert not isinstance(found, dict)
+        assert found[0] == azimuth
+
+
+@pytest.mark.parametrize("up_axis", ["y", "z"])
+def test_a_closed_room_is_seen_from_inside(up_axis):
+    room = inside_out(boxes(((-3, 0, -2), (3, 2.5, 2))))
+    room.vertices = room.vertices @ world_axes(up_axis).T
+    found = best_view(surface_of(room), visible_points(room), up_axis, [])
+    assert isinstance(found, dict)
+    assert (room.vertices.min(axis=0) < found["eye"]).all()
+    assert (found["eye"] < room.vertices.max(axis=0)).all()
+    assert score(found, surface_of(room)) > 10 * score(view_of_points(room.vertices, up_axis), surface_of(room))
+
+
+def test_a_view_that_shows_more_is_taken():
+    """A plate that stands with its edge to the usual camera."""
+    azimuth = math.radians(FROM[0])
+    across = np.array([math.sin(azimuth), 0, math.cos(azimuth)])
+    corners = np.array([a * across + (0, b, 0) for a, b in ((-1, 0), (1, 0), (1, 1), (-1, 1))])
+    mesh = Mesh(vertices=corners, faces=np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+    found = best_view(surface_of(mesh), corners, "y", [])
+    assert found != FROM
+    view = found if isinstance(found, dict) else view_of_points(corners, "y", seen_from=found)
+    assert score(view, surface_of(mesh)) > 2 * score(view_of_points(corners), surface_of(mesh))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "expected"),
+    [
+        (boxes(((-1, -1, 0), (1, 1, 0.2)), ((-0.3, -0.3, 0.2), (0.3, 0.3, 2))), "z"),  # a pillar on a base
+        (boxes(((-1, 0, -1), (1, 0.2, 1)), ((-0.3, 0.2, -0.3), (0.3, 2, 0.3))), "y"),
+        (boxes(((-1, -1, -1), (1, 1, 1))), "y"),  # a cube stands as well as it lies
+        (boxes(((-1, -1, -0.1), (1, 1, 0.1))), "y"),  # a plate is as flat above as below
+    ],
+)
+def test_a_flat_base_says_what_is_up(mesh, expected):
+    assert guessed_up_axis(surface_of(mesh)) == expected
+
+
+def test_files_are_seen_from_where_most_is_seen_and_this_is_told(tmp_path, f32):
+    for name in ("cornell_box", "cube"):
+        for suffix in (".obj", ".mtl"):
+            (tmp_path / f"{name}{suffix}").write_bytes((scene_data_dir() / f"{name}{suffix}").read_bytes())
+    composed, copied = tt.load_scene_data("cornell_box"), tt.load_scene_data(tmp_path / "cornell_box.obj")
+    assert copied.view == composed.view
+    assert tt.load_scene_data(tmp_path / "cube.obj").view_for(0.5)["eye"][1] > 0
+    pillar = boxes(((-1, -1, 0), (1, 1, 0.2)), ((-0.3, -0.3, 0.2), (0.3, 0.3, 2)))
+    lines = [f"v {x} {y} {z}" for x, y, z in pillar.vertices] + [f"f {a} {b} {c}" for a, b, c in pillar.faces + 1]
+    (tmp_path / "pillar.obj").write_text("\n".join(lines))
+    scene = tt.load_scene_data(tmp_path / "pillar.obj")
+    assert scene.up_axis == "z"
+    assert [note for note in scene.notes if "z points upwards" in note and "--up-axis y" in note]
+    asked = tt.load_scene_data(tmp_path / "pillar.obj", up_axis="y")
+    assert asked.up_axis == "y"
+    assert not [note for note in asked.notes if "upwards" in note]
