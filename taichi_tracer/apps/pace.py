@@ -19,12 +19,13 @@ class Rarely:
 
     Args:
         least: seconds between two times at least. share: of the time that it may take.
+        most: seconds between two times at most, whatever it takes.
 
     The mean of the times that it took lately is what counts, without the first one, which may have compiled something.
     """
 
-    def __init__(self, least: float, share: float) -> None:
-        self.least, self.share = least, share
+    def __init__(self, least: float, share: float, most: float = math.inf) -> None:
+        self.least, self.share, self.most = least, share, most
         self.begin()
 
     def begin(self) -> None:
@@ -36,7 +37,8 @@ class Rarely:
         """Note when it was done."""
         self._times = [*self._times, end - begin][-LATELY:]
         later = self._times[1:]
-        self.next = end + (max(self.least, sum(later) / len(later) / self.share) if later else self.least)
+        pause = max(self.least, sum(later) / len(later) / self.share) if later else self.least
+        self.next = end + min(self.most, pause)
 
 
 def thinned(curve: list) -> list:

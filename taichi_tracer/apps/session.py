@@ -23,15 +23,17 @@ from taichi_tracer.apps.events import OF_HOSTS
 from taichi_tracer.apps.frames import Frame, encoded, exact_pixels, quick_pixels
 from taichi_tracer.apps.in_python import as_python
 from taichi_tracer.apps.mailbox import Mailbox
+from taichi_tracer.apps.preview import Preview, current
 from taichi_tracer.apps.same_again import as_command, position_of
-from taichi_tracer.apps.split import Split, details_of, state_of
+from taichi_tracer.apps.split import Split, Told, details_of, state_of
 from taichi_tracer.camera_controller import Pose
 from taichi_tracer.integrators.controls import BouncesControl, NameControl
 from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.system.errors import InputError, one_of
 
-MOVING = 0.15  # seconds after the last movement: until then the picture is sent as JPEG
-REST_EVERY, REST_SHARE = 0.3, 0.025  # seconds between two lossless pictures at least, and their share of the time
+MOVING = 0.1  # seconds after the last movement: until then the picture is sent as JPEG
+# Seconds between two lossless pictures at least, their share of the time, and seconds between them at most.
+REST_EVERY, REST_SHARE, REST_MOST = 0.3, 0.025, 0.45
 ERROR_SHARE = 0.025  # of the time that looks at the error take
 FRAME_EVERY = 1 / 60  # seconds between two frames at least
 WORK = 0.02  # seconds of rendering between two looks at the events
@@ -62,13 +64,16 @@ class Session(Mailbox):
         self.first_camera = position_of(renderer.camera)
         self.keys: set[str] = set()
         self.message, self.explanation = "", ""
-        self.errors: dict[int, str] = {}
+        self.errors: dict[int, Told] = {}
         self.curves: dict[str, list[list[float]]] = {}
         self._last_step = self._moved_at = self.now()
         self._has_moved = False  # since the last frame
+        self.preview = Preview()
+        self._began = self._moved_at  # when the last work on a frame began
+        self._shown: ProgressiveRenderer | None = None  # a coarse picture that stands for that of the renderer
         self._pictures = 0  # counts the changes of what is rendered
         self._framed: tuple = ()  # the picture, the kind and the settings of the last frame
-        self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE)
+        self._framed_at, self._rest = -1e9, pace.Rarely(REST_EVERY, REST_SHARE, REST_MOST)
         self._look = pace.Rarely(pace.ERROR_EVERY, ERROR_SHARE)
         self._details, self._details_of, self._details_number = "{}", (), 0
 
@@ -85,6 +90,10 @@ class Session(Mailbox):
     def warm_up(self, tell: Callable[[str], None] = print) -> None:
         """Compile what a moving camera needs, before anybody waits for it."""
         pace.warm_up(self.renderer, lambda: quick_pixels(self.renderer.render()), tell)
+        begin = self.now()
+        quick_pixels(self.renderer.render())
+        self.preview.took(self.renderer, self.now() - begin)
+        quick_pixels(self.preview.of(self.renderer).render())
 
     def send_again(self) -> None:
         """Make a frame for somebody who has none yet."""
@@ -148,8 +157,14 @@ class Session(Mailbox):
         return max(0.0, due - now)
 
     def render(self) -> None:
-        """Add samples for a moment."""
-        end = self.now() + WORK
+        """Add samples for a moment; while the camera moves, of a coarse picture if the whole one is too slow."""
+        self._began = begin = self.now()
+        self._shown = self.preview.of(self.renderer) if self.is_moving and self.split is None else None
+        if self._shown not in (None, self.renderer):
+            self._shown.render()
+            self._pictures += 1
+            return
+        end = begin + WORK
         while True:
             for renderer in self.renderers:
                 if is_final(renderer):
@@ -316,9 +331,12 @@ class Session(Mailbox):
         kind = "jpeg" if self.is_moving else "png"
         make = quick_pixels if kind == "jpeg" else exact_pixels
         self.bring_details_up_to_date()
-        pixels = make(self.renderer) if self.split is None else self.split.pixels(make)
-        state = state_of(self.renderers, self.split, self.errors)
+        shown = self.renderers if self._shown is None else [self._shown]
+        pixels = make(shown[0]) if self.split is None else self.split.pixels(make)
+        state = state_of(shown, self.split, self.errors)
         data = encoded(pixels, kind)
+        if kind == "jpeg" and self.split is None:
+            self.preview.took(self.renderer, self.now() - self._began)
         self._framed = self._pictures, kind, self.settings_key()
         self._framed_at, self._has_moved = self.now(), False
         if kind == "png":
@@ -332,7 +350,7 @@ class Session(Mailbox):
         random = [one for one in self.renderers if one.is_random and one.film.samples > 1]
         if not random or self.is_moving or begin < self._look.next:
             return
-        self.errors = {id(one): str(one.error()) for one in random}
+        self.errors = {id(one): Told(str(one.error()), one.samples) for one in random}
         self.curves = {}
         for renderer in random:
             for name, curve in renderer.error_curves.items():
@@ -369,6 +387,7 @@ class Session(Mailbox):
             raise one_of("file", kind, FILES)
         with TemporaryDirectory() as folder:
             path = Path(folder) / f"{self.renderer.active.name}.{kind}"
+            current(self.renderer)
             try:
                 self.renderer.save(path)
             except InputError as error:

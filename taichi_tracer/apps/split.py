@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -75,17 +75,29 @@ class Split:
 # ── what the page is told ──
 
 
-def state_of(renderers: Sequence[ProgressiveRenderer], split: Split | None, errors: Mapping[int, str]) -> str:
+class Told(NamedTuple):
+    """An error in words, and the samples per pixel of the picture that had it."""
+
+    error: str
+    samples: int
+
+    def beside(self, samples: int) -> str:
+        """The error beside a number of samples: its own is told where it is another one."""
+        return self.error if self.samples == samples else f"{self.error} at {self.samples}"
+
+
+def state_of(renderers: Sequence[ProgressiveRenderer], split: Split | None, errors: Mapping[int, Told]) -> str:
     """What changes with every picture, as JSON.
 
     Args:
         renderers: those that are shown, one or two. split: how two are shown; None for one.
-        errors: id of a renderer → its error in words.
+        errors: id of a renderer → its error, as it was told last.
     """
-    sides = [
-        {"view": r.active.name, "samples": r.samples if r.is_random else 1, "error": errors.get(id(r), "")}
-        for r in renderers
-    ]
+    sides = []
+    for r in renderers:
+        told, samples = errors.get(id(r)), r.samples if r.is_random else 1
+        error = "" if told is None or told.samples > samples else told.beside(samples)
+        sides.append({"view": r.active.name, "samples": samples, "error": error})
     number = 0 if split is None else split.number
     scale = split.scale if split is not None and split.mode == DIFFERENCE else renderers[number].scale
     told = None if scale is None else {"low": "0", "high": f"{scale.high:.3g}", "text": scale.text}

@@ -22,6 +22,7 @@ from taichi_tracer.apps.choices import Choices
 from taichi_tracer.apps.display import can_open_window, screen_size
 from taichi_tracer.apps.panels import PLOT_HEIGHT, Panels, wrap
 from taichi_tracer.apps.plot import draw_curves
+from taichi_tracer.apps.preview import Preview, current
 from taichi_tracer.apps.requests import scene_and_pictures_of
 from taichi_tracer.apps.same_again import as_command, camera_words, name_of_light, position_of
 from taichi_tracer.apps.screen import PANEL_WIDTH, Screen, first_size
@@ -118,6 +119,7 @@ class Viewer:
         self.pending: Callable[[], None] | None = None  # what was chosen, and takes time, in the frame that shows BUSY
         self.frame_seconds = 0.0
         self.started, self.error, self.error_at, self.last_samples = 0.0, math.nan, 0.0, math.inf
+        self.preview, self.moves = Preview(), False
         # The name of an estimator → (seconds, error) since its picture was begun; and which picture these are of.
         self.curves: dict[str, list[tuple[float, float]]] = {}
         self.curves_of: tuple = ()
@@ -182,12 +184,17 @@ class Viewer:
             self.frame_seconds = 0.0
 
     def draw(self) -> None:
-        """Render a sample and bring it to the screen; measures the time, smoothed so that it can be read."""
+        """Render a sample and bring it to the screen; measures the time, smoothed so that it can be read.
+
+        While the camera moves, the sample may be of a coarse picture.
+        """
         start = time.perf_counter()
-        self.renderer.render()
-        self.screen.update(self.renderer)
+        shown = self.preview.of(self.renderer) if self.moves else self.renderer
+        self.screen.update(shown.render())
         ti.sync()
         seconds = time.perf_counter() - start
+        if self.moves:
+            self.preview.took(self.renderer, seconds)
         self.frame_seconds += (seconds - self.frame_seconds) * (SMOOTHING if self.frame_seconds > 0 else 1.0)
 
     def read_events(self) -> None:
@@ -227,7 +234,8 @@ class Viewer:
             elif self.window.is_pressed(ti.ui.RMB):
                 zoom = drag[1]
         camera = self.renderer.camera
-        if keys or zoom != 0 or orbit != (0, 0):
+        self.moves = bool(keys) or zoom != 0 or orbit != (0, 0)
+        if self.moves:
             up_axis = self.choices.scene.up_axis
             pose = camera_controller.step(Pose.of(camera), keys, seconds, orbit, zoom, self.speed, up_axis)
             camera.set_camera_parameters(**pose.parameters())
@@ -241,7 +249,7 @@ class Viewer:
                 self.curves, self.curves_of = {}, self.picture()
             self.curves[self.renderer.active.name] = []
         self.last_samples = self.renderer.samples
-        if now - self.error_at > pace.ERROR_EVERY:
+        if now - self.error_at > pace.ERROR_EVERY and not self.moves:
             self.error, self.error_at = self.renderer.error(), now
             name = self.renderer.active.name
             curve = self.curves.setdefault(name, [])
@@ -264,7 +272,7 @@ class Viewer:
     def save_picture(self) -> None:
         """Write the picture; say where, or why not, in the panel and on the terminal."""
         try:
-            told = ("Saved", str(save(self.renderer, self.folder)))
+            told = ("Saved", str(save(current(self.renderer), self.folder)))
             print(*told)
             print("The same again:", as_command(self.renderer, self.scene_options), flush=True)
         except (OSError, InputError) as error:

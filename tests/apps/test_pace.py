@@ -21,6 +21,13 @@ def test_it_takes_at_most_its_share():
     assert rarely.next == -np.inf
 
 
+def test_the_pause_has_an_end_whatever_it_takes():
+    rarely = Rarely(0.3, 0.025, 0.45)
+    rarely.done(0.0, 3.0)
+    rarely.done(4.0, 4.2)
+    assert rarely.next == pytest.approx(4.2 + 0.45)
+
+
 @pytest.mark.parametrize("count", [0, 1, 2, MOST_POINTS, MOST_POINTS + 1, 2 * MOST_POINTS + 1, 5000])
 def test_a_thinned_curve_keeps_its_end(count):
     curve = list(range(count))

@@ -11,7 +11,7 @@ from support import start
 
 import taichi_tracer as tt
 from taichi_tracer.apps.session import Session
-from taichi_tracer.apps.split import details_of, state_of
+from taichi_tracer.apps.split import Told, details_of, state_of
 from taichi_tracer.files.images import to_bytes
 from taichi_tracer.system.errors import InputError
 from taichi_tracer.tones.display import fitting_exposure
@@ -198,6 +198,11 @@ def test_light_has_its_error_its_curve_and_explained_pixels(session):
     state = json.loads(state_of(session.renderers, session.split, session.errors))
     assert state["samples"] > 2
     assert state["error"] != ""
+    (told,) = session.errors.values()
+    assert (state["error"] == told.error) == (told.samples == state["samples"])
+    later = json.loads(state_of(session.renderers, None, {id(session.renderer): Told("5 %", 2)}))
+    assert later["error"] == "5 % at 2"
+    assert json.loads(state_of(session.renderers, None, {id(session.renderer): Told("5 %", 10**6)}))["error"] == ""
     assert details_of(session.choices, session.split)["environment"] == "studio"
     session.post({"type": "explain", "column": 16, "row": 12, "sample": 0})
     session.post({"type": "exposure", "value": 1.5})
