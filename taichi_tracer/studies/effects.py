@@ -5,6 +5,8 @@ them, and by the plain forms, which are there to be read. The pictures are equal
 and milliseconds per sample are not.
 """
 
+import math
+import random
 import statistics
 import time
 from dataclasses import dataclass, replace
@@ -17,11 +19,13 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.sampler import DEFAULT_SAMPLER
 from taichi_tracer.scene_data import SceneData
 from taichi_tracer.scene_in_kernels import SceneInKernels
+from taichi_tracer.studies.accuracy_sentences import RATIOS, told
+from taichi_tracer.studies.accuracy_tables import kind_of_ratio
 from taichi_tracer.studies.variants import renderer_of
 from taichi_tracer.system.digits import digits
 
 RUNS = 9  # of each variant, in turn
-SPP = 4  # samples of a run
+SPP, LEAST_SECONDS = 4, 0.04  # samples of a run, and its seconds at least
 USUAL, EVERYTHING, PLAIN = "as the scene needs", "everything", "the plain forms"
 
 
@@ -34,12 +38,16 @@ class CompiledVariant:
         compile_seconds: of the first sample, beyond the time of any other.
         milliseconds: median, of one sample of every pixel.
         is_equal: whether the picture is that of the first variant, bit for bit.
+        ratio, low, high: its time as a multiple of that of the first variant, and the 95 % interval.
     """
 
     name: str
     compile_seconds: float
     milliseconds: float
     is_equal: bool
+    ratio: float = 1.0
+    low: float = 1.0
+    high: float = 1.0
 
 
 def with_one_more(scene: SceneData) -> dict[str, Effects]:
@@ -110,16 +118,32 @@ def measure(
         renderer.use(estimator)
         first[name] = timed(renderer, 1)
         pictures[name] = renderer.render(SPP - 1).image()
-    for _ in range(RUNS):
-        for name, renderer in renderers.items():
-            seconds[name].append(timed(renderer, SPP) / SPP)
-    medians = {name: statistics.median(values) for name, values in seconds.items()}
-    return [
-        CompiledVariant(
-            name, first[name] - medians[name], 1e3 * medians[name], np.array_equal(pictures[name], pictures[USUAL])
-        )
-        for name in renderers
-    ]
+    spp = max(SPP, math.ceil(LEAST_SECONDS * SPP / timed(renderers[USUAL], SPP)))
+    for run in range(RUNS):  # in another order each time, so that none is always measured after the same one
+        for name in random.Random(run).sample(list(renderers), len(renderers)):
+            timed(renderers[name], 1)  # which brings its memory into the caches
+            seconds[name].append(timed(renderers[name], spp) / spp)
+    found = []
+    for name in renderers:
+        middle, is_equal = statistics.median(seconds[name]), np.array_equal(pictures[name], pictures[USUAL])
+        ratios = ratio_of(seconds[name], seconds[USUAL])
+        found.append(CompiledVariant(name, first[name] - middle, 1e3 * middle, is_equal, *ratios))
+    return found
+
+
+def ratio_of(seconds: list[float], base: list[float]) -> tuple[float, float, float]:
+    """(median, low, high) of the ratios of runs that took turns.
+
+    Of n ratios, the median of all lies between the k-th smallest and the k-th largest with a probability of 95 % if it
+    is improbable that fewer than k of n fall on one side of it.
+    """
+    ratios = sorted(a / b for a, b in zip(seconds, base, strict=True))
+    n, k, chance = len(ratios), 0, 0.0
+    while chance + math.comb(n, k) / 2**n <= 0.025:
+        chance += math.comb(n, k) / 2**n
+        k += 1
+    k = max(0, k - 1)
+    return statistics.median(ratios), ratios[k], ratios[n - 1 - k]
 
 
 def timed(renderer: ProgressiveRenderer, spp: int) -> float:
@@ -131,13 +155,13 @@ def timed(renderer: ProgressiveRenderer, spp: int) -> float:
 
 
 def table(variants: list[CompiledVariant]) -> list[str]:
-    """Lines of text: what each variant took, and how much more than the first."""
-    base = variants[0]
+    """Lines of text: what each variant took, and how much more than the first; what is only noise is called so."""
     width = max(len(v.name) for v in variants)
-    lines = [f"{'compiled for':<{width}}  compile s  ms per sample    ratio  picture"]
+    lines = [f"{'compiled for':<{width}}  compile s  ms per sample  {'times the first':<24} picture"]
     for v in variants:
         same = "the same bits" if v.is_equal else "DIFFERENT"
-        ratio = v.milliseconds / base.milliseconds
+        numbers = {"ratio": v.ratio, "low": v.low, "high": v.high}
+        ratio = "1" if v is variants[0] else told([kind_of_ratio(**numbers)], numbers, RATIOS)
         compiling = digits(v.compile_seconds, "9.2f")
-        lines.append(f"{v.name:<{width}}  {compiling}  {v.milliseconds:13.2f}  {ratio:6.2f}x  {same}")
-    return lines
+        lines.append(f"{v.name:<{width}}  {compiling}  {v.milliseconds:13.2f}  {ratio:<24} {same}")
+    return [*lines, "Noise cannot be told from 1. In brackets: the 95 % interval."]
