@@ -26,7 +26,7 @@ def run(args: Namespace) -> int:
     picture = pictures[0]
     renderer_class, integrator = picture.views[0]
     renderer = picture.make_renderer(renderer_class, scene.load()).use(integrator)
-    samples = max(picture.target.spp, args.sample + 1)
+    samples = max(picture.target.spp, (args.sample or 0) + 1)
     found = find(renderer, args, samples)
     if found is None:
         print(f"all {renderer.samples} samples of every pixel are finite")
@@ -51,10 +51,10 @@ def check(args: Namespace, pictures: Sequence[PictureRequest]) -> None:
             check_place(path)
 
 
-def find(renderer: ProgressiveRenderer, args: Namespace, samples: int) -> tuple[int, int, int] | None:
+def find(renderer: ProgressiveRenderer, args: Namespace, samples: int) -> tuple[int, int, int | None] | None:
     """(column, row, sample) of what is to be explained; None if no sample is odd. It renders only what it must."""
     if args.pixel is not None:
-        return (*args.pixel, args.sample)
+        return (*args.pixel, args.sample or 0)
     renderer.render(samples)
     if args.worst:
         errors = np.nan_to_num(renderer.error_image()).sum(axis=2)

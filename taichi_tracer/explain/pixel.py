@@ -55,17 +55,15 @@ class PixelExplainer:
         """Whether it explains with this scene, integrator and camera, and Taichi was not started again since."""
         return not self.log.is_over() and all(one is own for one, own in zip(parts, self._of, strict=True))
 
-    def explain(self, column: int, row: int, sample: int, count: int) -> Explanation:
+    def explain(self, column: int, row: int, sample: int | None, count: int) -> Explanation:
         """The explanation of a sample of the pixel in this column from the left and this row from the top."""
         r = self.renderer
         x, y = column, r.height - 1 - row
-        self.film.reset()
-        self.log.clear()
         self.pixels.choose((x, x + 1), (y, y + 1))
-        for k in range(count):
-            if k in (sample, sample + 1):
-                self.log.is_on[None] = int(k == sample)
-            r._take_sample(self.parts, r.seed, r.first_sample + k)
+        values = self.take(count, sample)
+        if sample is None:
+            sample = farthest(values)
+            values = self.take(count, sample)
         noted, counts = self.log.read()
         steps = steps_of(noted)
         return Explanation(
@@ -77,7 +75,7 @@ class PixelExplainer:
             y=y,
             sample=r.first_sample + sample,
             samples=count,
-            value=self.value.to_numpy(),
+            value=values[sample],
             mean=self.film.image()[0, 0],
             error=self.film.standard_error()[0, 0] if r.is_random else np.zeros(3),
             steps=steps,
@@ -87,6 +85,19 @@ class PixelExplainer:
             lobe=self.lobe.to_numpy() if self.has_lobe[None] else None,
         )
 
+    def take(self, count: int, sample: int | None) -> np.ndarray:
+        """(count, 3) the values of so many samples; one of them is noted, if any."""
+        r, values = self.renderer, np.zeros((count, 3))
+        self.film.reset()
+        self.log.clear()
+        self.log.is_on[None] = 0
+        for k in range(count):
+            if sample is not None and k in (sample, sample + 1):
+                self.log.is_on[None] = int(k == sample)
+            r._take_sample(self.parts, r.seed, r.first_sample + k)
+            values[k] = self.value.to_numpy()
+        return values
+
     @in_kernels
     def begin(self, ray, hit) -> None:
         """Keep the eye ray of a sample, and what it hits."""
@@ -94,9 +105,10 @@ class PixelExplainer:
 
     @ti.func
     def end(self, x, y, value, index):
-        """Add a sample to the pixel, and keep its value and its lobe if it is the one that is noted."""
+        """Add a sample to the pixel, and keep its value, and its lobe if it is the one that is noted."""
+        self.value[None] = value
         if self.log.is_on[None] != 0:
-            self.value[None], self.has_lobe[None] = value, 0
+            self.has_lobe[None] = 0
             if ti.static(self.renderer.srgb):
                 if self.hit.is_hit:
                     self.draw_lobe(self.scene, self.ray, self.hit)
@@ -135,6 +147,14 @@ class PixelExplainer:
             self.lobe[k] = surface.eval_cosine(w_i).sum() / 3
 
 
+def farthest(values: np.ndarray) -> int:
+    """Which of (n, 3) samples is farthest from their mean; the first that is not finite, if there is one."""
+    is_odd = ~np.isfinite(values).all(axis=1)
+    if is_odd.any():
+        return int(is_odd.argmax())
+    return int(abs(values - values.mean(axis=0)).sum(axis=1).argmax())
+
+
 def check_pixel(renderer: Any, column: int, row: int, sample: int, count: int) -> None:
     """Raise an InputError if a picture has no such pixel or no such sample."""
     for name, value, size in (("column", column, renderer.width), ("row", row, renderer.height)):
@@ -144,13 +164,13 @@ def check_pixel(renderer: Any, column: int, row: int, sample: int, count: int) -
         raise InputError(f"explain: the sample must be from 0 to {count - 1}, not {sample}")
 
 
-def explained(renderer: Any, column: int, row: int, sample: int, samples: int | None) -> Explanation:
+def explained(renderer: Any, column: int, row: int, sample: int | None, samples: int | None) -> Explanation:
     """The explanation of a sample of a renderer's pixel, see ``RenderedPicture.explain``."""
     renderer.scene_data.check_alive()
     if not renderer.is_current():
         renderer.begin()
     samples = max(1, renderer.film.samples) if samples is None else samples
-    check_pixel(renderer, column, row, sample, samples)
+    check_pixel(renderer, column, row, sample or 0, samples)
     scene, integrator = renderer.kernel_scene(), renderer.explained
     scene.lights.prepare(renderer.active.samples_lights)
     former = renderer.explainer

@@ -176,7 +176,7 @@ class RenderedPicture:
             found |= as_channels(aov, self.film.own_pixels(values))
         return found
 
-    def explain(self, column: int, row: int, sample: int = 0, samples: int | None = None) -> Any:
+    def explain(self, column: int, row: int, sample: int | None = 0, samples: int | None = None) -> Any:
         """Every number on the way from a pixel to its colour, for one of its samples; see ``explain``.
 
         The parts of this picture compute the pixel's samples once more, so that the numbers are those of the picture:
@@ -184,7 +184,7 @@ class RenderedPicture:
 
         Args:
             column, row: the pixel, counted from the left and from the top.
-            sample: which of its samples, counted from 0.
+            sample: which of its samples, counted from 0; None is the one that is farthest from their mean.
             samples: how many samples the pixel has; None takes as many as the picture has.
 
         Raises:

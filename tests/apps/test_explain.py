@@ -1,9 +1,12 @@
 """``taichi-tracer explain``: text, JSON and a page; what is asked for wrongly is told in one line."""
 
 import json
+import re
 
+import numpy as np
 import pytest
 
+import taichi_tracer as tt
 from taichi_tracer.apps.cli import main
 
 pytestmark = pytest.mark.usefixtures("f32")
@@ -31,6 +34,13 @@ def test_the_worst_pixel_is_found(capsys):
     out, err = capsys.readouterr()
     assert "the largest standard error" in err
     assert "of 8 samples" in out
+    scene = tt.load_scene_data("cube", environment="studio")
+    renderer = tt.A3Renderer(scene, 24, 16).use("uniform").render(8)
+    column, row = (int(word) for word in re.findall(r"column (\d+), row (\d+)", out)[0])
+    values = np.array([renderer.explain(column, row, k).value for k in range(8)])
+    farthest = int(abs(values - values.mean(axis=0)).sum(axis=1).argmax())
+    assert f"sample {farthest}: " in out
+    assert renderer.explain(column, row, None).sample == farthest
     assert main([*words, "--non-finite"]) == 0
     assert capsys.readouterr().out == "all 8 samples of every pixel are finite\n"
 

@@ -16,9 +16,16 @@ def add_arguments(parser: Parser) -> None:
     which.add_argument(
         "--pixel", type=whole, nargs=2, metavar=("X", "Y"), help="column from the left and row from the top, from 0"
     )
-    which.add_argument("--worst", action="store_true", help="the pixel with the largest standard error")
+    which.add_argument(
+        "--worst", action="store_true", help="the pixel with the largest standard error, and the sample that makes it"
+    )
     which.add_argument("--non-finite", action="store_true", help="the first sample that is infinite or not a number")
-    which.add_argument("--sample", type=whole, default=0, metavar="K", help="which sample of it (default: %(default)s)")
+    which.add_argument(
+        "--sample",
+        type=whole,
+        metavar="K",
+        help="which sample of it (default: 0, and with --worst the one that is farthest from the mean)",
+    )
     add(which, [SPP])
     parser.add_argument("--json", metavar="FILE", help="write all steps as JSON, too")
     parser.add_argument("--html", metavar="FILE", help="write a page with drawings, too")
