@@ -12,13 +12,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from taichi_tracer.formulas.camera_frame import FROM, view_of_points
+from taichi_tracer.formulas.camera_frame import FROM, view_of_points, world_axes
 from taichi_tracer.geometry import Mesh, check, smoothed
 from taichi_tracer.materials import Material
-from taichi_tracer.mesh_parts import inverse_of, joined, move, similarities, visible_points, with_common_materials
+from taichi_tracer.mesh_parts import (
+    GROUND,
+    inverse_of,
+    joined,
+    move,
+    similarities,
+    visible_points,
+    with_common_materials,
+)
 from taichi_tracer.system.errors import InputError, one_of
 
 CHOICES = ("auto", "shared", "copied")
+GROUND_SIZE, GAP = 20.0, 1e-4  # half of the side of a ground, and how far it lies under the mesh, in its diameters
 # Copies of all objects together may have so many primitives more than the objects: this is 20 MB, and a scene without
 # instances has packets and tiles.
 FEW_COPIES = 100_000
@@ -342,6 +351,43 @@ def _copy(mesh: Mesh, matrix: np.ndarray) -> Mesh:
     if not (matrix == np.eye(4)).all():
         move(copied, matrix)
     return copied
+
+
+def on_ground(mesh: Mesh, up_axis: str) -> Mesh:
+    """``mesh`` and a large diffuse square under it; a material that its file does not name is as grey as the square.
+
+    Args:
+        up_axis: which axis points upwards, "y" or "z".
+    """
+    points = points_to_show(settled(mesh))
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) == 0:
+        return mesh
+    low, high = points.min(axis=0), points.max(axis=0)
+    axes = world_axes(up_axis)
+    side, up, front = axes.T
+    size = float(np.linalg.norm(high - low))
+    middle = (low + high) / 2
+    middle += up * (float((points @ up).min()) - GAP * size - float(middle @ up))
+    corners = [middle + GROUND_SIZE * size * (x * side + z * front) for x, z in ((-1, 1), (1, 1), (1, -1), (-1, -1))]
+    ground = Mesh(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]], np.int32), materials=[GROUND])
+    usual = Material().name
+    grey = [replace(one, Kd=GROUND.Kd) if one.name == usual else one for one in mesh.materials]
+    parts, materials = with_common_materials([replace(mesh, materials=grey), ground])
+    whole = joined(parts, materials, mesh.source)
+    return replace(whole, instances=mesh.instances, lights=mesh.lights, notes=mesh.notes, dropped=mesh.dropped)
+
+
+def off_ground(mesh: Mesh) -> Mesh:
+    """``mesh`` without what ``on_ground`` has put under it."""
+    stays = np.array([one.name != GROUND.name for one in mesh.materials], bool)[mesh.face_materials]
+    arrays = {
+        name: getattr(mesh, name) for name in ("faces", "face_materials", "face_culls", "corner_uv", "corner_color")
+    }
+    kept = {name: array[stays] for name, array in arrays.items() if array is not None}
+    if len(mesh.face_normals) > 0:
+        kept["face_normals"] = mesh.face_normals[stays]
+    return replace(mesh, vertices=mesh.vertices[:-4], **kept)
 
 
 def points_to_show(mesh: Mesh) -> np.ndarray:

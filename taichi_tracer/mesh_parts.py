@@ -12,6 +12,7 @@ from taichi_tracer.materials import Material
 
 # The relative deviation from a similarity that a transform may have, because its numbers are rounded.
 UNIFORM = 1e-9
+GROUND = Material("the ground of --ground", Kd=(0.6, 0.6, 0.6))  # of ``instances.on_ground``
 POINTS, MOST_MEASURED = 30_000, 200_000  # of ``surface_of``, and triangles; of more, every second or third is taken
 PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])  # steps of a sequence that fills a square evenly
 
@@ -36,11 +37,14 @@ def with_common_materials(meshes: Sequence[Mesh]) -> tuple[list[Mesh], list[Mate
 def visible_points(mesh: Mesh) -> np.ndarray:
     """(n, 3) float64: the corners of all triangles and of the boxes of all spheres that a ray can hit; n may be 0.
 
+    Those of ``GROUND`` are left out: a camera need not show all of it.
+
     Args:
         mesh: a mesh that ``clean`` returned.
     """
     is_corner = np.zeros(len(mesh.vertices), bool)
-    is_corner[mesh.faces[~is_collapsed(mesh.faces)]] = True
+    is_ground = np.array([material.name == GROUND.name for material in mesh.materials], bool)[mesh.face_materials]
+    is_corner[mesh.faces[~is_collapsed(mesh.faces) & ~is_ground]] = True
     spheres = mesh.spheres[mesh.spheres[:, 3] > 0].astype(np.float64)
     signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
     corners = spheres[:, None, :3] + spheres[:, None, 3:] * signs

@@ -65,6 +65,7 @@ class SceneOptions(TypedDict, total=False):
         ``LampChoice``, or one: "area", "power" or "hierarchy". None takes "power" for up to 64 of them, and
         "hierarchy" for more.
     two_sided_lamps: whether triangles with Ke > 0 emit from both sides; if not, from their front only (A3-1).
+    ground: whether a large diffuse square lies under everything; then what has no material of its own is as grey as it.
     instances: how meshes in several places are kept, see ``instances.settled``: "auto", "shared" or "copied".
     """
 
@@ -81,6 +82,7 @@ class SceneOptions(TypedDict, total=False):
     up_axis: str
     lamp_choice: LampChoices | None
     two_sided_lamps: bool
+    ground: bool
     instances: str
 
 
@@ -98,6 +100,7 @@ SCENE_DEFAULTS: SceneOptions = {
     "up_axis": "y",
     "lamp_choice": None,
     "two_sided_lamps": False,
+    "ground": False,
     "instances": "auto",
 }
 

@@ -15,10 +15,11 @@ from taichi_tracer.effects import MODES, Effects, derive
 from taichi_tracer.environment import load_environment
 from taichi_tracer.formulas.camera_frame import up_of
 from taichi_tracer.geometry import Geometry, Mesh, check, clean
-from taichi_tracer.instances import settled, view_of_mesh
+from taichi_tracer.instances import off_ground, on_ground, settled, view_of_mesh
 from taichi_tracer.lights.base import Light
 from taichi_tracer.lights.lamps import Lamps
 from taichi_tracer.materials import TEXTURES, Material, MaterialLibrary
+from taichi_tracer.mesh_parts import GROUND
 from taichi_tracer.options import (
     SCENE_DEFAULTS,
     BackgroundChoice,
@@ -90,6 +91,7 @@ class SceneData(KnownAttributes):
         runtime.ensure()
         check(mesh)
         copies = given["instances"] if knows_instances(chosen) else "copied"
+        mesh = on_ground(mesh, up_axis) if given["ground"] else mesh
         mesh = clean(settled(mesh, given["smooth"], copies), runtime.dtype())
         self.mesh, self.source, self.notes, self.dropped = mesh, mesh.source, mesh.notes, mesh.dropped
         if mesh.dropped > 0:
@@ -110,8 +112,7 @@ class SceneData(KnownAttributes):
         with self._memory as builder:
             self.material_library = MaterialLibrary(mesh.materials, brdfs_of(given["brdfs"]), builder)
             self.effects = derive(self, self._blockers)
-            is_students = bool(replaced(chosen))
-            self.geometry = Geometry(mesh, self.effects, builder, completes_normals=is_students)
+            self.geometry = Geometry(mesh, self.effects, builder, completes_normals=bool(replaced(chosen)))
             self.textures = Textures(mesh, builder) if self.effects.textures else None
             if mesh.placed is not None:
                 self.geometry.places = Places(mesh.placed, builder, self.effects.spheres)
@@ -132,6 +133,11 @@ class SceneData(KnownAttributes):
         self.view = self._computed_view = self._view_of(mesh, up_axis) if callable(self._view_of) else dict(view or {})
         self._in_kernels = Recent(KEPT_FORMS)
         self._reused = Reused()  # the memory of the results of ``intersect``
+
+    @property
+    def ground(self) -> bool:
+        """Whether a large square lies under everything."""
+        return any(self.mesh.materials[i].name == GROUND.name for i in self.mesh.used_materials())
 
     @property
     def parts(self) -> tuple[Any, ...]:
@@ -342,7 +348,11 @@ def again(former: SceneData, **changes: Any) -> SceneData:
         placed = former.mesh.placed
         if placed is not None:
             own["smooth"] = former.smooth
-        scene = SceneData(former.mesh if placed is None else placed.group, **own | changes)
+        mesh = former.mesh if placed is None else placed.group
+        if former.ground and not changes.get("ground", True):
+            mesh = off_ground(mesh)
+        own["ground"] = bool(changes.pop("ground", False)) and not former.ground
+        scene = SceneData(mesh, **own | changes)
     scene.shots, scene.notes = former.shots, former.notes
     return scene
 

@@ -8,6 +8,7 @@ import taichi_tracer as tt
 from taichi_tracer.geometry import Mesh
 from taichi_tracer.instances import Instances, group, points_to_show, settled
 from taichi_tracer.materials import Material
+from taichi_tracer.scene_data import again
 
 
 def placed_at(x=0.0, y=0.0, z=0.0, linear=None):
@@ -200,3 +201,51 @@ def test_a_mesh_of_a_file_stands_in_two_places():
     assert scene.num_triangles == 2 * len(cube.faces)
     hits = scene.intersect([[-3, 0, 9], [3, 0, 9], [0, 0, 9]], [0, 0, -1])
     assert hits.is_hit.tolist() == [True, True, False]
+
+
+@pytest.mark.parametrize("up_axis", ["y", "z"])
+def test_a_ground_lies_under_everything_and_is_not_what_the_camera_shows(up_axis, f32):
+    mesh = tt.load_mesh("cube")
+    mesh.materials[0] = Material(Kd=(1.0, 1.0, 1.0))
+    plain = tt.SceneData(mesh, up_axis=up_axis)
+    scene = tt.SceneData(mesh, up_axis=up_axis, ground=True)
+    assert (scene.ground, plain.ground) == (True, False)
+    for name in ("eye", "at"):
+        np.testing.assert_array_equal(scene.view[name], plain.view[name])
+    up = 1 if up_axis == "y" else 2
+    low, high = plain.geometry.mesh.vertices.min(axis=0), plain.geometry.mesh.vertices.max(axis=0)
+    beside = (low + high) / 2 + np.array([30.0, 0, 0])
+    down = -np.eye(3)[up]
+    hits = scene.intersect(beside[None], down[None])
+    assert hits.is_hit[0]
+    assert not hits.is_backfacing[0]
+    position = beside + hits.distance[0] * down
+    size = np.linalg.norm(high - low)
+    assert low[up] - 1e-3 * size < position[up] < low[up]
+    assert scene.materials[hits.material_id[0]].Kd == (0.6, 0.6, 0.6)
+    assert scene.materials[0].Kd == (0.6, 0.6, 0.6)
+    assert mesh.materials[0].Kd == (1.0, 1.0, 1.0)
+
+
+def test_a_ground_is_taken_away_again(f32):
+    scene = tt.load_scene_data("cornell_box", ground=True)
+    assert scene.ground
+    bare = again(scene, ground=False)
+    former = tt.load_scene_data("cornell_box")
+    assert not bare.ground
+    np.testing.assert_array_equal(bare.mesh.vertices, former.mesh.vertices)
+    np.testing.assert_array_equal(bare.mesh.faces, former.mesh.faces)
+    assert again(bare, ground=True).ground
+    assert again(scene).geometry.n_primitives == scene.geometry.n_primitives
+
+
+def test_objects_in_many_places_stand_on_a_ground_too(f32):
+    places = np.tile(np.eye(4), (3, 1, 1))
+    places[:, 1, 3] = (-7, 0, 3)
+    whole = group([Instances(tt.load_mesh("cube"), places)])
+    scene = tt.SceneData(whole, ground=True)
+    hits = scene.intersect(np.array([[20.0, 0, 0]]), np.array([[0.0, -1, 0]]))
+    lowest = tt.SceneData(whole).view["at"][1]
+    assert hits.is_hit[0]
+    assert -hits.distance[0] == pytest.approx(-7, abs=0.01)
+    assert scene.view["at"][1] == pytest.approx(lowest)

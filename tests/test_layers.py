@@ -272,7 +272,6 @@ TESTED_THROUGH = {
     "apps.faults": "apps/test_parts",
     "apps.keeping": "apps/test_rescue",
     "apps.render": "apps/test_cli",
-    "apps.same_again": "apps/test_viewer",
     "contracts.plots": "apps/test_check_part",
     "contracts.steps": "apps/test_check_part",
     "course.environment_sampling": "course/test_scripts",

@@ -1,6 +1,7 @@
 """What one window can show: the renderers over one scene and one camera, its light, triangle test and lamp choice."""
 
 import copy
+from typing import Any
 
 from taichi_tracer.apps.names import renderers
 from taichi_tracer.apps.requests import OF_LIGHT
@@ -164,10 +165,26 @@ class Choices:
         """Show the scene with the lamp choice that comes next."""
         self._show_scene(lamp_choice=after(self.lamp_choice, self.lamp_choices))
 
-    def _show_scene(self, **changes: str) -> None:
+    # ── the ground ──
+
+    @property
+    def ground(self) -> str:
+        """What lies under everything: one of ``grounds``."""
+        return self.grounds[int(self.scene.ground)]
+
+    @property
+    def grounds(self) -> list[str]:
+        """What may lie under everything."""
+        return ["nothing", "a large square"]
+
+    def next_ground(self) -> None:
+        """Show the scene on a ground, or without."""
+        self._show_scene(ground=not self.scene.ground)
+
+    def _show_scene(self, **changes: Any) -> None:
         """Show the scene with other arguments of ``SceneData``; it is made when these are chosen for the first time."""
-        names = {"triangle_test": self.triangle_test, "lamp_choice": self.lamp_choice, **changes}
-        key = names["triangle_test"], names["lamp_choice"]
+        names = {"triangle_test": self.triangle_test, "lamp_choice": self.lamp_choice, "ground": self.scene.ground}
+        key = tuple((names | changes).values())
         if key not in self._scenes:
             self._scenes[key] = again(self.scene, **changes)
         scene, former = self._scenes[key], self.renderer
@@ -176,9 +193,9 @@ class Choices:
         self._show(self._renderer(type(former), scene).use(former.active))
 
 
-def key_of(scene: SceneData) -> tuple[str, str]:
-    """The names that ``Choices`` can change of a scene."""
-    return scene.ray_intersector.triangle_test, scene.lamps.choice.name
+def key_of(scene: SceneData) -> tuple[str, str, bool]:
+    """What ``Choices`` can change of a scene."""
+    return scene.ray_intersector.triangle_test, scene.lamps.choice.name, scene.ground
 
 
 def made_like(

@@ -81,6 +81,7 @@ EVENTS: dict[str, dict[str, Check]] = {
     "environment": {"name": text},
     "triangle_test": {"name": text},
     "lamp_choice": {"name": text},
+    "ground": {"name": text},
     "control": {"name": text, "value": anything},
     "exposure": {"value": number(-20, 20)},
     "expose": {},

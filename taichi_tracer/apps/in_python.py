@@ -51,6 +51,7 @@ def scene_options(scene: SceneData) -> dict[str, Any]:
         "fast": scene.fast,
         "smooth": scene.smooth,
         "up_axis": scene.up_axis,
+        "ground": scene.ground,
         "two_sided_lamps": scene.lamps.two_sided,
     }
     options = {name: value for name, value in options.items() if value != default(load_scene_data, name)}

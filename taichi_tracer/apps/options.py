@@ -150,6 +150,7 @@ COMPILED = Group(
             degrees,
             more={"nargs": "?", "const": SMOOTH},
         ),
+        switch("ground", "a large diffuse square under everything; what has no material of its own is as grey"),
         Option("effects", "compile what the scene calls for, or everything", "scene|all"),
     ),
 )

@@ -158,6 +158,8 @@ class Panels:
             self.viewer.choose(choices.next_environment)
         if len(choices.triangle_tests) > 1 and panel.button(f"Triangles: {choices.triangle_test}"):
             self.viewer.choose(choices.next_triangle_test)
+        if panel.button(f"Ground: {choices.ground}"):
+            self.viewer.choose(choices.next_ground)
         if len(choices.lamp_choices) > 1 and panel.button(f"Choice of lamps: {choices.lamp_choice}"):
             self.viewer.choose(choices.next_lamp_choice)
         for kind in FOLDED:

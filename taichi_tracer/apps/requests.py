@@ -96,6 +96,7 @@ class SceneRequest:
         intersector, triangle_test, effects: None is the default of ``SceneData``.
         brdfs, lights: names of registered parts.
         smooth: the crease angle of smooth normals in degrees; None leaves triangles without normals flat.
+        ground: whether a large square lies under everything.
         plain: whether only the plain forms run.
         parts: the files of ``--parts``, which are loaded already.
         up_axis: which axis points upwards, "y" or "z"; None is what the file says, or its shape.
@@ -113,6 +114,7 @@ class SceneRequest:
     lights: tuple[str, ...]
     effects: str | None
     smooth: float | None
+    ground: bool
     plain: bool
     machine: MachineRequest
     parts: tuple[str, ...]
@@ -121,7 +123,7 @@ class SceneRequest:
     def load(self) -> SceneData:
         """Start Taichi and read the scene; what the user should know about it goes to stderr."""
         self.machine.start()
-        options = {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain}
+        options = {"brdfs": self.brdfs, "lights": self.lights, "fast": not self.plain, "ground": self.ground}
         names = ("intersector", "triangle_test", "effects", "smooth", "lamp_choice", "up_axis")
         options |= given(**{name: getattr(self, name) for name in names}, two_sided_lamps=self.two_sided_lamps)
         if not self.is_usual:

@@ -24,6 +24,7 @@ def as_command(renderer: ProgressiveRenderer, scene_options: Sequence[str] = ())
     scene = renderer.scene_data
     words = with_choice(scene_options, "triangle_test", "triangle test", scene.ray_intersector.triangle_test)
     words = with_choice(words, "lamp_choice", "lamp choice", scene.lamps.choice.name)
+    words = [word for word in words if word != "--ground"] + ["--ground"] * scene.ground
     words = ["taichi-tracer", "render", name_of(scene.source), *words]
     words += ["--view", renderer.active.name]
     if renderer.needs_light:

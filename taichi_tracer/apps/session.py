@@ -247,6 +247,10 @@ class Session(Mailbox):
         """Choose the triangle test."""
         self._step_to("triangle_test", name)
 
+    def on_ground(self, name: str) -> None:
+        """Choose what lies under everything."""
+        self._step_to("ground", name)
+
     def on_lamp_choice(self, name: str) -> None:
         """Choose how samples choose among lamps."""
         self._step_to("lamp_choice", name)

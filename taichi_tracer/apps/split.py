@@ -18,7 +18,7 @@ OFF, SIDES, DIFFERENCE = "off", "sides", "difference"
 MODES = {OFF: "one picture", SIDES: "two pictures, one beside the other", DIFFERENCE: "how far the two differ"}
 BRIGHTEST = 99.0  # percent of the pixels that the scale of the difference covers: a few are far off in noisy pictures
 # Members of ``Choices`` that a page is told as they are.
-CHOSEN = ("environment", "environments", "triangle_test", "triangle_tests", "lamp_choice", "lamp_choices")
+CHOSEN = tuple(name + end for name in ("environment", "triangle_test", "lamp_choice", "ground") for end in ("", "s"))
 SLIDER_STEPS = 200  # places of a slider of fractions
 
 

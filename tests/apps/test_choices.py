@@ -5,6 +5,7 @@ import pytest
 
 import taichi_tracer as tt
 from taichi_tracer.apps.choices import Choices, after
+from taichi_tracer.apps.same_again import as_command
 from taichi_tracer.fast.primary_hits import PrimaryHits
 from taichi_tracer.maps import MapRenderer
 from taichi_tracer.renderer import A1Renderer, A2Renderer, A3Renderer, A4Renderer
@@ -99,6 +100,16 @@ def test_another_environment_keeps_intensity_rotation_and_look_up():
     assert (changed.intensity, changed.rotation, changed.lookup) == (2.0, 30.0, "bilinear")
     choices.set_environment("own")
     assert choices.scene.environment is own
+
+
+def test_a_ground_comes_and_goes(choices):
+    scene, number = choices.scene, choices.scene.geometry.n_primitives
+    choices.next_ground()
+    assert (choices.ground, choices.scene.geometry.n_primitives) == ("a large square", number + 2)
+    assert "--ground" in as_command(choices.renderer)
+    choices.next_ground()
+    assert (choices.ground, choices.scene) == ("nothing", scene)
+    assert "--ground" not in as_command(choices.renderer, ["--ground"])
 
 
 def test_the_triangle_test_changes_and_changes_back(choices):

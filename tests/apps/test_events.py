@@ -16,6 +16,7 @@ GOOD = {
     "environment": {"name": "studio"},
     "triangle_test": {"name": "watertight"},
     "lamp_choice": {"name": "power"},
+    "ground": {"name": "nothing"},
     "control": {"name": "max_bounces", "value": 3},
     "exposure": {"value": -2.5},
     "expose": {},

@@ -49,7 +49,7 @@ def light(lookup="bilinear"):
 
 
 SCENES = {
-    view: ("cube", {"triangle_test": "moller_trumbore", "smooth": True}),
+    view: ("cube", {"triangle_test": "moller_trumbore", "smooth": True, "ground": True}),
     estimator: ("cornell_box", {"lamp_choice": "area", "two_sided_lamps": True}),
     paths: ("cube", {"environment": light, "intersector": "brute_force"}),
     maps: ("cornell_box", {}),

@@ -66,7 +66,14 @@ def test_the_panel_has_the_courses_texts_and_a_button_per_view_and_estimator(ren
     assert panel.texts[:2] == ["'Eye' param uses 'wasdqe' keys", "'At' param uses arrow keys"]
     shown = [*VIEWS, *ESTIMATORS, *PATHS]
     shown[VIEWS.index("Normal")] = "Normal [Active]"
-    settings = ["Environment: none", "Triangles: moller_trumbore", "Maps ...", "Copy camera (c)", "Reset camera (r)"]
+    settings = [
+        "Environment: none",
+        "Triangles: moller_trumbore",
+        "Ground: nothing",
+        "Maps ...",
+        "Copy camera (c)",
+        "Reset camera (r)",
+    ]
     assert panel.buttons == [*shown, "Save picture (p)", "Help (h)", *settings]
     assert any(text.startswith("Frame: ") for text in panel.texts)
 

@@ -8,7 +8,7 @@ const COLOURS = ["#2f7fc1", "#d1495b", "#2f9e5b", "#9467bd", "#d9820b", "#17a2b8
 const HELP = "Drag: orbit. Right button, or two fingers: nearer, farther. Shift and drag: shift. Wheel: nearer, farther. "
   + "w a s d q e: move the eye. Arrows: move the point looked at. i o: nearer, farther. r: reset the camera.";
 
-const SLOW = new Set(["explain", "use", "split", "triangle_test", "lamp_choice", "environment", "control"]);
+const SLOW = new Set(["explain", "use", "split", "triangle_test", "lamp_choice", "ground", "environment", "control"]);
 const MOVES = 20; // milliseconds between two events of the pointer
 const BUSY = "One moment: this has to be compiled first ...";
 
@@ -206,7 +206,7 @@ function render({ model, el }) {
   function showSettings() {
     const { controls, exposure, tone, fov, white } = state;
     if (exposureBefore !== null && exposure !== exposureBefore) [exposureBefore, shownSettings] = [null, ""]; // the slider moves
-    const key = JSON.stringify([state.environment, state.triangle_test, state.lamp_choice, state.lamp_choices, controls.map(
+    const key = JSON.stringify([state.environment, state.triangle_test, state.lamp_choice, state.lamp_choices, state.ground, controls.map(
       c => c.kind === "slider" ? c.name : c), exposure === null, tone, fov === null, white === null]);
     if (key === shownSettings) return;
     const active = document.activeElement;
@@ -215,6 +215,7 @@ function render({ model, el }) {
     const parts = [choice("Environment", state.environment, state.environments, "environment")];
     if (state.triangle_tests.length > 1) parts.push(choice("Triangle test", state.triangle_test, state.triangle_tests, "triangle_test"));
     if (state.lamp_choices.length > 1) parts.push(choice("Choice of lamps", state.lamp_choice, state.lamp_choices, "lamp_choice"));
+    parts.push(choice("Ground", state.ground, state.grounds, "ground"));
     for (const c of controls) {
       const change = value => send({ type: "control", name: c.name, value });
       if (c.kind === "slider") parts.push(slider(c.label, c.value, c.low, c.high, c.step, change));
