@@ -18,10 +18,10 @@ def number(low: float, high: float) -> Check:
 
     def check(name: str, value: Any) -> float:
         """The number, or an InputError that names the value."""
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, int | float) or value != value or abs(value) == math.inf:
             raise InputError(f"{name} must be a finite number, not {shown(value)}")
         if not low <= value <= high:
-            raise InputError(f"{name} must be from {low:g} to {high:g}, not {value:g}")
+            raise InputError(f"{name} must be from {low:g} to {high:g}, not {shown(value)}")
         return float(value)
 
     return check

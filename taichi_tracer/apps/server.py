@@ -1,11 +1,14 @@
 """Serves a picture to a browser on this machine: one page, frames by long polling, and events.
 
-docs/browser.md says what is protected from whom. In short: the server answers on the loopback address alone; every
-request must carry the token that the terminal printed; requests that another page makes are refused by their Host and
-Origin; and the sizes and the rate of what is sent are limited.
+docs/browser.md says what is protected from whom. In short: the server answers on the loopback address alone; the page
+and its files hold no secret, and every other request must carry the token that the terminal printed, in a header that
+no other page can set; requests that another page makes are refused by their Host and Origin; and the sizes, the rate
+and the time of what is sent are limited.
 """
 
+import contextlib
 import http.server
+import io
 import json
 import secrets
 import select
@@ -15,7 +18,7 @@ import struct
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
 from concurrent.futures import TimeoutError as FutureTimeout
 from http import HTTPStatus
@@ -28,12 +31,14 @@ from taichi_tracer.system.errors import InputError
 
 LOOPBACK = "127.0.0.1"
 FIRST_PORT, LAST_PORT = 8765, 8865  # the first free one is taken
-COOKIE = "taichi_tracer"
+TOKEN = "X-Token"  # the header with the token: a cookie would be sent to every port of this machine
 MOST_BODY = 64 * 1024  # bytes of a request
 MOST_EVENTS = 256  # of a request
 RATE = 2000  # events per second, of all pages together
-MOST_CONNECTIONS = 24  # at the same time
-IDLE = 30.0  # seconds after which a silent connection is closed
+MOST_CONNECTIONS = 24  # at the same time, of those who have shown the token; and as many of others
+HEAD = 3.0  # seconds in which a request must be complete, of who has not shown the token yet
+IDLE = 30.0  # seconds after which another connection is closed if no request comes
+LONGEST_NUMBER = 15  # digits
 PATIENCE = 10.0  # seconds that a request for a frame waits
 LOOK = 0.1  # seconds between two looks whether a page that waits is still there
 POLICY = (
@@ -68,6 +73,34 @@ class Handler(http.server.BaseHTTPRequestHandler):
     server: "Server"
     timeout = IDLE
     disable_nagle_algorithm = True
+    deadline = 0.0  # until then the present request must be complete
+    is_known = False  # whether the token was shown on this connection
+
+    def setup(self) -> None:
+        """Read by a clock: somebody who sends one byte at a time must not keep a place for long."""
+        super().setup()
+        self.rfile.close()
+        self.rfile = io.BufferedReader(TimedReader(self))
+
+    def handle_one_request(self) -> None:
+        """Answer a request that comes in time."""
+        self.deadline = time.monotonic() + (IDLE if self.is_known else HEAD)
+        super().handle_one_request()
+
+    def parse_request(self) -> bool:
+        """Read the head of a request; what is none of HTTP/1 gets one refusal."""
+        words = self.raw_requestline.split()
+        if len(words) != 3 or not words[2].startswith(b"HTTP/1."):
+            self.requestline, self.request_version, self.command = "", self.protocol_version, ""
+            self.send_error(HTTPStatus.BAD_REQUEST)
+            return False
+        return super().parse_request()
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Refuse what is no request that is understood, in one line."""
+        self.close_connection, self.request_version = True, self.protocol_version
+        status = HTTPStatus(code)
+        self.send(status, "text/plain; charset=utf-8", f"{status.phrase}\n".encode())
 
     def do_GET(self) -> None:  # noqa: N802 (the name that http.server calls)
         """Answer with the page, its files, frames and pictures."""
@@ -90,20 +123,15 @@ class Handler(http.server.BaseHTTPRequestHandler):
     def get(self) -> None:
         """Send the page, one of its files, a frame or a picture."""
         url = urlsplit(self.path)
-        given = parse_qs(url.query)
         self.check_host()
-        if url.path == "/" and "token" in given:
-            self.check_token(given["token"][0])
-            cookie = f"{COOKIE}_{self.server.server_port}={self.server.token}; HttpOnly; SameSite=Strict; Path=/"
-            self.send(HTTPStatus.SEE_OTHER, "text/plain", b"", {"Set-Cookie": cookie, "Location": "/"})
-            return
-        self.check_token(self.cookie())
-        self.check_origin()
         if url.path in PAGES:
             name, kind = PAGES[url.path]
             self.send(HTTPStatus.OK, kind, (FOLDER / name).read_bytes())
-        elif url.path == "/frame":
-            self.send_frame(given)
+            return
+        self.check_token()
+        self.check_origin()
+        if url.path == "/frame":
+            self.send_frame(parse_qs(url.query))
         elif url.path.startswith("/picture."):
             self.send_picture(url.path.removeprefix("/picture."))
         else:
@@ -112,16 +140,16 @@ class Handler(http.server.BaseHTTPRequestHandler):
     def post(self) -> None:
         """Check the events of a request, and give them to the session."""
         self.check_host()
-        self.check_token(self.cookie())
+        self.check_token()
         self.check_origin()
         if urlsplit(self.path).path != "/event":
             raise Refused(HTTPStatus.NOT_FOUND, "there is no such page")
         if self.headers.get_content_type() != "application/json":
             raise Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "events are JSON")
         size = self.headers.get("Content-Length", "")
-        if not size.isdecimal():
+        if not (size.isascii() and size.isdecimal()):
             raise Refused(HTTPStatus.LENGTH_REQUIRED, "a request must say its length")
-        if int(size) > MOST_BODY:
+        if len(size) > LONGEST_NUMBER or int(size) > MOST_BODY:
             raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a request has at most {MOST_BODY} bytes")
         try:
             events = json.loads(self.rfile.read(int(size)))
@@ -191,18 +219,14 @@ class Handler(http.server.BaseHTTPRequestHandler):
         if self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
             raise Refused(HTTPStatus.FORBIDDEN, "the request comes from another page")
 
-    def check_token(self, token: str) -> None:
-        """Refuse who does not know the token."""
-        if not secrets.compare_digest(token.encode("utf-8", "replace"), self.server.token.encode()):
+    def check_token(self) -> None:
+        """Refuse who does not know the token; who does keeps a place of the server's own."""
+        token = self.headers.get(TOKEN, "").encode("utf-8", "replace")
+        if not secrets.compare_digest(token, self.server.token.encode()):
             raise Refused(HTTPStatus.FORBIDDEN, "open the address that the terminal shows: it contains the token")
-
-    def cookie(self) -> str:
-        """The token that the browser sends."""
-        for part in self.headers.get("Cookie", "").split(";"):
-            name, _, value = part.strip().partition("=")
-            if name == f"{COOKIE}_{self.server.server_port}":
-                return value
-        return ""
+        if not self.is_known and not self.server.welcome(self.connection):
+            raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"at most {MOST_CONNECTIONS} connections at a time")
+        self.is_known = True
 
     # ── answers ──
 
@@ -228,10 +252,33 @@ class Handler(http.server.BaseHTTPRequestHandler):
         """Keep quiet."""
 
 
+class TimedReader(io.RawIOBase):
+    """The bytes of a connection, until the deadline of its handler."""
+
+    def __init__(self, handler: Handler) -> None:
+        super().__init__()
+        self.handler = handler
+
+    def readable(self) -> bool:
+        """Yes."""
+        return True
+
+    def readinto(self, place: Any) -> int:
+        """Read what has come; a TimeoutError if nothing comes in time."""
+        left = self.handler.deadline - time.monotonic()
+        if left <= 0:
+            raise TimeoutError("the request is not complete in time")
+        self.handler.connection.settimeout(left)
+        try:
+            return self.handler.connection.recv_into(place)
+        finally:
+            self.handler.connection.settimeout(IDLE)
+
+
 def whole_number(given: dict[str, list[str]], name: str) -> int:
     """The number that a query gives by name; 0 if it gives none."""
     text = given.get(name, ["0"])[0]
-    if not (text.isascii() and text.isdecimal()) or len(text) > 15:
+    if not (text.isascii() and text.isdecimal()) or len(text) > LONGEST_NUMBER:
         raise Refused(HTTPStatus.BAD_REQUEST, f"{name} must be a whole number")
     return int(text)
 
@@ -248,17 +295,20 @@ class Server(socketserver.ThreadingMixIn, http.server.HTTPServer):
     allow_reuse_address = False
     request_queue_size = 32
 
-    def __init__(self, session: Session, port: int) -> None:
+    def __init__(self, session: Session, port: int, forwarded: Sequence[int] = ()) -> None:
         super().__init__((LOOPBACK, port), Handler)
         self.session, self.token = session, secrets.token_urlsafe(24)
-        self.hosts = {f"{name}:{self.server_port}" for name in (LOOPBACK, "localhost")}
-        self._room = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self.hosts = {f"{name}:{one}" for name in (LOOPBACK, "localhost") for one in (self.server_port, *forwarded)}
+        # The connections that are open: of who has not shown the token, in the order in which they came, and of others.
+        self._strangers: dict[socket.socket, None] = {}
+        self._guests: set[socket.socket] = set()
+        self._doors = threading.Lock()
         self._second, self._events, self._counting = 0, 0, threading.Lock()
 
     @property
     def address(self) -> str:
         """What a browser opens."""
-        return f"http://{LOOPBACK}:{self.server_port}/?token={self.token}"
+        return f"http://{LOOPBACK}:{self.server_port}/#token={self.token}"
 
     def takes(self, events: int) -> bool:
         """Whether so many more events are within the rate."""
@@ -269,19 +319,32 @@ class Server(socketserver.ThreadingMixIn, http.server.HTTPServer):
             self._events += events
             return self._events <= RATE
 
+    def welcome(self, connection: socket.socket) -> bool:
+        """Give a place to a connection on which the token was shown; False if there is none."""
+        with self._doors:
+            if len(self._guests) >= MOST_CONNECTIONS:
+                return False
+            self._strangers.pop(connection, None)
+            self._guests.add(connection)
+            return True
+
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer in a thread of its own, unless too many are open."""
-        if not self._room.acquire(blocking=False):
-            self.shutdown_request(request)
-            return
+        """Answer in a thread of its own. If there are too many strangers, the one who came first has to leave."""
+        with self._doors:
+            first = next(iter(self._strangers)) if len(self._strangers) >= MOST_CONNECTIONS else None
+            self._strangers.pop(first, None)  # type: ignore[arg-type]
+            self._strangers[request] = None
+        if first is not None:
+            with contextlib.suppress(OSError):
+                first.shutdown(socket.SHUT_RDWR)  # its thread sees the end, and closes it
         super().process_request(request, client_address)
 
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Answer one connection, and give its room back."""
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self._room.release()
+    def shutdown_request(self, request: Any) -> None:
+        """Close a connection, and give its place back."""
+        with self._doors:
+            self._strangers.pop(request, None)
+            self._guests.discard(request)
+        super().shutdown_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Keep quiet about connections that break."""
@@ -289,24 +352,27 @@ class Server(socketserver.ThreadingMixIn, http.server.HTTPServer):
             super().handle_error(request, client_address)
 
 
-def open_server(session: Session) -> Server:
+def open_server(session: Session, forwarded: Sequence[int] = ()) -> Server:
     """A server on the first free port.
+
+    Args:
+        forwarded: ports of other machines that lead here, by which a browser may ask, too.
 
     Raises:
         InputError: none is free.
     """
     for port in range(FIRST_PORT, LAST_PORT + 1):
         try:
-            return Server(session, port)
+            return Server(session, port, forwarded)
         except OSError:
             continue
     raise InputError(f"browser: no port from {FIRST_PORT} to {LAST_PORT} is free on {LOOPBACK}")
 
 
-def serve(session: Session, tell: Callable[[str], None] = print) -> int:
-    """Serve until Ctrl-C."""
+def serve(session: Session, tell: Callable[[str], None] = print, forwarded: Sequence[int] = ()) -> int:
+    """Serve until Ctrl-C; ``forwarded`` as for ``open_server``."""
     session.warm_up(tell)
-    server = open_server(session)
+    server = open_server(session, forwarded)
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.2}, daemon=True)
     thread.start()
     tell(f"Open {server.address}")

@@ -49,7 +49,7 @@ def run(args: Namespace) -> int:
     (renderer_class, integrator), *_ = picture.views
     renderer = picture.make_renderer(renderer_class, scene.load()).use(integrator.name)
     if args.browser:
-        return serve(Session(renderer, scene.words()))
+        return serve(Session(renderer, scene.words()), forwarded=args.forwarded)
     asks_browser, all_views = sys.stdout.isatty(), not picture.names_view
     return show(renderer, scene_options=scene.words(), offers_browser=asks_browser, all_views=all_views)
 

@@ -39,7 +39,7 @@ class Program:
         self.told = ""
         for line in self.process.stdout:
             self.told += line
-            if found := re.search(r"http://127.0.0.1:(\d+)/\?token=(\S+)", line):
+            if found := re.search(r"http://127.0.0.1:(\d+)/#token=(\S+)", line):
                 self.port, self.token = int(found[1]), found[2]
                 return
         pytest.fail(self.told)
@@ -50,7 +50,7 @@ class Program:
     def ask(self, path, method="GET", body=None, connection=None, **headers):
         """(status, headers, body)."""
         own = self.connect() if connection is None else connection
-        given = {"Cookie": f"taichi_tracer_{self.port}={self.token}"} | headers
+        given = {"X-Token": self.token} | headers
         own.request(method, path, body, given)
         answer = own.getresponse()
         found = answer.status, answer.headers, answer.read()
@@ -121,9 +121,7 @@ def test_two_hundred_pages_leave_nothing_behind(program):
         assert program.frame(0, connection) is not None
         program.post({"type": "drag", "dx": 0.01 * (-1) ** k, "dy": 0})
         if k % 2:  # half of the pages are closed while they wait for a frame
-            connection.request(
-                "GET", "/frame?since=999999999", headers={"Cookie": f"taichi_tracer_{program.port}={program.token}"}
-            )
+            connection.request("GET", "/frame?since=999999999", headers={"X-Token": program.token})
         connection.close()
 
     for k in range(20):
@@ -226,7 +224,7 @@ def test_two_programs_have_ports_of_their_own(program):
     other = Program("cube", "--size", "8x8", "--view", "hit")
     try:
         assert other.port != program.port
-        assert other.ask("/", Cookie=f"taichi_tracer_{other.port}={program.token}")[0] == 403
+        assert other.ask("/picture.png", **{"X-Token": program.token})[0] == 403
         assert other.rest()[2]["view"] == "hit"
     finally:
         other.end()

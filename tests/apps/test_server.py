@@ -5,6 +5,7 @@ import json
 import socket
 import struct
 import threading
+import time
 
 import pytest
 
@@ -46,9 +47,9 @@ def server():
 
 
 def ask(server, method="GET", path="/", body=None, **headers):
-    """(status, headers, body); the right Host and cookie unless others are given."""
+    """(status, headers, body); the right Host and token unless others are given."""
     port = server.server_port
-    given = {"Host": f"127.0.0.1:{port}", "Cookie": f"taichi_tracer_{port}={server.token}"}
+    given = {"Host": f"127.0.0.1:{port}", "X-Token": server.token}
     given |= {name.replace("_", "-"): value for name, value in headers.items()}
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
     connection.putrequest(method, path, skip_host=True)
@@ -80,10 +81,14 @@ def test_the_page_and_its_files_need_nothing_from_elsewhere(server):
     assert total < 60_000
 
 
-def test_the_address_gives_a_cookie_and_leads_to_the_page(server):
-    status, headers, _ = ask(server, path=f"/?token={server.token}", Cookie=None)
-    assert (status, headers["Location"]) == (303, "/")
-    assert "HttpOnly; SameSite=Strict" in headers["Set-Cookie"]
+def test_the_page_needs_no_token_and_holds_none(server):
+    """So a link from a terminal in a browser opens it, too; the token stands behind the #, which no browser sends."""
+    assert server.address == f"http://127.0.0.1:{server.server_port}/#token={server.token}"
+    for path in module.PAGES:
+        status, headers, body = ask(server, path=path, X_Token=None, Sec_Fetch_Site="cross-site")
+        assert status == 200
+        assert server.token.encode() not in body
+        assert "Set-Cookie" not in headers
 
 
 def test_frames_have_their_state_before_the_file(server, monkeypatch):
@@ -108,15 +113,16 @@ def test_events_are_taken(server):
 @pytest.mark.parametrize(
     ("request_of", "status"),
     [
-        ({"Cookie": None}, 403),
-        ({"Cookie": "taichi_tracer_8765=wrong"}, 403),
-        ({"path": "/?token=wrong", "Cookie": None}, 403),
-        ({"path": "/?token=%C3%A9", "Cookie": None}, 403),
+        ({"path": "/frame", "X_Token": None}, 403),
+        ({"path": "/frame", "X_Token": "wrong"}, 403),
+        ({"path": "/frame", "X_Token": "\xe9"}, 403),
+        ({"path": "/picture.png", "X_Token": None}, 403),
+        ({"method": "POST", "path": "/event", "body": b"[]", "X_Token": None, **JSON}, 403),
         ({"Host": "evil.example:8765"}, 403),
         ({"Host": None}, 403),
-        ({"Origin": "http://evil.example"}, 403),
-        ({"Origin": "null"}, 403),
-        ({"Sec_Fetch_Site": "cross-site"}, 403),
+        ({"path": "/frame", "Origin": "http://evil.example"}, 403),
+        ({"path": "/frame", "Origin": "null"}, 403),
+        ({"path": "/frame", "Sec_Fetch_Site": "cross-site"}, 403),
         ({"path": "/../pyproject.toml"}, 404),
         ({"path": "/live/../../__init__.py"}, 404),
         ({"path": "/frame?since=-1"}, 400),
@@ -135,6 +141,17 @@ def test_events_are_taken(server):
         ({"method": "POST", "path": "/event", "body": b"[" + b"{}," * 400 + b"{}]", **JSON}, 400),
         ({"method": "POST", "path": "/event", "Content_Length": "100000000", **JSON}, 413),
         ({"method": "POST", "path": "/event", "Content_Length": "x", **JSON}, 411),
+        ({"method": "POST", "path": "/event", "Content_Length": "9" * 5000, **JSON}, 413),
+        (
+            {
+                "method": "POST",
+                "path": "/event",
+                "body": b'[{"type": "drag", "dx": 1%s, "dy": 0}]' % (b"0" * 400),
+                **JSON,
+            },
+            400,
+        ),
+        ({"method": "POST", "path": "/event", "body": b'[{"type": "zoom", "by": 1%s}]' % (b"0" * 5000), **JSON}, 400),
         ({"method": "POST", "path": "/event", "body": b"[]", "Origin": "http://evil.example", **JSON}, 403),
         ({"method": "PUT", "path": "/event", "body": b"[]"}, 501),
     ],
@@ -173,14 +190,91 @@ def test_no_free_port_is_told(monkeypatch):
             open_server(Watched())
 
 
-def test_more_connections_than_there_is_room_for_are_closed(server, monkeypatch):
-    opened = [
-        socket.create_connection(("127.0.0.1", server.server_port), 5) for _ in range(module.MOST_CONNECTIONS + 3)
-    ]
-    opened[-1].settimeout(5)
-    assert opened[-1].recv(1) == b""
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"GET /\r\n",
+        b"GET / HTTP/0.9\r\n\r\n",
+        b"GARBAGE\r\n\r\n",
+        b"\x16\x03\x01 a b c d\r\n",
+        b"GET / HTTP/1.x\r\n\r\n",
+    ],
+)
+def test_what_is_no_request_gets_one_refusal(server, line, capfd):
+    with socket.create_connection(("127.0.0.1", server.server_port), 5) as connection:
+        connection.sendall(line)
+        answer = b""
+        while more := connection.recv(1 << 16):
+            answer += more
+    assert answer.startswith(b"HTTP/1.1 400 Bad Request\r\n")
+    assert answer.endswith(b"\r\n\r\nBad Request\n")
+    assert answer.count(b"HTTP/1.1") == 1
+    assert capfd.readouterr().err == ""
+
+
+def strangers(server, count):
+    """Connections that say nothing."""
+    return [socket.create_connection(("127.0.0.1", server.server_port), 5) for _ in range(count)]
+
+
+def test_who_shows_the_token_finds_room_among_slow_strangers(server):
+    opened = strangers(server, 2 * module.MOST_CONNECTIONS)
+    for one in opened[-3:]:
+        one.sendall(b"GET / HTT")
+    assert ask(server, path="/picture.png")[0] == 200
+    opened[0].settimeout(5)
+    assert opened[0].recv(1) == b""  # who came first had to leave
     for one in opened:
         one.close()
+
+
+@pytest.mark.parametrize("every", [None, 0.02])
+def test_a_stranger_is_not_waited_for_although_bytes_come(server, monkeypatch, every):
+    monkeypatch.setattr(module, "HEAD", 0.3)
+    (slow,) = strangers(server, 1)
+    begin = time.monotonic()
+    slow.settimeout(every or 5)
+    is_over = False
+    while not is_over and time.monotonic() - begin < 5:
+        try:
+            if every is not None:
+                slow.sendall(b"G")
+            is_over = slow.recv(1) == b""
+        except TimeoutError:
+            continue
+        except ConnectionError:
+            is_over = True
+    assert is_over
+    assert 0.2 < time.monotonic() - begin < 2
+    slow.close()
+
+
+def test_even_those_with_the_token_find_room_for_so_many_connections(server, monkeypatch):
+    monkeypatch.setattr(module, "MOST_CONNECTIONS", 2)
+    kept = [http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=5) for _ in range(3)]
+    found = []
+    for one in kept:
+        one.request("GET", "/picture.png", headers={"X-Token": server.token})
+        answer = one.getresponse()
+        found.append(answer.status)
+        answer.read()
+    assert found == [200, 200, 503]
+    for one in kept:
+        one.close()
+
+
+def test_a_port_that_is_forwarded_is_asked_for_by_its_own_number():
+    found = open_server(Watched(), [9000])
+    thread = threading.Thread(target=found.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
+    thread.start()
+    try:
+        asked = {"Host": "localhost:9000", "Origin": "http://localhost:9000"}
+        assert ask(found, path="/picture.png", **asked)[0] == 200
+        assert ask(found, path="/picture.png", Host="localhost:9001")[0] == 403
+    finally:
+        found.shutdown()
+        found.server_close()
+        thread.join(5)
 
 
 def test_a_server_that_ends_leaves_no_thread():

@@ -6,6 +6,19 @@ const AGAIN = 1000; // milliseconds until the next try after an error
 const MOST = 200; // events of a request
 const QUEUE = 2000; // events that wait at most: a connection that is gone must not fill the memory
 
+// The token stands behind the # of the address, which no browser sends to anybody; a reload finds it in this tab alone.
+const KEY = "taichi_tracer token";
+function takeToken() {
+  const found = new URLSearchParams(location.hash.slice(1)).get("token");
+  if (found) sessionStorage.setItem(KEY, found);
+  if (found) history.replaceState(null, "", location.pathname);
+  return found;
+}
+takeToken();
+addEventListener("hashchange", () => { if (takeToken()) location.reload(); }); // the same tab gets another address
+const ask = (path, options = {}) => fetch(path, { ...options,
+  headers: { ...options.headers, "X-Token": sessionStorage.getItem(KEY) ?? "" } });
+
 const pause = time => new Promise(resolve => setTimeout(resolve, time));
 
 function makeModel() {
@@ -20,7 +33,7 @@ function makeModel() {
     isSending = true;
     sent = performance.now();
     try {
-      const answer = await fetch("event", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(events) });
+      const answer = await ask("event", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(events) });
       if (answer.status === 429) waiting = [...events, ...waiting]; // too fast: a little later
       else if (answer.status === 400) model.emit({ message: await answer.text() });
     } catch { /* the next frame request says that the connection is gone */ }
@@ -34,7 +47,7 @@ function makeModel() {
 
   async function save(kind) {
     try {
-      const answer = await fetch(`picture.${kind}`);
+      const answer = await ask(`picture.${kind}`);
       if (answer.ok) model.emit({ file: `picture.${kind}` }, await answer.arrayBuffer());
       else model.emit({ message: await answer.text() });
     } catch { model.emit({ lost: "The picture could not be saved: the connection is lost." }); }
@@ -62,7 +75,7 @@ async function poll(model) {
         await new Promise(resolve => document.addEventListener("visibilitychange", resolve, { once: true }));
         continue;
       }
-      const answer = await fetch(`frame?since=${since}&details=${known}`);
+      const answer = await ask(`frame?since=${since}&details=${known}`);
       if (answer.status === 403) { model.emit({ lost: "Open the address that the terminal shows: it contains the token." }); return; }
       if (answer.status !== 200) {
         if (answer.status !== 204) await pause(AGAIN);
