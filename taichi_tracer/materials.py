@@ -12,7 +12,7 @@ from taichi.lang.expr import Expr
 from taichi_tracer.ray import real
 from taichi_tracer.system import runtime
 from taichi_tracer.system.annotations import Spelled
-from taichi_tracer.system.errors import InputError
+from taichi_tracer.system.errors import InputError, printable
 from taichi_tracer.system.seams import in_kernels, replaced
 from taichi_tracer.system.tables import Tables
 
@@ -67,6 +67,7 @@ class Material(metaclass=Spelled):
             vars(self).update(alpha_x=float(alpha), alpha_y=float(alpha))
         if isinstance(self.F0, (int, float)):
             vars(self)["F0"] = (float(self.F0),) * 3
+        vars(self)["name"] = printable(str(self.name), keeps="")
         for name in COLORS:
             if not is_color(getattr(self, name)):
                 raise InputError(f"Material: {name} must be three numbers, not {getattr(self, name)!r}")

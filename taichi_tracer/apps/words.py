@@ -11,6 +11,8 @@ from contextlib import suppress
 from dataclasses import fields
 from typing import TypeVar
 
+from taichi_tracer.system.errors import printable
+
 MOST_PIXELS = 8192**2  # their fields take 3 GB
 PICTURE_SIZE = "512x512"  # of a picture for which neither the command line nor the scene file names a size
 LIGHT = "studio"  # the environment of a picture that shows light, in a scene that has none
@@ -26,6 +28,7 @@ told: set[str] = set()  # the notes of the command that runs
 
 def note(text: str) -> None:
     """Tell the user something on stderr, once: a scene that is read three times says the same three times."""
+    text = printable(text)
     if text not in told:
         told.add(text)
         print(f"taichi-tracer: note: {text}", file=sys.stderr)

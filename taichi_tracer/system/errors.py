@@ -1,11 +1,28 @@
 """Errors that the user can correct: one line with the file, the line, the value, and what would have worked."""
 
 import difflib
+import unicodedata
 from collections.abc import Iterable
+
+UNSEEN = ("Cc", "Cf", "Cs")  # a terminal obeys it and does not show it: control, direction of writing, half a character
+    "Cc",
+    "Cf",
+    "Cs",
+)  # what a terminal obeys and does not show: control, direction of writing, halves of characters
+
+
+def printable(text: str, keeps: str = "\n\t") -> str:
+    r"""The text with ``\x1b`` and the like for control characters: a name in a file must not give a terminal orders."""
+    return "".join(
+        c if c in keeps or unicodedata.category(c) not in UNSEEN else c.encode("unicode_escape").decode() for c in text
+    )
 
 
 class InputError(ValueError):
     """The input cannot be used. The command line prints only the message and exits with code 2."""
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class OwnCodeError(InputError):

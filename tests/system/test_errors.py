@@ -2,7 +2,16 @@
 
 import pytest
 
-from taichi_tracer.system.errors import InputError, MissingFileError, StaleSceneError, nearest, no_argument, one_of
+from taichi_tracer.materials import Material
+from taichi_tracer.system.errors import (
+    InputError,
+    MissingFileError,
+    StaleSceneError,
+    nearest,
+    no_argument,
+    one_of,
+    printable,
+)
 
 
 def test_a_name_that_is_nearly_known_is_suggested():
@@ -32,3 +41,20 @@ def test_a_similar_name_is_found():
     assert nearest("dir", ["origin", "direction"]) == "direction"
     assert nearest("zzz", ["origin"]) == ""
     assert "did you mean 'eye'?" in str(no_argument("a camera", "eey", ["eye", "at"]))
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("red", "red"),
+        ("größe 光 \u00a0x", "größe 光 \u00a0x"),
+        ("\x1b[2J\x07", r"\x1b[2J\x07"),
+        ("a\r\u202eb\x9b", r"a\r\u202eb\x9b"),
+        ("two\nlines\t", "two\nlines\t"),
+        ("\udce9", r"\udce9"),
+    ],
+)
+def test_what_a_terminal_would_obey_is_told_by_its_number(name, shown):
+    assert printable(name) == shown
+    assert str(InputError(f"{name}: no")) == f"{shown}: no"
+    assert Material(name).name == shown.replace("\n", r"\n").replace("\t", r"\t")
