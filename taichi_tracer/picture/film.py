@@ -261,15 +261,23 @@ class Film(PixelSums):
         """
         image = self.image()
         mean = float(self.own_pixels(image).mean())
-        unseen = self.unseen.bound(self.samples, mean)
+        shares = self.shares()
+        unseen = self.unseen.bound(self.samples * (1.0 if shares is None else float(shares.mean())), mean)
         pixels = self.own_pixels(image)[..., 0].size
-        missed = math.hypot(missed, rare_light.missed(self.unseen.rare, self.samples, pixels))
+        missed = math.hypot(missed, rare_light.missed(self.unseen.rare, self.samples, pixels, shares))
         if missed > 0 and mean > 0:
             unseen = math.hypot(unseen, missed / mean)
         spread = self._spread()
         share = self.share_of_largest(image, spread)
         variance = np.square(spread.errors, dtype=np.float64)
         return relative_error(variance, spread.groups, image, unseen, self.doubles, share)
+
+    def shares(self) -> np.ndarray | None:
+        """(n,) the share of the passes in which each own pixel took a sample, the lowest row first; None if it is 1."""
+        if not self.keeps_deviation or self.samples == 0:
+            return None  # only such films are those of adaptive sampling
+        x0, x1, y0, y1 = self.crop
+        return self.counts()[x0:x1, y0:y1].T.ravel() / self.samples
 
     def share_of_largest(self, image: np.ndarray, spread: Spread | None = None) -> np.ndarray | None:
         """What the largest sample of every pixel adds to its mean, beyond what a sample adds on average.

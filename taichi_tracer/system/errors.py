@@ -5,10 +5,6 @@ import unicodedata
 from collections.abc import Iterable
 
 UNSEEN = ("Cc", "Cf", "Cs")  # a terminal obeys it and does not show it: control, direction of writing, half a character
-    "Cc",
-    "Cf",
-    "Cs",
-)  # what a terminal obeys and does not show: control, direction of writing, halves of characters
 
 
 def printable(text: str, keeps: str = "\n\t") -> str:

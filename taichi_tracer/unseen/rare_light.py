@@ -53,12 +53,18 @@ def rows_of(found: Sequence[tuple[float, RareLight]]) -> np.ndarray:
     return np.concatenate(kinds)
 
 
-def missed(rows: np.ndarray, samples: float, pixels: int) -> float:
-    """u of several kinds of light, each of which is counted by itself; see ``rows_of``."""
+def missed(rows: np.ndarray, samples: float, pixels: int, shares: np.ndarray | None = None) -> float:
+    """u of several kinds of light, each of which is counted by itself; see ``rows_of``.
+
+    Args:
+        samples: per pixel. shares: (pixels,) how many of them each pixel took; None is all.
+    """
     if len(rows) == 0:
         return 0.0
     kind, pixel, chance, light, each = rows.T
     brightness = np.round(np.log(light / chance) / math.log(ABOUT_AS_BRIGHT))
+    if shares is not None:
+        chance = chance * shares[pixel.astype(np.int64)]
     _, group = np.unique(np.stack([kind, brightness], axis=1), axis=0, return_inverse=True)
     is_missed = np.zeros(len(rows), bool)
     for k in np.unique(group):

@@ -175,3 +175,25 @@ def test_checkpoints_and_merged_samples_keep_what_is_known(tmp_path):
     assert len(film.unseen.rare) > 0
     assert film.error().high > told / 2
     made.destroy()
+
+
+def test_a_pixel_that_takes_fewer_samples_meets_less():
+    """Adaptive sampling gives a pixel an eighth of the samples, because its pilot has seen nothing in it."""
+    rows = rows_of([(1.0, RareLight(np.array([5]), np.array([0.2]), np.array([3.0]), 16))])
+    samples = 1.01 * KNOWN / 0.2
+    assert missed(rows, samples, 16) == 0
+    shares = np.ones(16)
+    shares[5] = 1 / 8
+    assert missed(rows, samples, 16, shares) == pytest.approx(3 / 4)
+    assert missed(rows, 8 * samples, 16, shares) == 0
+
+
+def test_the_claim_of_an_adaptive_picture_knows_how_often_each_pixel_was_sampled(f32):
+    made = scene((AT, HALF, 1.0))
+    renderer = tt.A3Renderer(made, camera=make_camera(SIZE, SIZE, **VIEW), adaptive=True).use("mis").render(8)
+    shares = renderer.film.shares()
+    counts = renderer.film.counts()
+    assert 0 < shares.min() < shares.max() <= 1
+    lamps = small_lamps(made, renderer.camera, (0, SIZE, 0, SIZE), made.intersect)
+    x, y = int(lamps.pixel[0]) % SIZE, int(lamps.pixel[0]) // SIZE
+    assert shares[lamps.pixel[0]] == counts[x, y] / renderer.film.samples
