@@ -129,13 +129,23 @@ def frame_time(path: Path) -> None:
         shutil.copy(own, path)
 
 
-# Name → what makes the picture at a path. The first table takes seconds, and the second one measures times.
+def unseen_light(path: Path) -> None:
+    """The four pictures of ``python -m benchmarks.claims pictures``."""
+    from benchmarks.claims import pictures
+    from taichi_tracer.system import runtime
+
+    runtime.init("cpu", force=True)
+    pictures([str(path)])
+
+
+# Name → what makes the picture at a path. The first table takes seconds; the second takes longer, or measures times.
 OTHERS = {"leaks_moller_trumbore.png": leaks("moller_trumbore"), "leaks_watertight.png": leaks("watertight")}
 MEASURED = {
     "accuracy_cornell_box.png": accuracy_of_dark_box,
     "accuracy_bounces.png": accuracy("cornell_box", "--max-bounces", "0,1,2,3,5,8,16,64"),
     "accuracy_specular_spheres.png": accuracy("specular_spheres", "--environment", "sunny"),
     "frame_time.svg": frame_time,
+    "unseen_light.png": unseen_light,
 }
 
 

@@ -21,7 +21,7 @@ from taichi_tracer.system.held import HeldExpr, held
 from taichi_tracer.system.registry import PARTS, register
 from taichi_tracer.system.seams import called, in_kernels, seams
 from taichi_tracer.system.wings import wing
-from taichi_tracer.values import MAX_DISTANCE, OF_PATHS, WEIGHTS
+from taichi_tracer.values import MAX_DISTANCE, OF_PATHS, USUAL_LIGHT, WEIGHTS
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -144,10 +144,13 @@ class A1Renderer(ProgressiveRenderer):
     set_shade_material_ID = set_shade_material_id  # the handout's spelling
 
 
-def warn_if_dark(scene_data: SceneData) -> None:
-    """Warn the caller of ``render`` if nothing in a scene emits light."""
+def light_if_dark(scene_data: SceneData) -> None:
+    """Light a scene in which nothing emits light, if nobody has said that it is dark; warn the caller of ``render``."""
     if scene_data.effects.is_dark:
         advice = "give it an environment, such as 'studio', or a material with Ke > 0"
+        if scene_data.is_light_open:
+            scene_data.set_environment(USUAL_LIGHT)
+            advice = f"the environment {USUAL_LIGHT!r} lights it; environment=None leaves it dark"
         warnings.warn(f"nothing in this scene emits light: {advice}", stacklevel=5)
 
 
@@ -167,8 +170,8 @@ class A2Renderer(PostprocessedMixin, ProgressiveRenderer):
 
     def begin(self) -> None:
         """Start the picture again; warn if nothing in the scene emits light."""
+        light_if_dark(self.scene_data)
         super().begin()
-        warn_if_dark(self.scene_data)
 
     def set_sample_uniform(self) -> "Self":
         """Sample directions uniform on the sphere."""
@@ -412,8 +415,8 @@ class A4Renderer(PostprocessedMixin, ProgressiveRenderer):
 
     def begin(self) -> None:
         """Start the picture again; warn if nothing in the scene emits light."""
+        light_if_dark(self.scene_data)
         super().begin()
-        warn_if_dark(self.scene_data)
 
     def set_shading_implicit(self) -> "Self":
         """Let paths find lights by chance: ``implicit`` (A4-1)."""

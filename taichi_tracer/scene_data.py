@@ -75,6 +75,8 @@ class SceneData(KnownAttributes):
         geometry, material_library, ray_intersector: see their classes.
         view: camera parameters that show the scene.
         shots: the pictures that the scene's file asks for, see ``rt3.document``; a mesh has none.
+        is_light_open: whether nobody has said which light comes from far away; then ``A2Renderer`` and those like it
+            light a scene without any light by ``USUAL_LIGHT``.
         lights_of_file: how many of ``lights`` are from there; they are the first ones.
         notes: what the user should know about the input, one line each.
         forms: which form of the intersector runs, and why; see ``forms``.
@@ -104,7 +106,7 @@ class SceneData(KnownAttributes):
         if self.effects_mode not in MODES:
             raise one_of("effects", self.effects_mode, MODES)
         self.lights: list[Light] = [*lights_of(mesh), *(PARTS.find("light", light) for light in given["lights"])]
-        self._environment = load_environment(given["environment"])
+        self._environment, self.is_light_open = load_environment(given["environment"]), "environment" not in options
         self._background = load_background(given["background"])
 
         self._blockers = blockers_of(mesh, chosen, chosen_test)
@@ -157,7 +159,7 @@ class SceneData(KnownAttributes):
 
     @environment.setter
     def environment(self, environment: EnvironmentChoice) -> None:
-        self._environment = load_environment(environment)
+        self._environment, self.is_light_open = load_environment(environment), False
         self._changed()
 
     @property

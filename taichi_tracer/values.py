@@ -6,6 +6,8 @@ same names. ``ProgressiveRenderer.values`` has the present ones. Nothing here im
 
 from typing import Any, NamedTuple
 
+USUAL_LIGHT = "studio"  # the environment of a picture that shows light, in a scene that has none
+
 
 class Value(NamedTuple):
     """A value of renderers.

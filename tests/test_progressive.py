@@ -295,6 +295,14 @@ def test_darkness_is_told():
         assert not dark.image().any()
     lamp = tt.A2Renderer(scene_data=tt.load_scene_data("cornell_box"), width=32, height=32)
     assert lamp.image().max() > 1  # a lamp is seen without an environment
+    assert lamp.scene_data.environment is None
+    open_scene, said = tt.load_scene_data("cube"), tt.load_scene_data("cube", environment=None)
+    tt.A1Renderer(open_scene, 8, 8).render()
+    assert open_scene.environment is None  # nothing has asked for light
+    with pytest.warns(UserWarning, match="the environment 'studio' lights it; environment=None leaves it dark"):
+        assert tt.A3Renderer(open_scene, 8, 8).render().image().any()
+    with pytest.warns(UserWarning, match="give it an environment"):
+        assert not tt.A3Renderer(said, 8, 8).render().image().any()
 
 
 @pytest.mark.long

@@ -5,7 +5,6 @@ from typing import Any
 
 from taichi_tracer.apps.names import renderers
 from taichi_tracer.apps.requests import OF_LIGHT
-from taichi_tracer.apps.words import LIGHT
 from taichi_tracer.environment import load_environment
 from taichi_tracer.files.shipped import shipped_environments
 from taichi_tracer.integrators.base import Integrator
@@ -14,7 +13,7 @@ from taichi_tracer.progressive import ProgressiveRenderer
 from taichi_tracer.renderer import A1Renderer, A3Renderer, A4Renderer
 from taichi_tracer.scene_data import SceneData, again
 from taichi_tracer.system.registry import PARTS
-from taichi_tracer.values import MAX_DISTANCE
+from taichi_tracer.values import MAX_DISTANCE, USUAL_LIGHT
 
 NO_LIGHT = "none"  # the name for a scene without an environment, as on the command line
 
@@ -67,7 +66,7 @@ class Choices:
         """Show something that a renderer offers. For the first picture of light, a scene without light gets one."""
         needs_light = any(one.needs_light for one in renderer_class.offered() if one.name == name)
         if needs_light and self.scene.effects.is_dark and not self._has_chosen_light:
-            self.set_environment(LIGHT)
+            self.set_environment(USUAL_LIGHT)
         self._show(self._renderer(renderer_class, self.scene).use(name))
 
     def _show(self, renderer: ProgressiveRenderer) -> None:

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 from taichi_tracer.apps.words import (
-    LIGHT,
     PICTURE_SIZE,
     SMOOTH,
     USUAL_SECONDS,
@@ -33,6 +32,7 @@ from taichi_tracer.values import (
     ROULETTE,
     RR_PROBABILITY,
     RR_START,
+    USUAL_LIGHT,
     WEIGHTS,
     Value,
 )
@@ -312,7 +312,7 @@ def add_scene_options(parser: ArgumentParser) -> None:
     """Add the scene, how its rays are intersected, and where that runs."""
     add_scene_argument(parser)
     add_parts_option(parser)
-    light = add_light_options(parser, f"or none (default: the scene file's, or {LIGHT} where light is asked for)")
+    light = add_light_options(parser, f"or none (default: the scene file's, or {USUAL_LIGHT} where light is asked for)")
     add(light, [LOOKUP])
     for group in (SURFACES, COMPILED, RAYS, MACHINE):
         add_group(parser, group)

@@ -13,7 +13,7 @@ import numpy as np
 
 from taichi_tracer.apps.names import VIEW, View, find_views
 from taichi_tracer.apps.options import BY_BOUNCE, OPTIONS, words_of
-from taichi_tracer.apps.words import LIGHT, PICTURE_SIZE, USUAL_SECONDS, USUAL_SPP, given, note, request_from, size
+from taichi_tracer.apps.words import PICTURE_SIZE, USUAL_SECONDS, USUAL_SPP, given, note, request_from, size
 from taichi_tracer.camera import ProjectiveCamera, change_projection, check_view, make_camera
 from taichi_tracer.cameras.orthographic import OrthographicCamera
 from taichi_tracer.effects import MODES
@@ -32,7 +32,7 @@ from taichi_tracer.system.errors import InputError, one_of
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.system.stopwatch import TAICHI, stage
 from taichi_tracer.tones.display import Display
-from taichi_tracer.values import WEIGHTS
+from taichi_tracer.values import USUAL_LIGHT, WEIGHTS
 
 if TYPE_CHECKING:
     from taichi_tracer.rt3.document import Document, Shot
@@ -134,6 +134,7 @@ class SceneRequest:
             scene = scene_of_document(self.document, **options)
         if self.is_usual and scene.effects.is_dark:
             scene.set_environment(self.environment.load())
+            note(f"nothing in this scene emits light: {USUAL_LIGHT} lights it; --environment none leaves it dark")
         for text in scene.notes:
             note(text)
         return scene
@@ -288,7 +289,7 @@ def scene_of(args: Namespace, document: "Document | None", needs_light: bool) ->
         args,
         name=args.scene,
         document=document,
-        environment=EnvironmentRequest(LIGHT, args.intensity, args.rotation, args.lookup) if is_usual else asked,
+        environment=EnvironmentRequest(USUAL_LIGHT, args.intensity, args.rotation, args.lookup) if is_usual else asked,
         is_usual=is_usual,
         machine=request_from(MachineRequest, args),
         up_axis=up_axis_of(args),

@@ -15,7 +15,6 @@ from taichi_tracer.system.errors import printable
 
 MOST_PIXELS = 8192**2  # their fields take 3 GB
 PICTURE_SIZE = "512x512"  # of a picture for which neither the command line nor the scene file names a size
-LIGHT = "studio"  # the environment of a picture that shows light, in a scene that has none
 USUAL_SPP, USUAL_SECONDS = 64, 3.0  # when a picture of light ends for which nobody says when
 SMOOTH = 30.0  # degrees of ``--smooth`` alone, as in ``formulas.vertex_normals``, which would load numpy
 USER_ERROR = 2  # exit code: the input cannot be used, or a file could not be written where it was wanted

@@ -9,7 +9,8 @@ from taichi_tracer.apps.options import (
     add_scene_argument,
     add_surface_options,
 )
-from taichi_tracer.apps.words import LIGHT, at_least_one, names, positive, size, whole, wholes
+from taichi_tracer.apps.words import at_least_one, names, positive, size, whole, wholes
+from taichi_tracer.values import USUAL_LIGHT
 
 HELP = "what accuracy costs in time"
 run = here_or_on_cluster("accuracy")
@@ -27,7 +28,7 @@ def add_arguments(parser: Parser) -> None:
     parser.set_defaults(begin=start_worker)
     add_scene_argument(parser)
     add_parts_option(parser)
-    add_light_options(parser, f"or none (default: the scene's own light, or {LIGHT} where it has none)")
+    add_light_options(parser, f"or none (default: the scene's own light, or {USUAL_LIGHT} where it has none)")
     add_surface_options(parser)
     knobs = parser.add_argument_group("what is compared", "names with commas, or all; those with a star if not given")
     for name in ("estimators", "samplers", "precisions", "intersectors", "triangle-tests", "lookups", "forms"):
