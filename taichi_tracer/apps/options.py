@@ -120,20 +120,36 @@ FAR_LIGHT = Group(
     "",
     (
         Option("environment", "a shipped name, an image (.hdr .exr .png .jpg .npy), {otherwise}", "E"),
-        Option("intensity", "multiply its radiance", "X", number),
-        Option("rotation", "turn it about the upward axis by degrees", "D", number),
+        Option("intensity", "multiply its radiance (default: 1)", "X", number),
+        Option("rotation", "turn it about the upward axis by degrees (default: 0)", "D", number),
     ),
 )
-LOOKUP = Option("lookup", "nearest texel of the environment, or bilinear")
+LOOKUP = Option("lookup", "nearest texel of the environment, or bilinear (default: nearest)")
 LAMP_CHOICE = Option(
-    "lamp_choice", "how a sample chooses among the surfaces with Ke > 0 (one name)", part="lamp choice"
+    "lamp_choice",
+    "how a sample chooses among the surfaces with Ke > 0 (one name; default: power for few, hierarchy for many)",
+    part="lamp choice",
 )
 SURFACES = Group(
     "surfaces and lights",
     "names with commas",
     (
-        Option("brdfs", "BRDFs that are asked first whether a material is theirs", "A,B", names, (), part="BRDF"),
-        Option("lights", "lights of the scene, beside its environment", "A,B", names, (), part="light"),
+        Option(
+            "brdfs",
+            "BRDFs that are asked first whether a material is theirs (default: none beside the registered ones)",
+            "A,B",
+            names,
+            (),
+            part="BRDF",
+        ),
+        Option(
+            "lights",
+            "lights of the scene, beside its environment (default: none but the scene file's)",
+            "A,B",
+            names,
+            (),
+            part="light",
+        ),
         LAMP_CHOICE,
         switch("two_sided_lamps", "triangles with Ke > 0 emit from both sides"),
     ),
@@ -151,15 +167,15 @@ COMPILED = Group(
             more={"nargs": "?", "const": SMOOTH},
         ),
         switch("ground", "a large diffuse square under everything; what has no material of its own is as grey"),
-        Option("effects", "compile what the scene calls for, or everything", "scene|all"),
+        Option("effects", "compile what the scene calls for, or everything (default: scene)", "scene|all"),
     ),
 )
 RAYS = Group(
     "how rays are intersected",
     "",
     (
-        Option("intersector", "which intersector finds what a ray meets", part="intersector"),
-        Option("triangle_test", "which ray-triangle test it uses", part="triangle test"),
+        Option("intersector", "which intersector finds what a ray meets (default: bvh)", part="intersector"),
+        Option("triangle_test", "which ray-triangle test it uses (default: watertight)", part="triangle test"),
         switch("plain", "run only the plain forms, which are there to be read; same bits, more time"),
     ),
 )
@@ -167,8 +183,8 @@ MACHINE = Group(
     "where it runs",
     "",
     (
-        Option("arch", "which backend runs the kernels"),
-        Option("precision", "of every coordinate and colour"),
+        Option("arch", "which backend runs the kernels (default: auto, a GPU where one works, else the CPU)"),
+        Option("precision", "of every coordinate and colour (default: f32)"),
         switch("fast_math", "let the compiler round and treat NaN freely"),
     ),
 )
@@ -180,12 +196,12 @@ PICTURE = Group(
         switch("quick", "a quarter of the width and of the height"),
         vector(
             "crop",
-            "render only this part of the frame, in fractions of it, y from the bottom",
+            "render only this part of the frame, in fractions of it, y from the bottom (default: 0 1 0 1)",
             ("X0", "X1", "Y0", "Y1"),
         ),
         of_value(MAX_DISTANCE, "UNITS", positive, default="10, or a round number that fits the scene"),
         of_value(MAP_OF, "NAME", name="map_of", default=MAP_OF.default),
-        Option("sampler", "where random numbers come from", part="sampler"),
+        Option("sampler", "where random numbers come from (default: niederreiter)", part="sampler"),
         Option("seed", "of the random numbers (default: %(default)s)", "S", whole, 0),
         switch("jitter", "rays through random points of the pixels, in views too"),
     ),
@@ -195,7 +211,12 @@ DISPLAY = Group(
     "of light and colour, on the screen and in .png .jpg .ppm; other files, errors and comparisons stay linear",
     (
         Option("exposure", "each doubles the light (default: %(default)g)", "STOPS", number, 0.0),
-        Option("tone", "curve that bends bright values below white", default="none", part="tone curve"),
+        Option(
+            "tone",
+            "curve that bends bright values below white (default: %(default)s)",
+            default="none",
+            part="tone curve",
+        ),
     ),
 )
 PATHS = Group(
@@ -229,7 +250,7 @@ CAMERA = Group(
         vector("eye", "position"),
         vector("at", "point looked at"),
         vector("up", "which way is up"),
-        Option("camera", "how it projects", part="camera"),
+        Option("camera", "how it projects (default: perspective)", part="camera"),
         vector(
             "window",
             "left, right, bottom and top of the image plane: at distance 1, or in world units where orthographic",
@@ -238,7 +259,7 @@ CAMERA = Group(
         Option("fov", "vertical field of view in degrees, between 0 and 180", "D", number),
         Option(
             "handedness",
-            "left mirrors, as the course does; right shows the scene as a modelling program does",
+            "left mirrors, as the course does; right shows the scene as a modelling program does (default: left)",
             "left|right",
         ),
     ),

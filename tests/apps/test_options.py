@@ -1,11 +1,19 @@
 """The table of options: its words make values, its values make the same words again, and its names are checked."""
 
+import re
+from inspect import signature
+
 import pytest
 
 from taichi_tracer.apps import requests
 from taichi_tracer.apps.cli import main, make_parser
 from taichi_tracer.apps.options import OPTIONS, words_of
+from taichi_tracer.camera import make_camera
+from taichi_tracer.environment import Environment
+from taichi_tracer.formulas.camera_frame import USUAL_HANDEDNESS
+from taichi_tracer.options import RENDERER_DEFAULTS, SCENE_DEFAULTS
 from taichi_tracer.progressive import ProgressiveRenderer
+from taichi_tracer.system import runtime
 from taichi_tracer.system.registry import PARTS
 from taichi_tracer.values import VALUES
 
@@ -81,3 +89,28 @@ def test_an_option_that_changes_nothing_is_told(words, capsys):
     args = make_parser().parse_args(["render", "cube", "--view", "normal", *words.split()])
     note_unused(args, requests.pictures_of(args, None))
     assert f"{words} changes nothing here: it belongs to" in capsys.readouterr().err
+
+
+# What need not say its default: the scene's own, or nothing; the description of its group says so.
+WITHOUT = {"parts", "bounces", "eye", "at", "up", "window", "fov", "spp", "time", "error", "checkpoint"}
+DEFAULTS = {
+    "intersector": SCENE_DEFAULTS["intersector"],
+    "triangle_test": SCENE_DEFAULTS["triangle_test"],
+    "effects": SCENE_DEFAULTS["effects"],
+    "sampler": RENDERER_DEFAULTS["sampler"],
+    "lookup": signature(Environment).parameters["lookup"].default,
+    "intensity": f"{signature(Environment).parameters['intensity'].default:g}",
+    "rotation": f"{signature(Environment).parameters['rotation'].default:g}",
+    "arch": signature(runtime.init).parameters["arch"].default,
+    "precision": signature(runtime.init).parameters["precision"].default,
+    "handedness": USUAL_HANDEDNESS,
+    "camera": signature(make_camera).parameters["projection"].default,
+}
+
+
+@pytest.mark.parametrize("name", sorted(name for name, option in OPTIONS.items() if option.metavar))
+def test_a_help_tells_the_default(name):
+    told = OPTIONS[name].what
+    assert ("default" in told or "{otherwise}" in told) == (name not in WITHOUT)
+    if name in DEFAULTS:
+        assert re.search(rf"\(default: {DEFAULTS[name]}\b", told)
