@@ -36,8 +36,9 @@ class Choices:
         scene, environment = renderer.scene_data, renderer.scene_data.environment
         of_courses = A1Renderer.what, A3Renderer.what, A4Renderer.what, MapRenderer.what
         self._classes = {c.what: c for c in renderers() if c.what in of_courses}
-        # What the given renderer offers comes first.
-        self._classes = {type(renderer).what: None, **self._classes, type(renderer).what: type(renderer)}
+        # In one order, whichever renderer is given; what it alone offers comes first.
+        first = {} if type(renderer).what in self._classes else {type(renderer).what: type(renderer)}
+        self._classes = {**first, **self._classes, type(renderer).what: type(renderer)}
         self._scenes = {key_of(scene): scene}
         self._made = {(*key_of(scene), type(renderer)): renderer}
         self._last = {type(renderer): renderer}  # the renderer of each class that was shown last
@@ -58,7 +59,7 @@ class Choices:
 
     @property
     def offered(self) -> list[tuple[type[ProgressiveRenderer], list[Integrator]]]:
-        """What each renderer offers; what the given renderer offers comes first."""
+        """What each renderer offers: views, estimators, paths and maps; what the given one alone offers comes first."""
         known = {type(one): one for one in self._made.values() if one.scene_data is self.scene}
         return [(c, list(known[c].offers if c in known else c.offered())) for c in self._classes.values()]
 

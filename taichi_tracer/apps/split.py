@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -114,6 +115,7 @@ def details_of(choices: Choices, split: Split | None) -> dict[str, Any]:
     return {
         **{name: getattr(r, name) for name in ("width", "height", "what")},
         **{name: getattr(choices, name) for name in CHOSEN},
+        "scene": Path(r.scene_data.source).stem,
         "offered": offered,
         "controls": [described(control) for control in r.controls()],
         "exposure": r.display.exposure if r.srgb and not r.has_own_display else None,

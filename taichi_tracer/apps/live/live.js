@@ -74,7 +74,11 @@ function render({ model, el }) {
     ...["png", "exr"].map(kind => button(`Save ${kind.toUpperCase()}`, () => send({ type: "save", kind }))));
   el.classList.add("tt-live");
   el.setAttribute("data-lm-suppress-shortcuts", "true"); // in JupyterLab, d d would delete the cell
-  el.replaceChildren(
+  const heading = make("h1", { class: "tt-heading" }), skip = make("a", { class: "tt-skip", href: "#", onclick: event => {
+    event.preventDefault();
+    canvas.focus();
+  } }, "Skip to the picture");
+  el.replaceChildren(skip, heading,
     make("div", { class: "tt-left" }, views),
     make("div", { class: "tt-middle" }, make("div", { class: "tt-picture" }, canvas, divider), scale, status, message, compare, buttons, place,
       make("p", { class: "tt-help" }, HELP), told, spoken),
@@ -110,7 +114,10 @@ function render({ model, el }) {
   function draw() {
     if (!bitmap || !state.width) return;
     const { width, height } = state, isDouble = state.split?.mode === "sides", from = bitmap.width / (isDouble ? 2 : 1);
-    if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+    if (canvas.width !== width || canvas.height !== height) {
+      [canvas.width, canvas.height] = [width, height];
+      el.style.setProperty("--aspect", width / height);
+    }
     context.imageSmoothingEnabled = false;
     if (!isDouble) { context.drawImage(bitmap, 0, 0, width, height); return; }
     const cut = Math.round(divider.value * width), share = from / width;
@@ -205,6 +212,7 @@ function render({ model, el }) {
 
   function showSettings() {
     const { controls, exposure, tone, fov, white } = state;
+    heading.textContent = state.scene;
     if (exposureBefore !== null && exposure !== exposureBefore) [exposureBefore, shownSettings] = [null, ""]; // the slider moves
     const key = JSON.stringify([state.environment, state.triangle_test, state.lamp_choice, state.lamp_choices, state.ground, controls.map(
       c => c.kind === "slider" ? c.name : c), exposure === null, tone, fov === null, white === null]);
