@@ -437,10 +437,16 @@ class Viewer(Desktop):
 
     def saved(self):
         """Press p; returns the arguments of the command that the viewer says makes the same picture."""
-        before = self.log.read_text().count("The same again:")
+
+        def lines():
+            """Whole lines: the program may be in the middle of the last one."""
+            whole = self.log.read_text().splitlines(keepends=True)
+            return [line.strip() for line in whole if line.startswith("The same again:") and line.endswith("\n")]
+
+        before = len(lines())
         self.xdotool("key", "p")
-        poll(lambda: self.log.read_text().count("The same again:") > before, "the saved picture's command")
-        line = [line for line in self.log.read_text().splitlines() if line.startswith("The same again:")][-1]
+        poll(lambda: len(lines()) > before, "the saved picture's command")
+        line = lines()[-1]
         words = shlex.split(line.removeprefix("The same again: taichi-tracer "))
         return make_parser().parse_args([as_value(word) for word in words])
 
