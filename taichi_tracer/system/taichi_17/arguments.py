@@ -245,6 +245,8 @@ def reading(create: Callable) -> Callable:
             launch = readings[-1].kept()
         finally:
             readings.pop()
+        # Python's object of a kernel that is gone stands for a new one at the same address, too.
+        shared.LAUNCHES.pop(made, None)
         if launch is not None:
             shared.LAUNCHES[made] = launch
         return made

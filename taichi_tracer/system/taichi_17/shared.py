@@ -52,6 +52,7 @@ def sharing(usual: Callable) -> Callable:
         known = self.__dict__.setdefault("known", [])
         if not self.compiled_kernels:
             known.clear()
+            launches(self).clear()
         objects, features = objects_in(self, args), features_in(self, arg_features)
         for one in known:
             if one.features == features and one.kernel in self.compiled_kernels.values():

@@ -612,3 +612,20 @@ def test_one_kernel_serves_every_size(tmp_path):
         kept.append(sorted(file.name for file in place.rglob("*.tic")))
     assert len(kept[0]) == 1
     assert kept[1] == kept[2] == kept[0]
+
+
+def test_a_kernel_at_the_address_of_one_that_is_gone_has_none_of_its_arguments(monkeypatch):
+    """Taichi's Python object of a kernel outlives it, and then stands for a new kernel at the same address."""
+    from taichi_tracer.system.taichi_17 import arguments, shared
+
+    class Kernel:
+        pass
+
+    kernel, launch = Kernel(), object()
+    of_readings = [launch, None]
+    monkeypatch.setattr(arguments.Reading, "kept", lambda self: of_readings.pop(0))
+    create = arguments.reading(lambda program, build, name: kernel)
+    create(None, None, "first")
+    assert shared.arguments_of(kernel) is launch
+    create(None, None, "second")
+    assert shared.arguments_of(kernel) is None
