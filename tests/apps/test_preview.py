@@ -39,6 +39,7 @@ def test_a_slow_picture_becomes_coarse_and_a_fast_one_fine_again(renderer):
     assert preview.of(renderer) is renderer
 
 
+@pytest.mark.long
 def test_a_coarse_picture_shows_what_the_camera_sees_now(renderer):
     preview = Preview()
     preview.took(renderer, 1.0)
@@ -56,6 +57,7 @@ def renderer_of(like, size):
     return type(like)(like.scene_data, camera=camera).use(like.active.name)
 
 
+@pytest.mark.long
 def test_values_and_display_are_those_of_the_whole_picture(scene):
     renderer = tt.A4Renderer(scene, SIZE, SIZE).use("explicit").set_display(exposure=2)
     renderer.max_bounces = 2

@@ -188,6 +188,7 @@ def test_a_pixel_that_takes_fewer_samples_meets_less():
     assert missed(rows, 8 * samples, 16, shares) == 0
 
 
+@pytest.mark.long
 def test_the_claim_of_an_adaptive_picture_knows_how_often_each_pixel_was_sampled(f32):
     made = scene((AT, HALF, 1.0))
     renderer = tt.A3Renderer(made, camera=make_camera(SIZE, SIZE, **VIEW), adaptive=True).use("mis").render(8)
