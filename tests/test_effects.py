@@ -230,7 +230,11 @@ CODE = {
     "environment, none": (EnvironmentLight, "sample", lambda: (scene_of(lights=[Lamp()]), None)),
     "far lights": (SceneInKernels, "visible", lambda: (scene_of(lights=[Lamp()]), scene_of(**LIT))),
     "single lights": (SceneInKernels, "reflected_single", lambda: (scene_of(**LIT), scene_of(lights=[Lamp()]))),
-    "emitters": (MaterialLibrary, "get", lambda: (scene_of(background=(1, 1, 1)), scene_of(Material(Ke=(1, 1, 1))))),
+    "emitters": (
+        MaterialLibrary,
+        "get",
+        lambda: (scene_of(background=(1, 1, 1), environment=None), scene_of(Material(Ke=(1, 1, 1)))),
+    ),
     "spheres": (RayIntersector, "describe_sphere", lambda: (scene_of(**LIT), scene_of(mesh=BALL, **LIT))),
     "spheres, plain": (
         RayIntersector,
