@@ -363,7 +363,7 @@ def test_export_and_render_know_a_camera_of_ones_own(parts, capsys):
     out = capsys.readouterr()
     assert "view projection fisheye\n" in out.out
     assert "view fov        40\n" in out.out
-    assert "note" not in out.err
+    assert "changes nothing" not in out.err
 
 
 @pytest.mark.exhaustive
