@@ -360,7 +360,8 @@ def on_ground(mesh: Mesh, up_axis: str) -> Mesh:
         up_axis: which axis points upwards, "y" or "z".
     """
     points = points_to_show(settled(mesh))
-    points = points[np.isfinite(points).all(axis=1)]
+    with np.errstate(over="ignore"):
+        points = points[np.isfinite(np.float32(points)).all(axis=1)]  # nothing is cleaned yet
     if len(points) == 0:
         return mesh
     low, high = points.min(axis=0), points.max(axis=0)

@@ -52,12 +52,17 @@ def visible_points(mesh: Mesh) -> np.ndarray:
 
 
 def surface_of(mesh: Mesh) -> Surface:
-    """Points on all triangles and spheres, in proportion to their area; the same ones every time."""
-    triangles = mesh.vertices[mesh.faces[:: 1 + len(mesh.faces) // MOST_MEASURED]].astype(np.float64)
-    cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    spheres = mesh.spheres.astype(np.float64)
-    lengths, areas = np.linalg.norm(cross, axis=1), 4 * np.pi * spheres[:, 3] ** 2
-    upto = np.cumsum(np.concatenate([lengths / 2, areas]))
+    """Points on all triangles and spheres, in proportion to their area; the same ones every time.
+
+    What has numbers that are not finite in f32 has none, because no kernel sees it.
+    """
+    step = 1 + len(mesh.faces) // MOST_MEASURED
+    triangles, spheres = mesh.vertices[mesh.faces[::step]].astype(np.float64), mesh.spheres.astype(np.float64)
+    with np.errstate(all="ignore"):
+        cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        lengths, areas = np.linalg.norm(cross, axis=1), 4 * np.pi * spheres[:, 3] ** 2
+        is_seen = [np.isfinite(np.float32(of)).all(axis=axes) for of, axes in ((triangles, (1, 2)), (spheres, 1))]
+        upto = np.cumsum(np.where(np.concatenate(is_seen), np.concatenate([lengths / 2, areas]), 0))
     if len(upto) == 0 or not 0 < upto[-1] < np.inf:
         return Surface(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, bool), 0.0)
     number = np.arange(POINTS)
@@ -72,10 +77,8 @@ def surface_of(mesh: Mesh) -> Surface:
     a, b, c = triangles[row].transpose(1, 0, 2)
     points[~is_sphere] = a + root * (b - a + v[~is_sphere, None] * (c - b))
     normals[~is_sphere] = cross[row] / lengths[row, None]
-    emits = mesh.emits()
-    emits = np.concatenate(
-        [emits[: len(mesh.faces)][:: 1 + len(mesh.faces) // MOST_MEASURED], emits[len(mesh.faces) :]]
-    )
+    emits, triangles = mesh.emits(), len(mesh.faces)
+    emits = np.concatenate([emits[:triangles:step], emits[triangles:]])
     return Surface(points, normals, emits[of], float(upto[-1]))
 
 

@@ -207,7 +207,10 @@ def stand(path: Path, mesh: Mesh, up_axis: str = FILE, view: Any = None) -> tupl
         if up_axis != "y":
             mesh.notes.append(f"{path}: z points upwards, because a flat base is there: --up-axis y undoes this")
     if view is None and surface is not None:
-        view = best_view(surface, visible_points(mesh), up_axis, OF_COURSE)
+        points = visible_points(mesh)
+        with np.errstate(over="ignore"):
+            shown = points[np.isfinite(np.float32(points)).all(axis=1)]  # nothing is cleaned yet
+        view = best_view(surface, shown, up_axis, OF_COURSE if up_axis == "y" else ())
         view = view if isinstance(view, dict) else functools.partial(view_of_mesh, seen_from=view)
     return up_axis, own_view(path) if view is None else view
 

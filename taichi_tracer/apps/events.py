@@ -18,6 +18,7 @@ def number(low: float, high: float) -> Check:
 
     def check(name: str, value: Any) -> float:
         """The number, or an InputError that names the value."""
+        # A whole number may be too large for math.isfinite.
         if isinstance(value, bool) or not isinstance(value, int | float) or value != value or abs(value) == math.inf:
             raise InputError(f"{name} must be a finite number, not {shown(value)}")
         if not low <= value <= high:

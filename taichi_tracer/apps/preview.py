@@ -41,7 +41,7 @@ class Preview:
         made = self._made.get((renderer, step))
         if made is None:
             camera = type(renderer.camera)(renderer.width // step, renderer.height // step, **view)
-            options = {"sampler": renderer.sampler.name, "seed": renderer.seed, "fast": renderer.fast}
+            options = {"sampler": renderer.sampler, "seed": renderer.seed, "fast": renderer.fast}
             made = self._made[renderer, step] = type(renderer)(renderer.scene_data, camera=camera, **options)
             made.plan.begin_soon()
         made.camera.set_camera_parameters(**view)

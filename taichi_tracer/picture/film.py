@@ -275,7 +275,7 @@ class Film(PixelSums):
     def shares(self) -> np.ndarray | None:
         """(n,) the share of the passes in which each own pixel took a sample, the lowest row first; None if it is 1."""
         if not self.keeps_deviation or self.samples == 0:
-            return None  # only such films are those of adaptive sampling
+            return None  # adaptive sampling needs deviations: without them, every pixel takes every sample
         x0, x1, y0, y1 = self.crop
         return self.counts()[x0:x1, y0:y1].T.ravel() / self.samples
 

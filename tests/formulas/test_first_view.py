@@ -1,6 +1,7 @@
 """The view that is chosen for a mesh, and the axis that is taken to point upwards."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -120,3 +121,21 @@ def test_files_are_seen_from_where_most_is_seen_and_this_is_told(tmp_path, f32):
     asked = tt.load_scene_data(tmp_path / "pillar.obj", up_axis="y")
     assert asked.up_axis == "y"
     assert not [note for note in asked.notes if "upwards" in note]
+
+
+@pytest.mark.parametrize("odd", ["nan", "inf", "1e300"])
+def test_one_odd_vertex_neither_hides_the_rest_nor_ends_the_loading(odd, tmp_path, f32):
+    """A room whose open side is seen, and a triangle that goes to nowhere."""
+    room = inside_out(boxes(((-1, -1, -1), (1, 1, 1)), leave=(5,)))
+    mesh = Mesh(np.vstack([room.vertices, [[float(odd), 0, 0]]]), np.vstack([room.faces, [[0, 1, 8]]]).astype(np.int32))
+    assert abs(surface_of(mesh).points).max() <= 1
+    seen = []
+    for of in (room, mesh):
+        lines = [f"v {x} {y} {z}" for x, y, z in of.vertices] + [f"f {a} {b} {c}" for a, b, c in of.faces + 1]
+        (tmp_path / "room.obj").write_text("\n".join(lines))
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message=".*triangles dropped")
+            seen.append(tt.load_scene_data(tmp_path / "room.obj", ground=True).view["eye"])
+    np.testing.assert_allclose(*seen, atol=1e-6)
+    assert seen[0][2] > 1
+    assert abs(seen[0][0]) < 1e-9
